@@ -103,8 +103,8 @@ def laser(rng: np.random.Generator) -> None:
 def sound(rng: np.random.Generator) -> None:
     """Blows at point 1 of the beam, in a WAV file of four channels: hammer, microphones before points 1, 3, 5."""
     force = blows(rng, 4)
-    heard = [5e-4 * answer(force, i, 0) for i in (0, 2, 4)]
-    samples = np.column_stack([force / 100.0, *heard]) + 1e-5 * rng.standard_normal((len(force), 4))
+    responses = [5e-4 * answer(force, i, 0) for i in (0, 2, 4)]
+    samples = np.column_stack([force / 100.0, *responses]) + 1e-5 * rng.standard_normal((len(force), 4))
     wavfile.write(TARGET / "sound" / "blows.wav", int(RATE), np.round(samples * 2**15).astype(np.int16))
 
 

@@ -1,4 +1,4 @@
-"""The real plate: what the cards and the oven of the rig are, and how they are spoken to.
+"""The real plate: what the cards and the oven of the rig are, and how they communicate.
 
 =================  ===================================================================
 ``checks``         what every driver of an instrument has to bear

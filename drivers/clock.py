@@ -1,4 +1,4 @@
-"""The clock a driver is handed: the machine's own, or a virtual one that jumps when somebody waits."""
+"""The clock that a driver gets as an argument: the computer's, or a virtual one that advances during a wait."""
 
 import math
 import threading
@@ -56,9 +56,9 @@ class SystemClock:
 
 
 class VirtualClock:
-    """Time that passes only when somebody sleeps: hours of oven in milliseconds of computer.
+    """Time that advances only during `sleep`: hours of an oven in milliseconds of the computer.
 
-    What is to be done every so often is done by whoever sleeps over that time, at whole multiples of it.
+    Periodic actions are called within the `sleep` that passes their time, at whole multiples of the period.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class VirtualClock:
             self._now = max(self._now, end)
 
     def every(self, seconds: float, action: Callable[[], None]) -> Stop:
-        """Call `action` while somebody sleeps over the time it is due."""
+        """Call `action` within the `sleep` that passes the time at which it is due."""
         key = object()
         self._repeated[key] = (self._after(seconds), seconds, action)
         return lambda: self._repeated.pop(key, None) and None

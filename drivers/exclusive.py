@@ -7,10 +7,10 @@ if sys.platform == "win32":
     import msvcrt
 
     FAR = 1 << 30
-    """What is locked nobody else can read: a byte far behind all that is written."""
+    """The locked byte, far behind all data, because other processes cannot read it."""
 
     def take(file: BinaryIO) -> None:
-        """Lock the file until it is closed; OSError at once where somebody else has it."""
+        """Lock the file until it is closed; OSError at once if another process has locked it."""
         file.seek(FAR)
         msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
 
@@ -18,5 +18,5 @@ else:
     import fcntl
 
     def take(file: BinaryIO) -> None:
-        """Lock the file until it is closed; OSError at once where somebody else has it."""
+        """Lock the file until it is closed; OSError at once if another process has locked it."""
         fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)

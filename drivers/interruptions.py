@@ -31,15 +31,15 @@ def held_back() -> Iterator[Callable[[], None]]:
     if threading.current_thread() is not threading.main_thread():
         yield lambda: None
         return
-    heard: list[int] = []
+    held_signals: list[int] = []
     previous: dict[int, Any] = {}
 
     def remember(number: int, _: FrameType | None) -> None:
-        heard.append(number)
+        held_signals.append(number)
 
     def let_through() -> None:
-        while heard:
-            number = heard.pop(0)
+        while held_signals:
+            number = held_signals.pop(0)
             handler = previous[number]
             if callable(handler):
                 handler(number, None)

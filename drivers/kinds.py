@@ -13,7 +13,7 @@ Settings = TypeVar("Settings", bound=Declared)
 
 
 class KindError(ValueError):
-    """A kind that nobody brings, or whose package is broken.
+    """A kind that no package provides, or whose package is broken.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Kinds(Generic[Settings]):
             try:
                 entries = [entry for entry in distribution.entry_points if entry.group == self.group]
                 brought = [Brought(distribution.name, entry) for entry in entries]
-            except Exception:  # noqa: BLE001, S112 (a package with damaged metadata brings nothing, and hurts nobody)
+            except Exception:  # noqa: BLE001, S112 (a package with damaged metadata provides nothing and must not affect the others)
                 continue
             for one in brought:
                 if one.entry.name not in self._ours:  # of a package twice on the path, Python takes the first
@@ -83,7 +83,7 @@ class Kinds(Generic[Settings]):
         Raises
         ------
         KindError
-            If nobody brings it, two packages do, or its package cannot be loaded.
+            If no package provides it, two packages do, or its package cannot be loaded.
         """
         there = {name: (self._ours[name],)} if name in self._ours else self.all()
         if name not in there:
@@ -107,8 +107,8 @@ class Kinds(Generic[Settings]):
         try:
             found = brought.entry.load()
         except (Exception, SystemExit) as error:
-            told = " ".join(f"{type(error).__name__}: {error}".split())
-            seen = f"{name!r}, whose {brought.entry.value} cannot be loaded ({told[:200]})"
+            message = " ".join(f"{type(error).__name__}: {error}".split())
+            seen = f"{name!r}, whose {brought.entry.value} cannot be loaded ({message[:200]})"
             raise KindError(seen, "a kind whose package works", remedy) from error
         if not (isinstance(found, type) and issubclass(found, self._base)):
             seen = f"{name!r}, whose {brought.entry.value} is {found!r:.80}"

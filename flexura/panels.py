@@ -162,7 +162,7 @@ def compensate(
     if method is not None:
         _require_method(method)
     if spacing is not None and not spacing > 0.0:
-        raise ValueError(f"spacing {spacing:g} K: above 0 wanted")
+        raise ValueError(f"spacing {spacing:g} K: it must be above 0")
     if transfers is not None:
         _require_none(twin=twin, spacing=spacing, place=place, across=across or None)
         scan, beside = Path(transfers), folder_of(laws, Path(transfers))

@@ -143,7 +143,7 @@ class TrialOutcome:
 
 def outcome(truth: Record, verdict: Record | None) -> TrialOutcome:
     """Compare a truth file with gap.json, or with None if the campaign was refused."""
-    told: dict[str, Any] = {
+    known: dict[str, Any] = {
         "number": truth["number"],
         "kind": truth["kind"],
         "effects": truth["effects"],
@@ -154,10 +154,10 @@ def outcome(truth: Record, verdict: Record | None) -> TrialOutcome:
         "one_ramp": len(truth["legs"]) == 1,
     }
     if verdict is None:
-        return TrialOutcome(**told, verdict="refused")
+        return TrialOutcome(**known, verdict="refused")
     claimed = verdict["effects"] if verdict["verdict"] in CLAIMED else []
     return TrialOutcome(
-        **told,
+        **known,
         verdict=verdict["verdict"],
         named=tuple(_named(effect) for effect in claimed),
         closure=verdict["gap"]["held_out"]["closure"] if claimed else None,
@@ -182,8 +182,8 @@ def read_outcome(truth: Path, run: Path) -> TrialOutcome | None:
     try:
         return TypeAdapter(TrialOutcome).validate_python(asdict(outcome(hidden, verdict)))
     except (LookupError, TypeError, AttributeError, ValueError) as error:
-        told = f"{truth}, {run / GAP}: not what this trial wrote ({error}); make the trial again"
-        raise ResultFileError(told) from error
+        message = f"{truth}, {run / GAP}: not what this trial wrote ({error}); make the trial again"
+        raise ResultFileError(message) from error
 
 
 def read_record(file: Path) -> dict[str, Any]:

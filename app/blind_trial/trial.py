@@ -138,7 +138,7 @@ def _end_with_the_parent() -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-def run_trial(trial: Trial, executor: Executor, report: Progress, told: Callable[[str], None]) -> None:
+def run_trial(trial: Trial, executor: Executor, report: Progress, announce: Callable[[str], None]) -> None:
     """Make and judge every campaign that has no verdict yet.
 
     Parameters
@@ -148,7 +148,7 @@ def run_trial(trial: Trial, executor: Executor, report: Progress, told: Callable
         Runs the tasks: plates, then campaigns.
     report : callable
         Called with the stage and the share done.
-    told : callable
+    announce : callable
         Called with a line of text after every campaign, without its verdict.
     """
     left = [a for a in trial.assignments if not is_judged(trial.run(a))]
@@ -164,7 +164,7 @@ def run_trial(trial: Trial, executor: Executor, report: Progress, told: Callable
     for done, job in enumerate(as_completed(jobs), 1):
         job.result()
         report("campaigns", (before + done) / trial.count)
-        told(f"campaign {jobs[job].name} judged, {len(left) - done} left")
+        announce(f"campaign {jobs[job].name} judged, {len(left) - done} left")
 
 
 def prepare_specimen(kind: PlateKind) -> None:

@@ -137,7 +137,7 @@ class ResonatorTransfer:
     """A plate with a mass on a lossy spring at its hidden point.
 
     A force at a point changes a plate by rank one: every transfer is a Moebius function of the dynamic stiffness d
-    there, (a + b d)/(1 + c d). The bare plate and two plain springs tell a, b and c on every line.
+    there, (a + b d)/(1 + c d). The bare plate and two plain springs give a, b and c on every line.
 
     Attributes
     ----------

@@ -15,6 +15,7 @@ from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from app.files.experiment_toml import AcquiredExperiment, RigKind
+    from app.terminal.campaign_ending import Ending
     from drivers.rig.campaign import Outcome
     from drivers.rig.rig import Rig
     from drivers.rig.session import Session
@@ -28,11 +29,11 @@ Examples:
 """
 
 
-@click.command(name="acquire", epilog=EXAMPLES, short_help="Run a campaign on the rig, or take it up again.")
+@click.command(name="acquire", epilog=EXAMPLES, short_help="Run a campaign on the rig, or resume it.")
 @click.argument("experiment", type=EXPERIMENT)
 @which_rig
 @click.option("--test-shot", is_flag=True, help="One short sweep as things are, the oven left alone; no campaign.")
-@click.option("--again", is_flag=True, help="Run the legs once more for what was missed or failed.")
+@click.option("--again", is_flag=True, help="Repeat the legs for sweeps that were missed or failed.")
 @out_folder("Campaign folder (default: NAME-campaign beside EXPERIMENT).")
 @output_options("the summary")
 @bad_input
@@ -43,7 +44,7 @@ def command(
 
     Sweeps are triggered by the temperature measured; each is checked, repeated within bounds, and written as one
     finished file. However it ends (Ctrl-C, an error, a lost oven or card, a full disk, a closed terminal), the
-    oven is told to rest and the drive brought to 0 V, and the same command resumes it later: finished sweeps are
+    oven is brought to rest and the drive to 0 V, and the same command resumes it later: finished sweeps are
     never touched. Meanwhile, flexura view on the campaign folder shows how it gets on, and can pause or stop it.
 
     With --test-shot no campaign is begun: cards, oven and disk are checked, then one short sweep is played at the
@@ -58,15 +59,9 @@ def command(
     started = time.perf_counter()
     declared = read_acquired_experiment(experiment)
 
-    from app.files.acquired_campaign import campaign_log
-    from app.files.campaign_error import CampaignFileError
     from app.files.campaign_kind import is_campaign_folder
     from app.files.same_experiment import require_ours
     from app.rig.doctor import require_room
-    from app.terminal.campaign_ending import broken_off, completed
-    from drivers.rig.end_requests import EndRequests
-    from drivers.rig.errors import RigInterrupted, RigStopped
-    from drivers.rig.session import Session
 
     folder = (out or experiment.resolve().with_name(experiment.stem + "-campaign")).resolve()
     kind = rig or declared.rig
@@ -80,6 +75,33 @@ def command(
     if test_shot:
         _shoot(declared, kind, experiment, folder, output)
         return
+    ending = _run(declared, kind, experiment, folder, acquired, again, started, output)
+    summary: dict[str, Any] = {"campaign": str(folder), "rig": kind, "sweeps": declared.protocol.count}
+    output.result(lambda: summary | ending.record)
+    if ending.status:
+        output.failure(ending.line)
+        raise click.exceptions.Exit(ending.status)
+    output.summary(ending.line)
+
+
+def _run(
+    declared: "AcquiredExperiment",
+    kind: "RigKind",
+    experiment: Path,
+    folder: Path,
+    acquired: dict[str, Any],
+    again: bool,
+    started: float,
+    output: Output,
+) -> "Ending":
+    """Run the campaign; return how it ended, completed or broken off."""
+    from app.files.acquired_campaign import campaign_log
+    from app.files.campaign_error import CampaignFileError
+    from app.terminal.campaign_ending import broken_off, completed
+    from drivers.rig.end_requests import EndRequests
+    from drivers.rig.errors import RigInterrupted, RigStopped
+    from drivers.rig.session import Session
+
     with _open(declared, kind, experiment, output) as opened, EndRequests() as requests:
         session = Session(opened, declared.limits, campaign_log(folder), requests.check)
         try:
@@ -89,22 +111,15 @@ def command(
                 raise
             if not isinstance(error, RigStopped | RigInterrupted | OSError | CampaignFileError):
                 traceback.print_exception(error)
-            ending = broken_off(error, session.unsafe, folder, requests.number)
-        else:
-            ending = completed(outcome, session.unsafe or (), folder, time.perf_counter() - started)
-    summary: dict[str, Any] = {"campaign": str(folder), "rig": kind, "sweeps": declared.protocol.count}
-    output.result(lambda: summary | ending.record)
-    if ending.status:
-        output.failure(ending.line)
-        raise click.exceptions.Exit(ending.status)
-    output.summary(ending.line)
+            return broken_off(error, session.unsafe, folder, requests.number)
+        return completed(outcome, session.unsafe or (), folder, time.perf_counter() - started)
 
 
 def _advise(declared: "AcquiredExperiment", kind: "RigKind", output: Output) -> None:
     from analysis.protocol.advice import change_within_sweep
 
     if kind != "simulated" and not declared.oven.expires:
-        output.note("this oven goes on where the computer dies: see docs/guide/real-hardware.md on oven.program")
+        output.note("this oven continues if the computer fails: see docs/guide/real-hardware.md on oven.program")
     for sentence in change_within_sweep(declared.sweep.duration, declared.programme.ramp_rate):
         output.note(sentence)
 
@@ -134,8 +149,8 @@ def _shoot(
     unsafe: tuple[str, ...] = ()
     if all(one.state is not FindingState.BAD for one in findings):
         with _open(declared, kind, experiment, output) as opened, EndRequests() as requests:
-            heard, unsafe = shoot(declared, kind, opened, requests.check)
-        findings += heard
+            of_shot, unsafe = shoot(declared, kind, opened, requests.check)
+        findings += of_shot
     bad = [one for one in findings if one.state is FindingState.BAD]
     rows = [{"what": o.what, "state": str(o.state), "seen": o.seen, "next_step": o.next_step} for o in findings]
     record = {"ready": not (bad or unsafe), "rig": kind, "findings": rows, "unsafe": list(unsafe)}

@@ -27,9 +27,9 @@ def bad_input(verb: Callable[Words, Result]) -> Callable[Words, Result]:
         try:
             return verb(*args, **options)
         except (CampaignFileError, ResultFileError) as error:
-            told = str(error)
+            message = str(error)
             if error.misplaced is not None:
-                told += "\n" + fault_picture(error.misplaced, options)
-            raise click.ClickException(told) from error
+                message += "\n" + fault_picture(error.misplaced, options)
+            raise click.ClickException(message) from error
 
     return checked

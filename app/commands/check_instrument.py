@@ -34,17 +34,17 @@ Examples:
 def command(instrument: str, really: bool, output: Output) -> None:
     """Check the drivers of the cards, oven and thermometer that EXPERIMENT.toml declares, or of a KIND of oven.
 
-    Silence, noise, late and stale answers, refusals, a pulled cable, commands not taken, Ctrl-C: each must end in
-    a right temperature or in an error that says what to do, and the oven must rest after each. Kinds of installed
-    packages are checked like our own. Of the file, only [cards], [oven] and [thermometer] are read.
+    Silence, noise, late and stale answers, refusals, a pulled cable, commands not accepted, Ctrl-C: each must end
+    in a correct temperature or in an error that says what to do, and the oven must rest after each. Kinds of
+    installed packages are checked like our own. Of the file, only [cards], [oven] and [thermometer] are read.
 
-    No hardware is touched: the driver talks to the simulated counterpart its kind brings. With --really it talks
-    to the instrument itself, over the port declared: faults are made on this computer's side of it, and the oven
-    is told to ramp, by 1 K, and to rest, some twenty times in minutes; cards play a hundredth of output_range.
-    Nothing else may use them meanwhile.
+    No hardware is touched: the driver uses the simulated instrument of its kind. With --really it uses the
+    instrument itself, over the port declared: faults are made on this computer's side of it, and the oven ramps
+    by 1 K and comes to rest, some twenty times in minutes; cards play a hundredth of output_range. Nothing else
+    may use them meanwhile.
 
     Exit status 1 where a check failed; 3 where oven or drive are not known to be at rest, or another process of
-    this computer uses them: then nothing is asked of them.
+    this computer uses them: then nothing is sent to them.
     """
     if instrument.endswith(".toml"):
         EXPERIMENT.convert(instrument, None, None)
@@ -160,11 +160,11 @@ def _rest(declared: "DeclaredInstruments") -> tuple[str, ...]:
     from drivers.rig.rest import rest_drive, rest_oven
 
     oven, cards, clock = declared.oven, declared.cards, SystemClock()
-    told = (
+    outcomes = (
         None if oven is None else rest_oven(lambda: oven.open(clock), clock),
         None if cards is None else rest_drive(cards.open),
     )
-    return tuple(what for what in told if what is not None)
+    return tuple(what for what in outcomes if what is not None)
 
 
 def show(verdicts: "Sequence[CheckVerdict]") -> None:

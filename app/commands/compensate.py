@@ -63,10 +63,7 @@ Examples:
 )
 @training_options
 @click.option(
-    "--device",
-    default="cpu",
-    show_default=True,
-    help="Where networks are trained: cpu, or what torch offers: cuda, cuda:1, ...",
+    "--device", default="cpu", show_default=True, help="Where networks are trained: cpu, cuda, cuda:1, ..."
 )
 @click.option(
     "--method",
@@ -174,9 +171,7 @@ def _from_laws(
     training: "Training",
 ) -> _CompensateTask:
     """Prepare the compensation of a panel from material laws."""
-    from analysis.compensation.knots import check_places
     from analysis.compensation.settings import suited_nodes
-    from analysis.focusing.temperatures import spaced
     from app.stages.panel_inputs import method_for, panel_for
     from app.stages.panel_laws import effects_left_out, laws_for, range_of
 
@@ -187,6 +182,28 @@ def _from_laws(
     declared, panel_path = panel_for(panel, beside, filters)
     followed = method_for(method, panel, beside)  # type: ignore[arg-type]
     low, high = range_of(declared, laws, laws_path)
+    _check_temperatures(wanted, training, (low, high))
+    notes = [] if twin is None else effects_left_out(twin)
+    if (low, high) != declared.filters.operating_range:
+        notes.append(f"the laws cover {low:g} to {high:g} °C only")
+
+    from app.stages import compensate
+
+    compute = partial(
+        compensate.compute, declared, laws, spacing=spacing, place=place, across=across, method=followed
+    )
+    nodes = None if place is None else suited_nodes(place)
+    return _CompensateTask(compute, (laws_path, panel_path), beside, notes, nodes)
+
+
+def _check_temperatures(
+    wanted: tuple[float, int | None, tuple[float, ...]], training: "Training", span: tuple[float, float]
+) -> None:
+    """Refuse --spacing, --place or --across that the laws' range of temperatures does not allow."""
+    from analysis.compensation.knots import check_places
+    from analysis.focusing.temperatures import spaced
+
+    (spacing, place, across), (low, high) = wanted, span
     try:
         if place is None:
             training.check_temperatures(len(spaced(low, high, spacing)))
@@ -200,18 +217,6 @@ def _from_laws(
             f"--across {max(across):g} K: the laws hold from {low:g} to {high:g} °C, so that up to "
             f"{high - low:g} K can be judged"
         )
-    notes = [] if twin is None else effects_left_out(twin)
-    if (low, high) != declared.filters.operating_range:
-        notes.append(f"the laws cover {low:g} to {high:g} °C only")
-
-    from app.stages import compensate
-
-    compute = partial(
-        compensate.compute, declared, laws, spacing=spacing, place=place, across=across, method=followed
-    )
-    return _CompensateTask(
-        compute, (laws_path, panel_path), beside, notes, None if place is None else suited_nodes(place)
-    )
 
 
 def _from_transfers(

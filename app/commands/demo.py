@@ -26,7 +26,7 @@ EXAMPLES = """\b
 Examples:
   flexura demo
   flexura demo --quick
-  flexura demo --out first-look --quiet
+  flexura demo --out demo-run --quiet
 """
 
 
@@ -98,7 +98,7 @@ def run_stages(part: Part, *, quiet: bool = False) -> tuple[int, dict[str, float
     return worst, seconds
 
 
-@click.command(name="demo", epilog=EXAMPLES, short_help="See every stage at work, in a few minutes.")
+@click.command(name="demo", epilog=EXAMPLES, short_help="Run every stage on examples, in a few minutes.")
 @click.option(
     "--quick", is_flag=True, help="One short campaign only, without a gap: a minute or two, also at first."
 )
@@ -155,7 +155,7 @@ def record(
         Of JSON values.
     """
     temperature, put_in, found = demo_truth.laws_beside(run)
-    told: dict[str, Any] = {
+    values: dict[str, Any] = {
         "seconds": {part.name: took for part, took in seconds.items()},
         "temperatures_c": temperature.tolist(),
         "laws": {
@@ -165,8 +165,8 @@ def record(
     }
     if puzzle is not None:
         hidden, gap = demo_truth.effects_beside(puzzle)
-        told["effects"] = {"put_in": hidden, "verdict": gap["verdict"], "found": gap["effects"]}
-    return told | {"reports": [str(page) for page in pages]}
+        values["effects"] = {"put_in": hidden, "verdict": gap["verdict"], "found": gap["effects"]}
+    return values | {"reports": [str(page) for page in pages]}
 
 
 def show(seconds: dict[Part, dict[str, float]], run: Path, puzzle: Path | None, pages: list[Path]) -> None:

@@ -23,13 +23,13 @@ Examples:
 """
 
 
-@click.command(name="doctor", epilog=EXAMPLES, short_help="Say what works on this computer, and what to do.")
+@click.command(name="doctor", epilog=EXAMPLES, short_help="Check this computer and the rig, and say what to do.")
 @click.argument("experiment", type=EXPERIMENT, required=False)
 @out_folder("Folder the campaign would be written to (default: that of EXPERIMENT).")
 @output_options("the findings")
 @bad_input
 def command(experiment: Path | None, out: Path | None, output: Output) -> None:
-    """Look at driver, cards, serial ports, oven, disk and clock; with EXPERIMENT, at those it names.
+    """Check driver, cards, serial ports, oven, disk and clock; with EXPERIMENT, those that it names.
 
     Nothing is set or switched: cards are listed, and the oven's temperature is read. Exit status 1 where something
     required is missing.
@@ -64,7 +64,7 @@ def ready(experiment: Path | None, findings: "Sequence[Finding]") -> str:
     of_rig = [one for one in findings if one.what.startswith(("NI ", "serial port"))]
     missing = [one.what for one in of_rig if one.state is not FindingState.GOOD]
     if missing:
-        return f"ready for analysis and the simulated rig; a real rig lacks: {', '.join(missing)}"
+        return f"ready for analysis and the simulated rig; for a real rig is missing: {', '.join(missing)}"
     return "ready for analysis and the simulated rig; whether a real one fits: flexura doctor EXPERIMENT.toml"
 
 

@@ -20,7 +20,7 @@ Examples:
 """
 
 
-@click.command(name="gap", epilog=EXAMPLES, short_help="Say what the twin lacks, by name.")
+@click.command(name="gap", epilog=EXAMPLES, short_help="Name the effect that the twin lacks.")
 @click.argument("campaign", type=CAMPAIGN)
 @effects_of_twin
 @own_effects

@@ -90,32 +90,42 @@ def command(
     if actuator is not None and not (campaign.is_dir() and not declares_test(campaign)):
         raise click.BadParameter("only a campaign has actuators that drive in turn", param_hint="--actuator")
     if declares_test(campaign):
-        if twin is not None:
-            raise click.BadParameter("a test has no twin", param_hint="--twin")
-        if shared_poles or export is not None:
-            told = "a test's FRFs always share poles; they are written as RUN/frfs.uff"
-            raise click.BadParameter(told, param_hint="--shared-poles" if shared_poles else "--export")
+        _refuse_for_test(twin, shared_poles, export)
         _structure(campaign, out, options, output)
     elif campaign.suffix.lower() in (".uff", ".unv", ".uf") or (
         campaign.is_file() and campaign.suffix.lower() != ".toml"
     ):
-        if export is not None:
-            raise click.BadParameter("the FRFs are in a universal file already", param_hint="--export")
-        if twin is not None:
-            raise click.BadParameter("a universal file has no twin", param_hint="--twin")
+        _refuse_for_universal(twin, shared_poles, export, out)
         if shared_poles:
             _structure(campaign, out, options, output)
-        elif out is not None:
-            told = "FRFs identified one by one are only printed; a run folder needs --shared-poles"
-            raise click.BadParameter(told, param_hint="--out")
         else:
             _uff(campaign, options, output)
     else:
         if shared_poles:
             raise click.BadParameter("a campaign's sensors always share poles", param_hint="--shared-poles")
         if twin is not None and method != "auto":
-            raise click.BadParameter("the paper's recipe knows no twin; leave --method out", param_hint="--twin")
+            raise click.BadParameter("the paper's recipe uses no twin; leave --method out", param_hint="--twin")
         _campaign(campaign, out, export, twin, options, output)
+
+
+def _refuse_for_test(twin: Path | None, shared_poles: bool, export: Path | None) -> None:
+    """Refuse options that a modal test does not have."""
+    if twin is not None:
+        raise click.BadParameter("a test has no twin", param_hint="--twin")
+    if shared_poles or export is not None:
+        message = "a test's FRFs always share poles; they are written as RUN/frfs.uff"
+        raise click.BadParameter(message, param_hint="--shared-poles" if shared_poles else "--export")
+
+
+def _refuse_for_universal(twin: Path | None, shared_poles: bool, export: Path | None, out: Path | None) -> None:
+    """Refuse options that a universal file does not have."""
+    if export is not None:
+        raise click.BadParameter("the FRFs are in a universal file already", param_hint="--export")
+    if twin is not None:
+        raise click.BadParameter("a universal file has no twin", param_hint="--twin")
+    if out is not None and not shared_poles:
+        message = "FRFs identified one by one are only printed; a run folder needs --shared-poles"
+        raise click.BadParameter(message, param_hint="--out")
 
 
 def _wanted(

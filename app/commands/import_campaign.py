@@ -18,7 +18,7 @@ Examples:
 
 @click.command(name="import", epilog=EXAMPLES, short_help="Turn a recorded campaign into a campaign folder.")
 @click.argument("folders", metavar="FOLDER...", type=CAMPAIGN, nargs=-1, required=True)
-@click.option("--allow-missing", is_flag=True, help="Go on without sweeps that are not there or clipped.")
+@click.option("--allow-missing", is_flag=True, help="Continue without sweeps that are missing or clipped.")
 @click.option("--actuator", metavar="ID", help="Of several that drove one after the other: take its sweeps.")
 @out_folder("Campaign folder (default: FOLDER-campaign beside FOLDER).")
 @output_options("the summary")

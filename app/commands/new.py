@@ -4,12 +4,16 @@ import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from app.commands.bad_input import bad_input
 from app.commands.options import Existing, out_folder
 from app.commands.output import Output, output_options
+
+if TYPE_CHECKING:
+    from app.modal_test.guessed_channels import NewTest
 
 EXAMPLES = """\b
 Examples:
@@ -33,7 +37,7 @@ def _named(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> di
 @click.option(
     "--kind",
     type=click.Choice(["hammer", "continuous", "frf"]),
-    help="Of a test: blows, a signal that goes on, or FRFs (default: by its channels).",
+    help="Of a test: hits, a continuous signal, or FRFs (default: by its channels).",
 )
 @click.option("--drive", multiple=True, callback=_named, metavar="NAME=UNIT", help="Drives; unit or sensitivity.")
 @click.option("--response", multiple=True, callback=_named, metavar="NAME=UNIT", help="Answers; * for several.")
@@ -85,10 +89,6 @@ def command(
     given. Test channels in volts need a sensitivity; at a terminal you are asked for it. The declaration is yours
     to correct; flexura identify, or flexura import, reads it.
     """
-    from app.files.modal_test_toml import NAME
-    from app.modal_test.guessed_channels import NewTest
-    from app.modal_test.new_declaration import new_campaign, new_test
-
     if what == "campaign":
         of_tests = {
             "--kind": kind,
@@ -97,31 +97,57 @@ def command(
             "--points": points,
             "--frf-units": frf_units,
         }
-        _refuse("belongs to a test; a campaign says it in campaign.toml, which this writes without it", of_tests)
+        _refuse("belongs to a test; in a campaign it is declared in campaign.toml", of_tests)
         if not files:
             named = {"--drive": drive, "--response": response, "--unused": unused}
             _refuse("names a channel of the recorder's TDMS files: name these, too", named)
-        known = NewTest(None, drive, response, unused)
-        made, lacks = new_campaign(out or Path(), plate, title, files, known)
-        output.result(lambda: {"declaration": str(made), "missing": lacks})
-        for one in lacks:
-            output.note(one)
-        output.summary(f"{made}: put your plate, patches, protocol into it, then: flexura import {made.parent}")
+        _campaign(files, (drive, response, unused), title, plate, out or Path(), output)
         return
     _refuse("belongs to a campaign; a test has --points POINTS.csv for its nodes", {"--plate": plate})
+
+    from app.files.modal_test_toml import NAME
+    from app.modal_test.guessed_channels import NewTest
+
     folder = out or (files[0].parent if files else Path())
     target = folder if folder.suffix == ".toml" else folder / NAME
     if target.exists():
         raise click.BadParameter(f"{target} is there already; name another or remove it", param_hint="--out")
-    said = NewTest(kind, drive, response, unused, title, rate, roving, points, frf_units)
-    declared, missing = new_test(files, said, target)
+    _test(files, NewTest(kind, drive, response, unused, title, rate, roving, points, frf_units), target, output)
+
+
+def _campaign(
+    files: tuple[Path, ...],
+    channels: tuple[dict[str, str | None], dict[str, str | None], tuple[str, ...]],
+    title: str,
+    plate: tuple[float, float, float, float] | None,
+    folder: Path,
+    output: Output,
+) -> None:
+    """Write the declaration of a campaign and print what is missing in it."""
+    from app.modal_test.guessed_channels import NewTest
+    from app.modal_test.new_declaration import new_campaign
+
+    declaration, missing = new_campaign(folder, plate, title, files, NewTest(None, *channels))
+    output.result(lambda: {"declaration": str(declaration), "missing": missing})
+    for one in missing:
+        output.note(one)
+    output.summary(
+        f"{declaration}: put your plate, patches, protocol into it, then: flexura import {declaration.parent}"
+    )
+
+
+def _test(files: tuple[Path, ...], options: "NewTest", target: Path, output: Output) -> None:
+    """Write the declaration of a modal test; at a terminal, ask for the sensitivities that are missing."""
+    from app.modal_test.new_declaration import new_test
+
+    declared, missing = new_test(files, options, target)
     if missing and sys.stdin.isatty() and not output.quiet:
         given = {n: click.prompt(f"sensitivity of {n}, such as 100 mV/g", err=True) for n in missing}
         roles = {name: declared.channels[name].role for name in missing}
         drives: dict[str, str | None] = {name: value for name, value in given.items() if roles[name] == "drive"}
         others: dict[str, str | None] = {name: value for name, value in given.items() if roles[name] == "response"}
-        said = replace(said, drives=said.drives | drives, responses=said.responses | others)
-        declared, missing = new_test(files, said, target)
+        complete = replace(options, drives=options.drives | drives, responses=options.responses | others)
+        declared, missing = new_test(files, complete, target)
     channels = {name: channel.role for name, channel in declared.channels.items()}
     output.result(lambda: {"declaration": str(target), "kind": declared.kind, "channels": channels})
     for name in missing:

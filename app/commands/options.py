@@ -77,7 +77,7 @@ own_effects = click.option(
 which_rig = click.option(
     "--rig",
     type=click.Choice(["simulated", "real", "ni"]),
-    help="Which rig (default: what EXPERIMENT says); ni is an older word for real.",
+    help="Which rig (default: that of EXPERIMENT); ni is an older name of real.",
 )
 mains = click.option(
     "--mains",

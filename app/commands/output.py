@@ -64,7 +64,7 @@ def output_options(printed: str) -> Callable[[Callable[..., Result]], Callable[.
             return verb(*args, output=Output(as_json, quiet), **options)
 
         json_option = click.option("--json", "as_json", is_flag=True, help=f"Print {printed} as JSON.")
-        quiet_option = click.option("-q", "--quiet", is_flag=True, help="Only say what went wrong.")
+        quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print notes and errors only.")
         return quiet_option(json_option(speaking))
 
     return add

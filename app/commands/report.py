@@ -20,7 +20,7 @@ Examples:
 @click.argument("run", type=Existing("make it with: flexura identify or flexura update"))
 @click.option("--pictures", is_flag=True, help="Write every figure as a PNG file beside the report, too.")
 @out_folder("Folder for report.html (default: RUN itself).")
-@output_options("where the page is and what stands on it")
+@output_options("path and contents of the page")
 @bad_input
 def command(run: Path, pictures: bool, out: Path | None, output: Output) -> None:
     """Write one self-contained HTML page with every figure of RUN and the paper's figures beside ours.

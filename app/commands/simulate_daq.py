@@ -60,8 +60,8 @@ def command(experiment: Path | None, port: int, output: Output) -> None:
     try:
         with serving(server, port) as address:
             terminals = list(server.chassis.surroundings.terminals())
-            told = json.dumps({"address": address, "terminals": terminals}) if output.as_json else address
-            click.echo(told)  # in one line, even if quiet: a program waits for it
+            line = json.dumps({"address": address, "terminals": terminals}) if output.as_json else address
+            click.echo(line)  # in one line, even if quiet: a program waits for it
             output.summary(f"serving {declared.title}: {', '.join(terminals)}; Ctrl-C ends it")
             while not ended.wait(0.5):  # in short waits: on Windows Ctrl-C does not interrupt a waiting thread
                 pass

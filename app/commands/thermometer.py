@@ -11,11 +11,13 @@ from app.commands.options import RUN_WITH_FILTERS, SOUND, laws_of_twin, out_fold
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
+    from analysis.arrays import Real
     from analysis.progress import Progress
     from analysis.rendering.programme import TemperatureProgramme
     from app.files.exports.shipment import Shipment
     from app.sound.listening_panel import ListeningPanel
     from app.sound.played_signals import PlayedSignals
+    from app.sound.stretch import RecordingStretch
 
 EXAMPLES = """\b
 Examples:
@@ -24,7 +26,9 @@ Examples:
 """
 
 
-@click.command(name="thermometer", epilog=EXAMPLES, short_help="Tell a panel's temperature from its own patches.")
+@click.command(
+    name="thermometer", epilog=EXAMPLES, short_help="Measure a panel's temperature with its own patches."
+)
 @click.argument("run", type=RUN_WITH_FILTERS, required=False)
 @click.option("--drive", type=SOUND, help="Sound file of the volts on every patch, as flexura render writes it.")
 @click.option(
@@ -97,30 +101,42 @@ def command(
 
     from app.sound.listening import listened
     from app.sound.listening_panel import ListeningPanel
-    from app.sound.look import write_looks
-    from app.terminal.thermometer import record, summary
+    from app.sound.stretch import write_stretches
     from app.twins.panel_twin import panel_twin
 
     with run_folder(given, out or given) as folder, output.progress() as report:
         panel = ListeningPanel(panel_twin(sent.panel, laws, report), laws, place)
         signals, course = _signals(sent, panel, (drive, response, simulate), (temperature, snr, seed), report)
-        looks = listened(panel, signals, sent.panel.filters.edges, (low, high), stretch, largest_sigma, report)
-    true = None if course is None else course.at([look.time for look in looks])
-    target = write_looks(looks, folder, true)
+        stretches = listened(panel, signals, sent.panel.filters.edges, (low, high), stretch, largest_sigma, report)
+    true = None if course is None else course.at([one.time for one in stretches])
+    target = write_stretches(stretches, folder, true)
     if picture:
         from app.report.sound import readings
         from app.report.style import saved
 
-        saved(target.with_suffix(".png"), lambda: readings(looks, true))
-    told = any(not look.reading.refused for look in looks)
-    by_laws = panel.law_sigma(looks[-1].temperature) if told else math.inf
-    output.result(lambda: record(looks, by_laws, true, target))
-    for reason in sorted({look.reading.refused for look in looks} - {""})[:3]:
+        saved(target.with_suffix(".png"), lambda: readings(stretches, true))
+    _print(stretches, panel, true, target, output)
+
+
+def _print(
+    stretches: "list[RecordingStretch]",
+    panel: "ListeningPanel",
+    true: "Real | None",
+    target: Path,
+    output: Output,
+) -> None:
+    """Print the last temperature and the reasons of refused readings; exit status 1 where all were refused."""
+    from app.terminal.thermometer import record, summary
+
+    accepted = any(not stretch.reading.refused for stretch in stretches)
+    by_laws = panel.law_sigma(stretches[-1].temperature) if accepted else math.inf
+    output.result(lambda: record(stretches, by_laws, true, target))
+    for reason in sorted({stretch.reading.refused for stretch in stretches} - {""})[:3]:
         output.note(f"refused: {reason}")
-    if not told:
-        output.failure(f"none of {len(looks)} stretches tells a temperature; {target}")
+    if not accepted:
+        output.failure(f"none of {len(stretches)} stretches gives a temperature; {target}")
         raise click.exceptions.Exit(1)
-    output.summary(summary(looks, by_laws, true, target))
+    output.summary(summary(stretches, by_laws, true, target))
 
 
 def _asked(drive: Path | None, response: Path | None, simulate: Path | None, temperature: str | None) -> None:
@@ -175,5 +191,5 @@ def _signals(
     if drive is None or response is None:
         raise TypeError("neither a recording nor a simulation")  # excluded by _asked
     highest = sent.panel.filters.edges[1]
-    with opened_sound(drive) as played, opened_sound(response) as heard:
-        return recorded(played, heard, panel, sent.names, highest), None
+    with opened_sound(drive) as played, opened_sound(response) as measured:
+        return recorded(played, measured, panel, sent.names, highest), None

@@ -37,7 +37,7 @@ def command(
     """
     from app.files.campaign import load_campaign
     from app.files.run_folder import run_folder
-    from app.terminal.update import gains_told, notes, record, show, summary
+    from app.terminal.update import gains_text, notes, record, show, summary
 
     started = time.perf_counter()
     loaded = load_campaign(campaign)
@@ -53,7 +53,7 @@ def command(
     inputs = loaded.experiment.inputs
     output.result(lambda: record(updated, seconds, inputs, found.frf.driven_by.tolist()), lambda: show(updated))
     if len(inputs) > 1:
-        output.note(f"gains: {gains_told(updated, inputs)}")
+        output.note(f"gains: {gains_text(updated, inputs)}")
     for note in (*found.frf.notes, *notes(updated, found.laws)):
         output.note(note)
     if start is not None:

@@ -21,7 +21,7 @@ Examples:
 """
 
 
-@click.command(name="view", epilog=EXAMPLES, short_help="Look at a campaign, running or recorded.")
+@click.command(name="view", epilog=EXAMPLES, short_help="Show a campaign, running or recorded.")
 @click.argument("folder", type=Existing("name a campaign, or the run folder of flexura identify or update"))
 @click.option(
     "--window", "kind", type=click.Choice(["live", "recorded"]), help="Which window (default: the one that fits)."
@@ -31,7 +31,7 @@ Examples:
     "--screenshot",
     type=PATH,
     metavar="DIR",
-    help="Write every page as PNG into DIR instead of waiting for hands; needs no screen.",
+    help="Write every page as PNG into DIR and end; needs no screen.",
 )
 @output_options("the pictures written with --screenshot")
 @bad_input

@@ -19,7 +19,7 @@ Every file:
 Campaigns:
 
 ========================  ===============================================================================
-``campaign``              load any campaign: ``campaign_kind`` tells which form it has
+``campaign``              load any campaign: ``campaign_kind`` says which form it has
 ``recorded_campaign``     one as it came from the recorder: ``campaign_toml`` and ``tdms_sweep``
 ``campaign_folder``       one in Flexura's own form: ``sweep_file``
 ``import_recording``      from the one to the other, surviving a kill
@@ -27,7 +27,7 @@ Campaigns:
 ``same_experiment``       whether it was begun with the same experiment
 ``readings``              every temperature read meanwhile
 ``latest_repeat``         the repeat recorded last, to be looked at
-``control``               what a window wishes of the runner
+``control``               requests of a window to the runner
 ``experiment_toml``       what a rig is to acquire
 ``instruments_toml``      the instruments that a file declares
 ``instrument_sections``   each of them checked by the class that its ``kind`` names

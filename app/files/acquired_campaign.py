@@ -147,7 +147,7 @@ class AcquiredCampaign:
         try:
             measured, units = self._sensitivities.measured(sweep), self._sensitivities.units
             write_sweep(path, measured, self._sensors, self._source, notes, units)
-        except RuntimeError as error:  # how h5py tells that a file could not be closed
+        except RuntimeError as error:  # raised by h5py if a file could not be closed
             raise OSError(errno.EIO, f"cannot be written: {error}", str(path)) from error
 
     def _verified(self, check: Callable[[], None]) -> set[int]:
@@ -174,7 +174,7 @@ def open_campaign(
     check: Callable[[], None] = go_on,
     sensitivities: Sensitivities | None = None,
 ) -> AcquiredCampaign:
-    """Make a campaign folder, or take one up again; for whoever holds its `folder_lock`.
+    """Make a campaign folder, or resume one; the caller holds its `folder_lock`.
 
     Parameters
     ----------
@@ -226,7 +226,7 @@ def _volts(experiment: Experiment) -> Sensitivities:
     channels = (experiment.inputs[0], *experiment.outputs)
     strangers = [channel.id for channel in channels if channel.unit != "V"]
     if strangers:
-        raise ValueError(f"channels {strangers} are no volts; their sensitivities are wanted")
+        raise ValueError(f"channels {strangers} are not in volts; their sensitivities are needed")
     drive, *responses = (Sensitivity(channel) for channel in channels)
     return Sensitivities(drive, tuple(responses))
 

@@ -37,8 +37,8 @@ def not_a_campaign(path: Path) -> CampaignFileError:
     from app.files.modal_test_toml import declares_test
 
     if declares_test(path):
-        told = f"declares a modal test, which has no temperatures; flexura identify {path} finds its modes"
-        return CampaignFileError(path, [Problem("", "", told, "")])
+        message = f"declares a modal test, which has no temperatures; flexura identify {path} finds its modes"
+        return CampaignFileError(path, [Problem("", "", message, "")])
     if not path.is_dir():
         return CampaignFileError(path, [_not_a_folder(path, allowed)])
     listed = sorted(child.name for child in path.iterdir())
@@ -58,5 +58,5 @@ def _not_a_folder(path: Path, allowed: str) -> Problem:
     if declared == "experiment/1":
         return Problem("", "", f"an experiment, not yet a campaign; flexura acquire {path} makes one of it", "")
     if declared == FORMAT:
-        return Problem("", "", f"declares a recorded campaign; name the folder it lies in: {path.parent}", "")
+        return Problem("", "", f"declares a recorded campaign; name its folder: {path.parent}", "")
     return Problem("", "", "a file, not a campaign", allowed)

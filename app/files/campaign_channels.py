@@ -29,7 +29,7 @@ class RecordedChannel(Declared):
         """Return what its numbers mean; ValueError, with what to write, where that is not known."""
         unit = self.unit or file_unit
         if unit is None:
-            raise ValueError('the file tells no unit; give unit, for example unit = "V"')
+            raise ValueError('the file gives no unit; give unit, for example unit = "V"')
         return calibration(unit, self.sensitivity, measures.quantity)
 
 

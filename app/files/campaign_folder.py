@@ -6,7 +6,7 @@
 ``events.jsonl``       what happened, appended and forced to the disk
 ``readings.csv``       every temperature read while a rig wrote it, for people
 ``latest.h5``          the repeat recorded last, for ``flexura view``; never analysed
-``control.json``       a pause or a stop that ``flexura view`` wishes; there only meanwhile
+``control.json``       a pause or a stop that ``flexura view`` requests; exists only until it is done
 ``index.h5``           links into the sweeps for people with an HDF5 viewer; made anew at will
 =====================  ===========================================================================
 
@@ -56,7 +56,7 @@ def frozen_protocol(
     source : dict
         SHA-256 of every file imported, or of the experiment's file, by name.
     acquired : dict, optional
-        Everything the rig was told, for a campaign of Flexura's own.
+        The experiment's declaration, for a campaign of Flexura's own.
     level_units : tuple of str
         As of `Campaign`; those of an acquired campaign follow from `acquired`.
 

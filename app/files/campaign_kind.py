@@ -1,4 +1,4 @@
-"""Which of its two forms a campaign's folder has: told by the names in it, before anything is read."""
+"""Which of its two forms a campaign's folder has: recognised by the names in it, before anything is read."""
 
 from pathlib import Path
 

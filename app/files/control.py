@@ -1,4 +1,4 @@
-"""``control.json``: what a window wishes of a running acquisition: go on, pause, or stop safely.
+"""``control.json``: what a window requests of a running acquisition: to go on, to pause, or to stop safely.
 
 The runner asks at every reading of the temperature, and wherever the file is missing or cannot be read it goes on:
 nothing that happens to a window can disturb a campaign.
@@ -11,19 +11,19 @@ from app.files.atomic import write_json
 from app.files.parsed_text import parse_json, read_text
 
 NAME = "control.json"
-Wish = Literal["go on", "pause", "stop"]
+ControlRequest = Literal["go on", "pause", "stop"]
 
 
-def wish(folder: Path, wished: Wish) -> None:
-    """Let the runner of a campaign know."""
-    if wished == "go on":
+def request(folder: Path, action: ControlRequest) -> None:
+    """Write a request; the runner of the campaign reads it."""
+    if action == "go on":
         (folder / NAME).unlink(missing_ok=True)
     else:
-        write_json(folder / NAME, {"wish": wished})
+        write_json(folder / NAME, {"wish": action})
 
 
-def wished(folder: Path) -> Wish:
-    """Return what is wished of the runner."""
+def requested(folder: Path) -> ControlRequest:
+    """Return what is requested of the runner."""
     try:
         found = parse_json(read_text(folder / NAME))["wish"]
     except (OSError, ValueError, KeyError, TypeError):

@@ -87,7 +87,7 @@ def cached_operators(
         del made  # half a gigabyte: what is used is read back, as by every later run
         stored = load_operators(file)
     if stored is None:
-        raise ResultFileError(f"{file}: just written, and cannot be read back; look at the disk, then start again")
+        raise ResultFileError(f"{file}: just written, and cannot be read back; check the disk, then start again")
     return stored
 
 

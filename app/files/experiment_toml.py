@@ -45,7 +45,7 @@ class AcquiredExperiment(Sparse):
 
     format: Literal["experiment/1"]
     title: str
-    rig: Annotated[RigKind, Field(description="which rig runs it unless --rig says otherwise")]
+    rig: Annotated[RigKind, Field(description="which rig runs it, unless --rig is given")]
     plate: Plate
     patch: tuple[AcquiredPatch, ...] = ()
     drive: Annotated[tuple[AcquiredDrive, ...], Field(max_length=1)] = ()
@@ -157,7 +157,7 @@ class AcquiredExperiment(Sparse):
         if self.cards.has_thermocouples and self.thermometer is not None:
             raise ValueError("the plate has both cards.thermocouples and a [thermometer]; remove one of them")
         if self.rig == "simulated" and self.simulation is None:
-            raise ValueError("rig is simulated, but there is no [simulation] that says what is simulated")
+            raise ValueError("rig is simulated, but there is no [simulation], which declares what is simulated")
         return self
 
 
@@ -192,8 +192,8 @@ def read_declared_experiment(path: Path) -> AcquiredExperiment:
         model = experiment_model(table)
     except UnknownInstrument as error:
         wrong = error.wrong
-        told = Problem(path.name, f"{error.section}.kind", wrong.seen, wrong.allowed, wrong.remedy)
-        raise CampaignFileError(path.parent, [told]) from error
+        problem = Problem(path.name, f"{error.section}.kind", wrong.seen, wrong.allowed, wrong.remedy)
+        raise CampaignFileError(path.parent, [problem]) from error
     return checked(path, table, model)
 
 

@@ -26,7 +26,9 @@ def far_limits(name: str, limits: Limits, oven: OvenSettings) -> Iterator[Proble
         A limit more than `FAR` beyond the oven's own.
     """
     least, most = oven.minimum - FAR, oven.maximum + FAR
-    remedy = "bring it nearer, or correct [oven]: it is to stop a campaign that goes where no set-point is"
+    remedy = (
+        "choose a nearer limit, or correct [oven]: it must stop a campaign that leaves the range of the set-points"
+    )
     if limits.hottest > most:
         allowed = f"at most {most:g} °C, oven.maximum + {FAR:g} K"
         yield Problem(name, "limits.hottest", f"{limits.hottest:g} °C", allowed, remedy)

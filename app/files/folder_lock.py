@@ -54,5 +54,5 @@ def folder_lock(folder: Path) -> Iterator[None]:
         try:
             yield
         finally:
-            with suppress(PermissionError):  # Windows removes no open file: an empty one stays, and harms nobody
+            with suppress(PermissionError):  # Windows removes no open file: an empty one stays, without harm
                 path.unlink()

@@ -73,7 +73,7 @@ def mesh_of_file(path: Path, unit: float, names: Mapping[str, str]) -> dict[str,
 
 
 def _renamed(groups: Mapping[str, list[Any]], names: Mapping[str, str]) -> dict[str, list[Any]]:
-    """Give groups the names that the declaration knows, those of one name together."""
+    """Give groups the names used in the declaration, and join those of one name."""
     together: dict[str, set[Any]] = {}
     for name, members in groups.items():
         together.setdefault(names.get(name, name), set()).update(

@@ -66,7 +66,7 @@ def numbers_of(path: Path) -> dict[str, Any]:
 def _grouped(raw: Any) -> Iterator[tuple[str, str, list[int]]]:
     """Name of a physical surface or curve, and type and points of one of its cells.
 
-    Format 4.1 tells all groups of a cell (`cell_sets`), others one tag a cell.
+    Format 4.1 gives all groups of a cell (`cell_sets`), others one tag a cell.
     """
     tags = raw.cell_data.get("gmsh:physical", [])
     for name, (tag, dimension) in raw.field_data.items():
@@ -104,5 +104,5 @@ if __name__ == "__main__":
         Path(sys.argv[2]).write_text(json.dumps(numbers_of(Path(sys.argv[1]))), encoding="utf-8")
     except MemoryError:
         sys.exit(f"needs more than {MEMORY / 1e9} GB of memory: damaged, or its points have numbers far too large")
-    except Exception as error:  # noqa: BLE001 (told to the parent)
+    except Exception as error:  # noqa: BLE001 (reported to the parent process)
         sys.exit(" ".join(str(error).split()) or type(error).__name__)

@@ -54,7 +54,7 @@ def require_plain(file: h5py.File, size: int) -> None:
             held = group[name]
             address = h5o.get_info(held.id).addr
             if address in known or len(known) > OBJECTS:
-                raise ForeignContentsError(f"{place} stands there twice, or there are over {OBJECTS} like it")
+                raise ForeignContentsError(f"{place} occurs twice, or there are over {OBJECTS} like it")
             known.add(address)
             _require_attributes(held)
             if isinstance(held, h5py.Group):

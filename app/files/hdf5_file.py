@@ -1,4 +1,4 @@
-"""An HDF5 file from anybody, opened: whole, closed in itself, and of a size that fits its bytes."""
+"""An untrusted HDF5 file, opened and checked: complete, without external links, of a size that fits its bytes."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -56,5 +56,5 @@ def result_file(path: Path, verb: str) -> Iterator[h5py.File]:
         with opened_hdf5(path) as file:
             yield file
     except Hdf5FileError as error:
-        told = f"{path}: not a readable {path.name}: {error}; make it again: flexura {verb}"
-        raise ResultFileError(told) from error
+        message = f"{path}: not a readable {path.name}: {error}; make it again: flexura {verb}"
+        raise ResultFileError(message) from error

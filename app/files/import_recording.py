@@ -76,7 +76,7 @@ def import_recording(
         Take what is there where the protocol asks for more, leave out sweeps that are no
         measurement, and note both.
     report : callable, optional
-        Told the stage and the share done of it.
+        Called with the stage's name and the share of it done.
     actuator : str, optional
         See `read_recording`.
 
@@ -158,7 +158,7 @@ def _is_there(target: Path, protocol: dict[str, Any]) -> bool:
     if not target.exists():
         return False
     if target.is_dir() and not any(target.iterdir()):
-        target.rmdir()  # an empty folder somebody made ready; the finished one takes its name
+        target.rmdir()  # an empty folder made beforehand; the finished one takes its name
         return False
     if target.is_dir() and is_campaign_folder(target):
         there, _ = read_protocol(target)
@@ -198,7 +198,7 @@ def _prepare(partial: Path, protocol: dict[str, Any]) -> bool:
             child.name for child in partial.iterdir() if child.name.removesuffix(PARTIAL) not in OUR_NAMES
         )
         if strangers:
-            seen = f"stands in the way and holds {', '.join(strangers[:4])}"
+            seen = f"exists already and holds {', '.join(strangers[:4])}"
             raise CampaignFileError(partial, [Problem("", "", seen, "nothing of this name", "move it away")])
         if _frozen_in(partial) == protocol["sha256"]:
             remove_unfinished(partial)

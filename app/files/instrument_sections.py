@@ -57,7 +57,7 @@ def instrument_sections(table: Mapping[str, Any]) -> dict[str, Any]:
 def _kind(
     section: str, kinds: Kinds[Model], table: Mapping[str, Any], default: str | None = None
 ) -> type[Model] | None:
-    """Return the class of the kind a section names; None where it names none, which its own check then tells."""
+    """Return the class of the kind a section names; None where it names none, which its own check then reports."""
     declared = table.get(section)
     name = declared.get("kind", default) if isinstance(declared, Mapping) else default
     if not isinstance(name, str):

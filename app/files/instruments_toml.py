@@ -25,7 +25,7 @@ BASES: dict[str, type[Declared]] = {
     "oven": OvenSettings,
     "thermometer": ThermometerSettings,
 }
-"""Sections, and what checks one without a kind, which is told as missing."""
+"""Sections, and what checks one without a kind, which is reported as missing."""
 
 
 class DeclaredInstruments(Declared):
@@ -62,7 +62,7 @@ def declared_instruments(named: str) -> DeclaredInstruments:
         raise ResultFileError(f"{error.seen}; allowed: {allowed}; {error.remedy}") from error
     except ValidationError as error:
         keys = ", ".join(sorted({str(detail["loc"][0]) for detail in error.errors() if detail["loc"]}))
-        seen = f"{named} says nothing by its name alone: it wants {keys or 'more'}"
+        seen = f"{named} is not defined by its name alone: it needs {keys or 'more'}"
         raise ResultFileError(f"{seen}; declare it in an [oven], and name that file") from error
 
 
@@ -72,8 +72,8 @@ def _of_file(path: Path) -> DeclaredInstruments:
         sections = instrument_sections(table)
     except UnknownInstrument as error:
         wrong = error.wrong
-        told = Problem(path.name, f"{error.section}.kind", wrong.seen, wrong.allowed, wrong.remedy)
-        raise CampaignFileError(path.parent, [told]) from error
+        problem = Problem(path.name, f"{error.section}.kind", wrong.seen, wrong.allowed, wrong.remedy)
+        raise CampaignFileError(path.parent, [problem]) from error
     asked: dict[str, Any] = {name: table[name] for name in BASES if name in table}
     if not asked:
         raise CampaignFileError(

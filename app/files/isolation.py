@@ -1,6 +1,6 @@
 """A file read through in a process of its own: on damaged bytes HDF5 may crash, or go on for ever, deaf to Ctrl-C.
 
-Only for files without a digest of their own bytes; with one, `app.files.seal` tells the damage.
+Only for files without a digest of their own bytes; with one, `app.files.seal` detects damage.
 """
 
 import os
@@ -52,7 +52,7 @@ def run_isolated(module: str, arguments: Sequence[str], size: int) -> None:
         Where it takes too long.
     """
     limit = PATIENCE + size / SLOWEST
-    # not from the current folder, which may be anybody's: a package there would be run in the place of ours
+    # not from the current folder, which may be untrusted: a package there would be run in the place of ours
     others = [entry for entry in sys.path if Path(entry).resolve() != Path.cwd().resolve()]
     # one thread: each of an algebra library's takes 40 MB of the address space that a reader may be held to
     environment = os.environ | dict.fromkeys(POOLS, "1") | {"PYTHONPATH": os.pathsep.join([str(PROGRAM), *others])}
@@ -66,8 +66,8 @@ def run_isolated(module: str, arguments: Sequence[str], size: int) -> None:
             f"not read within {limit:.0f} s: damaged, or on a slow disk; try again with a local copy"
         ) from error
     if child.returncode:
-        told = child.stderr.decode(errors="replace").strip().splitlines()
-        raise ValueError(told[-1] if told else f"its reader crashed on it ({child.returncode})")
+        errors = child.stderr.decode(errors="replace").strip().splitlines()
+        raise ValueError(errors[-1] if errors else f"its reader crashed on it ({child.returncode})")
 
 
 def hold_memory(most: int) -> None:
@@ -99,5 +99,5 @@ def _read_through(path: Path) -> None:
 if __name__ == "__main__":
     try:
         _read_through(Path(sys.argv[1]))
-    except Exception as error:  # noqa: BLE001 (told to the parent)
+    except Exception as error:  # noqa: BLE001 (reported to the parent process)
         sys.exit(str(error))

@@ -32,7 +32,7 @@ def read_joined(
     allow_missing : bool
         As of `read_recording`.
     report : callable, optional
-        Told the stage and the share done of it.
+        Called with the stage's name and the share of it done.
 
     Returns
     -------

@@ -44,7 +44,7 @@ class ChannelOfFile(Declared):
         """Return what its numbers mean; ValueError, with what to write, where that is not known."""
         unit = self.unit or file_unit
         if unit is None:
-            raise ValueError('the file tells no unit; give unit, for example unit = "V" with a sensitivity')
+            raise ValueError('the file gives no unit; give unit, for example unit = "V" with a sensitivity')
         return calibration(unit, self.sensitivity, self.quantity)
 
 

@@ -23,7 +23,7 @@ from app.files.values import read_value, write_value
 
 @dataclass(frozen=True)
 class _Sweep:
-    """One sweep's `Modes` in parts that HDF5 knows; see there."""
+    """One sweep's `Modes` in parts that HDF5 can hold; see there."""
 
     poles: NDArray[np.complex128]
     residues: NDArray[np.complex128]

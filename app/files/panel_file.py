@@ -1,4 +1,4 @@
-"""The focusing panel's TOML file: read strictly, its faults told in the words of the file."""
+"""The focusing panel's TOML file: checked strictly; errors name the keys of the file."""
 
 import json
 from pathlib import Path
@@ -44,19 +44,19 @@ def _checked(text: str, origin: str, source: Path | None = None) -> Panel:
     except ValidationError as error:
         details = error.errors(include_url=False)
         wrong = None if source is None else misplaced(source, json.loads(text), details)
-        lines = list(dict.fromkeys(_told(detail) for detail in details))
-        told = lines[0] if len(lines) == 1 else f"{len(lines)} problems" + "".join(f"\n  {x}" for x in lines)
-        raise ResultFileError(f"{origin}: {told}", wrong) from error
+        lines = list(dict.fromkeys(_sentence(detail) for detail in details))
+        message = lines[0] if len(lines) == 1 else f"{len(lines)} problems" + "".join(f"\n  {x}" for x in lines)
+        raise ResultFileError(f"{origin}: {message}", wrong) from error
 
 
-def _told(detail: ErrorDetails) -> str:
+def _sentence(detail: ErrorDetails) -> str:
     place, seen = detail["loc"], repr(detail["input"])
     key = key_at(Panel, place) or "panel"
     allowed = allowed_at(Panel, place)
     if detail["type"] in ("union_tag_invalid", "union_tag_not_found"):
         tag = detail.get("ctx", {}).get("tag")
-        told = "is missing" if tag is None else f"= {tag!r}"
-        return f"{key}.kind {told}; allowed: {allowed_at(Panel, (*place, 'kind'))}"
+        message = "is missing" if tag is None else f"= {tag!r}"
+        return f"{key}.kind {message}; allowed: {allowed_at(Panel, (*place, 'kind'))}"
     if detail["type"] == "missing":
         return f"{key} is missing; allowed: {allowed}"
     if detail["type"] == "extra_forbidden":

@@ -1,4 +1,4 @@
-"""JSON and TOML that anybody may have written: of bounded length, and not nested without end."""
+"""Untrusted JSON and TOML: of bounded length and depth."""
 
 import json
 import tomllib

@@ -60,7 +60,7 @@ def read_recording(
     allow_missing : bool
         Take what is there where the protocol asks for more, and leave out sweeps that are no measurement.
     report : callable, optional
-        Told the stage and the share done of it.
+        Called with the stage's name and the share of it done.
     actuator : str, optional
         Of several that drove the plate one after the other: its sweeps are read, as a campaign of their own.
 
@@ -104,7 +104,7 @@ def read_recording(
     if len(sweeps) == len(files):
         problems += _idle(experiment, sweeps)
     if missing and not allow_missing and len(sweeps) == len(files):
-        problems.append(_missing(missing))  # told only of whole files: a damaged one is not missing
+        problems.append(_missing(missing))  # only of undamaged files: a damaged one is not missing
     if problems or not sweeps:
         raise CampaignFileError(folder, problems or left_out)
     names = sorted(sweeps, key=lambda name: sweeps[name].step)

@@ -28,7 +28,7 @@ def run_folder(campaign: Path, out: Path | None) -> Iterator[Path]:
     """
     folder = out or _beside(campaign)
     made: list[Path] = []
-    with suppress(OSError):  # a name that is too long, or a folder that may not be searched: told below
+    with suppress(OSError):  # a name that is too long, or a folder without permission: reported below
         made = [one for one in (folder, *folder.parents) if not one.exists()]
     try:
         yield writable_folder(folder, "--out")

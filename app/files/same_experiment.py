@@ -32,7 +32,7 @@ def require_ours(folder: Path, protocol: Mapping[str, Any]) -> None:
 
 
 def _differences(there: dict[str, Any], asked: dict[str, Any]) -> list[str]:
-    """Keys in which two protocols differ; the wording of the file, its comments, is nobody's concern.
+    """Keys in which two protocols differ; the text of the file, such as comments, is not compared.
 
     Those of the experiment's file as they stand there; what is derived from them, the declaration of the
     campaign, is named only where they are the same (other cards run at another rate).

@@ -1,6 +1,6 @@
 """A digest of a file's own bytes, at its head: any change after the file was written is seen before it is read.
 
-HDF5 leaves the first 512 bytes of a file to whoever writes it (the user block). Flexura keeps there, as text, the
+HDF5 leaves the first 512 bytes of a file free (the user block). Flexura keeps there, as text, the
 SHA-256 of all bytes after them. A reader that compares it first never hands damaged bytes to the HDF5 library,
 which runs into endless loops, crashes or wrong numbers on them.
 """

@@ -1,4 +1,4 @@
-"""Settings in a TOML file, read strictly against their model, their faults told in the words of the file."""
+"""Settings in a TOML file, checked strictly against their model; errors name the keys of the file."""
 
 import difflib
 import json

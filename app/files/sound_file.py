@@ -47,7 +47,7 @@ class Sound:
         """
         read = 0
         while read < self.frames:
-            with _told(self.path):
+            with _faults_named(self.path):
                 block: Real = self._file.read(count, dtype="float64", always_2d=True)
             if not len(block):
                 raise ResultFileError(f"{self.path}: ends after {read} of {self.frames} samples; it was cut short")
@@ -84,7 +84,7 @@ def opened_sound(path: Path, sample_rate: float | None = None) -> Iterator[Sound
         ) from error
     if not path.is_file():
         raise ResultFileError(f"{path}: no such file")
-    with _told(path):
+    with _faults_named(path):
         file = soundfile.SoundFile(path)
     with file:
         if file.frames <= 0:
@@ -98,7 +98,7 @@ def opened_sound(path: Path, sample_rate: float | None = None) -> Iterator[Sound
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _faults_named(path: Path) -> Iterator[None]:
     import soundfile
 
     try:

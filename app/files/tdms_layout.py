@@ -74,7 +74,7 @@ def layout_problems(name: str, tdms: TdmsFile, layout: TdmsLayout) -> Iterator[P
     Problem
     """
     there = [group.name for group in tdms.groups()]
-    yield from _names(name, "groups", there, layout.groups, "protocol.repeats says how many")
+    yield from _names(name, "groups", there, layout.groups, "their number is protocol.repeats")
     lengths: dict[str, int] = {}
     offsets: dict[str, object] = {}
     for group in (group for group in tdms.groups() if group.name in layout.groups):

@@ -117,7 +117,7 @@ def _truncated(name: str, size: int) -> Problem:
 def _property_problems(name: str, properties: dict[str, Any], recorder: RecorderLayout) -> Iterator[Problem]:
     file, remedy = Path(name).name, "the root property is missing"
     if file in recorder.sweeps:
-        remedy = f'give start_time in sweeps."{file}"'  # all else is told there
+        remedy = f'give start_time in sweeps."{file}"'  # everything else is declared there
     elif recorder.channels:
         remedy = f'name "{file}" in [sweeps] of campaign.toml, with its temperature, direction and level'
     for key, (allowed, good) in PROPERTIES.items():

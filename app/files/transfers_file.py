@@ -149,7 +149,7 @@ def _folder(path: Path) -> MeasuredTransfers:
     for one in files:
         named = NAMED.fullmatch(one.stem)
         if named is None:
-            raise ValueError(f"{one.name} does not say its temperature; name it as scan_21.5C{one.suffix}")
+            raise ValueError(f"{one.name} has no temperature in its name; name it as scan_21.5C{one.suffix}")
         temperature = float(named[1])
         if temperature in read:
             raise ValueError(

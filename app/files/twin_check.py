@@ -1,4 +1,4 @@
-"""Whether a twin file belongs to a campaign's plate, and whether the library knows its effects."""
+"""Whether a twin file belongs to a campaign's plate, and whether the library has its effects."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -44,7 +44,7 @@ def require_same_plate(path: Path, twin: TwinFile, experiment: Experiment) -> No
 
 
 def require_known_effects(path: Path, twin: TwinFile, cards: Mapping[str, EffectCard]) -> None:
-    """Raise unless the library knows a twin's effects, their parameters and units, and allows the values.
+    """Raise unless the library has a twin's effects, their parameters and units, and allows the values.
 
     Parameters
     ----------

@@ -123,7 +123,7 @@ class TwinFile(Sparse):
     def _consistent(self) -> Self:
         names = [effect.name for effect in self.effect]
         if len(set(names)) != len(names):
-            raise ValueError(f"effects {names}: each may stand once")
+            raise ValueError(f"effects {names}: each may occur once")
         if not self.gain.value > 0.0:
             raise ValueError(f"gain.value {self.gain.value:g} must be above 0")
         self.experiment()

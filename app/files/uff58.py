@@ -118,7 +118,7 @@ def _as_dict(data: Any) -> dict[str, Any]:
 
 
 def _function(number: int, data: dict[str, Any]) -> int:
-    """Return what a data set says it holds; ValueError where it says nothing the format knows."""
+    """Return what a data set says it holds; ValueError where the format does not have it."""
     function = int(data.get("func_type", -1))
     if function not in FUNCTION_TYPES:
         raise ValueError(f"data set 58, number {number}: function type {function}; allowed 0 to 27")

@@ -11,7 +11,7 @@ from analysis.frf import Frf
 
 
 def campaign_frfs(experiment: Experiment, frf: Frf) -> list[MeasuredTransfer]:
-    """Return every sweep's FRFs, sweep by sweep, with what tells them apart in their names."""
+    """Return every sweep's FRFs, sweep by sweep, with names that distinguish them."""
     inputs, outputs = experiment.inputs, experiment.outputs
     return [
         MeasuredTransfer(

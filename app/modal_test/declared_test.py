@@ -21,6 +21,9 @@ from app.modal_test.frf_set import FrfSet, Position, said_of_coherence
 from app.modal_test.given_frfs import given_frfs
 from app.modal_test.signals import SignalsOfFile, signals
 
+Runs = dict[tuple[tuple[str, str], ...], list[tuple[str, SignalsOfFile]]]
+"""Names and signals of the files, by the places of their channels."""
+
 
 def declared_frfs(path: Path, report: Progress) -> FrfSet:
     """Read a test and estimate its FRFs.
@@ -30,7 +33,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     path : Path
         Declaration, or the folder in which it is ``test.toml``.
     report : callable
-        Told how far it is.
+        Called with the stage's name and the share done.
 
     Returns
     -------
@@ -46,24 +49,10 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     """
     file = path / NAME if path.is_dir() else path
     test = read_modal_test(file)
-    transfers: list[MeasuredTransfer] = []
-    notes: list[str] = []
-    runs: dict[tuple[tuple[str, str], ...], list[tuple[str, SignalsOfFile]]] = {}
-    rates = {0.0}
     hashes = {file.name: sha256(file)}
-    for done, record in enumerate(test.record):
-        report("read", done / len(test.record))
-        target = file.parent / record.file
-        columns = read_columns(target)
-        hashes[record.file] = sha256(target)
-        try:
-            if test.kind == "frf":
-                transfers += given_frfs(record, columns, test)
-            else:
-                held = signals(record.file, columns, test)
-                runs.setdefault(tuple(sorted(_places(record, test).items())), []).append((record.file, held))
-        except ValueError as error:
-            raise ResultFileError(f"{file.parent}: {error}") from error
+    transfers, runs = _read_files(file.parent, test, hashes, report)
+    notes: list[str] = []
+    rates = {0.0}
     test = _with_one_block([run for files in runs.values() for run in files], test, file.parent)
     for places, files in runs.items():
         try:
@@ -91,6 +80,28 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
         )
     except ValueError as error:
         raise ResultFileError(f"{file}: {error}") from error
+
+
+def _read_files(
+    folder: Path, test: ModalTest, hashes: dict[str, str], report: Progress
+) -> tuple[list[MeasuredTransfer], Runs]:
+    """Read all files of a test: FRFs that they hold, or their signals; add their SHA-256 to `hashes`."""
+    transfers: list[MeasuredTransfer] = []
+    runs: Runs = {}
+    for done, record in enumerate(test.record):
+        report("read", done / len(test.record))
+        target = folder / record.file
+        columns = read_columns(target)
+        hashes[record.file] = sha256(target)
+        try:
+            if test.kind == "frf":
+                transfers += given_frfs(record, columns, test)
+            else:
+                held = signals(record.file, columns, test)
+                runs.setdefault(tuple(sorted(_places(record, test).items())), []).append((record.file, held))
+        except ValueError as error:
+            raise ResultFileError(f"{folder}: {error}") from error
+    return transfers, runs
 
 
 def _with_one_block(runs: list[tuple[str, SignalsOfFile]], test: ModalTest, folder: Path) -> ModalTest:

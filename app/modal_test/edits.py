@@ -42,7 +42,7 @@ def drop_mode(run: Path, frequency: float) -> str:
     Returns
     -------
     str
-        What was done, as the run's notes tell it.
+        What was done, as in the run's notes.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def add_mode(run: Path, frequency: float) -> str:
     Returns
     -------
     str
-        What was done, as the run's notes tell it.
+        What was done, as in the run's notes.
 
     Raises
     ------

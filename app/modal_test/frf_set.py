@@ -32,9 +32,9 @@ class FrfSet:
     segment : float
         Length of the windowed segments that were averaged, s; 0 where there were none.
     temperature : float
-        Degrees Celsius; NaN where it was not told.
+        Degrees Celsius; NaN where it is not known.
     mains : float or None
-        Hz, where it was told.
+        Hz, where it is known.
     notes : tuple of str
     hashes : dict of str to str
         SHA-256 of the files they came from.
@@ -127,8 +127,8 @@ def said_of_coherence(transfers: Sequence[MeasuredTransfer]) -> list[str]:
         return []
     others = f" and {len(empty) - 1} more" if len(empty) > 1 else ""
     return [
-        f"{empty[0]}{others}: coherence 1 on every line, as after one average, says nothing of the noise; its "
-        "lines are weighed by what the fit leaves over"
+        f"{empty[0]}{others}: coherence 1 on every line, as after one average, gives no noise; its lines are "
+        "weighted by the residual of the fit"
     ]
 
 

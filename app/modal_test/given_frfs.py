@@ -47,14 +47,7 @@ def given_frfs(record: RecordOfTest, columns: Columns, test: ModalTest) -> list[
     read = calibration(test.frf.response, None, "voltage" if test.frf.response.endswith("V") else None)
     drove = calibration(test.frf.reference, None, "voltage" if test.frf.reference.endswith("V") else None)
     made = []
-    named: list[tuple[str, NDArray[Any], str, str]] = []
-    if "real" in by_role:
-        h = columns.values[by_role["real"][0]] + 1j * columns.values[by_role["imaginary"][0]]
-        named.append((record.file, h, record.at.get("response", "1"), record.at.get("reference", "1")))
-    for number, name in enumerate(by_role.get("frf", ()), start=1):
-        channel = test.channels[name]
-        place = record.at.get(name) or channel.at or str(number)
-        named.append((name, columns.values[name], place, record.at.get("reference") or channel.reference or "1"))
+    named = _named_frfs(record, columns, test, by_role)
     beside = by_role.get("coherence", [])
     if len(beside) not in (0, 1, len(named)):
         raise ValueError(
@@ -84,6 +77,21 @@ def given_frfs(record: RecordOfTest, columns: Columns, test: ModalTest) -> list[
     return made
 
 
+def _named_frfs(
+    record: RecordOfTest, columns: Columns, test: ModalTest, by_role: dict[str, list[str]]
+) -> list[tuple[str, NDArray[Any], str, str]]:
+    """Name, values, response's place and reference's place of every FRF in the file."""
+    found: list[tuple[str, NDArray[Any], str, str]] = []
+    if "real" in by_role:
+        h = columns.values[by_role["real"][0]] + 1j * columns.values[by_role["imaginary"][0]]
+        found.append((record.file, h, record.at.get("response", "1"), record.at.get("reference", "1")))
+    for number, name in enumerate(by_role.get("frf", ()), start=1):
+        channel = test.channels[name]
+        place = record.at.get(name) or channel.at or str(number)
+        found.append((name, columns.values[name], place, record.at.get("reference") or channel.reference or "1"))
+    return found
+
+
 def _with_coherence(
     file: str, name: str, values: NDArray[Any], h: NDArray[Any], used: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
@@ -108,14 +116,14 @@ def _checked_lines(file: str, name: str, frequency: NDArray[np.float64], h: NDAr
         raise ValueError(f"{place}: frequencies below 0 Hz; export the one-sided FRF")
     step = np.diff(frequency)
     if (step == 0.0).any():
-        raise ValueError(f"{place}: {frequency[1:][step == 0.0][0]:g} Hz stands there twice; export more digits")
+        raise ValueError(f"{place}: {frequency[1:][step == 0.0][0]:g} Hz occurs twice; export more digits")
     if (step < 0.0).any():
         raise ValueError(f"{place}: frequencies do not ascend; sort the lines")
     used: NDArray[np.bool_] = frequency > 0.0
     if used.sum() < 8:
         raise ValueError(f"{place}: {int(used.sum())} lines above 0 Hz; 8 at least: export the whole band")
     if not np.abs(h[used]).any():
-        raise ValueError(f"{place}: zero on every line; look at the channel, or leave it out")
+        raise ValueError(f"{place}: zero on every line; check the channel, or leave it out")
     if np.ptp(h[used].real) == np.ptp(h[used].imag) == 0.0:
         raise ValueError(f"{place}: the same value on every line; this is no FRF of a structure, leave it out")
     return used

@@ -36,7 +36,7 @@ class NewTest:
     kind : str or None
         None to be guessed.
     drives, responses : dict of str to str or None
-        Sensitivity or unit by channel, or by a pattern with *; None where the file tells the unit.
+        Sensitivity or unit by channel, or by a pattern with *; None where the file gives the unit.
     unused : tuple of str
     title : str
     sample_rate : float or None
@@ -90,7 +90,7 @@ def guessed_channels(file: Path, columns: Columns, said: NewTest) -> dict[str, d
 
 
 def guessed_rate(columns: Columns, said: NewTest, roles: Sequence[str]) -> dict[str, Any]:
-    """Return the sample rate as said, or the file's own number that is called so, where nothing else tells it.
+    """Return the sample rate as said, or the file's own number that is called so, where nothing else gives it.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def guessed_rate(columns: Columns, said: NewTest, roles: Sequence[str]) -> dict[
     Returns
     -------
     dict
-        ``sample_rate``, Hz or the name of the file's number; empty where the file tells it or nothing does.
+        ``sample_rate``, Hz or the name of the file's number; empty where the file gives it, or if it is unknown.
     """
     if said.sample_rate is not None:
         return {"sample_rate": said.sample_rate}
@@ -118,7 +118,7 @@ def lacks_sensitivity(channel: Mapping[str, Any], file_unit: str | None) -> bool
         return False
     try:
         return unit(str(channel.get("unit") or file_unit)).quantity == "voltage"
-    except ValueError:  # FS, or a unit that nobody knows
+    except ValueError:  # FS, or an unknown unit
         return True
 
 
@@ -128,8 +128,8 @@ def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
     for role, named in (("drive", said.drives), ("response", said.responses)):
         meant = [pattern for pattern in named if _means(pattern, name)]
         if meant:
-            told = named[name if name in meant else meant[0]]
-            return {"role": role} | _unit_or_sensitivity(told, file_unit)
+            given = named[name if name in meant else meant[0]]
+            return {"role": role} | _unit_or_sensitivity(given, file_unit)
     if any(_means(pattern, name) for pattern in said.unused):
         return {"role": "unused"}
     if np.iscomplexobj(columns.values[name]):
@@ -156,12 +156,12 @@ def _means(pattern: str, name: str) -> bool:
     )
 
 
-def _unit_or_sensitivity(told: str | None, file_unit: str | None) -> dict[str, str]:
+def _unit_or_sensitivity(given: str | None, file_unit: str | None) -> dict[str, str]:
     """Keys of a channel for what a user wrote behind its name: ``m/s2``, ``100 mV/g``, or nothing."""
-    if told is None:
+    if given is None:
         return {} if file_unit else {"unit": "V"}
     try:
-        unit(told)
+        unit(given)
     except ValueError:
-        return {"sensitivity": told} | ({} if file_unit else {"unit": "V"})
-    return {"unit": told}
+        return {"sensitivity": given} | ({} if file_unit else {"unit": "V"})
+    return {"unit": given}

@@ -108,8 +108,8 @@ def identify_test(frfs: FrfSet, wanted: "Wanted", report: Progress) -> TestModes
     orders = np.unique(np.linspace(2, 2 * max(len(modes.poles), 3) + 2, 8).astype(int))
     chart = stabilization_chart(Measured(frfs.frequency, frfs.h), modes.terms, [int(n) for n in orders])
     report("identify", 1.0)
-    told = replace(frfs, notes=(*frfs.notes, *_widened(modes, frfs.segment)))
-    return shaped_test(told, freed(modes, frfs.window_rate), chart)
+    widened = replace(frfs, notes=(*frfs.notes, *_widened(modes, frfs.segment)))
+    return shaped_test(widened, freed(modes, frfs.window_rate), chart)
 
 
 def shaped_test(frfs: FrfSet, modes: Modes, chart: StabilizationChart) -> TestModes:

@@ -1,7 +1,7 @@
 """A declaration to start from: of a test, after a look into its files, or of a campaign, after the shipped one."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -114,7 +114,7 @@ def new_campaign(
     -------
     file : Path
     missing : list of str
-        What the files do not tell, to be completed by hand.
+        What the files do not contain, to be completed by hand.
 
     Raises
     ------
@@ -145,7 +145,36 @@ def _recorded(table: dict[str, Any], files: Sequence[Path], said: NewTest) -> li
     columns = _of_one_group(read_columns(files[0]))
     guessed = guessed_channels(files[0], columns, said)
     sensors = [patch["id"] for patch in table["patch"] if patch["role"] == "sensor"]
-    missing, channels, count = [], {}, {"drive": 0, "response": 0}
+    channels, missing = _recorded_channels(guessed, columns, sensors)
+    drives = [name for name, one in channels.items() if one["role"] == "drive"]
+    if len(drives) != 1:
+        raise ResultFileError(
+            f"{files[0]}: one drive needed, found {', '.join(drives) or 'none'}; name it with --drive NAME. It "
+            f"holds: {', '.join(channels)}"
+        )
+    if drives[0] in columns.rates:
+        table["acquisition"]["sample_rate"] = columns.rates[drives[0]]
+    else:
+        missing.append(f"no sample rate in the file; {table['acquisition']['sample_rate']:g} Hz is used")
+    level = table["protocol"]["levels"][0]
+    named = {one.name: NAMED.fullmatch(one.stem) for one in files}
+    table["channels"] = channels
+    table["sweeps"] = {
+        name: {"temperature": float(found[1]) if found else 20.0, "level": level} for name, found in named.items()
+    }
+    missing += [
+        f"{name!r}: its name gives no temperature; 20 °C is used" for name, found in named.items() if not found
+    ]
+    return missing
+
+
+def _recorded_channels(
+    guessed: Mapping[str, dict[str, Any]], columns: Columns, sensors: Sequence[str]
+) -> tuple[dict[str, dict[str, Any]], list[str]]:
+    """Return the declaration of a recorder's channels, and what is missing in it."""
+    missing: list[str] = []
+    channels: dict[str, dict[str, Any]] = {}
+    count = {"drive": 0, "response": 0}
     for name, one in guessed.items():
         role = one["role"] if one["role"] in count else "unused"
         channels[name] = {"role": role}
@@ -158,30 +187,8 @@ def _recorded(table: dict[str, Any], files: Sequence[Path], said: NewTest) -> li
                 missing.append(f"{name!r} is read at S{count[role]}: declare a patch or sensor of that id")
         channels[name] |= {key: one[key] for key in ("unit", "sensitivity") if one.get(key)}
         if name not in columns.units and one["unit"] == "V" and "sensitivity" not in one:
-            missing.append(f"{name!r}: the file tells no unit; V stands there")
-    if count["drive"] != 1:
-        drives = ", ".join(name for name, one in channels.items() if one["role"] == "drive") or "none"
-        raise ResultFileError(
-            f"{files[0]}: one drive wanted, found {drives}; name it with --drive NAME. It holds: "
-            f"{', '.join(channels)}"
-        )
-    drive = next(name for name, one in channels.items() if one["role"] == "drive")
-    if drive in columns.rates:
-        table["acquisition"]["sample_rate"] = columns.rates[drive]
-    else:
-        missing.append(f"no sample rate in the file; {table['acquisition']['sample_rate']:g} Hz stands there")
-    level = table["protocol"]["levels"][0]
-    named = {one.name: NAMED.fullmatch(one.stem) for one in files}
-    table["channels"] = channels
-    table["sweeps"] = {
-        name: {"temperature": float(found[1]) if found else 20.0, "level": level} for name, found in named.items()
-    }
-    missing += [
-        f"{name!r}: its name tells no temperature; 20 °C stands there"
-        for name, found in named.items()
-        if not found
-    ]
-    return missing
+            missing.append(f"{name!r}: the file gives no unit; V is assumed")
+    return channels, missing
 
 
 def _of_one_group(columns: Columns) -> Columns:

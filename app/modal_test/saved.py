@@ -37,7 +37,7 @@ def save_frfs(target: Path, frfs: FrfSet, made_from: Mapping[str, Any]) -> None:
     made_from : mapping
         Provenance.
     """
-    told = {
+    record = {
         "title": frfs.title,
         "transfers": [{name: getattr(t, name) for name in TEXTS} | {"units": t.units} for t in frfs.transfers],
         "points": {str(node): place for node, place in frfs.points.items()},
@@ -49,7 +49,7 @@ def save_frfs(target: Path, frfs: FrfSet, made_from: Mapping[str, Any]) -> None:
     }
     with atomic_hdf5(target) as file:
         stamp(file, made_from)
-        file.create_dataset("test", data=json.dumps(told))  # an attribute holds 64 KiB only
+        file.create_dataset("test", data=json.dumps(record))  # an attribute holds 64 KiB only
         for name in NUMBERS:
             file.attrs[name] = getattr(frfs, name)
         file["frequency"], file["h"] = frfs.frequency, frfs.h
@@ -76,7 +76,7 @@ def load_frfs(path: Path) -> FrfSet:
         Where the file is missing or something else.
     """
     with result_file(path, "identify") as file:
-        told = parse_json(file["test"].asstr()[()])
+        record = parse_json(file["test"].asstr()[()])
         frequency, h = file["frequency"][()], file["h"][()]
         known = {name: file[name][()] if name in file else [None] * len(h) for name in ("variance", "coherence")}
         transfers = tuple(
@@ -88,18 +88,18 @@ def load_frfs(path: Path) -> FrfSet:
                 variance=variance,
                 coherence=coherence,
             )
-            for one, row, variance, coherence in zip(told["transfers"], h, *known.values(), strict=True)
+            for one, row, variance, coherence in zip(record["transfers"], h, *known.values(), strict=True)
         )
         return FrfSet(
-            title=str(told["title"]),
+            title=str(record["title"]),
             transfers=transfers,
-            points={int(node): (float(x), float(y), float(z)) for node, (x, y, z) in told["points"].items()},
+            points={int(node): (float(x), float(y), float(z)) for node, (x, y, z) in record["points"].items()},
             **{name: float(file.attrs[name]) for name in NUMBERS},
-            mains=None if told["mains"] is None else float(told["mains"]),
-            notes=tuple(str(note) for note in told["notes"]),
-            hashes={str(name): str(digest) for name, digest in told["hashes"].items()},
-            operator=str(told.get("operator", "")),
-            date=str(told.get("date", "")),
+            mains=None if record["mains"] is None else float(record["mains"]),
+            notes=tuple(str(note) for note in record["notes"]),
+            hashes={str(name): str(digest) for name, digest in record["hashes"].items()},
+            operator=str(record.get("operator", "")),
+            date=str(record.get("date", "")),
         )
 
 

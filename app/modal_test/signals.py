@@ -115,7 +115,7 @@ def missing_columns(file: str, columns: Columns, wanted: list[str]) -> list[str]
 
 
 def sample_rate(file: str, columns: Columns, test: ModalTest) -> float:
-    """Sample rate of signals: as declared, from their times, or as the file tells.
+    """Sample rate of signals: as declared, from their times, or from the file.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def sample_rate(file: str, columns: Columns, test: ModalTest) -> float:
     Raises
     ------
     ValueError
-        Where none of these tells it, times are not evenly spaced, or channels have different rates.
+        Where none of these gives it, times are not evenly spaced, or channels have different rates.
     """
     if isinstance(test.sample_rate, float):
         return test.sample_rate
@@ -144,14 +144,14 @@ def sample_rate(file: str, columns: Columns, test: ModalTest) -> float:
     times = [name for name, channel in test.channels.items() if channel.role == "time"]
     if times:
         return _rate_of(columns.values[times[0]].real)
-    told = {columns.rates[name] for name in columns.rates if name in test.channels}
-    if not told:
+    rates = {columns.rates[name] for name in columns.rates if name in test.channels}
+    if not rates:
         raise ValueError(
-            "the sample rate is not told; give sample_rate in Hz, its name in the file, or a channel the role time"
+            "the files give no sample rate; give sample_rate in Hz, its name in a file, or the role time"
         )
-    if max(told) - min(told) > 1e-6 * max(told):
-        raise ValueError(f"channels of {sorted(told)} Hz; all of a run need one rate: resample them")
-    return max(told)
+    if max(rates) - min(rates) > 1e-6 * max(rates):
+        raise ValueError(f"channels of {sorted(rates)} Hz; all of a run need one rate: resample them")
+    return max(rates)
 
 
 def _rate_of(time: NDArray[np.float64]) -> float:

@@ -110,7 +110,7 @@ def candidates(record: Record) -> Figure:
     axes.set(xlabel="log evidence over the plain twin [nats]; dotted: what an effect must bring at least")
     handles = [
         Patch(color=AFTER, label="named" if record["verdict"] != "unknown" else "hint"),
-        Patch(color=ALIKE, label="cannot be told from it"),
+        Patch(color=ALIKE, label="cannot be distinguished from it"),
         Patch(color=OTHER, label="other, fitted"),
         Patch(fill=False, edgecolor=OTHER, label="to first order only"),
     ]

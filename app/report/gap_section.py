@@ -40,7 +40,7 @@ def gap_section(path: Path) -> list[Item]:
     items.append(
         Picture(
             "gap-candidates",
-            "Which effects were considered, and what speaks for each?",
+            "Which effects were considered, and how strong is the evidence for each?",
             gap.candidates(record),
             "What each effect alone would explain.",
         )
@@ -90,7 +90,7 @@ def verdict(record: Record) -> VerdictBox:
         if part["closure"] is not None
     ]
     sentences += [
-        f"This campaign cannot tell {effect['name']} from {' or '.join(effect['equivalent'])}; "
+        f"This campaign cannot distinguish {effect['name']} from {' or '.join(effect['equivalent'])}; "
         f"what would: {effect['separated_by']}."
         for effect in record["effects"]
         if effect["equivalent"]

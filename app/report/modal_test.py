@@ -60,7 +60,7 @@ def sections_of_test(run: Path) -> tuple[str, str, list[Section]]:
         moving, alike = drawn_shapes(frfs, modes, shapes), auto_mac(modes, shapes)
         pictures = [
             Picture("shapes", "How does it move?", moving, _shape_words(frfs, shapes)),
-            Picture("auto-mac", "Are the shapes told apart?", alike, "AutoMAC of the shapes."),
+            Picture("auto-mac", "Can the shapes be distinguished?", alike, "AutoMAC of the shapes."),
         ]
         parts.append(Section("Shapes", pictures))
     parts.append(Section("Provenance", origin(stamps(run, FILES))))

@@ -16,37 +16,17 @@ from app.report import identified, measured, paper, updated
 from app.report.declared import experiment_points, picture, pieces_of, plate_words, transducer_rows
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture
 from app.terminal.gap import with_sigma
-from app.terminal.update import gains_told
+from app.terminal.update import gains_text
 
 
 def measurement_section(experiment: Experiment, frf: Frf) -> list[Item]:
     """Return what was declared and measured."""
-    plate, protocol, inputs = experiment.plate, experiment.protocol, experiment.acquisition
-    facts = [
-        ("plate", plate_words(plate)),
-        ("mass, density", f"{1e3 * plate.mass:g} g, {plate.density:.0f} kg/m³"),
-        *(
-            (p.role, f"{p.id}: {p.material} at {p.center[0]:g}, {p.center[1]:g} m, {p.side}")
-            for p in experiment.patch
-        ),
-        *transducer_rows(experiment),
-        ("transfers", ", ".join((frf.labels or [frf.label(k) for k in range(len(frf.channels))])[:8])),
-        (
-            "sweeps",
-            f"{protocol.sweep}, {protocol.band[0]:g} to {protocol.band[1]:g} Hz, {protocol.sweep_duration:g} s "
-            f"and {protocol.tail:g} s of silence, {protocol.repeats} repeats",
-        ),
-        (
-            "input",
-            f"{inputs.module} at {inputs.sample_rate:.2f} Hz, {inputs.input_resistance:g} Ω across each sensor",
-        ),
-    ]
     items: list[Item] = [
-        PageTable(("", ""), facts),
+        PageTable(("", ""), _facts(experiment, frf)),
         Picture(
             "declared",
             "What was declared?",
-            picture(pieces_of(plate, experiment.patch, experiment_points(experiment))),
+            picture(pieces_of(experiment.plate, experiment.patch, experiment_points(experiment))),
             "Outline, patches and what holds the plate.",
         ),
         *(
@@ -144,12 +124,12 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
     worst = float((estimates.misfit / estimates.noise_floor).max())
     each = "" if estimates.further is None else " of an actuator"
     text = (
-        f"One gain for all sweeps{each}: {gains_told(estimates, experiment.inputs)}. The twin misses at "
+        f"One gain for all sweeps{each}: {gains_text(estimates, experiment.inputs)}. The twin misses at "
         f"most {worst:.2f} times the noise of the measurement. Its reduced model is certified to "
         f"{twin.basis_error:.1g} of a transfer's rms."
     )
     if worst > GOOD_MISFIT and not (run / "gap.h5").is_file():
-        text += " It lacks something the plate has; what, may be found with: flexura gap CAMPAIGN."
+        text += " It lacks an effect that the plate has; to find it: flexura gap CAMPAIGN."
     same = np.array_equal(frf.temperature, estimates.temperature)
     if not same:
         text += (
@@ -164,6 +144,30 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
             "What is the plate made of, at each temperature?",
             updated.laws(estimates, laws),
             "E, η and ν over temperature, two-sigma bands (paper Fig. 12).",
+        ),
+    ]
+
+
+def _facts(experiment: Experiment, frf: Frf) -> list[tuple[str, str]]:
+    """Return the rows of the table of plate, transducers, sweeps and input card."""
+    plate, protocol, inputs = experiment.plate, experiment.protocol, experiment.acquisition
+    return [
+        ("plate", plate_words(plate)),
+        ("mass, density", f"{1e3 * plate.mass:g} g, {plate.density:.0f} kg/m³"),
+        *(
+            (p.role, f"{p.id}: {p.material} at {p.center[0]:g}, {p.center[1]:g} m, {p.side}")
+            for p in experiment.patch
+        ),
+        *transducer_rows(experiment),
+        ("transfers", ", ".join((frf.labels or [frf.label(k) for k in range(len(frf.channels))])[:8])),
+        (
+            "sweeps",
+            f"{protocol.sweep}, {protocol.band[0]:g} to {protocol.band[1]:g} Hz, {protocol.sweep_duration:g} s "
+            f"and {protocol.tail:g} s of silence, {protocol.repeats} repeats",
+        ),
+        (
+            "input",
+            f"{inputs.module} at {inputs.sample_rate:.2f} Hz, {inputs.input_resistance:g} Ω across each sensor",
         ),
     ]
 

@@ -27,7 +27,7 @@ KINDS: Mapping[str, type[Outline]] = {
     "spline": SplineOutline,
 }
 CANNOT = (ValueError, TypeError, KeyError, IndexError, AttributeError, ArithmeticError)
-"""What comes of settings that nobody has checked."""
+"""Results of settings that were not checked."""
 
 
 def pieces_declared(wrong: Misplaced) -> Pieces:
@@ -77,7 +77,7 @@ def _rectangle(plate: Mapping[str, Any]) -> tuple[Curve, ...]:
 
 
 def _curves(declared: object) -> tuple[Curve, ...]:
-    """Curves of an outline that nobody has checked; none where they cannot be made."""
+    """Curves of an outline that was not checked; none where they cannot be made."""
     if not isinstance(declared, Mapping):
         return ()
     try:
@@ -94,7 +94,7 @@ def _frozen(value: Any) -> Any:
 
 
 def _held(plate: Mapping[str, Any], outline: tuple[Curve, ...]) -> tuple[tuple[str, Curve], ...]:
-    """Return supported parts of the outline, as far as they can be told."""
+    """Return supported parts of the outline, as far as they can be determined."""
     found: list[tuple[str, Curve]] = []
     for item in _tables(plate.get("support")):
         try:

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from app.report.style import BAND, MEASURED, MODEL, panels
-from app.sound.look import Look
+from app.sound.stretch import RecordingStretch
 from app.sound.trace import TraceMoment
 
 
@@ -31,27 +31,29 @@ def along_the_way(moments: Sequence[TraceMoment]) -> Figure:
     return figure
 
 
-def readings(looks: Sequence[Look], true: NDArray[np.float64] | None) -> Figure:
+def readings(stretches: Sequence[RecordingStretch], true: NDArray[np.float64] | None) -> Figure:
     """Draw readings with their 90 % intervals, the track with its own, and the truth where it is known."""
     figure, axes = panels(1, 1, height=3.4)
-    told = [look for look in looks if not look.reading.refused]
+    accepted = [stretch for stretch in stretches if not stretch.reading.refused]
     axes.errorbar(
-        [look.time for look in told],
-        [look.reading.temperature for look in told],
-        [1.645 * look.reading.sigma for look in told],
+        [stretch.time for stretch in accepted],
+        [stretch.reading.temperature for stretch in accepted],
+        [1.645 * stretch.reading.sigma for stretch in accepted],
         fmt="o",
         ms=2.5,
         lw=0.8,
         color=MEASURED,
         label="single readings, 90 %",
     )
-    tracked = [look for look in looks if np.isfinite(look.sigma)]
-    time, middle = [look.time for look in tracked], np.array([look.temperature for look in tracked])
-    half = 1.645 * np.array([look.sigma for look in tracked])
+    tracked = [stretch for stretch in stretches if np.isfinite(stretch.sigma)]
+    time, middle = [stretch.time for stretch in tracked], np.array([stretch.temperature for stretch in tracked])
+    half = 1.645 * np.array([stretch.sigma for stretch in tracked])
     axes.plot(time, middle, color=BAND, label="track, 90 %")
     axes.fill_between(time, middle - half, middle + half, color=BAND, alpha=0.25, lw=0)
     if true is not None:
-        axes.plot([look.time for look in looks], true, "--", color=MODEL, lw=1.0, label="simulated panel")
+        axes.plot(
+            [stretch.time for stretch in stretches], true, "--", color=MODEL, lw=1.0, label="simulated panel"
+        )
     axes.set(xlabel="time [s]", ylabel="temperature [°C]", title="the panel as its own thermometer")
     axes.legend()
     return figure

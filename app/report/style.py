@@ -25,7 +25,7 @@ SETTINGS: Any = {
     "lines.linewidth": 1.3,
     "axes.prop_cycle": cycler(
         color=["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#7f7f7f", "#222222"]
-    ),  # Okabe and Ito: told apart with any colour vision
+    ),  # Okabe and Ito: distinguishable with any colour vision
     "figure.constrained_layout.use": True,
 }
 MEASURED, MODEL, BAND = "0.15", "#d1495b", "#00798c"

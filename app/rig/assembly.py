@@ -25,7 +25,7 @@ def rig_of(experiment: AcquiredExperiment, kind: RigKind, file: Path, report: Pr
     file : Path
         The experiment's, for messages.
     report : callable
-        Told the stage and the share done where the twin has to be reduced first.
+        Called with the stage's name and the share done, if the twin has to be reduced first.
 
     Yields
     ------

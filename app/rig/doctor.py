@@ -113,7 +113,7 @@ def _clock(folder: Path) -> Finding:
     try:
         with tempfile.NamedTemporaryFile(dir=there) as probe:
             apart = abs(Path(probe.name).stat().st_mtime - time.time())
-    except OSError:  # told of already, as a disk that cannot be written
+    except OSError:  # reported already, as a disk that cannot be written
         apart = 0.0
     if apart > APART:
         step = "let both be kept by the same time server"

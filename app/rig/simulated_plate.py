@@ -28,7 +28,7 @@ class TwinPlate:
     """Volts on the output in, volts on the sensors out; hand it to the simulated cards.
 
     While the temperature T(t) drifts, the response is the sum of those at fixed temperatures, each
-    weighted by how near T(t) is to it (linear interpolation in temperature): the plate forgets within
+    weighted by how near T(t) is to it (linear interpolation in temperature): the response decays within
     a second, in which the drift is milli-kelvins.
 
     Parameters

@@ -34,7 +34,7 @@ REFERENCE = 25.0
 
 def _simulation(experiment: AcquiredExperiment, file: Path) -> Simulation:
     if experiment.simulation is None:
-        allowed = "a table that says what is simulated: laws, seed, gain, noise"
+        allowed = "a table that declares what is simulated: laws, seed, gain, noise"
         raise CampaignFileError(file.parent, [Problem(file.name, "simulation", "nothing", allowed)])
     return experiment.simulation
 
@@ -104,8 +104,10 @@ def parts_around(
     """
     wiring = experiment.cards
     if not isinstance(wiring, Wiring | SoundCard):
-        told = Problem(file.name, "cards.kind", repr(wiring.kind), "'ni' or 'soundcard': only these are simulated")
-        raise CampaignFileError(file.parent, [told])
+        problem = Problem(
+            file.name, "cards.kind", repr(wiring.kind), "'ni' or 'soundcard': only these are simulated"
+        )
+        raise CampaignFileError(file.parent, [problem])
     force = experiment.sensitivities.drive.volts
     drive_scale = _gain(experiment, simulation) * force if experiment.drive else 1.0
     try:
@@ -122,8 +124,8 @@ def parts_around(
         )
     except ValueError as error:
         allowed = "terminals of simulation.modules, and kinds that can be simulated"
-        told = Problem(file.name, "simulation", str(error), allowed)
-        raise CampaignFileError(file.parent, [told]) from error
+        problem = Problem(file.name, "simulation", str(error), allowed)
+        raise CampaignFileError(file.parent, [problem]) from error
 
 
 def _gain(experiment: AcquiredExperiment, simulation: Simulation) -> float:

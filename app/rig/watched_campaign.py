@@ -5,7 +5,7 @@ import math
 import time
 from pathlib import Path
 
-from app.files.control import wish, wished
+from app.files.control import request, requested
 from app.files.readings import ReadingLine, append_reading
 from drivers.rig.campaign import Moment
 from drivers.rig.errors import RESUME, RigStopped
@@ -27,7 +27,7 @@ class WatchedCampaign:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        wish(folder, "go on")
+        request(folder, "go on")
 
     def observe(self, moment: Moment) -> None:
         """Write a reading; RigStopped where a stop is requested."""
@@ -43,15 +43,15 @@ class WatchedCampaign:
         )
         try:
             append_reading(self._folder, line)
-        except OSError as error:  # the sweeps will tell of a full disk; a reading is no reason to stop
+        except OSError as error:  # a full disk is reported when a sweep is written; a reading is no reason to stop
             log.warning("a reading could not be written: %s", error)
-        if wished(self._folder) == "stop":
-            wish(self._folder, "go on")
+        if requested(self._folder) == "stop":
+            request(self._folder, "go on")
             raise RigStopped("stopped from flexura view", RESUME)
 
     def paused(self) -> bool:
         """Whether a pause is requested."""
-        pause = wished(self._folder) == "pause"
+        pause = requested(self._folder) == "pause"
         if pause:
             time.sleep(PATIENCE)
         return pause

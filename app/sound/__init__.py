@@ -7,6 +7,6 @@
 ``listening``        the panel's temperature from what one patch answers
 ``listening_panel``  a panel one of whose patches listens
 ``played_signals``   what the others play and it answers
-``look``             what one stretch tells, and the table of all
+``stretch``          what one stretch of a recording gives, and the table of all
 ===================  ==================================================================
 """

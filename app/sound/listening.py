@@ -7,8 +7,8 @@ from analysis.thermometry.listening import Listener
 from analysis.thermometry.tracking import Track
 from app.files.bad_file import ResultFileError
 from app.sound.listening_panel import ListeningPanel
-from app.sound.look import Look
 from app.sound.played_signals import PlayedSignals
+from app.sound.stretch import RecordingStretch
 
 SPACING = 0.5
 """K between the temperatures at which the twin is asked; between them its answers are interpolated."""
@@ -22,7 +22,7 @@ def listened(
     seconds: float,
     largest_sigma: float,
     report: Progress = lambda _stage, _share: None,
-) -> list[Look]:
+) -> list[RecordingStretch]:
     """Return what every stretch of a recording says of the temperature, and the track through all.
 
     Parameters
@@ -42,7 +42,7 @@ def listened(
 
     Returns
     -------
-    list of Look
+    list of RecordingStretch
 
     Raises
     ------
@@ -57,13 +57,13 @@ def listened(
             f"{count / signals.sample_rate:.1f} s of sound are too short for a stretch of {seconds:g} s, the "
             f"{(listener.whole - listener.frame) / signals.sample_rate:.1f} s about it included"
         )
-    track, looks = Track(), []
+    track, stretches = Track(), []
     for first in range(listener.before, count - behind + 1, listener.frame):
         drive = signals.drive[:, first - listener.before : first + behind]
         reading = listener.read(drive, signals.response[first : first + listener.frame])
         track.step(reading, listener.frame / signals.sample_rate)
         middle = (first + 0.5 * listener.frame) / signals.sample_rate
-        looks.append(Look(middle, reading, track.temperature, track.sigma))
+        stretches.append(RecordingStretch(middle, reading, track.temperature, track.sigma))
         report("Listening", min((first + listener.frame) / count, 1.0))
     report("Listening", 1.0)
-    return looks
+    return stretches

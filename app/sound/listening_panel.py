@@ -59,7 +59,7 @@ class ListeningPanel:
         Parameters
         ----------
         temperature : float
-            Degrees Celsius; beyond the law, that of its end is told.
+            Degrees Celsius; beyond the law, that of its end.
 
         Returns
         -------

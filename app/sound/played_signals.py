@@ -75,9 +75,9 @@ def recorded(
         )
     down = Decimator(len(names) + 1, drive.sample_rate, highest)
     kept, loudest = [], np.zeros(len(names))
-    for played, heard in zip(drive.blocks(BLOCK), response.blocks(BLOCK), strict=True):
+    for played, measured in zip(drive.blocks(BLOCK), response.blocks(BLOCK), strict=True):
         loudest = np.maximum(loudest, np.abs(played).max(axis=1))
-        kept.append(down.take(np.vstack([played, heard])))
+        kept.append(down.take(np.vstack([played, measured])))
     if loudest[panel.sensor] > SILENT * loudest.max():
         raise ResultFileError(
             f"{drive.path}: {names[panel.sensor]}, the patch used as sensor, is driven by up to "

@@ -59,8 +59,8 @@ def _readings(path: Path) -> TemperatureProgramme:
         except (ValueError, IndexError) as error:
             if not rows and number <= 2:  # a heading
                 continue
-            told = f"{path}: line {number} is {','.join(row)[:60]!r}; allowed: seconds,°C"
-            raise ResultFileError(told) from error
+            message = f"{path}: line {number} is {','.join(row)[:60]!r}; allowed: seconds,°C"
+            raise ResultFileError(message) from error
     if not rows:
         raise ResultFileError(f"{path}: holds no readings; allowed: CSV of seconds and °C")
     try:

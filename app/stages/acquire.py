@@ -40,7 +40,7 @@ def acquire_campaign(
     Parameters
     ----------
     session : Session
-        Opened and closed here; afterwards its `unsafe` tells what could not be brought to rest.
+        Opened and closed here; afterwards its `unsafe` names what could not be brought to rest.
     experiment : AcquiredExperiment
     folder : Path
         Of the campaign.

@@ -13,7 +13,7 @@ from analysis.updating.update import middle_sweep
 from app.files.bad_file import ResultFileError
 from simulation.reduction.coarse_plate import CoarsePlate
 
-STAGE = "first look"
+STAGE = "checking the declaration"
 
 
 def check_declaration(experiment: Experiment, frf: Frf, report: Progress) -> tuple[str, ...]:
@@ -46,20 +46,20 @@ def check_declaration(experiment: Experiment, frf: Frf, report: Progress) -> tup
     frf = frf.of_source(frf.driving[0])
     used, middle = ~frf.excluded, middle_sweep(frf)
     report(STAGE, 0.4)
-    looks: dict[int, ModulusScan] = {}
+    scans: dict[int, ModulusScan] = {}
     for sweep in dict.fromkeys((middle, int(frf.temperature.argmin()), int(frf.temperature.argmax()))):
-        looks[sweep] = scan_modulus(model, frf.frequency[used], frf.h[sweep][:, used], box)
-        if not looks[sweep].outside or len(looks) == 2:
+        scans[sweep] = scan_modulus(model, frf.frequency[used], frf.h[sweep][:, used], box)
+        if not scans[sweep].outside or len(scans) == 2:
             break
     report(STAGE, 1.0)
-    if all(look.far_outside for look in looks.values()):
-        raise ResultFileError(sentence(experiment, float(frf.temperature[middle]), looks[middle]))
-    if all(look.outside for look in looks.values()):
-        return (sentence(experiment, float(frf.temperature[middle]), looks[middle]),)
+    if all(scan.far_outside for scan in scans.values()):
+        raise ResultFileError(sentence(experiment, float(frf.temperature[middle]), scans[middle]))
+    if all(scan.outside for scan in scans.values()):
+        return (sentence(experiment, float(frf.temperature[middle]), scans[middle]),)
     return ()
 
 
-def sentence(experiment: Experiment, temperature: float, look: ModulusScan) -> str:
+def sentence(experiment: Experiment, temperature: float, scan: ModulusScan) -> str:
     """Describe what was declared, what the resonances suggest, and what to change.
 
     Parameters
@@ -67,7 +67,7 @@ def sentence(experiment: Experiment, temperature: float, look: ModulusScan) -> s
     experiment : Experiment
     temperature : float
         Of the sweep, degrees Celsius.
-    look : ModulusScan
+    scan : ModulusScan
 
     Returns
     -------
@@ -75,16 +75,16 @@ def sentence(experiment: Experiment, temperature: float, look: ModulusScan) -> s
     """
     plate = experiment.plate
     low, high = material_box(plate.material).youngs_modulus
-    ratio = look.modulus / float(np.sqrt(low * high))
+    ratio = scan.modulus / float(np.sqrt(low * high))
     # at constant mass, frequencies are proportional to the root of E h**3
     thinnest, middle, thickest = (
-        1e3 * plate.thickness * (look.modulus / e) ** (1.0 / 3.0) for e in (high, np.sqrt(low * high), low)
+        1e3 * plate.thickness * (scan.modulus / e) ** (1.0 / 3.0) for e in (high, np.sqrt(low * high), low)
     )
     return (
         f"thickness {1e3 * plate.thickness:.3g} mm declared; the resonances at {temperature:.0f} °C say "
         f"{middle:.3g} mm ({thinnest:.2g} to {thickest:.2g} mm for E of {high / 1e9:.3g} to {low / 1e9:.3g} GPa), "
-        f"or {ratio:.3g} times the modulus, {look.modulus / 1e9:.3g} GPa. Check thickness, mass, lengths and "
-        f"units; if they are right, declare in [plate.material] {_material(look.modulus)}"
+        f"or {ratio:.3g} times the modulus, {scan.modulus / 1e9:.3g} GPa. Check thickness, mass, lengths and "
+        f"units; if they are right, declare in [plate.material] {_material(scan.modulus)}"
     )
 
 

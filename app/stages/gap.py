@@ -126,12 +126,12 @@ def compute(
         floor = _floor(plain, twin)
         found = find_gap(frf, plain.updated, model, protocol, executor, floor=floor, progress=report)
         not_tried = untried(campaign.experiment, folder)
-        told = (
+        notes = (
             *change_within_sweep(protocol.sweep_duration, protocol.ramp_rate),
             *missing_words(not_tried),
             *roughness(twin.error),
         )
-        found = replace(found, notes=(*found.notes, *told))
+        found = replace(found, notes=(*found.notes, *notes))
         claimed = {e.name: e.parameters for e in found.effects}
         if found.verdict == "unknown":
             fitted = fit_twin(frf, plain.updated, model, protocol, executor, given)
@@ -225,7 +225,7 @@ def _save_corrected_laws(
 def missing_words(not_tried: Mapping[str, EffectCard]) -> tuple[str, ...]:
     """Return a note for each effect that could not be tried because the declaration lacks what it needs."""
     return tuple(
-        f"{name} was not tried: the campaign's declaration does not say enough for it; it needs {card.needs}"
+        f"{name} was not tried: the campaign's declaration is not sufficient for it; it needs {card.needs}"
         for name, card in not_tried.items()
     )
 

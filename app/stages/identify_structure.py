@@ -36,6 +36,6 @@ def compute(frfs: FrfSet, wanted: Wanted, report: Progress, *, mains_named: bool
     frfs = cut(frfs, wanted.band)
     if frfs.mains is not None:
         wanted = wanted.at_mains(frfs.mains)
-    elif not mains_named and (heard := likely_mains(frfs.frequency, frfs.h)):
-        wanted = wanted.at_mains(heard)
+    elif not mains_named and (mains := likely_mains(frfs.frequency, frfs.h)):
+        wanted = wanted.at_mains(mains)
     return identify_test(frfs, wanted, report), wanted

@@ -135,7 +135,7 @@ def measured_panel(panel: Panel, path: Path, temperatures: tuple[float, ...]) ->
     off = ~panel.plate.contains(transfers.points)
     if off.any():
         x, y = transfers.points[int(np.argmax(off))]
-        raise ResultFileError(f"{path}: point {int(np.argmax(off)) + 1} at ({x:g}, {y:g}) m lies off the plate")
+        raise ResultFileError(f"{path}: point {int(np.argmax(off)) + 1} at ({x:g}, {y:g}) m is outside the plate")
     measured = MeasuredPanel(panel, transfers)
     try:
         measured.grid  # noqa: B018 - computed here to report its errors

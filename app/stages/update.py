@@ -178,12 +178,12 @@ def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Tw
             )
             updated = update(frf, twin, progress=report)
         lines = frf.frequency
-        told = unresolved(
+        notes = unresolved(
             (float(lines[0]), float(lines[-1])),
             float(lines[1] - lines[0]),
             float(np.median(updated.material.loss_factor)),
         )
-        return replace(frf, notes=(*frf.notes, *told)), twin, updated
+        return replace(frf, notes=(*frf.notes, *notes)), twin, updated
 
 
 def _updated_under_effects(

@@ -13,7 +13,7 @@ NOT_GOOD_ENOUGH, NOT_AT_REST, SIGNALLED = 1, 3, 128
 
 @dataclass(frozen=True)
 class Ending:
-    """What is told of a campaign that has ended, one way or another.
+    """Report of a campaign that has ended, completed or broken off.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ def broken_off(error: BaseException, unsafe: tuple[str, ...] | None, folder: Pat
     rest = "the drive is at 0 V and the oven at rest"
     line = f"stopped: {why}"
     if isinstance(error, RigInterrupted):
-        line = f"stopped{f'; {rest}' if unsafe == () else ''}; run the same command again to go on"
+        line = f"stopped{f'; {rest}' if unsafe == () else ''}; run the same command again to continue"
     elif isinstance(error, OSError):
         line = f"stopped: {folder} cannot be written: {why}. Make room, then run this again"
     elif not isinstance(error, RigStopped | CampaignFileError):

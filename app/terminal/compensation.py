@@ -1,4 +1,4 @@
-"""What ``flexura compensate`` tells: a table, a record, notes and one line."""
+"""What ``flexura compensate`` prints: a table, a record, notes and one line."""
 
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ def notes(found: Compensation, training: Training) -> list[str]:
     if found.focusing != "stif":
         said.append(f"the filters followed are those of {found.focusing}; --method stif trains on STIF")
     if found.judged == "left-out" and training.feed != "temperature":
-        said.append("the networks are fed the temperature: measured transfers tell no log √D")
+        said.append("the networks use the temperature as input: measured transfers give no log √D")
     if found.placed is not None:
         placed = found.placed
         places = ", ".join(f"{t:g}" for t in placed.temperature)

@@ -1,4 +1,4 @@
-"""What ``flexura focus`` tells: a table, a record, notes and one line."""
+"""What ``flexura focus`` prints: a table, a record, notes and one line."""
 
 from pathlib import Path
 from typing import Any

@@ -36,7 +36,7 @@ def verdict_words(verdict: str) -> str:
 
 
 def named(effect: Record) -> str:
-    """Name of an effect, with those it cannot be told from."""
+    """Name of an effect, with those it cannot be distinguished from."""
     return " or ".join([effect["name"], *effect["equivalent"]])
 
 
@@ -108,7 +108,7 @@ def _found(record: Record) -> Any:
     title = "Hints, nothing claimed" if record["verdict"] == "unknown" else "What the twin lacked"
     table = _table(title, "effect", "parameters", "probability", "evidence [nats]")
     if any(effect["equivalent"] for effect in record["effects"]):
-        table.add_column("told apart by", overflow="fold")
+        table.add_column("distinguished by", overflow="fold")
     for effect in record["effects"]:
         values = "\n".join(f"{name} {estimate(p)}" for name, p in effect["parameters"].items())
         cells = [named(effect), values, f"{effect['probability']:.3f}", f"{effect['log_evidence_gain']:.0f}"]

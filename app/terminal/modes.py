@@ -45,7 +45,7 @@ def modes_record(modes: Modes, damping: Damping) -> dict[str, Any]:
 
 
 def _finite(value: float) -> float | None:
-    """Return a number as JSON knows it: a deviation that the data do not bound is none."""
+    """Return a number that JSON can hold: None for a standard deviation that the data do not bound."""
     return float(value) if math.isfinite(value) else None
 
 

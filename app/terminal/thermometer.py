@@ -1,4 +1,4 @@
-"""What ``flexura thermometer`` tells: a record and one line."""
+"""What ``flexura thermometer`` prints: a record and one line."""
 
 import math
 from pathlib import Path
@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 
 from analysis.arrays import Real
-from app.sound.look import Look
+from app.sound.stretch import RecordingStretch
 
 
-def record(looks: list[Look], by_laws: float, true: Real | None, target: Path) -> dict[str, Any]:
+def record(stretches: list[RecordingStretch], by_laws: float, true: Real | None, target: Path) -> dict[str, Any]:
     """Return what ``--json`` prints; null where a stretch was refused.
 
     Parameters
     ----------
-    looks : (n,) list of Look
+    stretches : (n,) list of RecordingStretch
         At least one.
     by_laws : float
         Standard deviation of the last temperature by the law of E, K; infinite where there is none.
@@ -29,37 +29,37 @@ def record(looks: list[Look], by_laws: float, true: Real | None, target: Path) -
     dict
         Of values that JSON holds.
     """
-    told = [look for look in looks if not look.reading.refused]
-    last = looks[-1]
+    accepted = [stretch for stretch in stretches if not stretch.reading.refused]
+    last = stretches[-1]
     found: dict[str, Any] = {
         "file": str(target),
-        "stretches": len(looks),
-        "refused": len(looks) - len(told),
-        "temperature_c": last.temperature if told else None,
-        "sigma_k": last.sigma if told else None,
+        "stretches": len(stretches),
+        "refused": len(stretches) - len(accepted),
+        "temperature_c": last.temperature if accepted else None,
+        "sigma_k": last.sigma if accepted else None,
         "sigma_by_laws_k": by_laws if math.isfinite(by_laws) else None,
         "readings": [
             {
-                "time_s": look.time,
-                "temperature_c": None if look.reading.refused else look.reading.temperature,
-                "sigma_k": None if look.reading.refused else look.reading.sigma,
-                "explained": look.reading.explained,
-                "refused": look.reading.refused,
+                "time_s": stretch.time,
+                "temperature_c": None if stretch.reading.refused else stretch.reading.temperature,
+                "sigma_k": None if stretch.reading.refused else stretch.reading.sigma,
+                "explained": stretch.reading.explained,
+                "refused": stretch.reading.refused,
             }
-            for look in looks
+            for stretch in stretches
         ],
     }
-    if true is not None and told:
-        found["rms_error_k"] = _rms(looks, true)
+    if true is not None and accepted:
+        found["rms_error_k"] = _rms(stretches, true)
     return found
 
 
-def summary(looks: list[Look], by_laws: float, true: Real | None, target: Path) -> str:
+def summary(stretches: list[RecordingStretch], by_laws: float, true: Real | None, target: Path) -> str:
     """Return one line for people.
 
     Parameters
     ----------
-    looks : (n,) list of Look
+    stretches : (n,) list of RecordingStretch
         At least one.
     by_laws : float
         Standard deviation of the last temperature by the law of E, K; infinite where there is none.
@@ -72,17 +72,17 @@ def summary(looks: list[Look], by_laws: float, true: Real | None, target: Path) 
     -------
     str
     """
-    last = looks[-1]
-    refused = sum(bool(look.reading.refused) for look in looks)
+    last = stretches[-1]
+    refused = sum(bool(stretch.reading.refused) for stretch in stretches)
     line = (
         f"{last.temperature:.2f} ± {last.sigma:.2f} °C at the end by noise, "
-        f"± {by_laws:.2f} by the law of E; {len(looks)} stretches, {refused} refused"
+        f"± {by_laws:.2f} by the law of E; {len(stretches)} stretches, {refused} refused"
     )
     if true is not None:
-        line += f"; rms error {_rms(looks, true):.3f} K"
+        line += f"; rms error {_rms(stretches, true):.3f} K"
     return f"{line}; {target}"
 
 
-def _rms(looks: list[Look], true: Real) -> float:
-    error = np.array([look.temperature for look in looks]) - true
+def _rms(stretches: list[RecordingStretch], true: Real) -> float:
+    error = np.array([stretch.temperature for stretch in stretches]) - true
     return float(np.sqrt(np.nanmean(error**2)))

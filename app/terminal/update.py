@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
-def gains_told(updated: Updated, inputs: Sequence[Channel]) -> str:
+def gains_text(updated: Updated, inputs: Sequence[Channel]) -> str:
     """Say the gain of every input, with its standard deviation: ``14.3000 ± 0.0020 V/V``; names if several."""
     name = "{} " if len(inputs) > 1 else ""
     return ", ".join(
@@ -30,7 +30,7 @@ def record(updated: Updated, seconds: float, inputs: Sequence[Channel], source: 
     seconds : float
         Time that it took, s.
     inputs : sequence of Channel
-        All of the experiment. Of several, ``gains`` tells each one's, and every sweep its ``actuator``; ``gain``
+        All of the experiment. Of several, ``gains`` gives each one's, and every sweep its ``actuator``; ``gain``
         is that of the first.
     source : sequence of int
         Which of them drove each sweep.
@@ -153,7 +153,8 @@ def notes(updated: Updated, laws: MaterialLaws | None) -> list[str]:
         )
     elif (updated.misfit / updated.noise_floor).max() > GOOD_MISFIT:
         said.append(
-            "the twin lacks something the plate has: E, nu and eta above absorb part of it. What: flexura gap"
+            "the twin lacks an effect that the plate has: E, nu and eta above absorb part of it. "
+            "To find it: flexura gap"
         )
     if laws is None:
         said.append("no laws over temperature: at least 3 temperatures with settled estimates are needed")

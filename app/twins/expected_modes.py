@@ -26,7 +26,7 @@ def expected_modes(campaign: Campaign, laws: Path, report: Progress) -> Expected
     laws : Path
         ``laws.h5`` of its run folder.
     report : Progress
-        Told how far the twin is, if it has to be made.
+        Called with the stage's name and the share done, if the twin has to be made.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""``flexura view``: what a campaign does while it runs, and what was found in it. The only package that knows Qt.
+"""``flexura view``: a running campaign, and the results of a finished one. The only package that imports Qt.
 
 ==================  ===============================================================
 ``application``     Qt begun, or the reason why it cannot be

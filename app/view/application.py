@@ -40,7 +40,7 @@ def application() -> "QApplication":
 
 
 def _message(kind: "QtMsgType", context: "QMessageLogContext", text: str) -> None:
-    """Hand on what Qt says, but for what a plugin without a screen cannot do: nobody asked it to."""
+    """Pass on messages of Qt, except those on functions that a plugin without a screen does not have."""
     from PySide6.QtCore import qFormatLogMessage
 
     if not text.startswith("This plugin does not support"):

@@ -201,7 +201,7 @@ class Chart(pyqtgraph.PlotWidget):
         moved : SignalInstance
             Of Qt; brings the place the cursor goes to.
         move : callable
-            Told the place that a drag or a click asks for.
+            Called with the place of a drag or a click.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""An axis that, where it is logarithmic, tells plain numbers, as many as have room."""
+"""An axis that, where it is logarithmic, shows plain numbers, as many as have room."""
 
 import numpy as np
 import pyqtgraph
@@ -9,7 +9,7 @@ from analysis.arrays import Real
 APART = 44.0
 """Dots between numbers at least."""
 STEPS = ((1, 2, 3, 4, 5, 6, 7, 8, 9), (1, 2, 3, 5, 7), (1, 2, 5), (1, 3), (1,))
-"""Numbers of a decade that are told, the richest choice first."""
+"""Numbers of a decade that are labelled, the largest choice first."""
 NARROW = 0.3
 """Decades below which the numbers stand at equal distances."""
 
@@ -63,15 +63,15 @@ class LogAxis(pyqtgraph.AxisItem):
             step = power * next(n for n in (1.0, 2.0, 5.0, 10.0) if n * power >= finest)
             return [(1.0, np.log10(step * np.arange(np.ceil(low / step), high / step)).tolist())]
         below, above = int(np.floor(minVal)), int(np.ceil(maxVal))
-        for told in STEPS:
-            gap = float(np.diff(np.log10([*told, 10])).min()) * size / decades
+        for labelled in STEPS:
+            gap = float(np.diff(np.log10([*labelled, 10])).min()) * size / decades
             if gap >= APART:
                 break
         ticks = {n: [power + float(np.log10(n)) for power in range(below, above + 1)] for n in range(1, 10)}
         shown = {n: [v for v in row if minVal <= v <= maxVal] for n, row in ticks.items()}
         return [
-            (1.0, [v for n in told for v in shown[n]]),
-            (None, [v for n in ticks if n not in told for v in shown[n]]),
+            (1.0, [v for n in labelled for v in shown[n]]),
+            (None, [v for n in ticks if n not in labelled for v in shown[n]]),
         ]
 
     def logTickStrings(self, values: list[float], scale: float, spacing: float | None) -> list[str]:

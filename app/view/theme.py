@@ -1,4 +1,4 @@
-"""Dark and light: colours that readers of every colour vision can tell apart.
+"""Dark and light: colours that can be distinguished with any colour vision.
 
 Lines take the palette of Okabe and Ito, maps viridis (one-sided) and CET-CBD1 (two-sided, made for two-colour
 vision); all are perceptually uniform or tested for it.
@@ -27,7 +27,7 @@ class Theme:
     measured, identified, twin, corrected, warning : str
         What a curve stands for.
     temperature_span : (float, float)
-        Part of the map plasma that can be told from the background.
+        Part of the map plasma that can be distinguished from the background.
     """
 
     name: str
@@ -126,6 +126,6 @@ def apply(theme: Theme) -> None:
     for one in (role.Text, role.ButtonText, role.WindowText):
         palette.setColor(QPalette.ColorGroup.Disabled, one, QColor(theme.muted))
     app.setPalette(palette)
-    # Fusion draws the frame of an empty box darker than the window, which nobody sees on a dark one
+    # Fusion draws the frame of an empty box darker than the window, which is invisible on a dark one
     box = f"border: 1px solid {theme.muted}; border-radius: 2px; width: 11px; height: 11px; margin: 1px"
     app.setStyleSheet(f"QCheckBox::indicator:unchecked, QListView::indicator:unchecked {{ {box} }}")

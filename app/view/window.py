@@ -141,7 +141,7 @@ class Window(QMainWindow):
             If the folder is neither.
         """
         from app.view.folder import viewed
-        from app.view.opening import window_of  # which knows all windows, this one among them
+        from app.view.opening import window_of  # which imports all windows, also this one
 
         window = window_of(viewed(folder), None, self.theme)
         self._opened.append(window)

@@ -52,10 +52,10 @@ def check_real_cards(settings: CardsSettings) -> Iterator[CheckVerdict]:
     """Put the driver on trial at the cards themselves, which play a hundredth of output_range."""
 
     def output() -> float:
-        raise NotChecked("only its driver knows the output of a real card; measure it")
+        raise NotChecked("only its driver can read the output of a real card; measure it")
 
     def lose(away: bool) -> None:
-        raise NotChecked("nobody can unplug real cards from here")
+        raise NotChecked("real cards cannot be unplugged by a program")
 
     return _verdicts(settings, settings.open, output, SHARE, lose)
 

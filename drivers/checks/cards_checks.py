@@ -104,7 +104,7 @@ def _breaks_off(trial: CardsOnTrial, cards: Cards) -> None:
 
 def _refuses(trial: CardsOnTrial, cards: Cards) -> None:
     drive = _drive(trial, cards)
-    for wrong, told in (
+    for wrong, what in (
         (drive * 1.5 * trial.output_range / trial.peak, f"a drive beyond output_range, {trial.output_range:g} V,"),
         (np.where(np.arange(drive.size) == 7, np.nan, drive), "a drive with a NaN"),
         (drive[None], "a drive of two dimensions"),
@@ -112,9 +112,9 @@ def _refuses(trial: CardsOnTrial, cards: Cards) -> None:
         try:
             cards.sweep(wrong)
         except ValueError:
-            _at_rest(trial, told)
+            _at_rest(trial, what)
             continue
-        raise Failed(f"{told} was played; ValueError wanted")
+        raise Failed(f"{what} was played; ValueError required")
 
 
 def _temperatures(trial: CardsOnTrial, cards: Cards) -> None:
@@ -148,8 +148,8 @@ CHECKS = (
     ("plays and records", "as many samples come back as were played", _plays),
     ("0 V after every drive", "a standing voltage depolarises a patch", _rests),
     ("a drive can be broken off", "Ctrl-C must not wait for a sweep's end", _breaks_off),
-    ("wrong drives are refused", "more than output_range may be more than the patch bears", _refuses),
+    ("wrong drives are refused", "a drive beyond output_range may damage the patch", _refuses),
     ("thermocouples as declared", "sweeps may be triggered by them", _temperatures),
-    ("lost cards are told", "a campaign looks for them, and ends at rest", _lost),
+    ("lost cards are reported", "a campaign searches for them, and ends at rest", _lost),
     ("closes twice, at 0 V", "every way out closes them", _closes_twice),
 )

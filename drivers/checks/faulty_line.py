@@ -30,7 +30,7 @@ class LineFault(StrEnum):
 
 
 class FaultyLine:
-    """Passes everything on, until told to fail.
+    """Passes everything on until `fail` is called.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class FaultyLine:
     Attributes
     ----------
     questions : int
-        Asked so far: none at all of a driver that talks past the line it was given.
+        Queries so far: none if the driver does not use the line that it was given.
     """
 
     def __init__(self, inner: Transport, clock: Clock, timeout: float, seed: int = 0) -> None:

@@ -88,16 +88,16 @@ def check_real_oven(settings: OvenSettings) -> Iterator[CheckVerdict]:
     }
     if near["maximum"] - near["minimum"] < 0.5 * REAL_REACH:
         limits = f"{settings.minimum:g} to {settings.maximum:g} °C"
-        step = "Let it come to a temperature within them, by itself, first."
+        step = "First let it reach a temperature within them by itself."
         raise OvenError(Fault.REFUSED, f"it has {now:.1f} °C, beyond its limits of {limits}", step)
     narrow = settings.model_copy(update=near)
     reach = 0.5 * REAL_REACH if near["maximum"] >= now + 0.5 * REAL_REACH else -0.5 * REAL_REACH
 
     def unknown(*_: object) -> bool:
-        raise NotChecked("of a real oven only its driver knows; look at its panel")
+        raise NotChecked("a real oven shows this on its panel only; check there")
 
     def unlockable(locked: bool) -> None:
-        raise NotChecked("nobody can lock a real oven from here")
+        raise NotChecked("a real oven cannot be locked by a program")
 
     trial = OvenOnTrial(
         open=lambda line: narrow.open(clock, line),
@@ -162,7 +162,7 @@ def _port(settings: OvenSettings | ThermometerSettings) -> Transport:
 
 
 class _NoLine:
-    """Stands where a driver has no line: nobody talks over it."""
+    """Takes the place of the line for drivers without one: no data passes."""
 
     def write(self, data: bytes) -> None:
         """Go nowhere."""

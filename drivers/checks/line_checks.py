@@ -14,8 +14,8 @@ FAULTS = (
     (LineFault.GARBAGE, math.inf, "noise on the cable must never pass for a temperature"),
     (LineFault.LATE, 2, "an answer after its time-out must not be taken for the next one's"),
     (LineFault.STALE, 3, "bytes left over from an earlier question must not answer this one"),
-    (LineFault.ERROR, math.inf, "a refusal must be told, not read as a number"),
-    (LineFault.GONE, math.inf, "a pulled cable is told, and the driver goes on once it is back"),
+    (LineFault.ERROR, math.inf, "a refusal must be reported, not read as a number"),
+    (LineFault.GONE, math.inf, "a pulled cable is reported, and the driver works again once it is back"),
 )
 
 
@@ -59,34 +59,34 @@ class Reader:
         Raises
         ------
         Failed
-            If a temperature is wrong, an OvenError has no advice, a lasting fault is not told at every reading, or
+            If a temperature is wrong, an OvenError has no advice, a reading hides a lasting fault, or
             the fault goes on once the line is mended.
         NotChecked
             If the driver has asked nothing over this line.
         """
         if self.line.questions == 0:
-            raise NotChecked("the driver does not talk over the line it is given")
+            raise NotChecked("the driver does not use the line it is given")
         self.line.fail(fault, questions)
-        told = 0
+        reported = 0
         for _ in range(times):
             try:
                 self._hold(self.read())
             except OvenError as error:
-                told += 1
+                reported += 1
                 if not error.advice:
                     raise Failed(f"its error has no advice: {error}") from error
             self.clock.sleep(1.0)
         lasting = fault in (LineFault.SILENCE, LineFault.GARBAGE, LineFault.GONE, LineFault.ERROR)
-        if math.isinf(questions) and lasting and told < times:
-            raise Failed(f"{fault} all the time, and still {times - told} of {times} temperatures were told")
+        if math.isinf(questions) and lasting and reported < times:
+            raise Failed(f"{fault} all the time, and still {times - reported} of {times} temperatures came back")
         self.line.mend()
         self.clock.sleep(2.0)
         try:
             self.right()
         except OvenError as error:
-            raise Failed(f"the line is mended, and it says: {error}") from error
+            raise Failed(f"the line works again, and it reports: {error}") from error
 
     def _hold(self, value: float) -> None:
         truth = self.truth()
         if not abs(value - truth) <= self.tolerance:
-            raise Failed(f"told {value:.2f} °C; {truth:.2f} ± {self.tolerance:g} °C is true")
+            raise Failed(f"it returned {value:.2f} °C; {truth:.2f} ± {self.tolerance:g} °C is true")

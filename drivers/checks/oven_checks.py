@@ -15,7 +15,7 @@ from drivers.ovens.oven import Oven, OvenLimits
 
 @dataclass(frozen=True)
 class OvenOnTrial:
-    """An oven that checks may ask and tell anything within its limits.
+    """An oven to which checks may send any query and command within its limits.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class OvenOnTrial:
 
 
 def oven_checks(trial: OvenOnTrial) -> list[Check]:
-    """Return all checks, the plainest first; each ends with the oven told to rest."""
+    """Return all checks, the plainest first; each ends with the oven brought to rest."""
     checks = [Check("opens, and moves nothing", "an oven in use may be looked at", lambda: _opens(trial))]
     checks += [Check(name, why, partial(_rested, trial, what)) for name, why, what in PLAIN]
     checks += [
@@ -57,7 +57,7 @@ def oven_checks(trial: OvenOnTrial) -> list[Check]:
         for fault, questions, why in FAULTS
     ]
     checks += [Check(name, why, partial(_rested, trial, what)) for name, why, what in COMMANDS]
-    return [*checks, Check("closes twice, then says so", "every way out closes it", lambda: _closes(trial))]
+    return [*checks, Check("closes twice, then reports it", "every way out closes it", lambda: _closes(trial))]
 
 
 def _rested(trial: OvenOnTrial, what: Callable[..., None], *more: object) -> None:
@@ -81,7 +81,7 @@ def _rest(trial: OvenOnTrial, oven: Oven) -> None:
     except NotChecked:
         return  # the driver reads back what it wrote; nothing else can be known of a real oven
     if not resting:
-        raise Failed("told to rest it did not object, and goes on")
+        raise Failed("it reported no error when brought to rest, and continues")
 
 
 def _opens(trial: OvenOnTrial) -> None:
@@ -138,7 +138,7 @@ def _no_nonsense(trial: OvenOnTrial, oven: Oven, line: FaultyLine) -> None:
             oven.ramp_to(target, rate)
         except ValueError:
             continue
-        raise Failed(f"a ramp to {target:g} °C at {rate:g} K/min was taken; ValueError wanted")
+        raise Failed(f"a ramp to {target:g} °C at {rate:g} K/min was accepted; ValueError required")
 
 
 def _bears(trial: OvenOnTrial, oven: Oven, line: FaultyLine, fault: LineFault, questions: float) -> None:
@@ -166,7 +166,7 @@ def _refused_ramp(trial: OvenOnTrial, oven: Oven, line: FaultyLine) -> None:
         oven.ramp_to(trial.truth() + trial.reach, 1.0)
     except OvenError:
         return
-    raise Failed("every answer was a refusal, and the ramp counts as taken")
+    raise Failed("every answer was a refusal, and the ramp counts as accepted")
 
 
 def _locked(trial: OvenOnTrial, oven: Oven, line: FaultyLine) -> None:
@@ -201,13 +201,13 @@ def _closes(trial: OvenOnTrial) -> None:
         oven.temperature()
     except OvenError:
         return
-    raise Failed("closed, it still tells a temperature; OvenError wanted")
+    raise Failed("closed, it still returns a temperature; OvenError required")
 
 
 def _require_line(oven: Oven, line: FaultyLine) -> None:
     oven.temperature()
     if line.questions == 0:
-        raise NotChecked("the driver does not talk over the line it is given")
+        raise NotChecked("the driver does not use the line it is given")
 
 
 def _reader(trial: OvenOnTrial, oven: Oven, line: FaultyLine) -> Reader:
@@ -217,13 +217,13 @@ def _reader(trial: OvenOnTrial, oven: Oven, line: FaultyLine) -> Reader:
 PLAIN = (
     ("reads the temperature", "sweeps are triggered by it", _reads),
     ("ramps, holds, and rests", "that is all a campaign asks of it", _ramps),
-    ("rest may be told twice", "every way out of a campaign tells it", _rests_twice),
+    ("rest may be requested twice", "every end of a campaign requests it", _rests_twice),
     ("set-points stay within limits", "a slip in a file must not heat the plate beyond them", _limited),
     ("nonsense is refused", "NaN, or a rate of 0, mean no ramp at all to many controllers", _no_nonsense),
 )
 COMMANDS = (
     ("one lost answer costs no set-point", "lines lose an answer now and then", _one_glitch),
-    ("a refused ramp is told", "a campaign would wait for what never comes", _refused_ramp),
-    ("what is not taken is told", "behind a locked panel the oven goes where it was going", _locked),
+    ("a refused ramp is reported", "a campaign would wait for what never comes", _refused_ramp),
+    ("settings not accepted are reported", "with a locked panel the oven continues its ramp", _locked),
     ("rests after Ctrl-C in a question", "the answer still owed must not spoil the rest", _interrupted),
 )

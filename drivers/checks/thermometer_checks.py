@@ -33,7 +33,7 @@ def thermometer_checks(trial: ThermometerOnTrial) -> list[Check]:
         Check(str(fault), why, partial(_opened, trial, _bears, fault, questions))
         for fault, questions, why in FAULTS
     ]
-    return [*checks, Check("closes twice, then says so", "every way out closes it", lambda: _closes(trial))]
+    return [*checks, Check("closes twice, then reports it", "every way out closes it", lambda: _closes(trial))]
 
 
 def _opened(trial: ThermometerOnTrial, what: Callable[..., None], *more: object) -> None:
@@ -68,4 +68,4 @@ def _closes(trial: ThermometerOnTrial) -> None:
         thermometer.temperatures()
     except OvenError:
         return
-    raise Failed("closed, it still tells temperatures; ThermometerError wanted")
+    raise Failed("closed, it still returns temperatures; ThermometerError required")

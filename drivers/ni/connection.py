@@ -86,7 +86,7 @@ class Connection:
         task.close()
 
     def devices(self) -> tuple[Device, ...]:
-        """List every device the driver knows.
+        """List every device that the driver reports.
 
         Raises
         ------

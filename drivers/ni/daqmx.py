@@ -46,7 +46,7 @@ class DaqmxCards:
     channel : grpc.Channel, optional
         Leads to a server inside this process; `wiring.grpc` is then ignored.
     block : float
-        How much is read at once, s. Short enough for Ctrl-C to be heard in the middle of a sweep.
+        How much is read at once, s. Short enough for Ctrl-C to take effect in the middle of a sweep.
 
     Raises
     ------
@@ -63,7 +63,7 @@ class DaqmxCards:
         self._sample_rate = wiring.sample_rate
         self._one_clock = True
         try:
-            self.zero()  # first of all: whoever was here before may have left a voltage
+            self.zero()  # first of all: an earlier program may have left a voltage
             if wiring.iepe:
                 require_iepe(wiring, self._connection.devices())
             with self._connection.translated("setting the input module up"), self._connection.task() as inputs:
@@ -184,7 +184,7 @@ class DaqmxCards:
                 raise DaqError("the sweep", said, None, Action.STOP, "open the cards again")
             # Should this computer die in the middle, the hardware still comes to rest on these zeros.
             samples = np.concatenate([volts, np.zeros(2)])
-            # Only a reserved task knows which of the chassis' timing engines it got, and with it its trigger.
+            # Only a reserved task reports which of the chassis' timing engines it got, and with it its trigger.
             inputs.control(TaskMode.TASK_RESERVE)
             master = inputs if self._one_clock else None
             set_up_output(output, self.wiring, self._sample_rate, samples.size, master)

@@ -1,4 +1,4 @@
-"""What a card can refuse, what that calls for, and how it is told to whoever stands at the rig."""
+"""Errors of a card, the action that each requires, and the message for the user."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -14,8 +14,8 @@ class Action(Enum):
     RETRY_ONCE = ("repeat the sweep once, then stop", 1)
     STOP = ("stop: repeating cannot help", 0)
     LIST_EXISTING = ("stop and name what exists", 0)
-    RESERVED = ("stop until the other program lets go", 0)
-    LOST_DEVICE = ("hold the oven, look for the device, resume", 0)
+    RESERVED = ("stop until the other program releases it", 0)
+    LOST_DEVICE = ("hold the oven, search for the device, resume", 0)
 
     def __init__(self, meaning: str, retries: int) -> None:
         self.meaning = meaning
@@ -129,7 +129,7 @@ def from_status(doing: str, code: int, said: str, existing: tuple[str, ...] = ()
     code : int
         The driver's status.
     existing : tuple of str
-        What exists, told only where a name was wrong.
+        What exists; in the message only if a name was wrong.
 
     Returns
     -------

@@ -34,7 +34,7 @@ class InputModule:
     iepe : bool
         Whether it can feed sensors with a constant current.
     oversampling : int
-        256 of a delta-sigma converter, 1 of one that converts when it is told to.
+        256 of a delta-sigma converter, 1 of one that converts on command.
     """
 
     name: str

@@ -81,7 +81,7 @@ class Wiring(CardsSettings):
 
     def open(self) -> Cards:
         """Open them through NI-DAQmx."""
-        from drivers.ni.daqmx import DaqmxCards  # which knows this class, and loads the vendor's package
+        from drivers.ni.daqmx import DaqmxCards  # which imports this class, and loads the vendor's package
 
         return DaqmxCards(self)
 

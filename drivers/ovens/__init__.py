@@ -17,7 +17,7 @@
 ``registers``          declared Modbus registers
 ``modbus_map``         the kind made of them
 ``phrases``            declared queries and commands
-``spoken``             how they are asked and told
+``text_protocol``      the same, read and set on an open line
 ``scpi``               the kind made of them
 ``eurotherm``          Eurotherm 2400 and 3500
 ``eurotherm_program``  a program of limited time in a 2400

@@ -55,7 +55,7 @@ class Ascii2Layout:
         value was set or only one is measured, once; also of channels that are never written. Each of them twice
         where the chamber does not say.
     reported_bits : int
-        How many the I-string ends with; as many as are written unless more are told.
+        How many the I-string ends with; by default as many as are written.
     """
 
     channels: tuple[Ascii2Channel, ...]
@@ -208,7 +208,7 @@ def decode_acknowledgement(answer: bytes) -> None:
 
 
 def garbled(answer: bytes, wanted: str) -> OvenError:
-    """Return the error for an answer that is not what it should be; silence is told apart."""
+    """Return the error for an answer that is not valid, or for a missing answer."""
     if not answer:
         return OvenError(
             Fault.SILENT,

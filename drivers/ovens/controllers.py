@@ -26,7 +26,7 @@ from drivers.ovens.votsch import Votsch
 
 
 class ControllerSettings(LineSettings, OvenSettings):
-    """An oven whose controller is on a line: a kind says in `on_line` what driver talks there."""
+    """An oven whose controller is on a line: `on_line` returns its driver."""
 
     address: Annotated[int, Field(ge=1, le=247, description="Modbus unit, or ASCII-2 address")] = 1
     decimals: Annotated[
@@ -48,14 +48,14 @@ class ControllerSettings(LineSettings, OvenSettings):
 
 
 class ExpiringSettings(ControllerSettings):
-    """A controller that can bring the oven to rest by itself once nobody watches it any more."""
+    """A controller that can bring the oven to rest by itself if the program ends or loses it."""
 
     rest_after: Annotated[
         float,
         Field(
             ge=0.0,
             le=LONGEST,
-            description="s that the controller goes on by itself once nobody watches it any more; 0: for ever",
+            description="s that the controller continues without a connection to the program; 0: without limit",
         ),
     ] = 1800.0
 

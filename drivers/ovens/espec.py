@@ -17,7 +17,7 @@ T = TypeVar("T")
 RESTING = ("OFF", "STANDBY")
 LONGEST_PROGRAM = 99 * 60 + 59
 """Minutes."""
-GO_WITHOUT = "With oven.rest_after = 0 no timer is used; the chamber then goes on where the computer dies."
+GO_WITHOUT = "With oven.rest_after = 0 no timer is used; the chamber then continues if the computer fails."
 
 log = logging.getLogger(__name__)
 
@@ -29,7 +29,7 @@ class Espec:
     so many minutes", which the chamber runs by itself and at whose end it stays. The time is in whole
     minutes, rounded up: the ramp is never steeper than asked.
 
-    Some of these chambers stop when nobody has asked them anything for 30 s. For the others the quick timer is set
+    Some of these chambers stop if they get no query for 30 s. For the others the quick timer is set
     before anything is started, and again by `renew`: it puts an abandoned chamber into standby.
 
     Parameters
@@ -55,7 +55,7 @@ class Espec:
         if seen.alarms:
             raise OvenError(
                 Fault.ALARM,
-                f"{seen.alarms} alarm(s) stand at {seen.temperature:g} °C",
+                f"{seen.alarms} alarm(s) active at {seen.temperature:g} °C",
                 "Read them on the chamber's panel, remove their cause and reset them there.",
                 self._ask("ALARM?", p300.decode),
             )
@@ -169,7 +169,7 @@ class Espec:
         return taken, 0 in self._ask("TIMER ON?", p300.decode_timers_on)
 
     def _stop_timer(self) -> None:
-        """Keep the timer from putting somebody else's chamber to rest; it does no other harm."""
+        """Switch the timer off, so that it cannot stop a chamber that another program uses."""
         try:
             self._tell(p300.command("TIMER, OFF, 0"))
         except OvenError as error:

@@ -44,7 +44,7 @@ class Eurotherm:
     holds. The rate goes through the float registers, whose scale cannot be mistaken: an integer rate
     of 4 is 0.4 K/min on one instrument and 4 K/min on the next.
 
-    A 2400 with a programmer can be given a program instead, which ends with its output off where nobody renews it.
+    A 2400 with a programmer can be given a program instead, which ends with its output off if it is not renewed.
 
     Safe state: manual, output 0 %.
 
@@ -90,7 +90,7 @@ class Eurotherm:
             if self._at.alarms is not None and (alarms := int(self._unit.read(self._at.alarms, signed=False))):
                 raise OvenError(
                     Fault.ALARM,
-                    f"alarms stand on the controller (summary {alarms:#06x})",
+                    f"alarms are active on the controller (summary {alarms:#06x})",
                     "Read them on its front panel, remove their cause and acknowledge them there.",
                     f"{alarms:#06x}",
                 )
@@ -137,7 +137,7 @@ class Eurotherm:
                     self._program.reset()
 
     def renew(self) -> None:
-        """Start the program anew once half of its dwell is over; not one that somebody has stopped."""
+        """Start the program anew once half of its dwell is over; not one that was stopped at the panel."""
         if self._program is None or not self._program.expiry.due(self._unit.line.now):
             return
         with self._unit.line.reserved():
@@ -175,7 +175,7 @@ class Eurotherm:
         return self._unit.read(self._at.mode) != AUTOMATIC
 
     def _require_usable(self) -> None:
-        """Before the first use, not on opening: an oven in trouble has to open so that it can be told to rest."""
+        """Before the first use, not on opening: an oven in alarm can be opened and brought to rest."""
         if not self._usable:
             self._check_unit()
             self._check_decimals()

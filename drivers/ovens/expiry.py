@@ -20,7 +20,7 @@ LONGEST, SHORTEST = 86_400.0, 600.0
 
 @runtime_checkable
 class Expiring(Protocol):
-    """An oven that comes to rest by itself where nobody renews its last command."""
+    """An oven that comes to rest by itself if its last command is not renewed."""
 
     def renew(self) -> None:
         """Renew the last command if that is due; cheap where it is not. May raise `OvenError`."""

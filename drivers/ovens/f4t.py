@@ -24,7 +24,7 @@ UNIT, FAHRENHEIT = 14080, 30
 class F4T:
     """A Watlow F4T whose loop ramps to a new set-point by itself. Safe state: control mode off.
 
-    One with profiles can be given a profile instead, which ends with its loop off where nobody renews it.
+    One with profiles can be given a profile instead, which ends with its loop off if it is not renewed.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ class F4T:
                 self._unit.put(MODE, OFF, name="control mode")
 
     def renew(self) -> None:
-        """Start the profile's hold anew once half of it is over; not one that somebody has stopped."""
+        """Start the profile's hold anew once half of it is over; not one that was stopped at the panel."""
         if self._profile is None or not self._profile.expiry.due(self._unit.line.now):
             return
         with self._unit.line.reserved():
@@ -105,7 +105,7 @@ class F4T:
                 self._start(self._profile, self._set_point(), step=2, ramp=0.0)
 
     def _require_usable(self) -> None:
-        """Before the first use, not on opening: an oven in trouble has to open so that it can be told to rest."""
+        """Before the first use, not on opening: an oven in alarm can be opened and brought to rest."""
         if self._usable:
             return
         if self._unit.read(UNIT) == FAHRENHEIT:

@@ -1,4 +1,4 @@
-"""One line to one controller: who may talk, when, for how long, and how often it is tried again."""
+"""One line to one controller: lock, pauses between commands, time-outs, repeated attempts."""
 
 import math
 import threading
@@ -124,7 +124,7 @@ class Line:
         with self._lock:
             if self._unsettled:
                 self._settle()
-            # Left by a keyboard interrupt, say, the line may still owe an answer nobody waits for.
+            # After a keyboard interrupt, for example, an answer that is not expected any more may still arrive.
             self._unsettled = True
             try:
                 result = self._tried(
@@ -211,7 +211,7 @@ class Line:
             return OvenError(
                 Fault.SILENT,
                 f"the answer came later than the time-out of {self._timing.timeout:g} s",
-                "Raise timeout, or slow down whatever else talks to this controller.",
+                "Raise timeout, or let other programs query this controller less often.",
             )
         return error
 

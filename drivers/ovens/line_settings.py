@@ -15,7 +15,7 @@ _GATEWAY = re.compile(r"socket://(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9.-]+):[0-9]{1,5}"
 
 
 class LineSettings(Declared):
-    """A port, how fast it talks, and how patient the line is."""
+    """A port, its baud rate and frame, time-outs and pauses."""
 
     gaps: ClassVar[tuple[float, float]] = (0.02, 0.1)
     """Seconds of silence the kind wants after a question and after a command."""
@@ -35,11 +35,11 @@ class LineSettings(Declared):
     retries: Annotated[int, Field(ge=0, le=10, description="further attempts after a failed one")] = 2
     gap_after_read: Annotated[
         float | None,
-        Field(ge=0.0, le=10.0, description="s of silence after a question; unset: what the kind wants"),
+        Field(ge=0.0, le=10.0, description="s of silence after a query; default: that of the kind"),
     ] = None
     gap_after_write: Annotated[
         float | None,
-        Field(ge=0.0, le=10.0, description="s of silence after a command; unset: what the kind wants"),
+        Field(ge=0.0, le=10.0, description="s of silence after a command; default: that of the kind"),
     ] = None
     lost_after: Annotated[
         float,

@@ -53,7 +53,7 @@ class MappedOven:
         self._stop_stepping: Stop = lambda: None
 
     def temperature(self) -> float:
-        """Air temperature, degrees Celsius; OvenError for trouble that it tells or that a step met.
+        """Air temperature, degrees Celsius; OvenError for an alarm, or for a fault of the last step.
 
         The first time, of kind refused where it is none, or another point cannot be read.
         """
@@ -105,7 +105,7 @@ class MappedOven:
         return SetPoint(taken, taken_rate)
 
     def hold(self) -> float:
-        """Make the set-point where the ramp is; the temperature measured where nothing tells that."""
+        """Make the set-point where the ramp is; the measured temperature if the controller does not report it."""
         self._require_usable()
         points = self._points
         with self._line.reserved():
@@ -182,7 +182,7 @@ class MappedOven:
                     self._end_steps()
         except OvenError as error:
             log.debug("a step of the oven's ramp failed: %s", error)
-            if error.fault not in {*PASSING, Fault.LOST}:  # those are told by the next temperature itself
+            if error.fault not in {*PASSING, Fault.LOST}:  # the next temperature reading reports these
                 self._end_steps()
                 self._failed = error
 
@@ -191,7 +191,7 @@ class MappedOven:
         self._ramp = self._failed = None
 
     def _require_usable(self) -> None:
-        """Before the first command, not on opening: an oven in alarm has to open to be told to rest."""
+        """Before the first command, not on opening: an oven in alarm can be opened and brought to rest."""
         if not self._usable:
             self.temperature()
 
@@ -229,7 +229,7 @@ def require_rest(switch: bool, rest_at: float | None, limits: OvenLimits) -> Non
     """
     if switch == (rest_at is not None):
         raise ValueError(
-            f"{'both run and rest_at say' if switch else 'neither run nor rest_at says'} how it comes to rest; "
+            f"{'both run and rest_at' if switch else 'neither run nor rest_at'} declared to bring it to rest; "
             "declare run (how it is switched off) or, for a controller that cannot be, rest_at (a temperature)"
         )
     if rest_at is not None and not limits.minimum <= rest_at <= limits.maximum:

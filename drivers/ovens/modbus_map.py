@@ -29,7 +29,7 @@ from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
 
 class ModbusMapOven(ModbusLine, OvenSettings):
-    """Registers of a controller nobody wrote a driver for."""
+    """Registers of a controller without a driver of its own."""
 
     temperature: Annotated[TemperatureRegister, Field(description="of the air, as measured")]
     set_point: Annotated[TemperatureRegister, Field(description="of the controller, at the end of a ramp")]

@@ -1,4 +1,4 @@
-"""What every oven can do, whoever made its controller."""
+"""The interface of every oven."""
 
 import math
 from dataclasses import dataclass
@@ -76,7 +76,7 @@ class OvenLimits:
 
 @runtime_checkable
 class Bounded(Protocol):
-    """An oven whose controller tells between which set-points it goes by itself."""
+    """An oven whose controller reports its own limits of the set-point."""
 
     def bounds(self) -> tuple[float, float]:
         """Return the lowest and the highest set-point the controller takes, degrees Celsius; may ask it."""

@@ -10,14 +10,14 @@ CRLF = b"\r\n"
 _NUMBER = r"[-+]?\d{1,3}(?:\.\d{1,2})?"
 
 ADVICE = {
-    "CMD ERR": "This firmware does not know the command: check that kind names the controller.",
+    "CMD ERR": "This firmware does not have the command: check that kind names the controller.",
     "ADDR ERR": "Check the controller's communication settings.",
     "CONT NOT READY": "Wait until the controller is ready, or look at its panel.",
     "CHB NOT READY": "The chamber is not ready: look at its panel for an alarm or an ended program.",
     "DATA NOT READY": "Wait, and try again.",
     "DATA OUT OF RANGE": "The value is beyond the chamber's own limits: correct minimum, maximum or max_rate.",
     "PROTECT ON": "Take the protection off on the panel (or with KEYPROTECT, OFF).",
-    "PARA ERR": "This firmware does not know the parameter: check that kind names the controller.",
+    "PARA ERR": "This firmware does not have the parameter: check that kind names the controller.",
 }
 
 

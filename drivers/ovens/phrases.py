@@ -49,11 +49,11 @@ class Query(Declared):
     query: Annotated[Sent, Field(description="what is asked: MEAS:TEMP?")]
     answer: Annotated[WithValue, Field(description="what is answered: the number is {value}")] = VALUE
     field: Annotated[int, Field(ge=1, le=50, description="which of several answers between commas")] = 1
-    scale: Annotated[float, Field(ge=1e-6, le=1e6, description="unit per number told")] = 1.0
+    scale: Annotated[float, Field(ge=1e-6, le=1e6, description="unit per number in the answer")] = 1.0
     offset: Annotated[float, Field(ge=-1e6, le=1e6, description="added after scaling, in the unit")] = 0.0
 
     def slope(self) -> tuple[float, float]:
-        """Return slope and intercept from the number told to degrees Celsius, or to K/min."""
+        """Return slope and intercept from the number in the answer to degrees Celsius, or to K/min."""
         by, plus = factors(getattr(self, "unit"))  # noqa: B009 (the two kinds below have different ones)
         return by * self.scale, by * self.offset + plus
 
@@ -75,15 +75,15 @@ class Query(Declared):
 
 
 class TemperatureQuery(Query):
-    """A temperature that is told."""
+    """A temperature that is read."""
 
     plausible: ClassVar[tuple[float, float]] = PLAUSIBLE
 
-    unit: Annotated[TemperatureUnit, Field(description="in which the controller tells it")] = "degC"
+    unit: Annotated[TemperatureUnit, Field(description="of the controller")] = "degC"
 
 
 class Phrase(Query):
-    """A number that is told and set."""
+    """A number that is read and set."""
 
     command: Annotated[WithValue, Field(description="what sets it: SOUR:TEMP {value}")]
     decimals: Annotated[int, Field(ge=0, le=6, description="digits sent after the point")] = 1
@@ -100,7 +100,7 @@ class Phrase(Query):
 
 
 class TemperaturePhrase(Phrase):
-    """A temperature that is told and set."""
+    """A temperature that is read and set."""
 
     plausible: ClassVar[tuple[float, float]] = PLAUSIBLE
 
@@ -108,7 +108,7 @@ class TemperaturePhrase(Phrase):
 
 
 class RatePhrase(Phrase):
-    """A rate that is told and set."""
+    """A rate that is read and set."""
 
     unit: Annotated[RateUnit, Field(description="in which the controller takes it")] = "K/min"
 
@@ -124,9 +124,9 @@ class RunPhrase(Declared):
 
 
 class StatusPhrase(Declared):
-    """Tells of trouble."""
+    """Query of the alarm status."""
 
-    query: Annotated[Sent, Field(description="asks whether there is trouble")]
+    query: Annotated[Sent, Field(description="queries the alarm status")]
     good: Annotated[Answers, Field(description="answers that mean none")]
 
 

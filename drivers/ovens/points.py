@@ -1,4 +1,4 @@
-"""What a declared controller is made of: values that are read, values that are set, and a switch."""
+"""Interfaces of a declared controller: values that are read, values that are set, and a switch."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ PLAUSIBLE = (-100.0, 400.0)
 
 
 class Value(Protocol):
-    """A temperature in degrees Celsius, or a rate in K/min, as the controller tells it."""
+    """A temperature in degrees Celsius, or a rate in K/min, as the controller reports it."""
 
     def read(self) -> float:
         """Ask for it."""
@@ -27,7 +27,7 @@ class Setting(Value, Protocol):
         ...
 
     def put(self, value: float) -> float:
-        """Make it hold `value`, and return what it reads back; OvenError of kind not taken where that differs."""
+        """Set it to `value`, and return what it reads back; OvenError of kind not taken where that differs."""
         ...
 
 
@@ -44,7 +44,7 @@ class Switch(Protocol):
 
 
 def no_status() -> None:
-    """Find nothing wrong: the controller tells no status."""
+    """Do nothing: the controller reports no status."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Points:
     rest_at : float or None
         Set-point that takes the place of switching off, degrees Celsius.
     require_good : callable
-        Raises OvenError of kind alarm where the controller tells of trouble.
+        Raises OvenError of kind alarm if the controller reports an alarm.
     """
 
     temperature: Value

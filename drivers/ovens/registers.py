@@ -79,7 +79,7 @@ class Number(Declared):
 class TemperatureRegister(Number):
     """A temperature."""
 
-    unit: Annotated[TemperatureUnit, Field(description="in which the controller tells it")] = "degC"
+    unit: Annotated[TemperatureUnit, Field(description="of the controller")] = "degC"
 
 
 class RateRegister(Number):
@@ -98,14 +98,14 @@ class RunRegister(Declared):
 
 
 class StatusRegister(Declared):
-    """A register or bit that tells of trouble."""
+    """A register or bit that signals an alarm."""
 
     at: Address
     table: Annotated[Literal["holding", "input", "coil", "discrete"], Field(description="kind of register")] = (
         "holding"
     )
     mask: Annotated[int, Field(ge=1, le=65_535, description="bits that count")] = 0xFFFF
-    good: Annotated[tuple[int, ...], Field(min_length=1, description="contents, masked, without trouble")] = (0,)
+    good: Annotated[tuple[int, ...], Field(min_length=1, description="contents, masked, without an alarm")] = (0,)
 
 
 class ModbusLine(LineSettings):

@@ -15,11 +15,11 @@ from drivers.ovens.points import Points, no_status
 from drivers.ovens.settings import OvenSettings
 from drivers.ovens.simulated.controller import Controller
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.ovens.spoken import RunSpoken, Spoken, TextLine, Told, require_good
+from drivers.ovens.text_protocol import TextLine, TextSetting, TextSwitch, TextValue, require_good
 
 
 class ScpiOven(TextLine, OvenSettings):
-    """Words of a controller nobody wrote a driver for."""
+    """Queries and commands of a controller without a driver of its own."""
 
     temperature: Annotated[TemperatureQuery, Field(description="of the air, as measured")]
     set_point: Annotated[TemperaturePhrase, Field(description="of the controller, at the end of a ramp")]
@@ -51,25 +51,25 @@ class ScpiOven(TextLine, OvenSettings):
 
     def open(self, clock: Clock, transport: Transport | None = None) -> Oven:
         """Open the line."""
-        speaker = self.speaker(clock, transport)
+        connection = self.connection(clock, transport)
         try:
             working = self.working_set_point
             points = Points(
-                temperature=Told("temperature", speaker, self.temperature),
-                set_point=Spoken("set_point", speaker, self.set_point),
-                working=Told("working_set_point", speaker, working) if working else None,
-                rate=Spoken("rate", speaker, self.rate) if self.rate else None,
-                run=RunSpoken(speaker, self.run) if self.run else None,
+                temperature=TextValue("temperature", connection, self.temperature),
+                set_point=TextSetting("set_point", connection, self.set_point),
+                working=TextValue("working_set_point", connection, working) if working else None,
+                rate=TextSetting("rate", connection, self.rate) if self.rate else None,
+                run=TextSwitch(connection, self.run) if self.run else None,
                 rest_at=self.rest_at,
-                require_good=partial(require_good, speaker, self.status) if self.status else no_status,
+                require_good=partial(require_good, connection, self.status) if self.status else no_status,
             )
-            return MappedOven(speaker.line, points, self.limits(), clock, self.step)
+            return MappedOven(connection.line, points, self.limits(), clock, self.step)
         except BaseException:
-            speaker.line.close()
+            connection.line.close()
             raise
 
     def simulated(self, body: RegulatedOven, clock: Clock) -> Controller:
-        """Return a controller that knows these words."""
+        """Return a controller that answers these queries and commands."""
         from drivers.ovens.simulated.scpi import SimulatedScpi  # which reads this declaration
 
         return SimulatedScpi(self, body)

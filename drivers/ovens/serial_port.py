@@ -5,7 +5,7 @@ import serial
 from drivers.ovens.error import Fault, OvenError
 
 MOST = 10_000
-"""Reads of what nobody waits for before the next question is asked all the same."""
+"""Largest number of reads that discard unexpected data before the next query is sent."""
 
 
 class SerialPort:
@@ -58,7 +58,7 @@ class SerialPort:
         try:
             port = self._port()
             port.timeout = 0.0
-            for _ in range(MOST):  # nothing that talks without end keeps anybody here
+            for _ in range(MOST):  # bounded, because the other end may send without end
                 if not (port.in_waiting and port.read(port.in_waiting)):
                     break
         except OSError as error:

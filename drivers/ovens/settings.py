@@ -35,7 +35,7 @@ class OvenSettings(Declared):
 
     @property
     def expires(self) -> bool:
-        """Whether the oven comes to rest by itself once nobody watches it any more."""
+        """Whether the oven comes to rest by itself if the program ends or loses it."""
         return False
 
     def limits(self) -> OvenLimits:

@@ -1,4 +1,4 @@
-"""Units in which controllers tell temperatures and rates, to degrees Celsius and K/min and back."""
+"""Units of controllers for temperatures and rates, to degrees Celsius and K/min and back."""
 
 from typing import Literal
 

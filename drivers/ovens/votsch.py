@@ -8,7 +8,7 @@ from drivers.ovens.line import Line, up_to
 from drivers.ovens.oven import OvenLimits, SetPoint
 
 END_OF_DESCRIPTION = 0.3
-"""Seconds of silence after which a description, whose length nothing tells, is over."""
+"""Seconds of silence after which a description, whose length is not transmitted, is complete."""
 
 
 RESOLUTION = 0.1
@@ -63,7 +63,7 @@ class Votsch:
         wanted = self.limits.clamp(target, rate)
         taken_rate = round(wanted.rate, 1)
         if taken_rate == 0.0:
-            raise ValueError(f"rate {rate:g} K/min: this chamber's protocol knows steps of 0.1 K/min from 0.1")
+            raise ValueError(f"rate {rate:g} K/min: this chamber's protocol has steps of 0.1 K/min from 0.1")
         others = (0.0,) * (2 * self._layout.controls - 2)
         with self._line.reserved():
             up = wanted.target >= self._status().actual[self._air]
@@ -73,7 +73,7 @@ class Votsch:
             return SetPoint(self._change(wanted.target, running=True), taken_rate)
 
     def hold(self) -> float:
-        """Make the temperature measured now the nominal one: the chamber does not tell where its ramp is."""
+        """Make the temperature measured now the nominal one: the chamber does not report the state of its ramp."""
         with self._line.reserved():
             return self._change(self.limits.clamp_target(self.temperature()), running=True)
 
@@ -147,10 +147,10 @@ class Votsch:
 def _not_taken(wanted: tuple[tuple[float, ...], str], seen: ascii2.Status) -> OvenError:
     return OvenError(
         Fault.NOT_TAKEN,
-        f"set to {_told(*wanted)}, the chamber reads back {_told(seen.nominal, seen.bits)}",
+        f"set to {_status_text(*wanted)}, the chamber reads back {_status_text(seen.nominal, seen.bits)}",
         "Check the chamber's own limits, that it is under external control, and who uses its panel.",
     )
 
 
-def _told(nominal: tuple[float, ...], bits: str) -> str:
+def _status_text(nominal: tuple[float, ...], bits: str) -> str:
     return f"{' '.join(f'{value:.1f}' for value in nominal)} {bits}"

@@ -146,7 +146,7 @@ class LegRun:
             if inside_since is None and now > deadline:
                 raise RigStopped(
                     f"{here:.1f} °C after {settling.timeout:g} s more than the ramp to {target:g} °C takes",
-                    "Can the oven get there? Look at it, or correct programme and oven limits",
+                    "Can the oven reach it? Check the oven, or correct programme and oven limits",
                 )
 
     def _measure(self, watch: Watcher) -> None:
@@ -240,9 +240,9 @@ class LegRun:
         here = self.leg.sign * along
         if self._begun_anew:
             raise RigStopped(
-                f"the temperature stands at {here:.1f} °C: the oven does not ramp",
+                f"the temperature stays at {here:.1f} °C: the oven does not ramp",
                 "Look at the oven: is it in remote control, and is its heating or cooling on?",
             )
         self._begun_anew, self._mark = True, None
-        self._station.note("trouble", what=f"the ramp has halted at {here:.1f} °C; it is begun anew")
+        self._station.note("trouble", what=f"the ramp has halted at {here:.1f} °C; it is started again")
         self._station.ramp(*self._ramp)

@@ -109,7 +109,7 @@ def _path(place: str) -> Path:
 
 
 def _open(path: Path) -> BinaryIO:
-    """Open the file for reading, and for writing unless it is somebody else's: either can be locked."""
+    """Open the file for reading, and for writing unless it belongs to another user: either can be locked."""
     flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
     try:
         number = os.open(path, os.O_RDWR | os.O_CREAT | flags, 0o666)

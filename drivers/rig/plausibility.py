@@ -62,8 +62,8 @@ class CheckedSensor(Generic[Asked]):
         return abs(value - other) <= SLACK + self._rate * (self._now() - moment)
 
 
-class Company:
-    """Compares air and plate, which are in the same oven."""
+class StuckSensorCheck:
+    """Recognises a stuck sensor of the plate: its reading stays the same while the air in the oven changes."""
 
     def __init__(self) -> None:
         self._equal = 0

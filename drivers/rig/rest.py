@@ -34,8 +34,8 @@ def bring_to_rest(rig: Rig, oven: Oven | None = None, cards: Cards | None = None
     tuple of str
         What could not be verified to be at rest, with what to do; empty if both are.
     """
-    told = (rest_oven(rig.open_oven, rig.clock, oven), rest_drive(rig.open_cards, cards))
-    return tuple(what for what in told if what is not None)
+    failures = (rest_oven(rig.open_oven, rig.clock, oven), rest_drive(rig.open_cards, cards))
+    return tuple(what for what in failures if what is not None)
 
 
 def rest_oven(open_oven: Callable[[], Oven], clock: Clock, oven: Oven | None = None) -> str | None:
@@ -72,7 +72,7 @@ def rest_oven(open_oven: Callable[[], Oven], clock: Clock, oven: Oven | None = N
         failure = _attempted(rest)
     if oven is not None:
         _attempted(oven.close)
-    return failure and f"the oven could not be told to rest and may go on with its ramp: {failure}"
+    return failure and f"the oven could not be brought to rest and may continue its ramp: {failure}"
 
 
 def rest_drive(open_cards: Callable[[], Cards], cards: Cards | None = None) -> str | None:

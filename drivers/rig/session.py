@@ -146,8 +146,8 @@ class Session:
             self.unsafe = bring_to_rest(self.rig, opened.get("oven"), opened.get("cards"))
             self._close_thermometer()
             if error is not None:
-                for told in self.unsafe:
-                    error.add_note(f"NOT AT REST: {told}")
+                for message in self.unsafe:
+                    error.add_note(f"NOT AT REST: {message}")
             self._tell("the end" if error is None else f"{type(error).__name__}: {error}")
 
     def _close_thermometer(self) -> None:

@@ -14,7 +14,7 @@ from drivers.ni.errors import Action, DaqError
 from drivers.ovens.error import OvenError
 from drivers.ovens.line import PASSING
 from drivers.rig.errors import RESUME, RigStopped
-from drivers.rig.plausibility import CheckedSensor, Company, require_celsius
+from drivers.rig.plausibility import CheckedSensor, StuckSensorCheck, require_celsius
 from drivers.rig.progress import Purpose
 from drivers.rig.readings import RESOLUTION, Patience, Reading
 from drivers.rig.session import Session
@@ -46,7 +46,7 @@ class Station:
         self._protocol = protocol
         self._store = store
         self._patience = Patience(protocol.limits.lost_after)
-        self._company = Company()
+        self._stuck_check = StuckSensorCheck()
         max_rate = session.oven.limits.max_rate
         self._air = CheckedSensor(self._ask_air, lambda: self.now, max_rate)
         self._plate = CheckedSensor(self._ask_plate, lambda: self.now, max_rate)
@@ -116,7 +116,7 @@ class Station:
             self.note("recovered", air=found.air, plate=found.plate)
         self._patience.good()
         found.require_within(self._protocol.limits.coldest, self._protocol.limits.hottest)
-        self._company.require_moving(found)
+        self._stuck_check.require_moving(found)
         return found
 
     def watched(self, reading: Reading) -> float:

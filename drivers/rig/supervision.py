@@ -94,24 +94,24 @@ class SupervisedOven:
 
     def temperature(self) -> float:
         """Air temperature, degrees Celsius."""
-        return self._told(self._ask)
+        return self._called(self._ask)
 
     def bounds(self) -> tuple[float, float]:
         """Lowest and highest set-point that the controller itself takes, °C; infinite if unknown."""
-        return self._told(self._oven.bounds) if isinstance(self._oven, Bounded) else (-math.inf, math.inf)
+        return self._called(self._oven.bounds) if isinstance(self._oven, Bounded) else (-math.inf, math.inf)
 
     def ramp_to(self, target: float, rate: float) -> SetPoint:
         """Start a ramp and return it as accepted."""
-        return self._told(lambda: self._oven.ramp_to(target, rate))
+        return self._called(lambda: self._oven.ramp_to(target, rate))
 
     def hold(self) -> float:
         """Stop the ramp and hold the present temperature, which is returned."""
-        return self._told(self._oven.hold)
+        return self._called(self._oven.hold)
 
     def renew(self) -> None:
         """Renew the last command if it expires; called by a simulated rig that restores its state."""
         if self._expiring is not None:
-            self._told(self._expiring.renew)
+            self._called(self._expiring.renew)
 
     def safe(self) -> None:
         """Bring the oven to rest; OvenError if a hung request blocks the line."""
@@ -128,7 +128,7 @@ class SupervisedOven:
         """Close the port."""
         self._oven.close()
 
-    def _told(self, command: Callable[[], Result]) -> Result:
+    def _called(self, command: Callable[[], Result]) -> Result:
         self.check()
         with self._turn:
             return command()

@@ -100,8 +100,8 @@ class Sweeping:
             record = station.play(drive)
             self._store.show(record, set_point, repeat)
             if record.drive.shape != drive.shape:
-                told = f"repeat {repeat + 1}: {record.drive.size} samples came, {drive.size} were played"
-                return Attempt(None, (told,))
+                fault = f"repeat {repeat + 1}: {record.drive.size} samples came, {drive.size} were played"
+                return Attempt(None, (fault,))
             drives.append(record.drive.astype(np.float32))
             responses.append(record.responses.astype(np.float32))
             overloaded = record.overloaded if not repeat else overloaded | record.overloaded

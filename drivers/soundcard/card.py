@@ -169,7 +169,7 @@ class SoundCards:
         return min(max(first, 0), recorded.size - volts.size)
 
     def _loop_back(self) -> float:
-        """Return the delay of what the drive's input hears, samples; DaqError unless it is as loud as declared."""
+        """Return the delay of the drive as recorded, samples; DaqError unless its level is the declared one."""
         settings, rate = self._settings, self.sample_rate
         rng = np.random.default_rng(0)
         size = round(0.25 * rate)
@@ -178,10 +178,10 @@ class SoundCards:
         noise = np.fft.irfft(phases, size)
         played = LOUDNESS * settings.output_range * noise / np.abs(noise).max()
         recorded = self._played(played, go_on)[0]
-        gain, delay, alike = compare_drive(recorded, np.pad(played, (0, recorded.size - size)), rate, TONES)
+        gain, delay, correlation = compare_drive(recorded, np.pad(played, (0, recorded.size - size)), rate, TONES)
         doing = f"the loop-back test from {settings.output} to {settings.drive_input}"
-        if alike < 0.9 or not 0.0 <= delay <= LATENCY * rate:
-            said = f"What comes back is not what was played (correlation {alike:.2f})."
+        if correlation < 0.9 or not 0.0 <= delay <= LATENCY * rate:
+            said = f"What comes back is not what was played (correlation {correlation:.2f})."
             step = "connect the output to the drive's input, switch off monitoring and effects of the mixer"
             raise DaqError(doing, said, None, Action.STOP, step)
         if abs(gain - 1.0) > AGREES:

@@ -44,7 +44,7 @@ class SoundCard(CardsSettings):
 
     def open(self) -> Cards:
         """Open it through ``sounddevice``."""
-        from drivers.soundcard.card import SoundCards  # which knows this class
+        from drivers.soundcard.card import SoundCards  # which imports this class
 
         return SoundCards(self)
 

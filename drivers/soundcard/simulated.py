@@ -118,15 +118,15 @@ class SimulatedSound:
         self._ends = now + drive.size / samplerate
         moments = now + np.arange(drive.size) / samplerate
         rows = [self.inputs[channel] for channel in input_mapping]
-        heard = np.zeros((len(rows), drive.size))
+        signals = np.zeros((len(rows), drive.size))
         if drive.any():
             answer = self.plate(drive, samplerate, self.temperature(moments))
-            heard = np.stack([self.drive_scale * drive if row < 0 else answer[row] for row in rows])
+            signals = np.stack([self.drive_scale * drive if row < 0 else answer[row] for row in rows])
         late, part = divmod(self.latency, 1.0)
-        turned = np.fft.rfft(heard) * np.exp(-2j * np.pi * part * np.fft.rfftfreq(drive.size))
-        heard = np.fft.irfft(turned, drive.size)
+        turned = np.fft.rfft(signals) * np.exp(-2j * np.pi * part * np.fft.rfftfreq(drive.size))
+        signals = np.fft.irfft(turned, drive.size)
         late = int(late) + 17 * (self.streams % 2)
-        arrived = np.pad(heard, ((0, 0), (late, 0)))[:, : drive.size]
+        arrived = np.pad(signals, ((0, 0), (late, 0)))[:, : drive.size]
         rng = np.random.default_rng([self.seed, round(now * 1e6)])
         arrived = arrived + self.noise * rng.standard_normal(arrived.shape)
         if self.streams in self.xruns:

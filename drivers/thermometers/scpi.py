@@ -10,7 +10,7 @@ from drivers.ovens.phrases import TemperatureQuery
 from drivers.ovens.simulated.controller import Controller
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.simulated.scpi import SimulatedQueries
-from drivers.ovens.spoken import TextLine, Told
+from drivers.ovens.text_protocol import TextLine, TextValue
 from drivers.thermometers.points import PointThermometer
 from drivers.thermometers.settings import ThermometerSettings
 from drivers.thermometers.thermometer import Thermometer
@@ -24,11 +24,11 @@ class ScpiThermometer(TextLine, ThermometerSettings):
     ]
 
     def open(self, clock: Clock, transport: Transport | None = None) -> Thermometer:
-        """Open the line, and ask every query once."""
-        speaker = self.speaker(clock, transport)
-        values = [Told(f"sensors[{n}]", speaker, sensor) for n, sensor in enumerate(self.sensors)]
-        return PointThermometer(speaker.line, values)
+        """Open the line, and send every query once."""
+        connection = self.connection(clock, transport)
+        values = [TextValue(f"sensors[{n}]", connection, sensor) for n, sensor in enumerate(self.sensors)]
+        return PointThermometer(connection.line, values)
 
     def simulated(self, body: RegulatedOven, clock: Clock) -> Controller:
-        """Return a meter that knows these words, on the plate."""
+        """Return a meter on the plate that answers these queries."""
         return SimulatedQueries(self.terminator, self.sensors, lambda: body.plate)

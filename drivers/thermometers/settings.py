@@ -16,7 +16,7 @@ from drivers.thermometers.thermometer import Thermometer
 class ThermometerSettings(Declared):
     """A thermometer on the plate. Each kind derives from it, adds how it is reached, and opens it."""
 
-    kind: Annotated[str, Field(description="how it is spoken to")]
+    kind: Annotated[str, Field(description="protocol")]
 
     @property
     def place(self) -> str:

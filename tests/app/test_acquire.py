@@ -180,7 +180,7 @@ def test_a_signal_brings_everything_to_rest_and_the_command_goes_on(
         _, said = child.communicate(timeout=60)
     assert child.returncode == 128 + number, said
     assert "Traceback" not in said
-    assert "stopped; the drive is at 0 V and the oven at rest; run the same command again to go on" in said
+    assert "stopped; the drive is at 0 V and the oven at rest; run the same command again to continue" in said
     last = [event for event in read_events(out) if event["event"] == "oven"][-1]
     assert (last["command"], last["unsafe"]) == ("safe", [])
     done = {path.name: path.read_bytes() for path in out.glob("sweeps/*.h5")}
@@ -208,7 +208,7 @@ def _wait_for(condition: Callable[[], bool], child: "subprocess.Popen[str]") -> 
             RigInterrupted("SIGHUP"),
             ("the oven",),
             3,
-            "stopped; run the same command again to go on\nNOT AT REST: the",
+            "stopped; run the same command again to continue\nNOT AT REST: the",
         ),
         (RigStopped("lost", "Look"), ("the oven",), 3, "stopped: lost. Look.\nNOT AT REST: the oven"),
         (RigStopped("lost", "Look"), (), 1, "stopped: lost. Look.\n"),
@@ -275,7 +275,7 @@ def test_safe_says_what_it_could_not_reach(tmp_path: Path, monkeypatch: pytest.M
     result = run("safe", experiment(tmp_path), "--rig", "ni", "--json")
     assert result.exit_code == 3
     oven, drive = json.loads(result.stdout)["unsafe"]
-    assert "the oven could not be told to rest" in oven
+    assert "the oven could not be brought to rest" in oven
     assert "turn the amplifier off" in drive
     assert result.stderr.count("NOT AT REST: ") == 2
 

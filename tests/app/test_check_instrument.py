@@ -83,8 +83,8 @@ def test_a_driver_that_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     result = run("watlow-f4t")
     assert result.exit_code == 1
     assert "checks failed: " in result.stderr
-    assert "rest may be told twice (oven watlow-f4t)" in result.stderr
-    assert "told to rest it did not object, and goes on" in result.stdout
+    assert "rest may be requested twice (oven watlow-f4t)" in result.stderr
+    assert "it reported no error when brought to rest, and continues" in result.stdout
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,7 @@ def test_a_bad_declaration(
 
 
 @pytest.mark.parametrize(
-    ("named", "told"), [("toaster", "'espec-p300'"), ("modbus-map", "it wants set_point, temperature")]
+    ("named", "told"), [("toaster", "'espec-p300'"), ("modbus-map", "it needs set_point, temperature")]
 )
 def test_a_bad_kind(named: str, told: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert told in refused(capsys, named)

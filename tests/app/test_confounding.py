@@ -84,6 +84,6 @@ def test_look_alikes_are_one_class(
     with ThreadPoolExecutor(2) as executor:
         fit = fit_gap(twin, sweeps, start, (effect,), executor)
         seen = score_test(twin, sweeps, fit, executor, effects=(alike, "orthotropy"))
-    likeness = {other: signal_cosine(seen, effect, other) for other in (alike, "orthotropy")}
-    assert equivalents(dict.fromkeys(likeness, -1000.0), likeness) == (alike,)
+    cosines = {other: signal_cosine(seen, effect, other) for other in (alike, "orthotropy")}
+    assert equivalents(dict.fromkeys(cosines, -1000.0), cosines) == (alike,)
     assert separated_by in twin.cards[effect].separated_by

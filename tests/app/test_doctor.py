@@ -154,6 +154,6 @@ def test_a_port_without_a_description_has_none(
 
 def test_ready_says_for_what(laboratory: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(list_ports, "comports", list)
-    lacks = "ready for analysis and the simulated rig; a real rig lacks: NI driver, serial ports\n"
+    lacks = "ready for analysis and the simulated rig; for a real rig is missing: NI driver, serial ports\n"
     assert run().stderr == lacks
     assert run(laboratory).stderr == f"ready for {laboratory}\n"

@@ -432,7 +432,7 @@ def test_transfers_of_several_temperatures_are_compensated_as_the_twin_is(run, p
     assert printed["judged"] == found.judged == "left-out"
     assert list(printed["methods"]) == ["network", "linear", "cubic-spline", "low-rank"]
     assert printed["law_band"] is printed["placed"] is printed["across"] is None
-    assert "measured transfers tell no log" in result.stderr
+    assert "measured transfers give no log" in result.stderr
     assert "13 temperatures measured; left out one by one from 5 to 55" in result.stderr
     twin = flex("compensate", run, "--panel", panel, "--feed", "temperature", "--nodes", 8)
     assert twin.exit_code in (0, 1), twin.output
@@ -544,7 +544,7 @@ def test_transfers_with_missing_points_or_of_other_actuators_are_refused(panel, 
     gone[0, 1, :, 2] = np.nan
     assert "the first from actuator 2 to point 3; measure them" in refused(gone, points)
     assert "transfers of 1 actuators; the panel declares 2" in refused(h[:, :1], points)
-    assert "point 3 at (0.3, 0.05) m lies off the plate" in refused(h, points + np.outer([0, 0, 1], [0.1, 0]))
+    assert "point 3 at (0.3, 0.05) m is outside the plate" in refused(h, points + np.outer([0, 0, 1], [0.1, 0]))
     assert "must be (T, N, F, K)" in refused(h[..., :2], points)
     assert "scan.h5 was measured at 20 °C; leave it out" in refused(h, points, "--temperature", 40)
     assert "thermometer_error 5 °C needs a model" in refused(h, points, "--thermometer-error", 5)

@@ -362,4 +362,4 @@ def test_a_declaration_is_sent_to_its_folder(tiny: Any, tmp_path: Path, run_flex
     folder = tiny.write(tmp_path / "plate")
     status, _, message = run_flexura("import", folder / "campaign.toml")
     assert status == 2
-    assert message.endswith(f"declares a recorded campaign; name the folder it lies in: {folder}\n")
+    assert message.endswith(f"declares a recorded campaign; name its folder: {folder}\n")

@@ -137,7 +137,7 @@ def test_an_unknown_focusing_method_is_refused(laws: MaterialLaws) -> None:
 
 @pytest.mark.parametrize("spacing", [0.0, -5.0])
 def test_training_temperatures_that_cannot_be_chosen_are_refused(laws: MaterialLaws, spacing: float) -> None:
-    with pytest.raises(ValueError, match=f"spacing {spacing:g} K: above 0 wanted"):
+    with pytest.raises(ValueError, match=f"spacing {spacing:g} K: it must be above 0"):
         flexura.compensate(laws, spacing=spacing)
 
 

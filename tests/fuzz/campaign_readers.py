@@ -141,6 +141,8 @@ CAMPAIGNS = (
         text=True,
     ),
     Reader("JSON, blind trial", TRIAL_FILES, _trial, 0.02, text=True),
-    Reader("control", (f"live/{control.NAME}",), lambda root, _: control.wished(root / "live"), 0.03, text=True),
+    Reader(
+        "control", (f"live/{control.NAME}",), lambda root, _: control.requested(root / "live"), 0.03, text=True
+    ),
     Reader("window", (f"live/{events.NAME}", f"live/{readings.NAME}"), _window, 0.03, text=True),
 )

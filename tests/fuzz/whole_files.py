@@ -99,7 +99,7 @@ def _write_live(folder: Path) -> None:
     ):
         events.append_event(folder, event | {"time": float(n), "date": date.format(n)})
         append_reading(folder, ReadingLine(date.format(n), 20.0 + n, 19.5 + n, "to the start", n, 40, 900.0))
-    control.wish(folder, "pause")
+    control.request(folder, "pause")
     count = 1 + len(recorded.outputs)
     names = ("drive", *(output.id for output in recorded.outputs))
     signals = np.random.default_rng(0).normal(size=(count, 400)).astype(np.float32)

@@ -148,7 +148,7 @@ def _number(value: float) -> str:
 
 
 def _text(name: str, text: str) -> str:
-    """Write a text as a constant; question marks escaped, since C99 knows trigraphs."""
+    """Write a text as a constant; question marks escaped, because of the trigraphs of C99."""
     escaped = [{"\\": "\\\\", '"': '\\"', "?": "\\?"}.get(letter, letter) for letter in text]
     lines = ["".join(escaped[start : start + 100]) for start in range(0, len(escaped), 100)]
     return f"const char {name}[] =\n" + "\n".join(f'    "{line}"' for line in lines) + ";\n\n"

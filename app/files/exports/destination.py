@@ -79,7 +79,7 @@ def _renamed(parts: list[Path], targets: list[Path]) -> None:
 
 
 def _keep(target: Path, old: Path) -> None:
-    """Give a file a second name, or a copy where the file system knows no second names."""
+    """Give a file a hard link, or a copy where the file system has no hard links."""
     old.unlink(missing_ok=True)
     try:
         os.link(target, old)

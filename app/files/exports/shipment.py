@@ -114,7 +114,7 @@ def _newer(run: Path, panel: Panel, method: str) -> list[str]:
     try:
         if not path.is_file() or (load_panel(path), load_method(path)) == (panel, method):
             return []
-    except ResultFileError:  # of no use to anybody
+    except ResultFileError:  # unusable
         return []
     return [
         f"compensation.h5, which is taken, follows filters of another panel or other settings than {path} holds; "

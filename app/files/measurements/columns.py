@@ -22,7 +22,7 @@ class Columns:
     units : dict of str to str
         As the file writes them, of those columns for which it does.
     rates : dict of str to float
-        Samples per second, Hz, of those columns for which the file tells.
+        Samples per second, Hz, of those columns for which the file gives it.
     scalars : dict of str to float
         Single numbers of the file, among them perhaps a sample rate.
     channels : dict of str to str

@@ -1,4 +1,4 @@
-"""Measurements from anybody, read by a process of its own, of bounded time and memory, that leaves plain arrays.
+"""Untrusted measurements, read by a process of its own, of bounded time and memory, that leaves plain arrays.
 
 Readers of other people's formats crash, fill the memory or go on for ever on damaged bytes; here that costs a
 message.
@@ -59,11 +59,11 @@ def read_columns(path: Path) -> Columns:
 
 def _collected(folder: Path) -> Columns:
     """Load what the other process left."""
-    told = parse_json((folder / NAME).read_bytes())
+    content = parse_json((folder / NAME).read_bytes())
     values = {
-        name: np.load(folder / f"{number}.npy", allow_pickle=False) for number, name in enumerate(told["names"])
+        name: np.load(folder / f"{number}.npy", allow_pickle=False) for number, name in enumerate(content["names"])
     }
-    return Columns(values, told["units"], told["rates"], told["scalars"], told["channels"])
+    return Columns(values, content["units"], content["rates"], content["scalars"], content["channels"])
 
 
 def _read_into(kind: str, path: Path, folder: Path) -> None:
@@ -71,14 +71,14 @@ def _read_into(kind: str, path: Path, folder: Path) -> None:
     columns: Columns = import_module(f"app.files.measurements.{reader}").read(path)
     for number, values in enumerate(columns.values.values()):
         np.save(folder / f"{number}.npy", values, allow_pickle=False)
-    told = {
+    content = {
         "names": list(columns.values),
         "units": columns.units,
         "rates": columns.rates,
         "scalars": {name: value for name, value in columns.scalars.items() if np.isfinite(value)},
         "channels": columns.channels,
     }
-    (folder / NAME).write_text(json.dumps(told), encoding="utf-8")
+    (folder / NAME).write_text(json.dumps(content), encoding="utf-8")
 
 
 if __name__ == "__main__":
@@ -87,5 +87,5 @@ if __name__ == "__main__":
         _read_into(sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3]))
     except MemoryError:
         sys.exit(f"needs more than {MEMORY // 10**9} GB of memory: damaged, or export a part of it")
-    except Exception as error:  # noqa: BLE001 (told to the parent)
+    except Exception as error:  # noqa: BLE001 (reported to the parent process)
         sys.exit(" ".join(str(error).split()) or type(error).__name__)

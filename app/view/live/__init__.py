@@ -9,5 +9,5 @@
 ``window``         all of it, with pause and stop
 =================  ==============================================================
 
-What is wished of the runner goes into ``control.json`` (`app.files.control`); nothing else is written.
+Requests to the runner go into ``control.json`` (`app.files.control`); nothing else is written.
 """

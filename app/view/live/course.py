@@ -37,7 +37,7 @@ def programme_line(protocol: AcquisitionProtocol, start: float) -> tuple[Real, R
 def set_point_line(
     commands: Sequence[Mapping[str, Any]], when: Sequence[float], at: Real, air: Real, now: float
 ) -> tuple[Real, Real]:
-    """Set-point that the commands given to the oven amount to; NaN where it was told to rest.
+    """Set-point that follows from the commands sent to the oven; NaN while it is at rest.
 
     Parameters
     ----------

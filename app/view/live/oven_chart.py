@@ -53,18 +53,18 @@ class OvenChart(Chart):
         air = np.array([reading.air_c for reading in watched.readings])
         self._air.setData(time, air)
         self._plate.setData(time, np.array([reading.plate_c for reading in watched.readings]))
-        commands = watched.told("oven")
-        told = set_point_line(
+        commands = watched.events_of("oven")
+        line = set_point_line(
             commands, [60.0 * minutes(c["date"]) for c in commands], 60.0 * time, air, 60.0 * float(time[-1])
         )
-        self._set_point.setData(told[0] / 60.0, told[1], connect="finite")
+        self._set_point.setData(line[0] / 60.0, line[1], connect="finite")
         if watched.protocol is not None:
             planned = programme_line(watched.protocol, float(air[0]))
             self._programme.setData((planned[0] + 60.0 * time[0]) / 60.0, planned[1])
             asked = _crossings(watched, *planned)
             self._asked.setData((asked[0] + 60.0 * time[0]) / 60.0, asked[1])
         for kind, item in self._marks.items():
-            happened = watched.told(kind)
+            happened = watched.events_of(kind)
             at = [minutes(event["date"]) for event in happened]
             item.setData(np.array(at), np.array([_temperature(watched, event) for event in happened]))
 

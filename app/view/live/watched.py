@@ -16,7 +16,7 @@ from analysis.protocol.sweep import SweepSettings
 from app.files import events, latest_repeat, readings
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import SWEEPS, read_protocol, sweep_paths
-from app.files.control import wished
+from app.files.control import requested
 from app.files.events import parse_event, seconds
 from app.files.latest_repeat import LatestRepeat, load_latest
 from app.files.readings import ReadingLine, parse_reading
@@ -130,16 +130,16 @@ class Watched:
         )
         if resting == "paused":
             return "paused"
-        return "pausing" if wished(self.folder) == "pause" else "running"
+        return "pausing" if requested(self.folder) == "pause" else "running"
 
-    def told(self, kind: str) -> list[dict[str, Any]]:
+    def events_of(self, kind: str) -> list[dict[str, Any]]:
         """Return every event of a kind."""
         return [event for event in self.events if event.get("event") == kind]
 
     @property
     def progress(self) -> tuple[int, int, float]:
         """Sweeps done, all of them, and the seconds left."""
-        done = {event.get("step") for kind in ("finished", "missing") for event in self.told(kind)}
+        done = {event.get("step") for kind in ("finished", "missing") for event in self.events_of(kind)}
         left = self.readings[-1].seconds_left if self.readings else float("nan")
         return len(done), self.protocol.count if self.protocol is not None else len(done), left
 
@@ -152,7 +152,7 @@ class Watched:
             self.problems[events.NAME] = f"a line that is no event: {line[:60]!r}"
 
     def _sign(self) -> float:
-        """When the runner was last heard of, s since 1970."""
+        """Time of the last sign of the runner, s since 1970."""
         names = (events.NAME, readings.NAME, latest_repeat.NAME)
         return max((self._changed(self.folder / name) for name in names), default=0.0)
 

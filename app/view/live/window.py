@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.files.control import wish
+from app.files.control import request
 from app.terminal.campaign_progress import duration
 from app.view.live.frf_charts import CoherenceChart, FrfChart
 from app.view.live.oven_chart import OvenChart
@@ -34,7 +34,7 @@ QUIET = frozenset({"event", "time", "date", "leg", "step"})
 
 
 class LiveWindow(Window):
-    """Shows a campaign as it grows, and takes wishes to the runner.
+    """Shows a campaign as it grows, and passes requests to the runner.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class LiveWindow(Window):
     def __init__(self, watched: Watched, theme: Theme, clock: Callable[[], float] = time.time) -> None:
         super().__init__(f"{watched.folder.name} – Flexura", theme)
         self._watched, self._clock, self._channel = watched, clock, 0
-        self._pause_action = self.bind("Pause, or go on", "P", self.pause_or_continue, self._file)
+        self._pause_action = self.bind("Pause, or continue", "P", self.pause_or_continue, self._file)
         self._stop_action = self.bind("Stop safely …", "Ctrl+S", self.ask_and_stop, self._file)
         self.build()
         self._timer = QTimer(self)
@@ -96,24 +96,24 @@ class LiveWindow(Window):
         self._show_state()
 
     def pause_or_continue(self) -> None:
-        """Wish for a pause, or for its end."""
+        """Request a pause, or its end."""
         state = self._watched.state(self._clock())
         if state in UNDER_WAY:
-            wish(self._watched.folder, "pause" if state == "running" else "go on")
+            request(self._watched.folder, "pause" if state == "running" else "go on")
             self._show_state()
 
     def ask_and_stop(self) -> None:
-        """Wish for a stop, once that is confirmed: drive to 0 V, oven to rest."""
+        """Request a stop, once that is confirmed: drive to 0 V, oven to rest."""
         if self._watched.state(self._clock()) not in UNDER_WAY:
             return
         answer = QMessageBox.question(
             self,
             "Stop the campaign?",
-            "The drive is brought to 0 V and the oven to rest. What is finished stays; the same flexura acquire "
-            "goes on from there.",
+            "The drive is brought to 0 V and the oven to rest. Finished sweeps are kept; the same flexura "
+            "acquire continues later.",
         )
         if answer == QMessageBox.StandardButton.Yes:
-            wish(self._watched.folder, "stop")
+            request(self._watched.folder, "stop")
 
     def _strip(self) -> QHBoxLayout:
         """Build state, progress and buttons."""
@@ -178,7 +178,7 @@ class LiveWindow(Window):
             f"background: {calm.get(state, theme.warning)}; color: {theme.plot}; font-weight: bold; "
             "padding: 4px 12px; border-radius: 4px;"
         )
-        self.pause.setText("Pause" if state == "running" else "Go on")
+        self.pause.setText("Pause" if state == "running" else "Continue")
         for part in (self.pause, self.stop, self._pause_action, self._stop_action):
             part.setEnabled(state in UNDER_WAY)
         trouble = "; ".join(f"{name}: {what}" for name, what in self._watched.problems.items())

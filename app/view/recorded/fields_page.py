@@ -22,7 +22,7 @@ from app.view.surface import FRAME, TURN, SurfaceChart
 from app.view.theme import Theme, one_sided
 
 QUIET_DB = -40.0
-"""Least amplitude told apart on the map, dB re the largest."""
+"""Least amplitude distinguished on the map, dB re the largest."""
 
 
 class FieldsPage(QWidget):
@@ -44,13 +44,13 @@ class FieldsPage(QWidget):
         self._panel, self._cursors, self._theme = panel, cursors, theme
         self.fields: Fields | None = None
         self._grid = QGridLayout(self)
-        self._told = QLabel("the panel's twin is fetched …")
-        self._told.setObjectName("fields")
-        self._grid.addWidget(self._told, 0, 0, 1, 2)
+        self._status = QLabel("the panel's twin is fetched …")
+        self._status.setObjectName("fields")
+        self._grid.addWidget(self._status, 0, 0, 1, 2)
         self._timer = QTimer(self)
         self._timer.setInterval(FRAME)
         self._timer.timeout.connect(self.advance)
-        self._maker = Maker(lambda report: Fields.of(panel, focusing, laws, report), self._told, self)
+        self._maker = Maker(lambda report: Fields.of(panel, focusing, laws, report), self._status, self)
         self._maker.hand_to(self.show_fields)
 
     def show_fields(self, fields: Fields) -> None:
@@ -79,7 +79,7 @@ class FieldsPage(QWidget):
         for widget in (QLabel("mode"), self._mode_choice, QLabel("filters"), self._filters, self._play):
             top.addWidget(widget)
         top.addStretch()
-        self._told.hide()
+        self._status.hide()
         self._grid.addLayout(top, 0, 0, 1, 2)
         for chart, row, column in (
             (self.shape, 1, 0),

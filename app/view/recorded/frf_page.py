@@ -23,7 +23,7 @@ OVER_MAP = (255, 255, 255, 170)
 """Colour of lines on a map."""
 FREQUENCY, TEMPERATURE = "frequency [Hz]", "temperature [°C]"
 PHASE_TICKS = [[(v, f"{v}") for v in some] for some in ((-180, 0, 180), (-90, 90))]
-"""Degrees: those that are always told, and those that are where there is room."""
+"""Degrees: those that are always labelled, and those that are if there is room."""
 
 
 class FrfPage(QWidget):
@@ -89,7 +89,7 @@ class FrfPage(QWidget):
             self._cursors.temperature = float(self._frf.temperature[rows[place]])
 
     def mark(self) -> None:
-        """Put the mark where the cursors stand; differences are told from there."""
+        """Put the mark where the cursors stand; differences are given from there."""
         self._mark.put(self.axis.line, self.row)
         self.axis.put_mark()
         self._read_out()
@@ -238,7 +238,7 @@ class FrfPage(QWidget):
 
     def _read_out(self) -> None:
         channel = self._channel.currentIndex()
-        from_mark = self._mark.told(self.axis.line, self.row, channel)
+        from_mark = self._mark.differences(self.axis.line, self.row, channel)
         self._readout.setText(readout(self._frf, self.row, channel, self.axis.line, from_mark))
 
 

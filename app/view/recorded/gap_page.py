@@ -76,14 +76,14 @@ class GapPage(QWidget):
             for effect in record["effects"]
         )
         gap = record["gap"]
-        told = QLabel(
+        label = QLabel(
             f"<h3>{words}</h3>χ² per degree of freedom {gap['baseline']['chi2_per_dof']:.3g} before, "
             f"{gap['final']['chi2_per_dof']:.3g} after<ul>{found}</ul>"
         )
-        told.setWordWrap(True)
-        told.setObjectName("verdict")
+        label.setWordWrap(True)
+        label.setObjectName("verdict")
         side = QVBoxLayout()
-        side.addWidget(told)
+        side.addWidget(label)
         side.addWidget(QLabel("sensor"))
         side.addWidget(self._channel)
         side.addWidget(QLabel("what each effect alone would leave; switch it on or off:"))

@@ -21,20 +21,20 @@ class Maker(QThread):
 
     Attributes
     ----------
-    told : Signal(str)
+    progressed : Signal(str)
         How far it is.
     made, failed : Signal(object)
         The thing, or the words of an error.
     """
 
-    told = Signal(str)
+    progressed = Signal(str)
     made = Signal(object)
     failed = Signal(object)
 
     def __init__(self, task: Callable[[Progress], object], shown: QLabel, owner: QWidget) -> None:
         super().__init__(owner)
         self._task = task
-        self.told.connect(shown.setText)
+        self.progressed.connect(shown.setText)
         self.failed.connect(shown.setText)
         owner.destroyed.connect(self.wait)
 
@@ -46,6 +46,6 @@ class Maker(QThread):
     def run(self) -> None:
         """Work in the thread."""
         try:
-            self.made.emit(self._task(lambda stage, share: self.told.emit(f"{stage}: {100 * share:.0f} %")))
+            self.made.emit(self._task(lambda stage, share: self.progressed.emit(f"{stage}: {100 * share:.0f} %")))
         except (OSError, ValueError) as error:
             self.failed.emit(str(error))

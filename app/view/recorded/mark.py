@@ -23,7 +23,7 @@ class Mark:
         """Move it."""
         self.line, self.row = line, row
 
-    def told(self, line: int, row: int, channel: int) -> list[tuple[str, str]]:
+    def differences(self, line: int, row: int, channel: int) -> list[tuple[str, str]]:
         """Differences of a line of a sweep from the mark, for the readout; none where both are one.
 
         Parameters

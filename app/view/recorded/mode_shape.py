@@ -36,10 +36,10 @@ class ModeShape(QWidget):
         self._wanted = (20.0, float("nan"))
         self._shapes: Shapes | None = None
         self.chart: SurfaceChart | None = None
-        self._told = QLabel("the plate's twin is fetched …")
+        self._status = QLabel("the plate's twin is fetched …")
         self._layout = QVBoxLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
-        self._layout.addWidget(self._told)
+        self._layout.addWidget(self._status)
         self._timer = QTimer(self)
         self._timer.setInterval(FRAME)
         self._timer.timeout.connect(self._advance)
@@ -54,7 +54,7 @@ class ModeShape(QWidget):
                 partial(lowest_modes, reduced), reduced.deflection, reduced.points, experiment.plate.grown(laws)
             )
 
-        self._maker = Maker(fetched, self._told, self)
+        self._maker = Maker(fetched, self._status, self)
         self._maker.hand_to(self.show_shapes)
 
     def show_shapes(self, shapes: Shapes) -> None:
@@ -66,7 +66,7 @@ class ModeShape(QWidget):
         ]
         edges = edges_of(self._experiment.plate)
         self.chart = SurfaceChart("plate-mode-shape", "", shapes.x, shapes.y, outlines, theme, edges)
-        self._told.hide()
+        self._status.hide()
         self._layout.addWidget(self.chart)
         self.show_nearest(*self._wanted)
         self._timer.start()

@@ -47,8 +47,8 @@ class ModesPage(QWidget):
         )
         self._choice = QComboBox()
         self._choice.addItems([self._named(j) for j in range(tracked.track.shape[1])])
-        self._told = QLabel()
-        self._told.setObjectName("mode")
+        self._readout = QLabel()
+        self._readout.setObjectName("mode")
         self._lay_out()
         self._draw()
         self._choice.currentIndexChanged.connect(self.select)
@@ -105,7 +105,7 @@ class ModesPage(QWidget):
     def _lay_out(self) -> None:
         top = QHBoxLayout()
         top.addWidget(self._choice)
-        top.addWidget(self._told)
+        top.addWidget(self._readout)
         top.addStretch()
         grid = QGridLayout(self)
         grid.addLayout(top, 0, 0, 1, 2)
@@ -166,9 +166,9 @@ class ModesPage(QWidget):
         if self.shape is not None:
             self.shape.show_nearest(float(self._tracked.temperature[row]), float(r.frequency_hz[row, j]))
         if not np.isfinite(r.frequency_hz[row, j]):
-            self._told.setText(f"{place}: {status}")
+            self._readout.setText(f"{place}: {status}")
             return
-        self._told.setText(
+        self._readout.setText(
             f"{place}: {r.frequency_hz[row, j]:.2f} ± {r.sigma_frequency_hz[row, j]:.2f} Hz, "
             f"η {100 * r.loss_factor[row, j]:.2f} ± {100 * r.sigma_loss_factor[row, j]:.2f} %, {status}"
         )

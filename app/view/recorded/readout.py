@@ -24,7 +24,7 @@ def readout(frf: Frf, row: int, channel: int, line: int, more: Sequence[tuple[st
     str
     """
     value = frf.h[row, channel, line]
-    told = [
+    values = [
         ("frequency", f"{frf.frequency[line]:.2f} Hz"),
         ("temperature", f"{frf.temperature[row]:.3f} °C"),
         ("|H1|", f"{abs(value):.4g} {frf.unit(channel, row)} = {decibels(value):.2f} dB"),
@@ -33,8 +33,8 @@ def readout(frf: Frf, row: int, channel: int, line: int, more: Sequence[tuple[st
         ("coherence", f"{frf.coherence[row, channel, line]:.6f}"),
     ]
     if frf.excluded[line]:
-        told.append(("mains line", "never fitted"))
+        values.append(("mains line", "never fitted"))
     rows = "".join(
-        f"<tr><td style='padding-right:12px'>{what}</td><td>{seen}</td></tr>" for what, seen in (*told, *more)
+        f"<tr><td style='padding-right:12px'>{what}</td><td>{seen}</td></tr>" for what, seen in (*values, *more)
     )
     return f"<table>{rows}</table>"

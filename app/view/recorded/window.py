@@ -148,11 +148,11 @@ class RecordedWindow(Window):
             ("Temperature cursor up", "Up", 0, 1),
         ):
             self.bind(text, key, lambda lines=lines, sweeps=sweeps: self._step(lines, sweeps))  # type: ignore[misc]
-        self.bind("Mark the place of the cursors: differences are told from there", "M", self._put_mark)
+        self.bind("Mark the position of the cursors, from which differences are given", "M", self._put_mark)
         self.bind("Logarithmic frequencies", "L", self._toggle_log)
         self.bind("Mode before", "[", lambda: self._step_mode(-1))
         self.bind("Mode after", "]", lambda: self._step_mode(1))
-        self.bind("Fields move, or stand still", "Space", self._play)
+        self.bind("Fields move, or stop", "Space", self._play)
 
     def _step(self, lines: int, sweeps: int) -> None:
         for page in self._built.values():

@@ -63,7 +63,7 @@ class TestFrfPage(QWidget):
         self._show()
 
     def mark(self) -> None:
-        """Put the mark where the cursor stands; differences are told from there."""
+        """Put the mark where the cursor stands; differences are given from there."""
         self.axis.put_mark()
         self._follow()
 
@@ -111,9 +111,9 @@ class TestFrfPage(QWidget):
     def _show(self) -> None:
         """Show another FRF, in another way."""
         held, n = self._held, self.choice.currentIndex()
-        x, told = held.frfs.frequency, held.frfs.label(n)
+        x, label = held.frfs.frequency, held.frfs.label(n)
         parts = self.display.currentIndex() == 1
-        unit = told[told.rfind("[") + 1 : -1]
+        unit = label[label.rfind("[") + 1 : -1]
         names = ("real part", "imaginary part") if parts else (f"|H| [dB re 1 {unit}]", "phase [°]")
         for number, (chart, curves) in enumerate(zip((self.above, self.below), self._curves, strict=True)):
             for curve, h in zip(curves, (held.frfs.h[n], held.rebuilt[n]), strict=True):
@@ -174,13 +174,13 @@ class TestFrfPage(QWidget):
         f, one, h = held.frfs.frequency, held.frfs.transfers[n], held.frfs.h[n]
         turn = np.degrees(np.angle(h[here] / h[there])) if h[there] else float("nan")
         apart = float(decibels(h[here]) - decibels(h[there]))
-        told = [
+        values = [
             ("cursor", f"{f[here]:.4f} Hz", f"{abs(h[here]):.4g}", f"{np.degrees(np.angle(h[here])):.1f}°"),
             ("from mark", f"{f[here] - f[there]:+.4f} Hz", f"{apart:+.2f} dB", f"{turn:+.1f}°"),
         ]
         if one.variance is not None:
-            told.append(("σ of H", "", f"{np.sqrt(one.variance[here]):.2g}", ""))
+            values.append(("σ of H", "", f"{np.sqrt(one.variance[here]):.2g}", ""))
         if one.coherence is not None:
-            told.append(("coherence", "", f"{one.coherence[here]:.5f}", ""))
-        rows = ("".join(f"<td style='padding-right:14px'>{cell}</td>" for cell in row) for row in told)
+            values.append(("coherence", "", f"{one.coherence[here]:.5f}", ""))
+        rows = ("".join(f"<td style='padding-right:14px'>{cell}</td>" for cell in row) for row in values)
         self.readout.setText(f"<table>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>")

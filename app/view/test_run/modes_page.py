@@ -44,7 +44,7 @@ class TestModesPage(QWidget):
     cursors : Cursors
     theme : Theme
     drop, add : callable
-        Told the frequency, Hz, of the mode to go, or of one to come.
+        Called with the frequency, Hz, of a mode to remove or to add.
     """
 
     __test__ = False

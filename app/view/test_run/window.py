@@ -80,7 +80,7 @@ class TestWindow(Window):
     def _change(self, change: Callable[[Path, float], str], frequency: float) -> None:
         QApplication.setOverrideCursor(Qt.CursorShape.WaitCursor)
         try:
-            told = change(self.held.run, frequency)
+            message = change(self.held.run, frequency)
             self.held = HeldTest.read(self.held.run)
         except (OSError, ResultFileError) as error:
             QMessageBox.warning(self, "Not changed", str(error))
@@ -88,7 +88,7 @@ class TestWindow(Window):
         finally:
             QApplication.restoreOverrideCursor()
         self.build()
-        self.statusBar().showMessage(f"{told}; recorded in {self.held.run}")
+        self.statusBar().showMessage(f"{message}; recorded in {self.held.run}")
 
     def _remember(self, number: int) -> None:
         self._number = number

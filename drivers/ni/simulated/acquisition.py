@@ -105,7 +105,7 @@ class InputRecorder:
     def _answer(
         self, task: Task, drive: NDArray[np.float64], rate: float, moments: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return the plate's answer (K, M); it is not asked at rest, or where nobody listens."""
+        """Return the plate's response (K, M); it is not computed at rest, or if no input is read."""
         surroundings = self._chassis.surroundings
         if not any(channel.terminal in surroundings.sensors for channel in task.channels):
             return np.empty((0, drive.size))

@@ -94,7 +94,7 @@ class ChannelCalls(Answering):
             added.append(
                 TaskChannel(name if given else terminal, terminal, module, kind, reach, False, volts_per_unit)
             )
-        self._check_company(task, added)
+        self._check_directions(task, added)
         task.channels.extend(added)
         task.written = np.empty(0)  # what lay in the buffer had not as many channels
         return added
@@ -115,7 +115,7 @@ class ChannelCalls(Answering):
             raise _unsupported("AI.MeasType", f"{module.name} has no {kind.value}")
         return module
 
-    def _check_company(self, task: Task, added: list[TaskChannel]) -> None:
+    def _check_directions(self, task: Task, added: list[TaskChannel]) -> None:
         outputs = {channel.kind is Kind.VOLTAGE_OUT for channel in task.channels + added}
         if len(outputs) > 1:
             raise DaqmxStatusError(

@@ -25,7 +25,7 @@ class Chassis:
     ----------
     surroundings : Surroundings
     clock : Clock
-        Virtual, as a rule: it then moves only when somebody waits for samples.
+        Usually virtual: it then advances only while a client waits for samples.
     faults : Faults
         May be replaced at any time.
     tasks : dict of str to Task
@@ -166,7 +166,7 @@ class Chassis:
             self._begin(task, _next_pulse(now) if task.trigger else now)
 
     def _begin(self, task: Task, moment: float) -> None:
-        """Take or play the first sample, and let whoever listens for that begin with it."""
+        """Take or play the first sample, and start the tasks that this triggers."""
         if task.timing is not None:
             moment = self.clocks.first_edge(task, moment)
         if task.timing is not None and task.pretrigger is not None:
@@ -175,11 +175,11 @@ class Chassis:
         task.began = moment
         if not task.is_input and task.timing is not None:
             self._play(task, moment)
-        heard = self.clocks.terminal(task, "StartTrigger").lower()
+        start_trigger = self.clocks.terminal(task, "StartTrigger").lower()
         if self.faults.stuck_trigger:
             return
         for other in self.tasks.values():
-            if other.state is TaskState.STARTED and other.began is None and other.trigger.lower() == heard:
+            if other.state is TaskState.STARTED and other.began is None and other.trigger.lower() == start_trigger:
                 self._begin(other, moment)
 
     def _play(self, task: Task, moment: float) -> None:

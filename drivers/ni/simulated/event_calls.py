@@ -15,13 +15,13 @@ _POLL = 0.005
 """Wall time between two looks at a task, s."""
 
 _IDLE = 0.5
-"""Wall time after which nobody else is taken to be going to move the clock, s."""
+"""Wall time after which it is assumed that no other call will advance the clock, s."""
 
 
 class EventCalls(Answering):
-    """The part of the service that tells a client of events.
+    """The part of the service that announces events to a client.
 
-    A client that waits for an event reads nothing meanwhile, so nobody moves the virtual clock: the
+    A client that waits for an event reads nothing meanwhile, so no call advances the virtual clock: the
     event's own stream does, as soon as the client has read what the last event announced.
     """
 
@@ -57,12 +57,12 @@ class EventCalls(Answering):
         except DaqmxStatusError as status:
             refuse(context, status)
             return None
-        # The client starts its task only once it knows that the event is registered.
+        # The client starts its task only once the event is registered.
         context.send_initial_metadata(())
         return task
 
     def _happens(self, task: Task, context: Any, happened: Callable[[], bool]) -> bool:
-        """Wait until something has happened; return False if nobody waits for it any more."""
+        """Wait until something has happened; return False if no client waits for it any more."""
         while context.is_active():
             with self.lock:
                 if not task.watched or task not in self.chassis.tasks.values():
@@ -73,7 +73,7 @@ class EventCalls(Answering):
         return False
 
     def _announce(self, task: Task, total: int, every: int) -> bool:
-        """Whether so many samples are there, as `_reach` says; from now on somebody is going to read them."""
+        """Whether so many samples are there, as `_reach` says; from now on a client is expected to read them."""
         reached = self._reach(task, total, every)
         if reached and task.is_input:
             task.announced = total
@@ -90,7 +90,7 @@ class EventCalls(Answering):
         return task.broken is None and task.taken(clock.now()) >= total
 
     def _finish(self, task: Task, idle_since: list[float]) -> bool:
-        """Whether a finite task is done or broken; ends it once nobody else moves the clock."""
+        """Whether a finite task is done or broken; ends it once no other call advances the clock."""
         clock = self.chassis.clock
         if task.broken is not None:
             return True

@@ -57,7 +57,7 @@ class _Context:
     def cancel(self) -> None:
         self._cancelled.set()
 
-    # What the stub's base class says of a call that nobody has written.
+    # The message of the stub's base class for a call that is not implemented.
     def set_code(self, code: grpc.StatusCode) -> None:
         self._code = code
 

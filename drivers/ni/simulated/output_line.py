@@ -54,13 +54,13 @@ class _Run:
 class OutputLine:
     """What a digital-to-analog converter has put on its terminal so far, and is going to.
 
-    It holds its last value until told otherwise, as the real one does: stopping a task leaves the
+    It holds its last value until the next command, as the real one does: stopping a task leaves the
     voltage standing.
 
     Attributes
     ----------
     version : int
-        Counts the changes, so that what was computed from it can tell that it is out of date.
+        Counts the changes, which shows whether results computed from it are out of date.
     """
 
     def __init__(self, module: OutputModule) -> None:
@@ -116,6 +116,6 @@ class OutputLine:
         return values
 
     def forget_before(self, moment: float) -> None:
-        """Drop what nobody will ask for again: a long campaign must not grow."""
+        """Drop samples that are not needed any more: memory must not grow during a long campaign."""
         last = max((n for n, run in enumerate(self._runs) if run.start <= moment), default=0)
         self._runs = self._runs[last:]

@@ -41,7 +41,7 @@ class SampleClocks:
         self._tasks = tasks
 
     def terminal(self, task: Task, signal: str) -> str:
-        """Return where a signal of a task's timing engine can be heard.
+        """Return where a signal of a task's timing engine is available.
 
         Before a task is reserved it has no engine yet and the driver names the first one: right only
         as long as nobody else has it.

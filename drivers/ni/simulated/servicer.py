@@ -45,7 +45,7 @@ class SimulatedDaq(TaskCalls, TimingCalls, ChannelCalls, WaveformCalls, EventCal
         return self.chassis.clock
 
     def output_voltage(self, terminal: str | None = None) -> float:
-        """Voltage on an output now, V; on the one the plate hangs on unless told otherwise."""
+        """Voltage on an output now, V; by default on the one that drives the plate."""
         with self.lock:
             self.chassis.catch_up()
             line = self.chassis.lines[terminal or self.chassis.surroundings.output]

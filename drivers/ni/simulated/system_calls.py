@@ -13,7 +13,7 @@ from drivers.ni.simulated.status import DaqmxStatusError, status_name
 from drivers.ni.simulated.surroundings import Module
 
 VERSION = (24, 0, 0)
-"""Of the driver this server stands for: the last that tells all a client needs by documented properties."""
+"""Of the simulated driver: the last version whose documented properties give all that a client needs."""
 
 
 class SystemCalls(Answering):

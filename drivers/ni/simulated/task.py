@@ -101,7 +101,7 @@ class Task:
     """Whether a client waits for its events."""
 
     announced: int = 0
-    """Samples read or to be read by who was told of them last."""
+    """Samples that were read, or announced to a callback that will read them."""
 
     broken: DaqmxStatusError | None = None
     """What every later call gets, once the hardware has failed under a running task."""
@@ -116,7 +116,7 @@ class Task:
         return list(dict.fromkeys(channel.terminal.split("/")[0] for channel in self.channels))
 
     def clocked(self) -> SampleTiming:
-        """Return the sample clock; the driver refuses to talk about one that was never configured."""
+        """Return the sample clock; the driver refuses queries of one that was never configured."""
         if self.timing is None:
             raise DaqmxStatusError(
                 DAQmxErrors.ATTRIBUTE_NOT_SUPPORTED_IN_TASK_CONTEXT,

@@ -14,7 +14,7 @@ from drivers.ni.simulated.status import DaqmxStatusError
 from drivers.ni.simulated.task import Task, TaskState
 
 _PATIENCE = 2.0
-"""Wall time that a callback under way is given to read what it was told of, s; a busy computer takes a while."""
+"""Wall time that a running callback has to read the samples announced to it, s; long, for busy computers."""
 
 
 def _after_callbacks(answer: Callable[..., Any]) -> Callable[..., Any]:

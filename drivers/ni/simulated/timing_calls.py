@@ -34,7 +34,7 @@ class TimingCalls(Answering):
     @answered
     def SetTimingAttributeDouble(self, request: Any) -> Any:
         task = self.task_of(request)
-        # The driver knows the frequency of a timebase within the chassis: there is nothing to be told.
+        # The frequency of a timebase within the chassis is known to the driver: nothing to store.
         self.one_of({pb.TIMING_ATTRIBUTE_SAMP_CLK_TIMEBASE_RATE: task}, pb.TimingDoubleAttribute, request)
         return pb.SetTimingAttributeDoubleResponse()
 

@@ -36,7 +36,7 @@ def flipped(position: int) -> Disturbance:
 
 
 def noisy(before: bytes = b"", after: bytes = b"") -> Disturbance:
-    """Arrive between bytes nobody sent."""
+    """Insert bytes that were not sent."""
     return lambda answer: [Delivery(answer.delay, before + answer.data + after)]
 
 

@@ -27,7 +27,7 @@ class SimulatedEspec(LineController):
     Attributes
     ----------
     locked : bool
-        Acknowledges writes and forgets them.
+        Acknowledges writes without effect.
     protected : bool
         Refuses writes.
     alarms : tuple of int

@@ -29,7 +29,7 @@ class SimulatedEurotherm(ModbusServer):
     Attributes
     ----------
     locked : bool
-        Acknowledges writes and forgets them, as with a locked keyboard.
+        Acknowledges writes without effect, as with a locked keyboard.
     sensor_broken : bool
     alarms : int
         Summary word (3500).

@@ -26,7 +26,7 @@ class SimulatedF4T(ModbusServer):
     Attributes
     ----------
     locked : bool
-        Acknowledges writes and forgets them.
+        Acknowledges writes without effect.
     sensor_broken : bool
     profiles : bool
         Whether it has them.

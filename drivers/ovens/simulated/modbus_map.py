@@ -27,7 +27,7 @@ def simulated_modbus_map(declared: "ModbusMapOven", oven: RegulatedOven) -> Cont
 def simulated_registers(
     declared: "ModbusLine", sensors: Sequence["Number"], value: Callable[[], float]
 ) -> Controller:
-    """Return a unit that tells one temperature in the registers of several sensors.
+    """Return a unit that has one temperature in the registers of several sensors.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class SimulatedRegisters(ModbusServer):
 
 
 class SimulatedModbusMap(ModbusServer):
-    """Holds set-point, rate and switch, tells temperatures, and refuses every other register.
+    """Holds set-point, rate and switch, returns temperatures, and refuses every other register.
 
     Scales, units and words are worked out apart from the driver, so that each checks the other.
 
@@ -82,7 +82,7 @@ class SimulatedModbusMap(ModbusServer):
     Attributes
     ----------
     locked : bool
-        Acknowledges writes and forgets them.
+        Acknowledges writes without effect.
     alarm : bool
         Its status is no good one.
     """

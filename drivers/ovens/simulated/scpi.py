@@ -1,4 +1,4 @@
-"""A simulated controller that knows the words an experiment's file declares."""
+"""A simulated controller that answers the queries and commands declared in an experiment's file."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class SimulatedScpi(LineController):
-    """Holds set-point, rate and switch, tells temperatures, and is silent to all other words, as SCPI asks.
+    """Holds set-point, rate and switch, returns temperatures, and does not answer anything else, as SCPI requires.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class SimulatedScpi(LineController):
             (declared.rate, self._held.rate),
         ):
             if query is not None and words == query.query:
-                return _told(query, value)
+                return _answer(query, value)
         if declared.run is not None and words == declared.run.query:
             return declared.run.is_on[0] if self._held.running else declared.run.is_off[0]
         if declared.status is not None and words == declared.status.query:
@@ -73,7 +73,7 @@ class SimulatedScpi(LineController):
 
 
 class SimulatedQueries(LineController):
-    """A meter that tells one temperature to every query of `sensors`, and is silent to all other words.
+    """A meter that answers every query of `sensors` with one temperature, and nothing else.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class SimulatedQueries(LineController):
     def answer(self, command: str) -> str:
         """Answer a query."""
         asked = [sensor for sensor in self._sensors if sensor.query == command.strip()]
-        return _told(asked[0], self._value()) if asked else ""
+        return _answer(asked[0], self._value()) if asked else ""
 
 
 def _per_unit(query: "Query") -> tuple[float, float]:
@@ -98,7 +98,7 @@ def _per_unit(query: "Query") -> tuple[float, float]:
     return CELSIUS[unit] if unit in CELSIUS else (PER_MINUTE[unit], 0.0)
 
 
-def _told(query: "Query", value: float) -> str:
+def _answer(query: "Query", value: float) -> str:
     by, plus = _per_unit(query)
     number = (by * value + plus - query.offset) / query.scale
     fields = ["0"] * (query.field - 1)

@@ -1,4 +1,4 @@
-"""A simulated chamber that speaks ASCII-2: temperature, humidity, fan, four measured values, 32 bits."""
+"""A simulated chamber with the protocol ASCII-2: temperature, humidity, fan, four measured values, 32 bits."""
 
 import math
 import re
@@ -29,7 +29,7 @@ class SimulatedVotsch(LineController):
     Attributes
     ----------
     locked : bool
-        Acknowledges writes and forgets them, as when it is set to its panel.
+        Acknowledges writes without effect, as when it is controlled from its panel.
     tells_ramp : bool
         Reports where the ramp is as its nominal temperature, as some do, instead of the ramp's end.
     """

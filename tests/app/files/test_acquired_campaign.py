@@ -201,5 +201,5 @@ def test_verifying_what_is_there_can_be_broken_off(opened: Opened, tmp_path: Pat
 
 def test_volts_are_not_written_as_newtons(tmp_path: Path) -> None:
     experiment = read_acquired_experiment(EXAMPLE.with_name("exciter.toml")).recorded(4266.0)
-    with pytest.raises(ValueError, match=r"\['shaker', 'Q1', 'acc', .* are no volts; their sensitivities"):
+    with pytest.raises(ValueError, match=r"\['shaker', 'Q1', 'acc', .* are not in volts; their sensitivities"):
         AcquiredCampaign(tmp_path, experiment, Source("mine.toml", "0" * 64))

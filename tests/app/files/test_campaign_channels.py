@@ -88,7 +88,7 @@ def test_a_recorders_own_layout_is_the_same_campaign(
         ('at = "S2"', 'at = "S1"', 'both have at = "S1"'),
         ('at = "S2"', 'at = "S9"', "at has to be one of S1, S2"),
         ('"Voltage_2" = { role = "response", at = "S2", unit = "mV" }\n', "", "no channel for S2"),
-        (', unit = "mV"', "", 'the file tells no unit; give unit, for example unit = "V"'),
+        (', unit = "mV"', "", 'the file gives no unit; give unit, for example unit = "V"'),
         ('"50 mV/V"', '"50 mV/N"', "is of force, not of voltage"),
         ('"Voltage_1"', '"Voltage_7"', "correct its name"),
         ("[sweeps]\n", '[sweeps]\n"099.tdms" = { temperature = 5.0, level = 1.0 }\n', "no such file"),

@@ -127,7 +127,7 @@ FOREIGN = [
     (_soft_link, "/group/again is a link to elsewhere"),
     (_external_storage, "/hosts lies in other files"),
     (_virtual, "/values lies in other files"),
-    (_cycle, "/group/above stands there twice"),
+    (_cycle, "/group/above occurs twice"),
     (_huge, "/huge takes 3200000000 bytes"),
     (_many, "/big"),
     (_bomb, "/bomb holds a piece that does not unpack into 4096 bytes"),

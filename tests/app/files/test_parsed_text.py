@@ -62,9 +62,9 @@ def test_a_small_file_takes_little_memory_however_much_is_allowed(tmp_path: Path
 
 
 @pytest.mark.parametrize("text", ["[" * 100_000, '{"wish":' * 500 + "1" + "}" * 500, "[]", '{"wish": ["stop"]}'])
-def test_no_wish_disturbs_a_runner(tmp_path: Path, text: str) -> None:
+def test_no_request_disturbs_a_runner(tmp_path: Path, text: str) -> None:
     (tmp_path / control.NAME).write_text(text)
-    assert control.wished(tmp_path) == "go on"
+    assert control.requested(tmp_path) == "go on"
 
 
 def test_a_log_of_nested_events_is_refused(tmp_path: Path) -> None:

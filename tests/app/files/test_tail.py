@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from app.files.control import NAME, wish, wished
+from app.files.control import NAME, request, requested
 from app.files.readings import ReadingLine, append_reading, parse_reading
 from app.files.tail import Tail
 
@@ -44,18 +44,18 @@ def test_readings_come_back_and_torn_ones_do_not(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"wish": "explode"}', '{"wish": null}', "\x00"])
-def test_a_wish_that_cannot_be_read_disturbs_nothing(tmp_path: Path, content: str) -> None:
+def test_a_request_that_cannot_be_read_disturbs_nothing(tmp_path: Path, content: str) -> None:
     (tmp_path / NAME).write_text(content, encoding="utf-8")
-    assert wished(tmp_path) == "go on"
+    assert requested(tmp_path) == "go on"
 
 
-def test_a_wish_is_heard_until_it_is_taken_back(tmp_path: Path) -> None:
-    assert wished(tmp_path) == "go on"
-    wish(tmp_path, "pause")
-    assert wished(tmp_path) == "pause"
-    wish(tmp_path, "stop")
-    assert wished(tmp_path) == "stop"
-    wish(tmp_path, "go on")
-    wish(tmp_path, "go on")
-    assert wished(tmp_path) == "go on"
+def test_a_request_stands_until_it_is_taken_back(tmp_path: Path) -> None:
+    assert requested(tmp_path) == "go on"
+    request(tmp_path, "pause")
+    assert requested(tmp_path) == "pause"
+    request(tmp_path, "stop")
+    assert requested(tmp_path) == "stop"
+    request(tmp_path, "go on")
+    request(tmp_path, "go on")
+    assert requested(tmp_path) == "go on"
     assert not list(tmp_path.iterdir())

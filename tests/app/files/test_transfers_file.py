@@ -181,7 +181,7 @@ def test_a_folder_holds_one_universal_file_a_temperature(scans):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("scan-30C", r"scan-30C.uff does not say its temperature; name it as scan_21.5C.uff"),
+        ("scan-30C", r"scan-30C.uff has no temperature in its name; name it as scan_21.5C.uff"),
         ("again_20C", r"again_20C.uff and scan_20C.uff are both of 20 °C; keep one of them"),
     ],
 )

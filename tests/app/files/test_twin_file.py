@@ -136,7 +136,7 @@ def test_an_effect_may_stand_once(file: Path) -> None:
     text = file.read_text(encoding="utf-8")
     effect = text[text.index("[[effect]]") : text.index("[basis]")]
     file.write_text(text.replace(effect, effect * 2), encoding="utf-8")
-    with pytest.raises(CampaignFileError, match="each may stand once"):
+    with pytest.raises(CampaignFileError, match="each may occur once"):
         read_twin(file)
 
 

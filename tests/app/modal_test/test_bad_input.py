@@ -63,10 +63,10 @@ def with_nan(signal: np.ndarray) -> np.ndarray:
             'no sensitivity; give sensitivity, for example "100 mV/g"',
         ),
         (GOOD, {"y": '{ role = "response", unit = "furlong" }'}, "unit 'furlong' is not known; allowed: V, mV"),
-        (GOOD, {"y": '{ role = "response" }'}, 'the file tells no unit; give unit, for example unit = "V"'),
+        (GOOD, {"y": '{ role = "response" }'}, 'the file gives no unit; give unit, for example unit = "V"'),
         (GOOD, {"z": '{ role = "response", unit = "g" }'}, "no channel 'z'; it holds: t, f, y. Correct its name"),
         (GOOD, {"y": '{ role = "drive", unit = "N" }'}, "one with the role response are needed"),
-        (GOOD, {"t": '{ role = "unused" }'}, "the sample rate is not told; give sample_rate"),
+        (GOOD, {"t": '{ role = "unused" }'}, "the files give no sample rate; give sample_rate"),
         (GOOD, {"y": '{ role = "respone", unit = "g" }'}, "'drive' or 'response'"),
     ],
 )
@@ -85,12 +85,12 @@ def test_signals_that_are_no_measurement(
 @pytest.mark.parametrize(
     ("frequency", "h", "message"),
     [
-        (LINES, 0 * H, "zero on every line; look at the channel"),
+        (LINES, 0 * H, "zero on every line; check the channel"),
         (LINES, 0 * H + 1.0, "the same value on every line"),
         (LINES, np.where(LINES == 9, np.nan, H), "not finite; export it again"),
         (LINES[:1], H[:1], "no column of numbers"),
         (LINES[:5], H[:5], "5 lines above 0 Hz; 8 at least"),
-        (np.round(LINES / 3) * 3, H, "3 Hz stands there twice; export more digits"),
+        (np.round(LINES / 3) * 3, H, "3 Hz occurs twice; export more digits"),
         (LINES - 100.0, H, "frequencies below 0 Hz; export the one-sided FRF"),
         (LINES[::-1], H, "frequencies do not ascend; sort the lines"),
         (LINES[:150], H, "200 values at 150 frequencies; export both together"),
@@ -127,7 +127,7 @@ def test_a_coherence_of_one_throughout_is_noted(tmp_path: Path, run_flexura: Fle
     path = declared(tmp_path, "frf", {"freq": LINES, "H": H, "c": np.ones(200)}, channels)
     status, _, told = run_flexura("identify", path)
     assert status in (0, 1), told
-    assert "coherence 1 on every line, as after one average, says nothing of the noise" in told
+    assert "coherence 1 on every line, as after one average, gives no noise" in told
 
 
 def test_a_table_is_declared_before_it_is_identified(tmp_path: Path, run_flexura: Flexura) -> None:

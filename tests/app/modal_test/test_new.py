@@ -66,10 +66,10 @@ def test_frfs_with_points_are_declared(tmp_path: Path, run_flexura: Flexura) -> 
 @pytest.mark.parametrize(
     ("row", "message"),
     [
-        ("nan,0,0,0", "row 2: node nan at 0, 0, 0; a whole number from 1"),
-        ("2,nan,0,0", "row 2: node 2 at nan, 0, 0; a whole number from 1"),
+        ("nan,0,0,0", "row 2: node nan at 0, 0, 0; allowed: a whole number from 1"),
+        ("2,nan,0,0", "row 2: node 2 at nan, 0, 0; allowed: a whole number from 1"),
         ("2.5,0,0,0", "row 2: node 2.5 at"),
-        ("1,0,0,0", "row 2: node 1 stands there twice"),
+        ("1,0,0,0", "row 2: node 1 occurs twice"),
     ],
 )
 def test_places_that_are_none_are_named(tmp_path: Path, row: str, message: str, run_flexura: Flexura) -> None:
@@ -173,9 +173,9 @@ def test_a_campaign_is_declared_from_a_recorders_files(
     status, _, err = run_flexura("new", "campaign", *files, *words, "--out", folder)
     assert status == 0, err
     assert "'Accel' is read at S2: declare a patch or sensor of that id" in err
-    assert "'Bare': the file tells no unit; V stands there" in err
-    assert "'Accel': the file tells no unit" not in err
-    assert "'last.tdms': its name tells no temperature" in err
+    assert "'Bare': the file gives no unit; V is assumed" in err
+    assert "'Accel': the file gives no unit" not in err
+    assert "'last.tdms': its name gives no temperature" in err
     table = tomllib.loads((folder / "campaign.toml").read_text(encoding="utf-8"))
     assert table["acquisition"]["sample_rate"] == pytest.approx(25600.0 / 3.0)
     layout = RecorderLayout(channels=table["channels"], sweeps=table["sweeps"])
@@ -191,7 +191,7 @@ def test_a_recorder_without_a_drive_is_told_how_to_name_it(tmp_path: Path, run_f
     files = recorder_files(tmp_path / "plate" / "sweeps", groups=("Log",))
     status, _, err = run_flexura("new", "campaign", *files, "--out", tmp_path / "plate")
     assert status == 2
-    assert "one drive wanted, found none; name it with --drive NAME. It holds: Room, cDAQ1Mod1/ai0" in err
+    assert "one drive needed, found none; name it with --drive NAME. It holds: Room, cDAQ1Mod1/ai0" in err
 
 
 def test_the_file_that_is_no_sweep_is_named(tmp_path: Path, run_flexura: Flexura) -> None:

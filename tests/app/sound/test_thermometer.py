@@ -101,7 +101,7 @@ def test_silence_tells_no_temperature_and_that_is_status_1(small_run, tmp_path):
     result = flex("thermometer", small_run.folder, *words)
     assert result.exit_code == 1
     assert "note: refused: silence in the band" in result.stderr
-    assert "none of 3 stretches tells a temperature" in result.stderr
+    assert "none of 3 stretches gives a temperature" in result.stderr
     assert [row["temperature_c"] for row in rows_of(tmp_path)] == ["", "", ""]
 
 

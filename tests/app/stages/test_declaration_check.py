@@ -1,4 +1,4 @@
-"""A hopeless declaration stops before a twin is built, and says what the resonances say; a good one goes on."""
+"""A declaration that contradicts the resonances stops before a twin is built; a good one goes on."""
 
 import re
 import shutil

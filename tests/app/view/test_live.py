@@ -20,7 +20,7 @@ from PySide6.QtWidgets import QMessageBox
 from app.files.acquired_campaign import campaign_log
 from app.files.campaign import load_campaign
 from app.files.campaign_folder import sweep_paths
-from app.files.control import wished
+from app.files.control import requested
 from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
 from app.files.latest_repeat import LatestRepeat, save_latest
 from app.files.sweep_file import Source
@@ -125,7 +125,7 @@ def test_a_campaign_is_paused_taken_up_and_watched_to_its_end(
     before = len(sweep_paths(acquisition.folder))
     qtbot.wait(800)
     assert len(sweep_paths(acquisition.folder)) == before < 6
-    assert window.pause.text() == "Go on"
+    assert window.pause.text() == "Continue"
     qtbot.keyClick(window, Qt.Key.Key_P)
     qtbot.waitUntil(lambda: window.badge.text() == "COMPLETE", timeout=WAIT)
     acquisition.finish()
@@ -149,7 +149,7 @@ def test_a_stop_brings_all_to_rest_and_the_campaign_goes_on_later(
     monkeypatch.setattr(QMessageBox, "question", lambda *_: next(answers))
     qtbot.waitUntil(lambda: window.badge.text() == "RUNNING" and window.bar.value() >= 1, timeout=WAIT)
     window.ask_and_stop()
-    assert wished(acquisition.folder) == "go on"
+    assert requested(acquisition.folder) == "go on"
     qtbot.keyClick(window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
     qtbot.waitUntil(lambda: window.badge.text() == "STOPPED", timeout=WAIT)
     acquisition.finish()
@@ -158,7 +158,7 @@ def test_a_stop_brings_all_to_rest_and_the_campaign_goes_on_later(
     assert acquisition.parts is not None
     assert acquisition.parts.server.output_voltage() == 0.0
     assert not acquisition.parts.body.regulating
-    assert wished(acquisition.folder) == "go on"
+    assert requested(acquisition.folder) == "go on"
     again = Acquisition(acquisition.folder, pace=0.0)
     again.run()
     assert again.outcome is not None

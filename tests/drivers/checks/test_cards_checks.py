@@ -86,7 +86,7 @@ class Defective(DaqmxCards):
         ("never zero", "a drive can be broken off"),
         ("deaf", "a drive can be broken off"),
         ("clips", "wrong drives are refused"),
-        ("makes it up", "lost cards are told"),
+        ("makes it up", "lost cards are reported"),
         ("short", "plays and records"),
         ("no thermocouples", "thermocouples as declared"),
         ("once", "closes twice, at 0 V"),
@@ -137,4 +137,4 @@ def test_real_ones_play_a_hundredth(monkeypatch: pytest.MonkeyPatch) -> None:
     found = list(check_real_cards(WIRING))
     assert failures(found) == {}
     assert max(played) <= 0.0101 * WIRING.output_range
-    assert {one.name for one in found if one.result == "not checked"} >= {"lost cards are told"}
+    assert {one.name for one in found if one.result == "not checked"} >= {"lost cards are reported"}

@@ -194,7 +194,7 @@ def test_a_plain_driver_of_somebody_passes() -> None:
         ("starts", "opens, and moves nothing"),
         ("deaf", "ramps, holds, and rests"),
         ("deaf", "silence"),
-        ("never rests", "rest may be told twice"),
+        ("never rests", "rest may be requested twice"),
         ("no limits", "set-points stay within limits"),
         ("no sense", "nonsense is refused"),
         ("zero", "error answers"),
@@ -202,10 +202,10 @@ def test_a_plain_driver_of_somebody_passes() -> None:
         ("raw", "late answers"),
         ("raw", "stale answers"),
         ("raw", "one lost answer costs no set-point"),
-        ("believes", "what is not taken is told"),
+        ("believes", "settings not accepted are reported"),
         ("swallows", "rests after Ctrl-C in a question"),
-        ("once", "closes twice, then says so"),
-        ("stays open", "closes twice, then says so"),
+        ("once", "closes twice, then reports it"),
+        ("stays open", "closes twice, then reports it"),
     ],
 )
 def test_every_defect_is_found(defect: str, found: str) -> None:
@@ -247,7 +247,7 @@ def test_at_a_real_port_within_two_kelvin(monkeypatch: pytest.MonkeyPatch) -> No
     assert failures(found) == {}
     assert {one.name for one in found if one.result == "not checked"} == {
         "opens, and moves nothing",
-        "what is not taken is told",
+        "settings not accepted are reported",
     }
     assert sent
     assert all(20.9 <= target <= 25.1 for target in sent)

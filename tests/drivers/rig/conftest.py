@@ -90,7 +90,7 @@ class MemoryStore:
     def events(self) -> list[dict[str, Any]]:
         return list(self.log_lines)
 
-    def told(self, kind: str) -> list[dict[str, Any]]:
+    def events_of(self, kind: str) -> list[dict[str, Any]]:
         return [event for event in self.log_lines if event["event"] == kind]
 
 
@@ -157,8 +157,8 @@ class World:
         self.chamber = LIGHT
         self.renew()
 
-    def heard(self) -> list[float]:
-        """Return the times at which the controller hears anything, filled as they come."""
+    def request_times(self) -> list[float]:
+        """Return the times at which the controller receives anything, filled as they come."""
         times: list[float] = []
         receive = self.disturbed.receive
 

@@ -37,7 +37,7 @@ def abandoned(request: pytest.FixtureRequest, world_of: Callable[..., World]) ->
 
 
 def at_exchange(world: World, number: int, die: Callable[[], None]) -> None:
-    """Die when the controller has heard so many requests, before the answer comes."""
+    """Die when the controller has received so many requests, before the answer comes."""
     receive, left = world.disturbed.receive, [number]
 
     def deadly(data: bytes) -> Any:
@@ -84,14 +84,14 @@ def test_killed_twenty_times_at_random_moments_it_comes_to_rest(
 ) -> None:
     """Killed half of the time by the clock, half in the middle of some exchange with the controller."""
     undisturbed = abandoned()
-    heard = undisturbed.heard()
+    requests = undisturbed.request_times()
     undisturbed.run()
-    began = undisturbed.store.told("oven")[0]["time"]
-    first = sum(time < began for time in heard)
+    began = undisturbed.store.events_of("oven")[0]["time"]
+    first = sum(time < began for time in requests)
     rng = random.Random(20)  # noqa: S311 (moments, not secrets)
     for number in range(20):
-        world, moment = abandoned(), rng.uniform(began, heard[-1] - 10.0)
-        exchange = rng.randint(first, len(heard) - 20)
+        world, moment = abandoned(), rng.uniform(began, requests[-1] - 10.0)
+        exchange = rng.randint(first, len(requests) - 20)
         if number % 2:
             killed(world, killed_by, lambda die, w=world, e=exchange: at_exchange(w, e, die))
         else:
@@ -103,8 +103,8 @@ def test_ends_as_if_it_had_never_been_killed(
 ) -> None:
     undisturbed = abandoned()
     assert undisturbed.run().missing == 0
-    assert undisturbed.store.told("trouble") == []  # it was renewed, and nothing else noticed it
-    moment = undisturbed.store.told("sweep begun")[1]["time"] + 0.4
+    assert undisturbed.store.events_of("trouble") == []  # it was renewed, and nothing else noticed it
+    moment = undisturbed.store.events_of("sweep begun")[1]["time"] + 0.4
     world = abandoned()
     killed_at(world, moment)
     world.renew()

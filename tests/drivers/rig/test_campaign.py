@@ -26,7 +26,7 @@ def test_every_sweep_is_made_at_its_temperature(world: Any) -> None:
     assert world.worst_error() < 0.02
     assert world.at_rest()
     assert world.parts.server.tasks_open() == ()
-    assert world.store.told("rejected") == world.store.told("missing") == []
+    assert world.store.events_of("rejected") == world.store.events_of("missing") == []
 
 
 @pytest.mark.parametrize("kind", ["eurotherm-2400", "eurotherm-3500", "votsch-ascii2", "espec-p300"])
@@ -90,7 +90,7 @@ def test_an_oven_that_cannot_get_there_stops_the_campaign(world_of: Callable[...
     )
     world.chamber = replace(world.chamber, heating=50.0)
     world.renew()
-    with pytest.raises(RigStopped, match="Can the oven get there"):
+    with pytest.raises(RigStopped, match="Can the oven reach it"):
         world.run()
     assert world.at_rest()
 
@@ -106,19 +106,19 @@ def test_time_of_readings_lies_on_a_grid(world: Any) -> None:
 
 def test_a_pause_holds_the_oven_and_costs_no_sweep(world_of: Callable[..., Any]) -> None:
     world = world_of()
-    wished = {"calls": 0}
+    polled = {"calls": 0}
 
     def paused() -> bool:
-        wished["calls"] += 1
-        return 40 <= wished["calls"] < 60 or 80 <= wished["calls"] < 90
+        polled["calls"] += 1
+        return 40 <= polled["calls"] < 60 or 80 <= polled["calls"] < 90
 
     outcome = world.run(paused=paused)
     assert (outcome.finished, outcome.missing) == (3, 0)
-    assert len(world.store.told("paused")) == len(world.store.told("continued")) == 2
-    held = [e for e in world.store.told("oven") if e["command"] == "hold"]
+    assert len(world.store.events_of("paused")) == len(world.store.events_of("continued")) == 2
+    held = [e for e in world.store.events_of("oven") if e["command"] == "hold"]
     assert [e["purpose"] for e in held] == ["paused", "paused"]
-    for begun, ended in zip(world.store.told("paused"), world.store.told("continued"), strict=True):
-        swept = [e["time"] for e in world.store.told("sweep begun")]
+    for begun, ended in zip(world.store.events_of("paused"), world.store.events_of("continued"), strict=True):
+        swept = [e["time"] for e in world.store.events_of("sweep begun")]
         assert not any(begun["time"] < t < ended["time"] for t in swept)
     assert world.worst_error() < 0.01
     assert world.at_rest()
@@ -168,5 +168,5 @@ def test_a_ramp_stopped_below_zero_is_begun_anew_and_reported_with_its_sign(worl
     world.renew()
     world.plate.before = after_the_first_sweep
     assert world.run().finished == 3
-    (trouble,) = [event["what"] for event in world.store.told("trouble")]
-    assert re.fullmatch(r"the ramp has halted at -\d+\.\d °C; it is begun anew", trouble)
+    (trouble,) = [event["what"] for event in world.store.events_of("trouble")]
+    assert re.fullmatch(r"the ramp has halted at -\d+\.\d °C; it is started again", trouble)

@@ -21,6 +21,6 @@ def test_sweeps_of_a_minute_pass(world_of: Callable[..., Any], errors: tuple[flo
     """
     world = world_of(chassis={"clock_errors": errors, "routes_timebases": routes}, **LONG)
     outcome = world.run()
-    assert [event["faults"] for event in world.store.told("rejected")] == []
+    assert [event["faults"] for event in world.store.events_of("rejected")] == []
     assert (outcome.finished, outcome.missing) == (2, 0)
     assert world.worst_error() < 8e-3

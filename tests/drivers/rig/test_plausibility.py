@@ -19,7 +19,7 @@ from drivers.ovens.simulated.disturbance import Disturbed
 from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.rig.errors import RigStopped
-from drivers.rig.plausibility import CheckedSensor, Company, require_agreement, require_celsius
+from drivers.rig.plausibility import CheckedSensor, StuckSensorCheck, require_agreement, require_celsius
 from drivers.rig.readings import Reading
 
 World = Any
@@ -96,8 +96,8 @@ def test_another_unit_is_found_out_before_anything_moves(
     for runs in (1, 2):  # "run the same command again" must not get past it
         with pytest.raises(RigStopped, match=unit):
             world.run()
-        assert [event["command"] for event in world.store.told("oven")] == ["safe"] * runs
-    assert world.store.told("begun") == []
+        assert [event["command"] for event in world.store.events_of("oven")] == ["safe"] * runs
+    assert world.store.events_of("begun") == []
 
 
 def test_a_stuck_sensor_is_found_out_within_minutes(world: World) -> None:
@@ -116,10 +116,10 @@ def test_a_stuck_sensor_is_found_out_within_minutes(world: World) -> None:
 
 
 def test_a_steady_plate_is_not_stuck() -> None:
-    company = Company()
+    check = StuckSensorCheck()
     for second in range(1000):
-        company.require_moving(Reading(20.0 + 0.5 * np.sin(second), 20.0))
-        company.require_moving(Reading(20.0, None))
+        check.require_moving(Reading(20.0 + 0.5 * np.sin(second), 20.0))
+        check.require_moving(Reading(20.0, None))
 
 
 def test_what_cannot_be_judged_is_not() -> None:

@@ -227,7 +227,7 @@ def test_an_oven_left_ramping_is_told_to_rest_where_the_chassis_is_gone(short: C
         world.run()
     assert not world.parts.body.regulating
     assert ["turn the amplifier off" in told for told in world.unsafe] == [True]
-    assert world.store.told("oven")[-1]["unsafe"] == list(world.unsafe)
+    assert world.store.events_of("oven")[-1]["unsafe"] == list(world.unsafe)
 
 
 def test_an_oven_left_ramping_and_in_trouble_is_told_to_rest_before_the_cards_are_opened(

@@ -10,8 +10,8 @@ from drivers.rig.rig import nothing_to_restore
 
 def times_of_kill(world: Any) -> list[float]:
     """In the soak, at the ramp's begin, between sweeps, in the first and the second repeat, after the last."""
-    begun = [event["time"] for event in world.store.told("sweep begun")]
-    ramps = [event["time"] for event in world.store.told("oven")]
+    begun = [event["time"] for event in world.store.events_of("sweep begun")]
+    ramps = [event["time"] for event in world.store.events_of("oven")]
     return [ramps[0] + 40.0, ramps[1] + 0.05, begun[0] - 10.0, begun[1] + 0.4, begun[1] + 1.2, begun[2] + 0.9]
 
 
@@ -45,14 +45,14 @@ def test_what_a_real_oven_passes_meanwhile_is_missed(world: Any, killed_at: Call
     world.rig = replace(world.rig, restore=nothing_to_restore)
     outcome = world.run()
     assert (outcome.finished, outcome.missing) == (2, 1)
-    (missing,) = world.store.told("missing")
+    (missing,) = world.store.events_of("missing")
     assert missing["step"] == 0
     assert missing["place"] == "24 °C up 1 V"
     assert missing["why"].startswith("passed: 2")
     assert sorted(world.store.kept) == [1, 2]
     assert world.worst_error() < 0.02  # and none of them at a wrong temperature
     # nobody told the oven to begin its ramp anew: it was in it
-    assert [event["command"] for event in world.store.told("oven")] == ["ramp", "ramp", "safe"]
+    assert [event["command"] for event in world.store.events_of("oven")] == ["ramp", "ramp", "safe"]
 
 
 def test_missed_sweeps_are_fetched_when_asked_for(world: Any, killed_at: Callable[[Any, float], None]) -> None:
@@ -64,7 +64,7 @@ def test_missed_sweeps_are_fetched_when_asked_for(world: Any, killed_at: Callabl
     world.renew()
     again = world.run(again=True)
     assert (again.finished, again.missing, again.made_now) == (3, 0, 3)
-    attempts = [(event["step"], event["attempt"]) for event in world.store.told("sweep begun")]
+    attempts = [(event["step"], event["attempt"]) for event in world.store.events_of("sweep begun")]
     assert attempts[-3:] == [(0, 4), (1, 4), (2, 4)]  # three rejected before, none of them overwritten
     assert len(set(attempts)) == len(attempts)
     assert [(step, number) for step, number, _ in world.store.aside] == [

@@ -30,7 +30,7 @@ def test_lost_samples_cost_one_repetition(world: Any) -> None:
     world.parts.sound.xruns.append(4)  # one opens the card, one tests its loop-back
     outcome = world.run()
     assert (outcome.finished, outcome.missing) == (3, 0)
-    rejected = [event["faults"] for event in world.store.told("rejected")]
+    rejected = [event["faults"] for event in world.store.events_of("rejected")]
     assert len(rejected) == 1
     assert "Samples were lost" in rejected[0][0]
     assert world.unsafe == ()
@@ -49,7 +49,7 @@ def test_a_card_that_comes_back_goes_on(world: Any) -> None:
     world.plate.before = pulled_out
     outcome = world.run()
     assert (outcome.finished, outcome.missing) == (3, 0)
-    assert world.store.told("recovered")
+    assert world.store.events_of("recovered")
     assert world.unsafe == ()
 
 

@@ -32,7 +32,7 @@ def blocked(world: World, method: str, seconds: float) -> None:
 @pytest.mark.parametrize("method", ["log", "keep"])
 def test_a_folder_that_hangs_does_not_stop_the_polling(world_of: Callable[..., World], method: str) -> None:
     world = world_of(limits={"lost_after": 120.0})
-    times = world.heard()
+    times = world.request_times()
     blocked(world, method, 60.0)
     world.run()
     assert max(b - a for a, b in pairwise(times)) < 10.0

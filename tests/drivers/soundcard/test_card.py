@@ -95,16 +95,16 @@ def test_lost_samples_call_for_another_sweep(cards: SoundCards, sound: Simulated
 def test_whatever_ends_a_sweep_the_output_is_at_rest(
     cards: SoundCards, sound: SimulatedSound, error: type[BaseException]
 ) -> None:
-    heard: list[float] = []
+    voltages: list[float] = []
 
     def check() -> None:
-        heard.append(sound.voltage())
-        if len(heard) == 3:
+        voltages.append(sound.voltage())
+        if len(voltages) == 3:
             raise error
 
     with pytest.raises(error):
         cards.sweep(np.full(round(RATE), 1.5), check)
-    assert heard == [pytest.approx(1.5)] * 3
+    assert voltages == [pytest.approx(1.5)] * 3
     assert sound.voltage() == 0.0
 
 

@@ -1,4 +1,4 @@
-"""What one stretch of a recording tells of the temperature, and the table of all stretches."""
+"""What one stretch of a recording gives of the temperature, and the table of all stretches."""
 
 import csv
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ NAME = "thermometer.csv"
 
 
 @dataclass(frozen=True)
-class Look:
+class RecordingStretch:
     """One stretch of a recording.
 
     Attributes
@@ -32,12 +32,12 @@ class Look:
     sigma: float
 
 
-def write_looks(looks: list[Look], folder: Path, true: Real | None) -> Path:
+def write_stretches(stretches: list[RecordingStretch], folder: Path, true: Real | None) -> Path:
     """Write ``thermometer.csv``: a row a stretch; empty where there is no number.
 
     Parameters
     ----------
-    looks : (n,) list of Look
+    stretches : (n,) list of RecordingStretch
     folder : Path
     true : (n,) ndarray or None
         True temperatures, degrees Celsius; None where they are not known.
@@ -60,9 +60,17 @@ def write_looks(looks: list[Look], folder: Path, true: Real | None) -> Path:
             "refused",
         ]
         rows.writerow(heading if true is None else [*heading, "true_c"])
-        for n, look in enumerate(looks):
-            r = look.reading
-            values = (look.time, look.temperature, look.sigma, r.temperature, r.sigma, r.gain, r.explained)
-            told = [f"{value:.6g}" if np.isfinite(value) else "" for value in values]
-            rows.writerow([*told, r.refused] if true is None else [*told, r.refused, f"{true[n]:.4f}"])
+        for n, stretch in enumerate(stretches):
+            r = stretch.reading
+            values = (
+                stretch.time,
+                stretch.temperature,
+                stretch.sigma,
+                r.temperature,
+                r.sigma,
+                r.gain,
+                r.explained,
+            )
+            cells = [f"{value:.6g}" if np.isfinite(value) else "" for value in values]
+            rows.writerow([*cells, r.refused] if true is None else [*cells, r.refused, f"{true[n]:.4f}"])
     return folder / NAME
