@@ -184,7 +184,7 @@ class Frf:
 def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
     """H1 of every sweep and sensor of a campaign, inside the protocol's band.
 
-    Lines at harmonics of `mains` [Hz] are excluded, and where a hum is heard at others, these too.
+    Lines at harmonics of `mains` [Hz] are excluded, and those of any other hum that the noise shows.
     Raises ValueError where the sweeps differ in length, so that they share no frequency lines.
     """
     samples, rate = campaign.sweeps[0].drive.shape[1], campaign.experiment.acquisition.sample_rate
@@ -202,8 +202,8 @@ def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
         return frf
     masked = np.any([frf.excluded, *(mains_lines(frequency, hum, record) for hum in hums)], axis=0)
     frf = _all_sweeps(campaign, lines, frequency, masked)
-    told = " and ".join(f"{hum:.2f}" for hum in hums)
-    return replace(frf, notes=(*frf.notes, f"mains hum at multiples of {told} Hz: these lines are left out too"))
+    found = " and ".join(f"{hum:.2f}" for hum in hums)
+    return replace(frf, notes=(*frf.notes, f"mains hum at multiples of {found} Hz: these lines are left out too"))
 
 
 def _all_sweeps(

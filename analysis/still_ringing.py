@@ -18,4 +18,4 @@ def still_ringing(campaign: Campaign) -> str:
         return ""
     worst, sweep, name = max(seen, key=lambda one: one[0].share)
     where = f"{name} at {sweep.temperature:.1f} °C ({len(seen)} of {len(campaign.sweeps) * len(names)} responses)"
-    return f"{where} {worst.told(tail, 'lengthen protocol.tail')}"
+    return f"{where} {worst.message(tail, 'lengthen protocol.tail')}"

@@ -39,7 +39,7 @@ class Ringing:
     loss_factor: float
     needed: float
 
-    def told(self, tail: float, remedy: str) -> str:
+    def message(self, tail: float, remedy: str) -> str:
         """Return a message with the `tail` there was (s) and what to lengthen."""
         rings = f"rings on with {100 * self.share:.2g} % of its largest value at {self.frequency:.0f} Hz"
         return (

@@ -64,7 +64,7 @@ def require_plain(file: h5py.File, size: int) -> None:
                 if needed > left:
                     raise ForeignContentsError(f"{place} takes {needed} bytes; {left} are allowed in this file")
                 left -= needed
-                _require_honest(held)
+                _require_stated_size(held)
             else:
                 raise ForeignContentsError(f"{place} is neither an array nor a group")
 
@@ -80,8 +80,8 @@ def _array_bytes(array: h5py.Dataset) -> int:
     return int(prod(array.shape) * array.dtype.itemsize)
 
 
-def _require_honest(array: h5py.Dataset) -> None:
-    """Unpack compressed pieces as far as they should go; HDF5 itself would go on for as long as there is more."""
+def _require_stated_size(array: h5py.Dataset) -> None:
+    """Unpack compressed chunks up to the size they should have; HDF5 itself would unpack whatever there is."""
     if array.chunks is None:
         return
     made, piece = array.id.get_create_plist(), prod(array.chunks) * array.dtype.itemsize

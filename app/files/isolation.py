@@ -1,4 +1,4 @@
-"""A file read through in a process of its own: on damaged bytes HDF5 may crash, or go on for ever, deaf to Ctrl-C.
+"""A file read completely in a separate process: on damaged bytes HDF5 may crash, or never end and ignore Ctrl-C.
 
 Only for files without a digest of their own bytes; with one, `app.files.seal` detects damage.
 """

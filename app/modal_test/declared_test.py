@@ -173,7 +173,7 @@ def _ringing_notes(name: str, held: SignalsOfFile, blows: Blows) -> list[str]:
         return []
     worst, channel = max(seen, key=lambda one: one[0].share)
     remedy = "lengthen hammer.duration and the time between blows, or set hammer.exponential = 0.01"
-    return [f"{name}: {channel} {worst.told(tail, remedy)}"]
+    return [f"{name}: {channel} {worst.message(tail, remedy)}"]
 
 
 def _transfers(found: FrfEstimate, held: SignalsOfFile, places: Mapping[str, str]) -> list[MeasuredTransfer]:

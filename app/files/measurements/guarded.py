@@ -1,7 +1,6 @@
-"""Untrusted measurements, read by a process of its own, of bounded time and memory, that leaves plain arrays.
+"""Untrusted measurements, read by a separate process of limited time and memory, which leaves plain arrays.
 
-Readers of other people's formats crash, fill the memory or go on for ever on damaged bytes; here that costs a
-message.
+On damaged bytes, readers of foreign formats crash, fill the memory or never end; here this gives a message.
 """
 
 import json

@@ -148,8 +148,8 @@ def test_a_short_tail_is_told_with_the_length_it_needs() -> None:
     assert seen.frequency == pytest.approx(180.0, abs=3.0)
     assert seen.loss_factor == pytest.approx(0.008, rel=0.1)
     assert seen.needed == pytest.approx(1.53, rel=0.1)
-    assert "needs a tail of 1." in seen.told(0.45, "lengthen duration")
-    assert "it is 0.45 s: lengthen duration" in seen.told(0.45, "lengthen duration")
+    assert "needs a tail of 1." in seen.message(0.45, "lengthen duration")
+    assert "it is 0.45 s: lengthen duration" in seen.message(0.45, "lengthen duration")
 
 
 def test_noise_and_hum_at_the_end_are_no_ringing() -> None:
