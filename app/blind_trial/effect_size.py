@@ -1,6 +1,7 @@
 """Size of a hidden effect in a campaign, in sigma, after all other unknowns are fitted.
 
-Sigma is that of the gap workflow: noise together with the twin's own error, which is common to all lines.
+Sigma is that of the gap workflow: noise together with the error of the twin that judges, which is estimated for this
+plate and common to all lines.
 """
 
 from collections.abc import Mapping
@@ -19,9 +20,11 @@ from analysis.gap.fitting.normal_equations import linearise_all
 from analysis.gap.fitting.schur_complement import schur_complement
 from analysis.gap.fitting.state import GapState, starting_state
 from analysis.gap.search.score_test import score_test
+from analysis.gap.thresholds import MODEL_ERROR
 from app.blind_trial.expected_frf import expected_frf, true_updating
 from app.blind_trial.specimen import Specimen
 from simulation.effects.library import LIBRARY
+from simulation.reduction.effect_operators import EffectOperators
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,7 @@ class EffectSize:
     def of(
         cls,
         specimen: Specimen,
+        judging: EffectOperators,
         share: float,
         rng: np.random.Generator,
         executor: Executor,
@@ -58,6 +62,8 @@ class EffectSize:
         Parameters
         ----------
         specimen : Specimen
+        judging : EffectOperators
+            Of the twin that judges the campaign.
         share : float
             0.01 is 1 % of the response on a line.
         rng : numpy.random.Generator
@@ -72,6 +78,8 @@ class EffectSize:
         frf, noise = expected_frf(specimen, share, rng)
         updated = true_updating(specimen, frf)
         sweeps = prepare(frf, specimen.declared.protocol, updated)[0]
+        error = judging.numerical_error(float(updated.material.loss_factor.min()))
+        sweeps = replace(sweeps, twin_error=float(np.hypot(error, MODEL_ERROR)))
         return cls(specimen, sweeps, starting_state(updated, sweeps.groups), noise, executor)
 
     @property

@@ -11,7 +11,7 @@ import numpy as np
 from app.blind_trial.assignments import Assignment
 from app.blind_trial.draw_effects import DrawnEffects, draw_effects
 from app.blind_trial.effect_size import EffectSize
-from app.blind_trial.experiments import any_declaration, draw_experiments
+from app.blind_trial.experiments import any_declaration, declared, draw_experiments
 from app.blind_trial.plates import OTHER_MESH, PlateKind
 from app.blind_trial.specimen import Specimen
 from app.blind_trial.wanted_effects import partners, wanted, ways
@@ -20,6 +20,7 @@ from app.files.import_recording import import_joined
 from app.files.provenance import sha256
 from app.files.sweep_file import Source
 from app.stages.acquire import acquire_campaign
+from app.twins.campaign_twin import effect_twin
 from drivers.rig.campaign import unobserved
 from drivers.rig.session import Session
 from simulation.effects.library import LIBRARY, library
@@ -55,8 +56,9 @@ def make_campaign(
     experiments = draw_experiments(rng, kind, f"trial {assignment.name}", legs, levels)
     specimen = Specimen.of(experiments, kind)
     share = float(np.exp(rng.uniform(*np.log(NOISE))))
+    judging = effect_twin(declared(experiments), lambda stage, share: None).plate.operators
     with ThreadPoolExecutor(1) as executor:
-        yard = EffectSize.of(specimen, share, rng, executor)
+        yard = EffectSize.of(specimen, judging, share, rng, executor)
         hidden = draw_effects(assignment, first, partners(names, legs, levels), yard, rng)
     write_json(truth, record(assignment, kind, specimen, hidden, yard))
     record_on_rig(specimen, hidden, yard.noise, truth, folder)

@@ -2,10 +2,12 @@
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from analysis.gap.thresholds import MODEL_ERROR, MODEL_ERROR_ALONG
 from app.blind_trial.draw_effects import answered, of_size
 from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.plates import PlateKind
@@ -18,7 +20,7 @@ from simulation.reduction.effect_operators import EffectOperators
 def yard(experiment: AcquiredExperiment, kind: PlateKind, operators: EffectOperators) -> Iterator[EffectSize]:
     with ThreadPoolExecutor(1) as executor:
         specimen = Specimen.of([experiment], kind, operators)
-        yield EffectSize.of(specimen, 0.02, np.random.default_rng(0), executor)
+        yield EffectSize.of(specimen, operators, 0.02, np.random.default_rng(0), executor)
 
 
 def white(yard: EffectSize, signal: np.ndarray) -> float:
@@ -38,6 +40,22 @@ def test_a_feedthrough_keeps_nearly_all_of_its_size(yard: EffectSize):
     signal = yard.signal({"feedthrough": {"gain": 2e-4}})
     kept = yard.size(signal) * yard.sigma / white(yard, signal)
     assert 0.5 < kept <= 1.0
+
+
+def test_a_less_accurate_twin_makes_the_same_signal_smaller(
+    yard: EffectSize, experiment: AcquiredExperiment, kind: PlateKind, operators: EffectOperators
+):
+    """As the gap workflow counts it: the estimated error of the twin that judges is part of sigma."""
+    rough = replace(operators, plain_error=operators.plain_error + 3e-3)
+    loss_factor = float(yard.specimen.laws.at(yard.sweeps.groups.reference).loss_factor.min())
+    signal = yard.signal({"feedthrough": {"gain": 2e-4}})
+    other = EffectSize.of(yard.specimen, rough, 0.02, np.random.default_rng(0), yard.executor)
+    assert other.sweeps.twin_error == pytest.approx(
+        np.hypot(rough.numerical_error(loss_factor), MODEL_ERROR), rel=1e-2
+    )
+    expected = np.sqrt(1.0 + MODEL_ERROR_ALONG**2 * other.sweeps.twin_error**2 * yard.sweeps.power)
+    assert other.sigma == pytest.approx(expected)
+    assert other.size(signal) * other.sigma == pytest.approx(yard.size(signal) * yard.sigma, rel=1e-9)
 
 
 def test_sizes_grow_with_the_signal_and_cosines_do_not(yard: EffectSize):
