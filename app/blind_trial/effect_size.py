@@ -1,7 +1,7 @@
 """Size of a hidden effect in a campaign, in sigma, after all other unknowns are fitted.
 
-Sigma is that of the gap workflow: noise together with the error of the twin that judges, which is estimated for this
-plate and common to all lines.
+Sigma is that of the gap workflow: noise together with the error of the twin that judges, estimated for this plate
+and common to all lines.
 """
 
 from collections.abc import Mapping

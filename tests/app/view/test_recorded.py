@@ -188,7 +188,7 @@ def test_a_mode_is_selected_with_keys_and_takes_the_frequency_cursor_along(
     assert window.cursors.frequency == pytest.approx(320.0, rel=2e-3)
     window.cursors.temperature = 40.0
     page.select(2)
-    assert page._told.text().endswith("absent")
+    assert page._readout.text().endswith("absent")
 
 
 def test_the_shape_is_that_of_the_twins_mode_nearest_to_the_selected_one(
