@@ -10,7 +10,9 @@ from analysis.gap.search.confidence import probability
 from app.blind_trial.outcome import Named, TrialOutcome
 
 BINS = 5
-"""Number of bins with equally many claims: a trial has some dozens of claims."""
+"""Number of bins with about equally many claims: a trial has some dozens of claims."""
+DECIMALS = 2
+"""Of the stated probabilities, as a report states them."""
 TEMPERATURES = np.geomspace(0.5, 20.0, 41)
 UNLISTED = np.linspace(0.0, 0.5, 101)
 
@@ -42,7 +44,10 @@ def claims(outcomes: Sequence[TrialOutcome]) -> list[tuple[Named, bool]]:
 
 
 def reliability(stated: NDArray[np.float64], right: NDArray[np.bool_], bins: int = BINS) -> Reliability:
-    """Sort claims into bins of equal size, by the probability stated.
+    """Sort claims into bins of about equal size, by the probability stated; equal probabilities share a bin.
+
+    Most claims state the largest probability. In several bins, each with a part of them, the error would be the
+    scatter of small samples.
 
     Parameters
     ----------
@@ -57,8 +62,10 @@ def reliability(stated: NDArray[np.float64], right: NDArray[np.bool_], bins: int
     -------
     Reliability
     """
-    order = np.argsort(stated, kind="stable")
-    parts = [part for part in np.array_split(order, bins) if part.size]
+    percent = np.round(stated, DECIMALS)
+    edges = np.quantile(percent, np.linspace(0.0, 1.0, bins + 1)[1:-1], method="higher")
+    place = np.searchsorted(edges, percent, side="right")
+    parts = [np.flatnonzero(place == number) for number in np.unique(place)]
     return Reliability(
         stated=np.array([stated[p].mean() for p in parts]),
         true=np.array([right[p].mean() for p in parts]),

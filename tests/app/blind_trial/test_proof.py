@@ -118,6 +118,23 @@ def test_calibration_error_of_claims_that_come_true_half_as_often():
     assert reliability(np.full(40, 0.5), right, bins=4).error == pytest.approx(0.0)
 
 
+def test_claims_of_one_probability_share_a_bin_in_whatever_order_they_come():
+    """Nineteen of twenty at 0.95 come true, all wrong ones among the first; bins of ten would each be off."""
+    stated = np.concatenate([np.full(60, 0.95), [0.55, 0.6, 0.65, 0.7]])
+    right = np.concatenate([np.arange(60) >= 3, [True, False, True, False]])
+    found = reliability(stated, right)
+    assert found.count[-1] == 60
+    assert found.count.sum() == 64
+    assert abs(found.stated[-1] - found.true[-1]) == pytest.approx(0.0)
+    assert (np.diff(found.stated) > 0.0).all()
+
+
+def test_distinct_probabilities_fill_bins_equally():
+    found = reliability(np.linspace(0.1, 0.9, 50), np.ones(50, dtype=bool))
+    assert found.count.min() >= 9
+    assert len(found.count) == 5
+
+
 def test_the_temperature_makes_claims_as_sure_as_they_are_true():
     """Three of four come true: nats of 4 over the temperature must leave odds of three."""
     against = {"nothing": -4.0}
