@@ -12,6 +12,7 @@ import numpy as np
 
 from analysis.arrays import Complex
 from analysis.effect_card import Values
+from analysis.gap.data.numerical_floor import carried_error
 from analysis.gap.data.preparation import prepare
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
@@ -20,7 +21,6 @@ from analysis.gap.fitting.normal_equations import linearise_all
 from analysis.gap.fitting.schur_complement import schur_complement
 from analysis.gap.fitting.state import GapState, starting_state
 from analysis.gap.search.score_test import score_test
-from analysis.gap.thresholds import MODEL_ERROR
 from app.blind_trial.expected_frf import expected_frf, true_updating
 from app.blind_trial.specimen import Specimen
 from simulation.effects.library import LIBRARY
@@ -79,7 +79,7 @@ class EffectSize:
         updated = true_updating(specimen, frf)
         sweeps = prepare(frf, specimen.declared.protocol, updated)[0]
         error = judging.numerical_error(float(updated.material.loss_factor.min()))
-        sweeps = replace(sweeps, twin_error=float(np.hypot(error, MODEL_ERROR)))
+        sweeps = replace(sweeps, twin_error=carried_error(error))
         return cls(specimen, sweeps, starting_state(updated, sweeps.groups), noise, executor)
 
     @property

@@ -11,6 +11,11 @@ import numpy as np
 from analysis.gap.thresholds import MODEL_ERROR, NUMERICAL_REST
 
 
+def carried_error(estimated: float) -> float:
+    """Error of a twin common to all lines, of rms|H|: the estimated one and that between converged solvers."""
+    return float(np.hypot(estimated, MODEL_ERROR))
+
+
 @dataclass(frozen=True)
 class NumericalFloor:
     """Discretisation error of the twin, and noise, as shares of rms|H|.
@@ -39,7 +44,7 @@ class NumericalFloor:
     @property
     def carried(self) -> float:
         """Error of the twin common to all lines, as a share of rms|H|, that does not count as missing physics."""
-        return float(np.hypot(self.error, MODEL_ERROR))
+        return carried_error(self.error)
 
     @property
     def notes(self) -> tuple[str, ...]:
