@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Campaign
 from analysis.channel import transfer_unit
-from analysis.h1 import single_repeat_power
 from analysis.mains import mains_lines, other_fundamentals
+from analysis.noise_power import single_repeat_power
 from analysis.still_ringing import still_ringing
 from analysis.sweep_h1 import sweep_h1
 

@@ -10,9 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-SMOOTHING_LINES = 41
-"""Number of neighbouring lines over which the noise power is averaged; noise spectra are smooth, FRFs are not."""
-
 
 def h1(
     drive: NDArray[np.float32], response: NDArray[np.float32]
@@ -98,36 +95,3 @@ def _ratio(numerator: NDArray[Any], denominator: NDArray[Any]) -> NDArray[Any]:
     """Quotient, NaN where the denominator is zero."""
     undefined = np.full(denominator.shape, np.nan, np.result_type(numerator, denominator))
     return np.asarray(np.divide(numerator, denominator, out=undefined, where=denominator != 0.0))
-
-
-def smooth_power(power: NDArray[np.float64], excluded: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Average noise power over neighbouring lines, leaving excluded lines out of every average."""
-    total, share = _moving_mean(np.where(excluded, 0.0, power)), _moving_mean((~excluded).astype(float))
-    return np.asarray(total / np.maximum(share, 1.0 / SMOOTHING_LINES))
-
-
-def _moving_mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Mean (..., F) over `SMOOTHING_LINES` lines of the last axis, its ends continued by the first and last value.
-
-    `scipy.ndimage` has the same, and takes longer to import than the sum takes.
-    """
-    edges = [(0, 0)] * (values.ndim - 1) + [(SMOOTHING_LINES // 2, SMOOTHING_LINES // 2)]
-    padded = np.pad(values, edges, mode="edge")
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, SMOOTHING_LINES, axis=-1).mean(-1))
-
-
-def single_repeat_power(h: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Noise power per line of an FRF without repeats, from its roughness over frequency.
-
-    What a local quartic over eleven lines (all of them, where there are fewer; seven at least) leaves is noise
-    where modes are many lines wide (local polynomial method: Pintelon and Schoukens, System Identification, 2012,
-    ch. 7).
-    """
-    width = min(11, (len(h) - 1) // 2 * 2 + 1)
-    half = width // 2
-    # to smooth is to project each window; scipy.signal does the same, and takes a second to import
-    basis = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, width), 5))[0]
-    hat = basis @ basis.T
-    smooth = np.concatenate([hat[:half] @ h[:width], np.convolve(h, hat[half], "valid"), hat[-half:] @ h[-width:]])
-    power: NDArray[np.float64] = np.abs(h - smooth) ** 2 / (1.0 - hat[half, half])
-    return power

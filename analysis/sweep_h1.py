@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.campaign import Sweep
-from analysis.h1 import bad_repeats, h1_of_spectra, repeats_dof, single_repeat_power, smooth_power, spectra
+from analysis.h1 import bad_repeats, h1_of_spectra, repeats_dof, spectra
+from analysis.noise_power import noise_power, single_repeat_power
 
 
 class SweepH1(NamedTuple):
@@ -60,11 +61,13 @@ def sweep_h1(
     notes.extend(f"step {sweep.step}: repeat {r + 1} left out, {name} strays" for r, name in bad.items())
     if len(good) < 2 <= len(u):
         raise ValueError(f"sweep {sweep.step}: repeats {sorted(r + 1 for r in bad)} stray; too few are left")
+    drive = (np.abs(u[good]) ** 2).sum(0)
     for y in answers:
         h, power, coherence = h1_of_spectra(u[good], y[good])
         if len(good) == 1:
             power = single_repeat_power(h)
         h_rows.append(h)
-        variance_rows.append(smooth_power(power, excluded) / len(good))
+        # the noise of the signals is smooth over frequency; divided by a drive that dips at resonances it is not
+        variance_rows.append(noise_power(power * drive, h, excluded) / (len(good) * drive))
         coherence_rows.append(np.clip(coherence, 0.0, 1.0))
     return SweepH1(np.array(h_rows), np.array(variance_rows), np.array(coherence_rows), repeats_dof(len(good)))

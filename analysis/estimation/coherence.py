@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.h1 import single_repeat_power
+from analysis.noise_power import single_repeat_power
 
 LEAST = 1e-6
 """Coherence below which a line counts as of this coherence: it weighs nothing."""

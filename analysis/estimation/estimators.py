@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.estimation.spectra import Spectra
-from analysis.h1 import single_repeat_power, smooth_power
+from analysis.noise_power import noise_power, single_repeat_power
 
 Estimator = Literal["h1", "h2", "hv"]
 
@@ -135,12 +135,14 @@ def _variance(
     """E|h - H|^2, (K, M, F): what the drives do not explain, by their inverse."""
     drives = h.shape[1]
     freedom = averages - drives
+    everywhere = np.zeros(h.shape[2], dtype=bool)
     if freedom < 0.5:  # one blow, or as many segments as drives: only roughness along frequency is left
-        rough = np.array([[single_repeat_power(one) for one in row] for row in h])
-        return smooth_power(rough, np.zeros(h.shape[2], dtype=bool))
+        rough = [[noise_power(single_repeat_power(one), one, everywhere) for one in row] for row in h]
+        return np.array(rough)
     noise = g_yy * (1.0 - coherence)
     if freedom < MANY:
-        noise = smooth_power(noise, np.zeros(h.shape[2], dtype=bool))
+        gains = np.sqrt((np.abs(h) ** 2).sum(1))
+        noise = np.array([noise_power(*one, everywhere) for one in zip(noise, gains, strict=True)])
     own = np.einsum("fjj->jf", inverse).real
     variance: NDArray[np.float64] = noise[:, None] * own / freedom
     floored: NDArray[np.float64] = np.maximum(variance, 1e-24 * (np.abs(h) ** 2).mean(axis=2, keepdims=True))

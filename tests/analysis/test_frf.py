@@ -9,7 +9,8 @@ from scipy.signal import chirp, fftconvolve, lfilter, savgol_filter
 from analysis.campaign import Campaign, Sweep
 from analysis.experiment import Experiment
 from analysis.frf import campaign_frf
-from analysis.h1 import bad_repeats, h1, single_repeat_power, spectra
+from analysis.h1 import bad_repeats, h1, spectra
+from analysis.noise_power import single_repeat_power
 
 RATE, SAMPLES = 8533.0, 12000
 B, A = [0.2, 0.1], [1.0, -1.6, 0.9]
@@ -115,6 +116,21 @@ def test_variance_of_a_single_repeat_comes_from_its_roughness() -> None:
     real = np.var([f.h[0, 0] for f in frfs], axis=0)
     stated = np.mean([f.variance[0, 0] for f in frfs], axis=0)
     assert (real / stated).mean() == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.parametrize("at_response", [0.0, 0.05], ids=["drive alone", "drive and response"])
+def test_noise_of_the_drive_counts_at_the_resonance(at_response: float) -> None:
+    """Noise of a force sensor follows |H|^2; a resonance is a few lines wide, noise is averaged over more."""
+    rng, sharp, frfs = np.random.default_rng(5), [1.0, -1.6, 0.996], []
+    for _ in range(120):
+        drive, _ = recorded(rng, repeats=4)
+        response = lfilter([0.2], sharp, drive, axis=1) + at_response * rng.standard_normal(drive.shape)
+        frfs.append(campaign_frf(campaign(drive + 0.01 * rng.standard_normal(drive.shape), response)))
+    h = np.array([f.h[0, 0] for f in frfs])
+    real, stated = h.var(0, ddof=1), np.mean([f.variance[0, 0] for f in frfs], axis=0)
+    order = np.argsort(np.abs(h.mean(0)))
+    for part in (order[: order.size // 4], order[-16:]):
+        assert (real / stated)[part].mean() == pytest.approx(1.0, abs=0.1)
 
 
 def test_coherence_falls_with_noise_as_its_definition_says() -> None:

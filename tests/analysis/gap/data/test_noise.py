@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from analysis.gap.data.preparation import prepare
-from analysis.h1 import repeats_dof, smooth_power
+from analysis.h1 import repeats_dof
+from analysis.noise_power import noise_power
 
 
 @pytest.mark.parametrize("stated", [0.7, 1.5])
@@ -61,8 +62,14 @@ def from_repeats(toy, seed, *, repeats=6, factor=1.0):
     frf, rig = toy.record(temperatures=(10.0, 30.0), directions=("up",), channels=1, spacing=4.0, seed=seed)
     dof = repeats_dof(repeats)
     drawn = np.random.default_rng(seed + 100).chisquare(max(dof, 1), frf.variance.shape) / max(dof, 1)
-    variance = factor * smooth_power(frf.variance * drawn, frf.excluded)
-    over_true = float((variance / smooth_power(frf.variance, frf.excluded)).mean())
+    variance = np.array(
+        [
+            [noise_power(*one, frf.excluded) for one in zip(*sweep, strict=True)]
+            for sweep in zip(frf.variance * drawn, frf.h, strict=True)
+        ]
+    )
+    over_true = factor * float((variance / frf.variance).mean())
+    variance *= factor
     return replace(frf, variance=variance, repeats_dof=np.full(2, dof)), rig, over_true
 
 
