@@ -16,7 +16,8 @@ from analysis.identification.parameters import to_parameters
 from analysis.identification.residual_terms import COMPLEX_E_F_G
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.superfluous import sum_of_squares
-from analysis.identification.tracking import HIDDEN_SCATTER, sweep_measured
+from analysis.identification.tracking import sweep_measured
+from analysis.identification.tracks_without_twin import HIDDEN_SCATTER
 
 OUT_OF_BAND = 0.08
 """Share of the band's edges up to which modes outside it are fitted as well."""

@@ -6,6 +6,7 @@
 ``finishing``              final model order, last fit on all lines, status of every pole
 ``peak_picking``           the paper's own recipe: local peaks, then wide-band refinement
 ``tracking``               modes of all sweeps, tracked over temperature
+``tracks_without_twin``    tracks found in the sweeps themselves
 ``expected_modes``         sweeps fitted with a twin's modes as priors, numbered as in the twin
 ``following``              poles of one sweep followed to the others
 ``naming``                 names for the modes of sweeps that were identified one by one
@@ -22,10 +23,10 @@
 ``reading``                frequency and damping of a pole, hysteretic or viscous
 ``status``                 which poles are modes of the plate, and why the others are not
 ``pole_residue``           the model: columns, derivatives, synthesis
+``pole_products``          inner products of the model's columns, by partial fractions
 ``residual_terms``         contribution of the modes outside the band
 ``measured``               measured FRFs of one condition, with variances if known
 ``lines``                  measured lines with their weights
-``work_arrays``            arrays that fits of the same FRFs reuse
 ``averaging``              fewer lines for the search
 ``noise``                  noise levels estimated from a residual, pooled over responses
 ``running_median``         a running median along frequency

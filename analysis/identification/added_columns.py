@@ -4,26 +4,25 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dtrtrs
 
+from analysis.identification.lines import Lines
 from analysis.identification.normal_equations import triangular_factor
 from analysis.identification.pole_residue import residues_from_columns
 
 
 def pair_gains(
-    known: NDArray[np.complex128],
-    pairs: NDArray[np.complex128],
-    left: NDArray[np.complex128],
-    deviation: NDArray[np.float64],
+    lines: Lines, known: NDArray[np.complex128], pairs: NDArray[np.complex128], left: NDArray[np.complex128]
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
     """Fall of the misfit if one pair of columns (a pole) is added alone, with a coefficient for every response.
 
     Parameters
     ----------
+    lines : Lines
     known : (P, F) complex ndarray
         Columns of the model.
     pairs : (2N, F) complex ndarray
         Columns multiplied by the real and the imaginary part of a complex coefficient, alternating.
-    left, deviation : (K, F) ndarray
-        Measured minus model, and the standard deviation of every line.
+    left : (K, F) complex ndarray
+        Measured minus model.
 
     Returns
     -------
@@ -32,17 +31,16 @@ def pair_gains(
     """
     gain = np.zeros(len(pairs) // 2)
     factor = np.zeros((len(left), len(gain)), dtype=complex)
-    for k, (row, sigma) in enumerate(zip(left, deviation, strict=True)):
-        weight = np.repeat(1.0 / sigma, 2)
-        model = known.view(float) * weight
-        fresh = np.concatenate([pairs, row[None]]).view(float) * weight
+    for group in lines.weight_groups:
+        model = known.view(float) * group.weight
+        fresh = np.concatenate([pairs, left[group.rows] * group.scales[:, None]]).view(float) * group.weight
         triangle, lengths = triangular_factor(model, len(model))
         onto = dtrtrs(triangle, model @ fresh.T / lengths[:, None], trans=1)[0]
         among = fresh @ fresh.T - onto.T @ onto
         for n in range(len(gain)):
             own = slice(2 * n, 2 * n + 2)
-            overlap = among[own, -1]
+            overlap = among[own, len(pairs) :]
             solved = np.linalg.lstsq(among[own, own], overlap, rcond=1e-10)[0]
-            gain[n] += overlap @ solved
-            factor[k, n] = residues_from_columns(solved)[0]
+            gain[n] += (overlap * solved).sum()
+            factor[group.rows, n] = residues_from_columns((solved / group.scales).T)[:, 0]
     return gain, factor

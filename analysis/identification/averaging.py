@@ -1,8 +1,9 @@
 """Fewer, longer lines where an FRF is smooth: the search for poles runs on these, the last fit on all.
 
-Neighbouring lines are replaced by their mean wherever the FRF shows no curvature across them beyond its noise,
-so a peak keeps its lines and the slopes between peaks become a few points. No information about poles is
-lost that the noise would not have hidden, and a search that takes minutes on 50,000 lines takes a second.
+Where the FRF shows no curvature across neighbouring lines beyond its noise, two values replace them: those of a
+straight line through them, at their two Gauss points. A peak keeps its lines, and the slopes between peaks become
+a few points. No information about poles is lost that the noise would not have hidden, and a search that takes
+minutes on 50,000 lines takes a second.
 """
 
 import numpy as np
@@ -38,10 +39,10 @@ def roughness(h: NDArray[np.complex128]) -> NDArray[np.float64]:
 
 
 def averaged(lines: Lines) -> Lines:
-    """Average lines in blocks of 1, 2, 4, ... as far as no curvature shows.
+    """Replace blocks of 4, 8, ... lines by two, as far as no curvature shows.
 
     A block of 4m lines is judged by the second difference of its four quarter means: if that is within
-    four standard deviations for every response, its lines may be averaged in blocks of 2m.
+    four standard deviations for every response, its lines may be replaced in blocks of 2m.
     """
     length = np.ones(len(lines.frequency), dtype=int)
     size = 1
@@ -54,7 +55,7 @@ def averaged(lines: Lines) -> Lines:
             break
         length[:usable].reshape(-1, 4 * size)[ready] = 2 * size
         size *= 2
-    return _means(lines, length)
+    return _at_gauss_points(lines, length)
 
 
 def _smooth_blocks(lines: Lines, size: int) -> NDArray[np.bool_]:
@@ -71,25 +72,34 @@ def _smooth_blocks(lines: Lines, size: int) -> NDArray[np.bool_]:
     return smooth & gapless
 
 
-def _means(lines: Lines, length: NDArray[np.intp]) -> Lines:
+def _at_gauss_points(lines: Lines, length: NDArray[np.intp]) -> Lines:
+    """Replace every block of more than two lines by the values of a straight line through it.
+
+    The two points lie at the root mean square distance of the lines from their middle: a sum over the lines of a
+    function that is a cubic across the block equals the sum of its values there, times half the number of lines.
+    The errors of the two values are independent and of equal size.
+    """
     starts = [0]
     while starts[-1] + length[starts[-1]] < len(length):
         starts.append(starts[-1] + length[starts[-1]])
     first = np.array(starts)
     count = np.diff(np.append(first, len(length)))
-    mean = np.empty((len(lines.h), len(first)), dtype=complex)
-    mean[:] = np.add.reduceat(lines.h, first, axis=1)
-    mean /= count
-    away = lines.frequency - np.repeat(np.add.reduceat(lines.frequency, first) / count, count)
-    mean_variance = np.add.reduceat(lines.deviation**2, first, axis=1) / count**2
+    middle = np.add.reduceat(lines.frequency, first) / count
+    away = lines.frequency - np.repeat(middle, count)
+    apart = np.sqrt(np.add.reduceat(away**2, first) / count)
+    mean, lean = np.empty((2, len(lines.h), len(first)), dtype=complex)
+    mean[:] = np.add.reduceat(lines.h, first, axis=1) / count
+    lean[:] = np.add.reduceat(lines.h * away, first, axis=1) / (count * np.where(apart > 0.0, apart, 1.0))
+    variance = np.add.reduceat(lines.deviation**2, first, axis=1) / count
+    halves = np.minimum(count, 2)
+    block = np.repeat(np.arange(len(first)), halves)
+    side = np.where(np.append(False, block[1:] == block[:-1]), 1.0, -1.0)  # apart is 0 for single lines
     return Lines(
-        frequency=np.add.reduceat(lines.frequency, first) / count,
-        h=mean,
-        deviation=np.sqrt(mean_variance),
-        hidden=int((count - 1).sum()) * len(lines.h) + lines.hidden,
+        frequency=middle[block] + side * apart[block],
+        h=mean[:, block] + side * lean[:, block],
+        deviation=np.sqrt(variance / count * halves)[:, block],
+        hidden=int((count - halves).sum()) * len(lines.h) + lines.hidden,
         line_spacing=lines.spacing,
-        spread=np.add.reduceat((2.0 * np.pi * away) ** 2, first) / count,
         correlation=lines.correlation,
         damping=lines.damping,
-        work_arrays=lines.work_arrays,
     )

@@ -203,7 +203,6 @@ def _part(
         deviation=blocks.deviation[rows][:, columns],
         hidden=round(blocks.hidden * share),
         line_spacing=blocks.spacing,
-        spread=None if blocks.spread is None else blocks.spread[columns],
     )
     yield PartOfData(description, lines)
 

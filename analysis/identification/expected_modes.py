@@ -95,7 +95,7 @@ def fit_expected(
     own = (expected.frequency_deviation, expected.frequency_deviation / 3.0)
     tracks = SmoothTracks.polynomials(temperature, base, own, (expected.damping_deviation, OWN_DAMPING[1]), 1)
     terms = [max(settings.terms, key=lambda one: one.parameters)] * len(measured)
-    found, index, _ = fit_sweeps(measured, terms, base, active[:, known], tracks, settings, progress)
+    found, index, *_ = fit_sweeps(measured, terms, base, active[:, known], tracks, settings, progress)
     table = np.full(expected.poles.shape, -1, dtype=np.int64)
     table[:, known] = index
     departure = np.full(expected.poles.shape, np.nan)

@@ -1,6 +1,7 @@
 """Candidates for hidden modes: places near the tracks, and how a mode there would change misfit and poles."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 from scipy.linalg.lapack import dtrtrs
@@ -8,9 +9,8 @@ from scipy.linalg.lapack import dtrtrs
 from analysis.arrays import Mask, Real
 from analysis.identification.joint_fit import JointFit
 from analysis.identification.lines import Lines
-from analysis.identification.normal_equations import triangular_factor
+from analysis.identification.normal_equations import factor_of_gram
 from analysis.identification.parameters import to_poles
-from analysis.identification.pole_residue import fill_columns
 from analysis.identification.sweeps_search import SweepsAt, SweepsSearch
 from analysis.identification.variable_projection import change_with_poles
 
@@ -112,28 +112,28 @@ def _derivatives_of_sweep(
     known = in_band(now.x[t : t + 1], [lines])[0, search.active[t]]
     if not known.any():
         return []
-    fixed = lines.term_columns(search.terms[t])
-    linear = 2 * count + len(fixed)
-    parts = [linear, linear + 2 * count + 1]
-    columns, weighted = lines.work_arrays.arrays(parts[-1] + 2 * len(place), len(lines.s))
-    own, moves, new = np.split(columns, parts)
-    fill_columns(lines.s, poles, lines.spread, own[: 2 * count], moves[:-1])
-    own[2 * count :] = fixed
-    fill_columns(lines.s, to_poles(place), lines.spread, new)
-    found = []
-    for h, deviation, residues in zip(lines.h, lines.deviation, projection.residues, strict=True):
-        moves[-1] = h
-        weight = np.repeat(1.0 / deviation, 2) / np.sqrt(0.5 * lines.correlation)
-        linears, others, added = np.split(
-            np.multiply(columns.view(float), weight, out=weighted.view(float)), parts
+    terms = search.terms[t]
+    linear, new = 2 * count + terms.parameters, to_poles(place)
+    typical = np.median(np.abs(projection.residues * poles)[:, known], axis=1)
+    size = typical[:, None] * np.repeat(np.exp(-place[:, 0]) * active, 2)
+    found: list[tuple[Real, Real, Real]] = [(np.empty(0),) * 3] * len(lines.h)
+    for group, weighted in zip(lines.weight_groups, lines.weighted(terms), strict=True):
+        products, there = weighted.at(poles, derivatives=True), weighted.at(new)
+        gram, added = products.gram(terms.parameters), products.with_columns_of(there, terms.parameters)
+        kept = np.r_[:linear, linear + 2 * count : len(gram)]  # without the derivative columns
+        triangle, lengths = factor_of_gram(
+            gram[np.ix_(kept, kept)],
+            linear,
+            partial(weighted.line_by_line, poles, terms.parameters, derivatives=False),
         )
-        triangle, lengths = triangular_factor(linears, linear)
-        onto = dtrtrs(triangle, linears @ others.T / lengths[:, None], trans=1)[0]
-        added_onto = dtrtrs(triangle, linears @ added.T / lengths[:, None], trans=1)[0]
-        left = others @ added.T - onto.T @ added_onto
-        size = np.median(np.abs(residues * poles)[known]) * np.repeat(np.exp(-place[:, 0]) * active, 2)
-        change = change_with_poles(residues, poles).swapaxes(1, 2)
-        mixed = (change @ left[:-1].reshape(count, 2, -1)).reshape(2 * count, -1)
-        alone = np.einsum("gf,gf->g", added, added) - (added_onto**2).sum(axis=0)
-        found.append((mixed * size, alone * size**2, left[-1] * size))
+        triangle = triangle[:linear, :linear]
+        onto = dtrtrs(triangle, (gram[linear:, :linear] / lengths).T, trans=1)[0]
+        added_onto = dtrtrs(triangle, added[:linear] / lengths[:, None], trans=1)[0]
+        left = added[linear:] - onto.T @ added_onto
+        moves, alone = left[: 2 * count].reshape(count, 2, -1), there.squares - (added_onto**2).sum(axis=0)
+        for k, (row, scale) in enumerate(zip(group.rows, group.scales, strict=True)):
+            change = scale * change_with_poles(projection.residues[row], poles).swapaxes(1, 2)
+            unit = size[row] * scale / (0.5 * lines.correlation)
+            mixed = (change @ moves).reshape(2 * count, -1)
+            found[row] = mixed * unit, alone * scale * size[row] * unit, left[2 * count + k] * unit
     return found

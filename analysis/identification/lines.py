@@ -1,14 +1,14 @@
 """The lines of an FRF that a fit uses, each with its weight."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.damping_prior import DampingPrior
+from analysis.identification.pole_products import WeightedLines
 from analysis.identification.residual_terms import ResidualTerms
-from analysis.identification.work_arrays import WorkArrays
 
 
 @dataclass(frozen=True)
@@ -72,15 +72,11 @@ class Lines:
         1.
     line_spacing : float, optional
         Spacing before any averaging, Hz.
-    spread : (F,) ndarray, optional
-        Mean squared distance (rad/s)^2 of the lines averaged into one from their middle.
     correlation : float
         Number of lines that carry the information of one independent line, tau = 1 + 2 sum rho_k with the errors'
         autocorrelation rho_k; 1 where lines are independent.
     damping : DampingPrior, optional
         Prior of the modes' damping ratios, added to the misfit of a fit.
-    work_arrays : WorkArrays
-        Work arrays for the columns of a fit.
     """
 
     frequency: NDArray[np.float64]
@@ -88,10 +84,8 @@ class Lines:
     deviation: NDArray[np.float64]
     hidden: int = 0
     line_spacing: float | None = None
-    spread: NDArray[np.float64] | None = None
     correlation: float = 1.0
     damping: DampingPrior | None = None
-    work_arrays: WorkArrays = field(default_factory=WorkArrays, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.h.ndim != 2 or self.h.shape[1] != len(self.frequency) or self.deviation.shape != self.h.shape:
@@ -148,10 +142,28 @@ class Lines:
     def _term_columns(self) -> dict[ResidualTerms, NDArray[np.complex128]]:
         return {}
 
+    @cached_property
+    def _weighted(self) -> dict[ResidualTerms, list[WeightedLines]]:
+        return {}
+
+    def weighted(self, terms: ResidualTerms) -> list[WeightedLines]:
+        """Lines with residual terms (P) and data after them as rows, one item per weight group."""
+        if terms not in self._weighted:
+            fixed = self.term_columns(terms)
+            self._weighted[terms] = [
+                WeightedLines.of(
+                    self.s.imag,
+                    group.weight[::2],
+                    np.concatenate([fixed * group.weight[::2], group.data.view(complex)]),
+                )
+                for group in self.weight_groups
+            ]
+        return self._weighted[terms]
+
     def term_columns(self, terms: ResidualTerms) -> NDArray[np.complex128]:
         """Columns of residual terms on these lines, (P, F), computed once."""
         if terms not in self._term_columns:
-            self._term_columns[terms] = terms.columns(self.s, self.scale, self.spread)
+            self._term_columns[terms] = terms.columns(self.s, self.scale)
         return self._term_columns[terms]
 
     @cached_property

@@ -1,6 +1,6 @@
 """Measured FRFs of one condition, and the weighted lines made from them for a fit."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,6 @@ from analysis.identification.lines import Lines
 from analysis.identification.missing import residual
 from analysis.identification.noise import correlation, deviation_from_residual, pooled
 from analysis.identification.pole_search import PoleFit
-from analysis.identification.work_arrays import WorkArrays
 
 
 @dataclass(frozen=True)
@@ -25,14 +24,11 @@ class Measured:
         One drive, K responses.
     variance : (K, F) ndarray or None
         E|h - H|^2; None, or not above zero on some line, where it is not known.
-    work_arrays : WorkArrays
-        Work arrays for the columns of fits, shared by the sweeps of a campaign.
     """
 
     frequency: NDArray[np.float64]
     h: NDArray[np.complex128]
     variance: NDArray[np.float64] | None = None
-    work_arrays: WorkArrays = field(default_factory=WorkArrays, repr=False, compare=False)
 
     @property
     def known(self) -> bool:
@@ -42,12 +38,12 @@ class Measured:
     def without(self, spoilt: NDArray[np.bool_]) -> "Measured":
         """Leave out lines (F,)."""
         variance = None if self.variance is None else self.variance[:, ~spoilt]
-        return Measured(self.frequency[~spoilt], self.h[:, ~spoilt], variance, self.work_arrays)
+        return Measured(self.frequency[~spoilt], self.h[:, ~spoilt], variance)
 
     def lines(self) -> Lines:
         """Lines weighted by the variance if it is known, by the roughness along frequency otherwise."""
         deviation = np.sqrt(self.variance) if self.known and self.variance is not None else roughness(self.h)
-        return Lines(self.frequency, self.h, pooled(deviation), work_arrays=self.work_arrays)
+        return Lines(self.frequency, self.h, pooled(deviation))
 
     def reweighted(self, lines: Lines, fitted: PoleFit) -> Lines:
         """Lines with weights from a fit's residual, unless the variance is known, and with its correlation."""

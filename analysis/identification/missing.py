@@ -91,9 +91,9 @@ def gains(lines: Lines, fitted: PoleFit, poles: NDArray[np.complex128]) -> NDArr
     (N,) ndarray
     """
     s = lines.s
-    model = np.concatenate([pole_columns(s, fitted.poles, lines.spread), lines.term_columns(fitted.terms)])
-    new = pole_columns(s, poles, lines.spread)
-    return pair_gains(model, new, residual(lines, fitted), lines.deviation)[0]
+    model = np.concatenate([pole_columns(s, fitted.poles), lines.term_columns(fitted.terms)])
+    new = pole_columns(s, poles)
+    return pair_gains(lines, model, new, residual(lines, fitted))[0]
 
 
 def add_missing(lines: Lines, blocks: Lines, fitted: PoleFit, *, most: int = 6) -> PoleFit:

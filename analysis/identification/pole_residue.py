@@ -9,15 +9,11 @@ from numpy.typing import NDArray
 
 from analysis.identification.residual_terms import ResidualTerms
 
-Spread = NDArray[np.float64] | None
-
 CACHED = 8192
 """Size of a block that stays in the processor's cache between operations, in complex numbers."""
 
 
-def pole_columns(
-    s: NDArray[np.complex128], poles: NDArray[np.complex128], spread: Spread = None
-) -> NDArray[np.complex128]:
+def pole_columns(s: NDArray[np.complex128], poles: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """Columns multiplied by Re R and Im R, pole by pole.
 
     Parameters
@@ -26,9 +22,6 @@ def pole_columns(
         jw, rad/s.
     poles : (J,) complex ndarray
         Upper half plane, rad/s.
-    spread : (F,) ndarray, optional
-        Where `s` is the middle of several averaged lines, their mean squared distance from it, (rad/s)^2:
-        the mean of 1/(s - lambda) over them is expanded to fourth order in distance over (s - lambda).
 
     Returns
     -------
@@ -36,22 +29,21 @@ def pole_columns(
         s/rad.
     """
     columns = np.empty((2 * len(poles), len(s)), dtype=complex)
-    fill_columns(s, poles, spread, columns)
+    fill_columns(s, poles, columns)
     return columns
 
 
 def fill_columns(
     s: NDArray[np.complex128],
     poles: NDArray[np.complex128],
-    spread: Spread,
     columns: NDArray[np.complex128],
     moved: NDArray[np.complex128] | None = None,
 ) -> None:
     """Fill in `pole_columns` and, in the same arrangement, the columns of 1/(s - lambda)^2.
 
     Moving a pole by d changes its share of the FRF by R d/(s - lambda)^2 + conj(R d)/(s - conj(lambda))^2, which
-    lies in the real span of the latter whatever R and d are. This is the innermost loop of every search: it is
-    written without a complex division, a few poles at a time.
+    lies in the real span of the latter whatever R and d are. A few poles are computed at a time, without a complex
+    division.
 
     Parameters
     ----------
@@ -59,24 +51,20 @@ def fill_columns(
         jw, rad/s.
     poles : (J,) complex ndarray
         Upper half plane, rad/s.
-    spread : (F,) ndarray or None
-        As in `pole_columns`, (rad/s)^2.
     columns : (2J, F) complex ndarray
         Filled.
     moved : (2J, F) complex ndarray, optional
         Filled as well.
     """
     few = max(CACHED // (2 * len(s)), 1)
-    twice = None if spread is None else np.repeat(spread, 2)
     for start in range(0, len(poles), few):
         rows = slice(2 * start, 2 * (start + few))
-        _fill(s.imag, poles[start : start + few], twice, columns[rows], None if moved is None else moved[rows])
+        _fill(s.imag, poles[start : start + few], columns[rows], None if moved is None else moved[rows])
 
 
 def _fill(
     w: NDArray[np.float64],
     poles: NDArray[np.complex128],
-    spread: Spread,
     columns: NDArray[np.complex128],
     moved: NDArray[np.complex128] | None,
 ) -> None:
@@ -89,16 +77,9 @@ def _fill(
     once = np.empty(away.shape, dtype=complex)  # 1/(s - lambda), then 1/(s - conj(lambda))
     np.multiply(away, inverse, out=once.imag)
     np.multiply(-both.real[:, None], inverse, out=once.real)
-    squared = np.square(once)
-    if spread is not None:
-        bend = (squared.view(float) * spread).view(complex)
-        once -= bend * once
-        if moved is not None:
-            bend *= squared
-            squared.view(float)[:] -= 3.0 * bend.view(float)
     paired(once, columns)
     if moved is not None:
-        paired(squared, moved)
+        paired(np.square(once), moved)
 
 
 def paired(both: NDArray[np.complex128], columns: NDArray[np.complex128]) -> None:

@@ -30,9 +30,7 @@ class ResidualTerms:
         """Real parameters per FRF."""
         return len(self.powers) * (2 if self.complex_valued else 1)
 
-    def columns(
-        self, s: NDArray[np.complex128], scale: float, spread: NDArray[np.float64] | None = None
-    ) -> NDArray[np.complex128]:
+    def columns(self, s: NDArray[np.complex128], scale: float) -> NDArray[np.complex128]:
         """Columns of the least-squares problem.
 
         Parameters
@@ -41,8 +39,6 @@ class ResidualTerms:
             jw, rad/s.
         scale : float
             Scale by which s is divided in the columns, rad/s.
-        spread : (F,) ndarray, optional
-            Mean squared distance of lines averaged into one, (rad/s)^2.
 
         Returns
         -------
@@ -52,8 +48,6 @@ class ResidualTerms:
         powers: NDArray[np.complex128] = np.empty((len(self.powers), len(s)), dtype=complex)
         for row, power in enumerate(self.powers):
             powers[row] = (s / scale) ** power
-            if spread is not None:
-                powers[row] -= 0.5 * power * (power - 1) * spread * (s / scale) ** power / s**2
         return np.concatenate([powers, 1j * powers]) if self.complex_valued else powers
 
     def coefficients(self, solved: NDArray[np.float64], scale: float) -> NDArray[np.complex128]:

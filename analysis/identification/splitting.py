@@ -59,13 +59,10 @@ def _thirds(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray
     """Fall of the misfit with a term in 1/(s - lambda)^3 for each pole, and the d^2 from it, (J,) each."""
     poles, residues, count = fitted.poles, fitted.projection.residues, len(fitted.poles)
     known = np.empty((4 * count, len(lines.s)), dtype=complex)
-    fill_columns(lines.s, poles, lines.spread, known[: 2 * count], known[2 * count :])
+    fill_columns(lines.s, poles, known[: 2 * count], known[2 * count :])
     known = np.concatenate([known, lines.term_columns(fitted.terms)])
     inverse = 1.0 / (lines.s - np.concatenate([poles, poles.conj()])[:, None])
-    cubed = inverse**3
-    if lines.spread is not None:
-        cubed -= 6.0 * lines.spread * inverse**5
     new = np.empty((2 * count, len(lines.s)), dtype=complex)
-    paired(cubed, new)
-    gain, factor = pair_gains(known, new, residual(lines, fitted), lines.deviation)
+    paired(inverse**3, new)
+    gain, factor = pair_gains(lines, known, new, residual(lines, fitted))
     return gain, (residues.conj() * factor).sum(axis=0) / (np.abs(residues) ** 2).sum(axis=0)

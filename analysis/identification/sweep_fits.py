@@ -39,7 +39,7 @@ def fit_sweeps(
     progress: Callable[[str, float], None] | None = None,
     *,
     select_tracks: bool = False,
-) -> tuple[tuple[Modes, ...], NDArray[np.int64], NDArray[np.float64]]:
+) -> tuple[tuple[Modes, ...], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
     """Fit all sweeps with the modes of smooth tracks, and determine their status in each sweep.
 
     Parameters
@@ -70,19 +70,16 @@ def fit_sweeps(
         follow the J given.
     place : (T, N, 2) ndarray
         Log |lambda| and log damping ratio of all tracks.
+    excess : (T,) ndarray
+        Ratio of the errors of each sweep to the stated standard deviations, 1 or more; 1 if none are stated.
     """
     report = progress or (lambda stage, share: None)
     lines = [one.lines() for one in measured]
     blocks = [averaged(one) for one in lines]
     rough = fit_together(blocks, terms, start, active, tracks, settled=ROUGHLY)
     report("identify", 0.5)
-    fits = _fits(rough.projections, terms)
-    weighed = [one.reweighted(own, now) for one, own, now in zip(measured, lines, fits, strict=True)]
-    excess = [
-        _excess(own, now, last.correlation) if one.known else 1.0
-        for one, own, now, last in zip(measured, blocks, fits, weighed, strict=True)
-    ]
-    blocks = [_with_excess(averaged(one), by) for one, by in zip(weighed, excess, strict=True)]
+    weighed, excess = _weighed(measured, lines, blocks, rough, terms)
+    blocks = [_with_excess(averaged(one), by) for one, by in zip(weighed, excess.tolist(), strict=True)]
     if select_tracks:
         tracks = tracks.estimated(rough.place, rough.active)
         rough = remove_superfluous(blocks, terms, rough, tracks, ROUGHLY)
@@ -90,11 +87,28 @@ def fit_sweeps(
     known = rough.projections if select_tracks else ()  # otherwise the weights have changed
     last = fit_together(blocks, terms, rough.place, rough.active, tracks, known=known)
     if select_tracks and last.active.any():
-        last = add_hidden_modes(blocks, terms, last, tracks, np.array(excess) <= UNLIKE_OTHERS * np.median(excess))
+        last = add_hidden_modes(blocks, terms, last, tracks, excess <= UNLIKE_OTHERS * np.median(excess))
     report("identify", 0.9)
     found, table = _modes_of_sweeps(weighed, terms, last, settings)
     report("identify", 1.0)
-    return found, table, last.place
+    return found, table, last.place, excess
+
+
+def _weighed(
+    measured: Sequence[Measured],
+    lines: Sequence[Lines],
+    blocks: Sequence[Lines],
+    rough: JointFit,
+    terms: Sequence[ResidualTerms],
+) -> tuple[list[Lines], NDArray[np.float64]]:
+    """Lines weighted by a fit's residual, and the ratio (T,) of its errors to stated ones, 1 if there are none."""
+    fits = _fits(rough.projections, terms)
+    weighed = [one.reweighted(own, now) for one, own, now in zip(measured, lines, fits, strict=True)]
+    excess = [
+        _excess(own, now, last.correlation) if one.known else 1.0
+        for one, own, now, last in zip(measured, blocks, fits, weighed, strict=True)
+    ]
+    return weighed, np.array(excess)
 
 
 def _modes_of_sweeps(

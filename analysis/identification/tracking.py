@@ -1,14 +1,11 @@
 """Modes of a campaign over temperature.
 
-The coldest and the hottest sweep are identified without start values, and the poles of the one that shows more
-modes are followed to all others: tracks must not depend on the end where one begins. Then all sweeps are fitted
-jointly with tracks that are smooth in temperature; tracks that BIC over all sweeps does not support are removed.
-With a method that identifies every sweep alone, modes are matched afterwards, by distance from their prediction
-and by shape.
+All sweeps are fitted jointly, with the tracks of a twin or with tracks found in the sweeps; a sweep that shares no
+modes with the others is identified by itself. With a method that identifies every sweep alone, modes are matched
+afterwards, by distance from their prediction and by shape.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,36 +15,25 @@ from analysis.identification.automatic import identify
 from analysis.identification.averaging import averaged
 from analysis.identification.common_factor import common_factor
 from analysis.identification.expected_modes import ExpectedModes, fit_expected
-from analysis.identification.following import Followed, active_in, follow
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.naming import NamedModes, enter, tabulated
 from analysis.identification.settings import Settings
-from analysis.identification.smooth_tracks import SmoothTracks
-from analysis.identification.sweep_fits import fit_sweeps
 from analysis.identification.tracked_modes import TrackedModes
-from analysis.identification.work_arrays import WorkArrays
+from analysis.identification.tracks_without_twin import Method, best_start, expected_misfit, find_tracks, outwards
 
 POOR = 1.15
 """Misfit, over the expected one, above which a sweep is reported."""
 
-HIDDEN_SCATTER = (2e-3, 0.05)
-"""Scatter of log |lambda| and log damping ratio about their curves without a twin: modes that no sweep shows bias
-their neighbours by about as much. On a polypropylene plate with one sensor, 95 % intervals with a scatter of 0.02
-% and 0.2 % held 79 % and 57 % of the modes, with this one 86 % and 88 %, and errors are no larger. With the
-uncertainty from hidden modes included they hold 92 % and 94 %."""
-
-BACKGROUND_DAMPING = (1.0, 0.5)
-"""Standard deviations of a background pole's own log damping ratio: constant, and along temperature."""
+FOREIGN = 5.0
+"""Ratio of a sweep's normalised error to that of the median sweep, after a joint fit, above which it shares no
+modes with the others and is identified by itself. Sweeps of one plate stay below 1.1."""
 
 
 def sweep_measured(frf: Frf, sweep: int) -> Measured:
     """Usable lines of one sweep, with their variance."""
     used = ~frf.excluded
     return Measured(frf.frequency[used], frf.h[sweep][:, used], frf.variance[sweep][:, used])
-
-
-Method = Callable[[Measured, Settings], Modes]
 
 
 def track(
@@ -88,18 +74,17 @@ def track(
     settings = settings or Settings()
     if start is not None and not 0 <= start < len(frf.temperature):
         raise ValueError(f"start is sweep {start}; allowed 0 to {len(frf.temperature) - 1}")
-    shared = WorkArrays()
-    measured = [replace(sweep_measured(frf, t), work_arrays=shared) for t in range(len(frf.temperature))]
+    measured = [sweep_measured(frf, t) for t in range(len(frf.temperature))]
     if expected is not None:
         return _as_expected(frf, *fit_expected(frf.temperature, measured, expected, settings, progress))
     order = np.argsort(frf.temperature, kind="stable")
     if method is None:
         return _fitted_together(frf, measured, int(order[0]) if start is None else start, settings, progress)
     ends = {int(order[0]), int(order[-1])} if start is None else {start}
-    start, first = _start(measured, ends, settings, method)
+    start, first = best_start(measured, ends, settings, method)
     done = NamedModes()
     enter(done, start, frf.temperature[start], first, 1.0)
-    for count, t in enumerate(_outwards(frf.temperature, start), start=1):
+    for count, t in enumerate(outwards(frf.temperature, start), start=1):
         source = min(done.modes, key=lambda s: (abs(frf.temperature[s] - frf.temperature[t]), abs(s - t)))
         before = done.modes[source]
         shift, _ = common_factor(averaged(measured[t].lines()), before.poles, before.terms)
@@ -117,29 +102,23 @@ def _fitted_together(
     settings: Settings,
     progress: Callable[[str, float], None] | None,
 ) -> TrackedModes:
-    """Follow the poles of one end to all other sweeps, then fit all sweeps jointly."""
-    report = progress or (lambda stage, share: None)
-    ends = {start, *_outwards(frf.temperature, start)[-1:]}
-    start, first = _start(measured, ends, settings, identify)
-    report("identify", 0.2)
-    known = _followed(frf, measured, start, first, settings, lambda share: report("identify", 0.2 + 0.3 * share))
-    measured = list(measured)
-    measured[start] = measured[start].without(first.left_out(measured[start].frequency))
-    place = np.stack([known.filled(t) for t in range(len(measured))])
-    active = np.stack([active_in(row, one.lines()) for row, one in zip(place, measured, strict=True)])
-    modes, table, place = fit_sweeps(
-        measured,
-        [known.terms] * len(measured),
-        place,
-        active,
-        _prior(frf.temperature, place, known.mode),
-        settings,
-        lambda name, share: report(name, 0.5 + 0.5 * share),
-        select_tracks=True,
-    )
-    modes = (*modes[:start], replace(modes[start], rejected=first.rejected), *modes[start + 1 :])
-    usual = [_expected(one, first) for one in measured]
-    poor = (_poor(*row) for row in zip(frf.temperature, range(len(modes)), modes, usual, strict=True))
+    """Fit all sweeps jointly, but for those that share no modes with the others."""
+    sweeps = np.arange(len(measured))
+    modes, table, start, excess = find_tracks(frf.temperature, measured, start, settings, progress)
+    excess = excess / np.median(excess)
+    foreign = excess > FOREIGN
+    if foreign.any():
+        kept = sweeps[~foreign]
+        first = int(np.abs(kept - start).argmin())
+        some, rows, first, _ = find_tracks(
+            frf.temperature[kept], [measured[t] for t in kept], first, settings, progress
+        )
+        start, table = int(kept[first]), np.full((len(sweeps), rows.shape[1]), -1, dtype=np.int64)
+        table[kept] = rows
+        together = dict(zip(kept.tolist(), some, strict=True))
+        modes = tuple(together.get(t) or identify(measured[t], settings) for t in sweeps.tolist())
+    usual = [expected_misfit(one, modes[start]) for one in measured]
+    rows_of_notes = zip(frf.temperature, sweeps.tolist(), modes, usual, excess.tolist(), strict=True)
     return TrackedModes(
         temperature=frf.temperature,
         direction=frf.direction,
@@ -147,57 +126,26 @@ def _fitted_together(
         level_unit=frf.level_unit(),
         channels=frf.channels,
         modes=modes,
-        track=_shown_by_frequency(table, modes, place),
+        track=table,
         start=start,
-        notes=tuple(filter(None, poor)),
+        notes=tuple(filter(None, (_doubt(*row) for row in rows_of_notes))),
     )
 
 
-def _prior(temperature: NDArray[np.float64], place: NDArray[np.float64], mode: NDArray[np.bool_]) -> SmoothTracks:
-    """Prior of the tracks of poles (T, J, 2), without a twin; those that are no mode (J,) are background."""
-    tracks = SmoothTracks.polynomials(temperature, np.zeros_like(place))
-    tracks = replace(tracks, scatter=np.array(HIDDEN_SCATTER))
-    tracks.own[~mode, :2, 1] = np.square(BACKGROUND_DAMPING)[: tracks.own.shape[1]]
-    return tracks
-
-
-def _shown_by_frequency(
-    table: NDArray[np.int64], modes: Sequence[Modes], place: NDArray[np.float64]
-) -> NDArray[np.int64]:
-    """Columns of the table (T, N) whose pole is a mode in some sweep, lowest median frequency first."""
-    table = table.copy()
-    for t, one in enumerate(modes):
-        table[t, (table[t] >= 0) & ~one.real[table[t]]] = -1
-    shown = (table >= 0).any(axis=0)
-    order = np.argsort(np.median(place[:, shown, 0], axis=0), kind="stable")
-    return np.asarray(table[:, shown][:, order])
-
-
-def _followed(
-    frf: Frf,
-    measured: Sequence[Measured],
-    start: int,
-    first: Modes,
-    settings: Settings,
-    report: Callable[[float], None],
-) -> Followed:
-    """Follow the poles of one sweep to all others."""
-    terms = max(settings.terms, key=lambda one: one.parameters)
-    known = Followed.started(frf.temperature, start, first, terms)
-    for count, t in enumerate(_outwards(frf.temperature, start), start=1):
-        follow(known, t, measured[t], _expected(measured[t], first), settings)
-        report(count / len(measured))
-    return known
-
-
-def _poor(temperature: float, sweep: int, modes: Modes, usual: float) -> str | None:
-    """Message about a sweep with a large residual, or None."""
-    if modes.misfit <= POOR * usual:
-        return None
-    return (
-        f"{temperature:.1f} °C (sweep {sweep}): the model leaves {100 * modes.misfit:.2g} % of rms |h|, "
-        f"{modes.misfit / usual:.1f} times what was expected: its modes are not reliable"
-    )
+def _doubt(temperature: float, sweep: int, modes: Modes, usual: float, excess: float) -> str | None:
+    """Message about a sweep with a large residual, alone or fitted with the others, or None."""
+    said = []
+    if excess > FOREIGN:
+        said.append(
+            f"fitted with the other sweeps it leaves {excess:.2g} times its noise: it was identified by itself, "
+            "and its modes are not followed over temperature (check its temperature, channels and mounting)"
+        )
+    if modes.misfit > POOR * usual:
+        said.append(
+            f"the model leaves {100 * modes.misfit:.2g} % of rms |h|, {modes.misfit / usual:.1f} times what was "
+            "expected: its modes are not reliable"
+        )
+    return f"{temperature:.1f} °C (sweep {sweep}): " + "; ".join(said) if said else None
 
 
 def _as_expected(frf: Frf, modes: tuple[Modes, ...], table: NDArray[np.int64]) -> TrackedModes:
@@ -212,23 +160,3 @@ def _as_expected(frf: Frf, modes: tuple[Modes, ...], table: NDArray[np.int64]) -
         track=table[:, (table >= 0).any(axis=0)],
         start=0,
     )
-
-
-def _start(measured: Sequence[Measured], tried: set[int], settings: Settings, method: Method) -> tuple[int, Modes]:
-    """Sweep that shows most modes, with its modes; `tried` are sweeps at the ends, where damping is least."""
-    found = {t: method(measured[t], settings) for t in sorted(tried)}
-    best = max(found, key=lambda t: (found[t].status.count("kept"), -found[t].misfit))
-    return best, found[best]
-
-
-def _outwards(temperature: NDArray[np.float64], start: int) -> list[int]:
-    """All other sweeps, nearest in temperature to the start first."""
-    distance = np.abs(temperature - temperature[start])
-    return [int(t) for t in np.argsort(distance, kind="stable") if t != start]
-
-
-def _expected(measured: Measured, before: Modes) -> float:
-    """Misfit expected, as a share of rms |h|: the noise if it is known, else the neighbouring sweep's misfit."""
-    if measured.known and measured.variance is not None:
-        return float(np.sqrt(measured.variance.sum() / (np.abs(measured.h) ** 2).sum()))
-    return before.misfit

@@ -7,15 +7,16 @@ of [columns, derivative columns, data], a matrix as small as the number of colum
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dtrtri
 
 from analysis.identification.damping_prior import DampingPrior
-from analysis.identification.lines import Lines, WeightGroup
-from analysis.identification.normal_equations import triangular_factor
-from analysis.identification.pole_residue import fill_columns, residues_from_columns
+from analysis.identification.lines import Lines
+from analysis.identification.normal_equations import factor_of_gram
+from analysis.identification.pole_residue import residues_from_columns
 from analysis.identification.residual_terms import ResidualTerms
 
 
@@ -69,19 +70,19 @@ def project(
     -------
     Projection
     """
-    count, fixed = len(poles), lines.term_columns(terms)
-    linear, moving = 2 * count + len(fixed), 2 * count * derivatives
-    columns, spare = lines.work_arrays.arrays(linear + moving + len(lines.h), len(lines.frequency))
+    count = len(poles)
+    linear, moving = 2 * count + terms.parameters, 2 * count * derivatives
     moved = slice(linear, linear + moving)  # the derivative columns
-    fill_columns(lines.s, poles, lines.spread, columns[: 2 * count], columns[moved] if derivatives else None)
-    columns[2 * count : linear] = fixed
     solved = np.zeros((lines.h.shape[0], linear))
     misfit, gradient, hessian = 0.0, np.zeros(moving), np.zeros((moving, moving))
     loss = np.zeros(count)
     chain = _chain(poles)
-    for group in lines.weight_groups:
-        weighted = columns if group is lines.weight_groups[-1] else spare
-        triangle, norms = _weighted_factor(columns[: moved.stop], group, weighted)
+    for group, weighted in zip(lines.weight_groups, lines.weighted(terms), strict=True):
+        triangle, norms = factor_of_gram(
+            weighted.at(poles, derivatives=derivatives).gram(terms.parameters),
+            moved.stop,
+            partial(weighted.line_by_line, poles, terms.parameters, derivatives=derivatives),
+        )
         r22, y = triangle[moved, moved], triangle[:, moved.stop :]
         inverse = dtrtri(triangle[:linear, :linear])[0] if linear else triangle[:0, :0]
         scaled = inverse @ y[:linear]
@@ -163,16 +164,6 @@ def _add_damping_prior(
         gradient[1::2] += variance * slope
         hessian[np.diag_indices(len(gradient))] += variance * np.repeat(bend, 2) * np.tile([0.0, 1.0], len(poles))
     return variance * float(value.sum())
-
-
-def _weighted_factor(
-    columns: NDArray[np.complex128], group: WeightGroup, weighted: NDArray[np.complex128]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Factor columns and data as `triangular_factor` does, both weighted in the work array `weighted`."""
-    stacked = weighted[: len(columns) + len(group.rows)].view(float)
-    np.multiply(columns.view(float), group.weight, out=stacked[: len(columns)])
-    stacked[len(columns) :] = group.data
-    return triangular_factor(stacked, len(columns))
 
 
 def _chain(poles: NDArray[np.complex128]) -> NDArray[np.complex128]:

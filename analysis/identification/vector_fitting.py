@@ -6,6 +6,7 @@ sigma with a mild non-triviality condition keeps noise from dragging it. No star
 reduces accuracy, which variable projection restores.
 """
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -14,8 +15,8 @@ from scipy.linalg import lstsq
 from scipy.linalg.lapack import dtrtrs
 
 from analysis.identification.lines import Lines
-from analysis.identification.normal_equations import triangular_factor
-from analysis.identification.pole_residue import pole_columns
+from analysis.identification.normal_equations import factor_of_gram
+from analysis.identification.pole_products import WeightedLines
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.variable_projection import misfit_at
 
@@ -44,45 +45,92 @@ def spread_poles(low: float, high: float, count: int, damping: float = 0.01) -> 
     return poles
 
 
-def relocate(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> NDArray[np.complex128]:
-    """One relaxed relocation: the zeros of sigma for the present poles, reflected into the left half plane.
+@dataclass(frozen=True)
+class Relocation:
+    """Lines prepared for relaxed relocations of poles.
 
-    Parameters
+    Attributes
     ----------
-    lines : Lines
-    poles : (J,) complex ndarray
-        Present poles, upper half plane, rad/s.
-    terms : ResidualTerms
-
-    Returns
-    -------
-    (N,) complex ndarray
-        New poles, rad/s, upper half plane only; real zeros are left out.
+    unit, energy : WeightedLines
+        Without weights, and with the root of the responses' summed energy in units of their deviations; the
+        constant of sigma is their row.
+    groups : list of WeightedLines
+        For responses of common weights; their rows are residual terms, data, and every term times every response.
+    responses : list of int
+        Of each group.
+    terms : int
+        Number of columns of residual terms.
     """
-    count, fixed = len(poles), lines.term_columns(terms)
-    sigma = np.concatenate([pole_columns(lines.s, poles, lines.spread), np.ones((1, len(lines.frequency)))])
-    norms = np.linalg.norm(sigma, axis=1)
-    model = np.concatenate([sigma[:-1], fixed])
-    sigma /= norms[:, None]
-    energy = (np.abs(lines.h / lines.deviation) ** 2).sum(axis=0)
-    spread = (sigma * np.sqrt(energy)).view(float)
-    normal = spread @ spread.T
-    for group in lines.weight_groups:
-        seen = model.view(float) * group.weight
-        triangle, lengths = triangular_factor(seen, len(model))
-        for response in group.data.view(complex):
-            onto = seen @ (sigma * response).view(float).T
-            onto = dtrtrs(triangle, onto / lengths[:, None], trans=1)[0]
-            normal -= onto.T @ onto
-    size = np.sqrt(energy.mean() / len(lines.h))
-    # sum over the lines of Re sigma = number of lines: sigma is not zero, and its asymptote is free
-    relaxation = size / np.sqrt(len(lines.s)) * sigma.real.sum(1)
-    normal += np.outer(relaxation, relaxation)
-    target = relaxation * size * np.sqrt(len(lines.s))
-    rank = np.finfo(float).eps * len(normal)
-    c = lstsq(normal, target, cond=rank, lapack_driver="gelsy", check_finite=False)[0] / norms
-    constant = c[-1] if abs(c[-1]) > 1e-8 * np.abs(c).max() / lines.scale else 1e-8
-    return _zeros(poles, c[: 2 * count], constant)
+
+    unit: WeightedLines
+    energy: WeightedLines
+    groups: list[WeightedLines]
+    responses: list[int]
+    terms: int
+
+    @classmethod
+    def of(cls, lines: Lines, terms: ResidualTerms) -> "Relocation":
+        """Prepare lines, with residual terms."""
+        w, fixed, groups = lines.s.imag, lines.term_columns(terms), []
+        for group in lines.weight_groups:
+            weight, data = group.weight[::2], group.data.view(complex)
+            times = (fixed * data.conj()[:, None]).reshape(-1, len(w))
+            groups.append(WeightedLines.of(w, weight, np.concatenate([fixed * weight, data, times])))
+        size = np.sqrt((np.abs(lines.h / lines.deviation) ** 2).sum(axis=0))
+        unit, energy = (WeightedLines.of(w, one, one[None].astype(complex)) for one in (np.ones(len(w)), size))
+        return cls(unit, energy, groups, [len(group.rows) for group in lines.weight_groups], len(fixed))
+
+    def relocated(self, poles: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """Zeros of sigma for the present poles, reflected into the left half plane.
+
+        Parameters
+        ----------
+        poles : (J,) complex ndarray
+            Present poles, upper half plane, rad/s.
+
+        Returns
+        -------
+        (N,) complex ndarray
+            New poles, rad/s, upper half plane only; real zeros are left out.
+        """
+        lines, unit = len(self.unit.w), self.unit.at(poles)
+        norms = np.sqrt(np.append(unit.squares, lines))
+        normal = np.tril(self.energy.at(poles).gram(1))
+        normal += np.tril(normal, -1).T
+        for weighted, responses in zip(self.groups, self.responses, strict=True):
+            normal -= self._explained(weighted, poles, responses)
+        normal /= norms * norms[:, None]
+        size = np.sqrt(self.energy.products[0, 0] / lines / sum(self.responses))
+        # sum over the lines of Re sigma = number of lines: sigma is not zero, and its asymptote is free
+        relaxation = size / np.sqrt(lines) * np.append(unit.onto[:, 0], lines) / norms
+        normal += np.outer(relaxation, relaxation)
+        target = relaxation * size * np.sqrt(lines)
+        rank = np.finfo(float).eps * len(normal)
+        c = lstsq(normal, target, cond=rank, lapack_driver="gelsy", check_finite=False)[0] / norms
+        least = 1e-8 * np.abs(c).max() / np.sqrt(self.unit.w[0] * self.unit.w[-1])
+        return _zeros(poles, c[:-1], c[-1] if abs(c[-1]) > least else 1e-8)
+
+    def _explained(
+        self, weighted: WeightedLines, poles: NDArray[np.complex128], responses: int
+    ) -> NDArray[np.float64]:
+        """Products of sigma times the responses, (2J + 1, 2J + 1), as far as poles and terms explain them."""
+        products, own, terms = weighted.at(poles), 2 * len(poles), self.terms
+        model = slice(own + terms)
+        triangle, lengths = factor_of_gram(
+            products.gram(terms)[model, model],
+            own + terms,
+            lambda: weighted.line_by_line(poles, terms, derivatives=False)[model],
+        )
+        explained = np.zeros((own + 1, own + 1))
+        onto = np.empty((own + terms, own + 1))
+        for response in range(responses):
+            row, first = terms + response, terms + responses + response * terms
+            onto[:own, :-1], onto[:own, -1] = products.times_row(row), products.onto[:, row]
+            onto[own:, :-1] = products.onto[:, first : first + terms].T
+            onto[own:, -1] = weighted.products[:terms, row]
+            solved = dtrtrs(triangle, onto / lengths[:, None], trans=1)[0]
+            explained += solved.T @ solved
+        return explained
 
 
 def _zeros(
@@ -119,10 +167,10 @@ def start_poles(lines: Lines, count: int, terms: ResidualTerms, *, iterations: i
     (N,) complex ndarray
         rad/s, upper half plane, sorted by frequency; N is at most `count`.
     """
-    poles = spread_poles(lines.frequency[0], lines.frequency[-1], count)
+    poles, relocation = spread_poles(lines.frequency[0], lines.frequency[-1], count), Relocation.of(lines, terms)
     misfits = [np.inf, np.inf]
     for _ in range(iterations):
-        moved = relocate(lines, poles, terms)
+        moved = relocation.relocated(poles)
         if len(moved) == 0:
             break
         poles = moved

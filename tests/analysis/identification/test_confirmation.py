@@ -143,9 +143,12 @@ def test_a_lone_sweep_is_not_judged_by_others() -> None:
 
 @pytest.mark.shared
 @pytest.mark.skipif(not BEAM.is_dir(), reason="the measured beam lies beside the checkout, and is absent")
-@pytest.mark.parametrize("number", [2, 5])
-def test_kept_modes_of_a_measured_beam_survive_another_band(number: int) -> None:
-    """Searched anew with 5 % of the band gone at either end; what refits say beforehand comes true."""
+@pytest.mark.parametrize("number", [2, 5, 8])
+def test_confirmed_modes_of_a_measured_beam_survive_another_band(number: int) -> None:
+    """Four bending modes are confirmed; without 5 % of the band at either end a search finds them and no other.
+
+    In the second FRF the peak at 974 Hz is fitted by two poles; one of them must not be confirmed.
+    """
     with gzip.open(BEAM / f"Hxysv0000{number}.txt.gz", "rt", encoding="latin-1") as file:
         f, real, imaginary = np.loadtxt(file.readlines()[9:]).T
     settings = Settings(terms=choices_for("acceleration"))
@@ -157,9 +160,12 @@ def test_kept_modes_of_a_measured_beam_survive_another_band(number: int) -> None
 
     measured, modes = searched(65.0, 1000.0)
     judged = confirmed(measured, modes)
-    assert {judged.standing(int(j)) for j in np.flatnonzero(judged.real)} == {"kept, confirmed"}
-    place = modes.poles[modes.real].imag / (2 * np.pi)
+    sure = np.array([judged.standing(j) == "kept, confirmed" for j in range(len(judged.poles))])
+    place = judged.poles.imag / (2 * np.pi)
+    assert place[sure] == pytest.approx(np.array([112.0, 306.9, 596.4, 974.2]), abs=0.15)
     for low, high in ((111.75, 1000.0), (65.0, 953.25)):
         _, again = searched(low, high)
-        inside = place[(place > low) & (place < high)]
-        assert again.poles[again.real].imag / (2 * np.pi) == pytest.approx(inside, abs=0.05)
+        inside = place[sure & (place > low) & (place < high)]
+        found = again.poles[again.real].imag / (2 * np.pi)
+        assert np.abs(found[:, None] - inside).min(axis=0).max() < 0.05
+        assert np.abs(found[:, None] - place[judged.real]).min(axis=1).max() < 0.05

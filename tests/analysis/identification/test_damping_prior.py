@@ -85,7 +85,7 @@ def test_one_of_more_damping_may_be_two_where_modes_overlap_only() -> None:
 
 def test_a_peak_of_two_modes_is_not_called_one() -> None:
     """Two FRFs of forty modes, in each of which one pole, damped half as much again as the others, is two."""
-    for seed in (1020, 1032):
+    for seed in (1002, 1020):
         case = crowded(np.random.default_rng(seed))
         modes = identify(Measured(case.frequency, case.h[None]))
         damping = np.exp(to_parameters(modes.poles)[:, 1])

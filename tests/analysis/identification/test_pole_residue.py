@@ -22,31 +22,14 @@ def test_residual_terms_are_flexibility_and_inertia() -> None:
     np.testing.assert_allclose(found[0], 2.0 - 3.0 / (2 * np.pi * frequency) ** 2)
 
 
-def filled(s: np.ndarray, poles: np.ndarray, spread: np.ndarray | None = None) -> np.ndarray:
-    """Columns and derivative columns, (2, 2J, F)."""
-    both = np.empty((2, 2 * len(poles), len(s)), dtype=complex)
-    fill_columns(s, poles, spread, *both)
-    return both
-
-
 def test_derivative_columns_are_the_derivative() -> None:
     s = 2j * np.pi * np.linspace(50.0, 150.0, 21)
     pole, residue, step = complex(-20.0, 600.0), 0.7 - 0.3j, (1.0 + 2.0j) * 1e-5
-    columns, moved = filled(s, np.array([pole]))
+    columns, moved = np.empty((2, 2, len(s)), dtype=complex)
+    fill_columns(s, np.array([pole]), columns, moved)
     np.testing.assert_allclose(columns, pole_columns(s, np.array([pole])), rtol=1e-12)
     change = residue * step
     ahead = pole_columns(s, np.array([pole + step]))
     behind = pole_columns(s, np.array([pole - step]))
     numeric = residue.real * (ahead - behind)[0] / 2 + residue.imag * (ahead - behind)[1] / 2
     np.testing.assert_allclose(change.real * moved[0] + change.imag * moved[1], numeric, rtol=1e-6)
-
-
-def test_averaged_columns_are_the_mean_of_their_lines() -> None:
-    """Nine lines as one, over a fifth of their distance from the pole: exact to fourth order."""
-    w = 700.0 + np.linspace(-8.0, 8.0, 9)
-    spread = np.array([np.mean((w - 700.0) ** 2)])
-    poles = np.array([complex(-30.0, 660.0)])
-    one, mean = filled(1j * w, poles), filled(np.array([700j]), poles, spread)
-    for lines, block in zip(one, mean, strict=True):
-        wanted = lines.mean(axis=1, keepdims=True)
-        np.testing.assert_allclose(block, wanted, rtol=2e-3, atol=2e-3 * np.abs(wanted).max())

@@ -219,13 +219,19 @@ def test_sweeps_of_noise_alone_show_no_mode() -> None:
     assert not any(modes.real.any() for modes in tracked.modes)
 
 
-def test_a_sweep_that_shares_no_mode_with_the_others_leaves_them_theirs() -> None:
-    """Its frequencies lie 150 Hz off: nothing tells by how far the others' modes would have moved."""
-    frf = campaign(ONE, temperature=np.array([20.0, 30.0, 40.0, 50.0]))
+@pytest.mark.parametrize("seed", range(6))
+def test_a_sweep_that_shares_no_mode_with_the_others_leaves_them_theirs(seed: int) -> None:
+    """Its frequencies lie 150 Hz off, so it is identified by itself."""
+    frf = campaign(ONE, temperature=np.array([20.0, 30.0, 40.0, 50.0]), seed=seed)
     h = frf.h.copy()
     h[2] = np.roll(h[2], -300, axis=1)
     tracked = track(replace(frf, h=h))
-    assert "40.0 °C" in tracked.notes[0]
+    assert tracked.notes[0].startswith("40.0 °C (sweep 2): fitted with the other sweeps")
+    assert (tracked.track[2] < 0).all()
+    assert (tracked.track[[0, 1, 3]] >= 0).all(axis=0).sum() >= 6
+    own = tracked.modes[2].poles[tracked.modes[2].real].imag / (2 * np.pi)
+    moved = AT_ZERO * softening(TEMPERATURE[:1] + 40.0) - 150.0
+    assert np.abs(own - moved[moved > 105.0][:, None]).min(axis=1) == pytest.approx(0.0, abs=0.5)
     read = tracked.reading()
     for t in (0, 1, 3):
         truth = AT_ZERO * softening(TEMPERATURE[:1] + tracked.temperature[t])

@@ -3,7 +3,7 @@ import numpy as np
 from analysis.identification.lines import Lines
 from analysis.identification.residual_terms import COMPLEX_E_F_G
 from analysis.identification.synthetic import r10
-from analysis.identification.vector_fitting import relocate, start_poles
+from analysis.identification.vector_fitting import Relocation, start_poles
 
 
 def test_poles_of_an_exact_rational_function_are_found_from_nothing() -> None:
@@ -17,7 +17,7 @@ def test_poles_of_an_exact_rational_function_are_found_from_nothing() -> None:
 def test_true_poles_stay_where_they_are() -> None:
     case = r10(np.random.default_rng(4), noise=0.0)
     lines = Lines(case.frequency, case.clean[None], np.ones((1, len(case.clean))))
-    moved = relocate(lines, case.poles, COMPLEX_E_F_G)
+    moved = Relocation.of(lines, COMPLEX_E_F_G).relocated(case.poles)
     np.testing.assert_allclose(moved, case.poles, rtol=1e-7)
 
 
