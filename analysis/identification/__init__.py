@@ -27,6 +27,7 @@
 ``residual_terms``         contribution of the modes outside the band
 ``measured``               measured FRFs of one condition, with variances if known
 ``lines``                  measured lines with their weights
+``weighted_lines``         sums over weighted lines, for the inner products of pole columns
 ``averaging``              fewer lines for the search
 ``noise``                  noise levels estimated from a residual, pooled over responses
 ``running_median``         a running median along frequency

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.damping_prior import DampingPrior
-from analysis.identification.pole_products import WeightedLines
 from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.weighted_lines import WeightedLines
 
 
 @dataclass(frozen=True)

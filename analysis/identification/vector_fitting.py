@@ -16,9 +16,9 @@ from scipy.linalg.lapack import dtrtrs
 
 from analysis.identification.lines import Lines
 from analysis.identification.normal_equations import factor_of_gram
-from analysis.identification.pole_products import WeightedLines
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.variable_projection import misfit_at
+from analysis.identification.weighted_lines import WeightedLines
 
 AT_REST = 0.02
 """Relative change of the misfit in each of two successive relocations at which the iteration stops."""
