@@ -1,6 +1,8 @@
 """What channels measure: SI units, the units that files use, and the names of ratios of two quantities."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from math import pi
 
 from analysis.channel import UNITS, Quantity
 
@@ -17,6 +19,19 @@ SCALES: dict[Quantity, dict[str, float]] = {
     "pressure": {"Pa": 1.0, "mPa": 1e-3, "uPa": 1e-6, "kPa": 1e3, "bar": 1e5, "psi": 6894.757293168},
 }
 """SI value of one unit, by quantity."""
+
+TIMES = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
+"""Seconds of one unit."""
+
+FREQUENCIES = {"Hz": 1.0, "kHz": 1e3, "rad/s": 0.5 / pi}
+"""Hertz of one unit."""
+
+WORDS = {
+    "volt": "V", "volts": "V", "newton": "N", "newtons": "N", "pounds": "lbf", "pascal": "Pa", "pascals": "Pa",
+    "coulomb": "C", "coulombs": "C", "meter": "m", "meters": "m", "metre": "m", "metres": "m",
+    "m/s/s": "m/s2", "m/sec2": "m/s2", "m/sec": "m/s", "seconds": "s", "hertz": "Hz",
+}  # fmt: skip
+"""Units as LabVIEW and others spell them, in small letters."""
 
 NAMES: dict[tuple[Quantity, Quantity], str] = {
     ("displacement", "force"): "receptance",
@@ -47,12 +62,52 @@ class Unit:
 
 def unit(text: str) -> Unit:
     """Read a unit: ``g``, ``mm/s``, ``m/s^2``, ``µm``; ValueError with those that are known."""
-    plain = text.strip().replace("^", "").replace("²", "2").replace("µ", "u").replace("μ", "u").replace("**", "")
+    plain = plain_unit(text)
     for quantity, scales in SCALES.items():
         if plain in scales:
             return Unit(quantity, scales[plain])
     known = ", ".join(name for scales in SCALES.values() for name in scales)
     raise ValueError(f"unit {text!r} is not known; allowed: {known}")
+
+
+def axis_scale(text: str, scales: Mapping[str, float], axis: str) -> float:
+    """Read a unit of times or frequencies.
+
+    Parameters
+    ----------
+    text : str
+        As the file or the declaration writes it.
+    scales : dict of str to float
+        `TIMES` or `FREQUENCIES`.
+    axis : str
+        For the message.
+
+    Returns
+    -------
+    float
+        Seconds or hertz of one unit.
+
+    Raises
+    ------
+    ValueError
+        For a unit that is not among them.
+    """
+    plain = plain_unit(text)
+    if plain not in scales:
+        raise ValueError(f"unit {text!r} of {axis} is not known; give unit, one of {', '.join(scales)}")
+    return scales[plain]
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit that channels, times or frequencies may have."""
+    plain = plain_unit(text)
+    return plain in (*TIMES, *FREQUENCIES, "FS", "-", "1") or any(plain in scales for scales in SCALES.values())
+
+
+def plain_unit(text: str) -> str:
+    """Return a unit in the spelling of `SCALES`, `TIMES` and `FREQUENCIES`: ``Newtons`` is ``N``."""
+    plain = text.strip().replace("^", "").replace("²", "2").replace("µ", "u").replace("μ", "u").replace("**", "")
+    return WORDS.get(plain.lower(), plain)
 
 
 @dataclass(frozen=True)

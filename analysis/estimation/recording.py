@@ -53,7 +53,9 @@ def signal_faults(names: Sequence[str], signals: Sequence[NDArray[np.float64]]) 
     for name, signal in zip(names, signals, strict=True):
         place = f"channel {name!r}"
         bad = np.flatnonzero(~np.isfinite(signal))
-        if len(bad):
+        if len(signal) < FEWEST:
+            said.append(f"{place}: {len(signal)} of at least {FEWEST} samples; export the whole recording")
+        elif len(bad):
             said.append(
                 f"{place}: sample {bad[0] + 1} of {len(signal)} is not a finite number ({len(bad)} in all); "
                 "export the recording again, or leave these samples out"

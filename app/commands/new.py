@@ -150,8 +150,11 @@ def _test(files: tuple[Path, ...], options: "NewTest", target: Path, output: Out
         declared, missing = new_test(files, complete, target)
     channels = {name: channel.role for name, channel in declared.channels.items()}
     output.result(lambda: {"declaration": str(target), "kind": declared.kind, "channels": channels})
-    for name in missing:
-        output.note(f'channel {name!r} is in volts: give its sensitivity in {target}, for example "100 mV/g"')
+    for name, lacks in missing.items():
+        output.note(f"channel {name!r} {lacks} (in {target})")
+    groups = sum(1 for record in declared.record if record.group)
+    if groups:
+        output.note(f"{groups} groups of channels, each a [[record]]: delete in {target} what is no hit or run")
     output.summary(f"{target}: {declared.kind}, {len(channels)} channels; then: flexura identify {target}")
 
 

@@ -49,10 +49,16 @@ class ChannelOfFile(Declared):
 
 
 class RecordOfTest(Declared):
-    """One file; `at` names the places of channels that were moved for it."""
+    """One file, or one `group` of a file's channels; `at` names the places of channels that were moved for it."""
 
     file: str
+    group: str = ""
     at: Annotated[dict[str, Place], Field(default_factory=dict)]
+
+    @property
+    def name(self) -> str:
+        """File and group, for messages."""
+        return f"{self.file} {self.group}".rstrip()
 
 
 class HammerSettings(Declared):

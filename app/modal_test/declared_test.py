@@ -14,6 +14,7 @@ from analysis.estimation.spectra import pooled, welch
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
+from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns
 from app.files.modal_test_toml import NAME, ModalTest, RecordOfTest, dof, read_modal_test
 from app.files.provenance import sha256
@@ -88,17 +89,20 @@ def _read_files(
     """Read all files of a test: FRFs that they hold, or their signals; add their SHA-256 to `hashes`."""
     transfers: list[MeasuredTransfer] = []
     runs: Runs = {}
+    whole: dict[str, Columns] = {}
     for done, record in enumerate(test.record):
         report("read", done / len(test.record))
         target = folder / record.file
-        columns = read_columns(target)
-        hashes[record.file] = sha256(target)
+        if record.file not in whole:
+            whole = {record.file: read_columns(target)}  # of one file at a time; its groups follow each other
+            hashes[record.file] = sha256(target)
         try:
+            columns = whole[record.file].of_group(record.group) if record.group else whole[record.file]
             if test.kind == "frf":
                 transfers += given_frfs(record, columns, test)
             else:
-                held = signals(record.file, columns, test)
-                runs.setdefault(tuple(sorted(_places(record, test).items())), []).append((record.file, held))
+                held = signals(record.name, columns, test)
+                runs.setdefault(tuple(sorted(_places(record, test).items())), []).append((record.name, held))
         except ValueError as error:
             raise ResultFileError(f"{folder}: {error}") from error
     return transfers, runs

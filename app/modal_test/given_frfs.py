@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from analysis.channel import UNITS
 from analysis.estimation.coherence import coherence_variance
-from analysis.estimation.quantities import calibration, frf_name
+from analysis.estimation.quantities import FREQUENCIES, axis_scale, calibration, frf_name
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.measurements.columns import Columns
 from app.files.modal_test_toml import ModalTest, RecordOfTest, dof
@@ -43,7 +43,9 @@ def given_frfs(record: RecordOfTest, columns: Columns, test: ModalTest) -> list[
     lacking = missing_columns(record.file, columns, used)
     if lacking:
         raise ValueError("\n".join(lacking))
-    frequency = columns.values[by_role["frequency"][0]].real.astype(float)
+    axis = by_role["frequency"][0]
+    written = test.channels[axis].unit or columns.units.get(axis, "Hz")
+    frequency = columns.values[axis].real * axis_scale(written, FREQUENCIES, "frequencies")
     read = calibration(test.frf.response, None, "voltage" if test.frf.response.endswith("V") else None)
     drove = calibration(test.frf.reference, None, "voltage" if test.frf.reference.endswith("V") else None)
     made = []

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.estimation.quantities import unit
+from analysis.estimation.quantities import SCALES, TIMES, is_unit, plain_unit, unit
 from app.files.bad_file import ResultFileError
 from app.files.measurements.columns import Columns
 from app.files.modal_test_toml import ENDS
@@ -86,7 +86,25 @@ def guessed_channels(file: Path, columns: Columns, said: NewTest) -> dict[str, d
     if strangers:
         there = ", ".join(list(columns.values)[:20])
         raise ResultFileError(f"{file}: no channel {strangers[0]!r}; it holds: {there}")
-    return {name: _channel(name, columns, said) for name in columns.values}
+    return {name: _channel(name, columns, said) for name in columns.values} | _of_unnamed(columns, said)
+
+
+def guessed_kind(channels: Mapping[str, Mapping[str, Any]], said: NewTest) -> str:
+    """Return the kind of test: as said, ``frf`` where the roles are those of FRFs, or else ``hammer``."""
+    roles = {channel["role"] for channel in channels.values()}
+    frfs = "frequency" in roles and ("frf" in roles or {"real", "imaginary"} <= roles)
+    return said.kind or ("frf" if frfs else "hammer")
+
+
+def guessed_frf_units(columns: Columns, channels: Mapping[str, Mapping[str, Any]]) -> tuple[str, str] | None:
+    """Return the units of response and reference that the file gives with its FRFs, ``g/N``, if it does."""
+    for name, channel in channels.items():
+        if channel["role"] in ("frf", "real"):
+            response, _, reference = columns.units.get(name, "").rpartition("/")
+            pair = response.strip("() "), reference.strip("() ")
+            if is_unit(pair[0]) and is_unit(pair[1]):
+                return pair
+    return None
 
 
 def guessed_rate(columns: Columns, said: NewTest, roles: Sequence[str]) -> dict[str, Any]:
@@ -112,14 +130,22 @@ def guessed_rate(columns: Columns, said: NewTest, roles: Sequence[str]) -> dict[
     return {"sample_rate": named[0]} if named else {}
 
 
-def lacks_sensitivity(channel: Mapping[str, Any], file_unit: str | None) -> bool:
-    """Whether a drive or response is in volts, or a unit that is not known, without a sensitivity."""
+def lacking_calibration(channel: Mapping[str, Any], file_unit: str | None) -> str:
+    """Return what a drive or response lacks to become a quantity; empty where nothing lacks."""
     if channel["role"] not in ("drive", "response") or channel.get("sensitivity"):
-        return False
+        return ""
+    written = str(channel.get("unit") or file_unit)
+    if written == "FS":
+        return 'is in shares of full scale: give its sensitivity, for example "0.2 FS/g"'
     try:
-        return unit(str(channel.get("unit") or file_unit)).quantity == "voltage"
-    except ValueError:  # FS, or an unknown unit
-        return True
+        volts = unit(written).quantity == "voltage"
+    except ValueError:
+        return f'has the unit {written!r}, which is not known: give unit, for example "m/s2"'
+    if not volts:
+        return ""
+    if file_unit is None:
+        return 'has no unit in the file, and volts are assumed: give its unit, or its sensitivity, as "100 mV/g"'
+    return 'is in volts: give its sensitivity, for example "100 mV/g"'
 
 
 def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
@@ -135,11 +161,12 @@ def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
     if np.iscomplexobj(columns.values[name]):
         return {"role": "frf"}
     role = next((role for role, words in GUESSES if re.search(words, name.strip(), re.IGNORECASE)), "response")
-    if file_unit in ("s", "sec"):
+    written = plain_unit(file_unit or "")
+    if written in TIMES:
         role = "time"
-    elif file_unit == "Hz":
+    elif written in ("Hz", "kHz"):
         role = "frequency"
-    elif file_unit in ("N", "kN", "lbf"):
+    elif written in SCALES["force"]:
         role = "drive"
     if role == "drive" and said.drives:
         role = "unused"
@@ -147,6 +174,20 @@ def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
     if role in ("drive", "response") and not file_unit:
         channel["unit"] = "V"
     return channel
+
+
+def _of_unnamed(columns: Columns, said: NewTest) -> dict[str, dict[str, Any]]:
+    """Roles of columns without names that only their order and values tell: the axis, and the parts of one FRF."""
+    names, taken = list(columns.values), {*said.drives, *said.responses, *said.unused}
+    first = columns.values[names[0]]
+    step = np.diff(first.real)
+    rises = len(step) > 1 and (step > 0.0).all() and np.ptp(step) < 0.1 * np.median(step)
+    if names[0] != "1" or "1" in taken or columns.rates or not rises:
+        return {}
+    if said.kind != "frf":
+        return {"1": {"role": "time"}}
+    parts = {"2": {"role": "real"}, "3": {"role": "imaginary"}} if names == ["1", "2", "3"] else {}
+    return {"1": {"role": "frequency"}} | parts
 
 
 def _means(pattern: str, name: str) -> bool:

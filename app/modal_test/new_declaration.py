@@ -14,7 +14,14 @@ from app.files.modal_test_toml import FORMAT, ModalTest
 from app.files.settings_toml import checked, read_table
 from app.files.shipped import shipped
 from app.files.toml_text import toml_text
-from app.modal_test.guessed_channels import NewTest, guessed_channels, guessed_rate, lacks_sensitivity
+from app.modal_test.guessed_channels import (
+    NewTest,
+    guessed_channels,
+    guessed_frf_units,
+    guessed_kind,
+    guessed_rate,
+    lacking_calibration,
+)
 from app.modal_test.points_table import points_of_table
 
 TEST_HEAD = """What this test is; see the guide, "A modal test". Correct what was guessed:
@@ -26,7 +33,7 @@ CAMPAIGN_HEAD = """A recorded campaign, after the example that comes with Flexur
 (guide, "A recorded campaign"), and put one TDMS file for each temperature into sweeps/."""
 
 
-def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalTest, list[str]]:
+def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalTest, dict[str, str]]:
     """Write a test's declaration.
 
     Parameters
@@ -40,8 +47,8 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     Returns
     -------
     declared : ModalTest
-    missing : list of str
-        Channels in volts without a sensitivity, to be completed by hand.
+    missing : dict of str to str
+        What channels lack, by their names, to be completed by hand.
 
     Raises
     ------
@@ -53,9 +60,17 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     if not files:
         raise ResultFileError("no file named; type: flexura new test FILE ...")
     columns = read_columns(files[0])
+    groups = columns.groups
+    if groups:
+        columns = columns.of_group(groups[0])
     channels = guessed_channels(files[0], columns, said)
+    kind = guessed_kind(channels, said)
+    if kind == "frf":
+        unused = {
+            name: {"role": "unused"} for name, one in channels.items() if one["role"] in ("drive", "response")
+        }
+        channels |= unused
     roles = [str(channel["role"]) for channel in channels.values()]
-    kind = said.kind or ("frf" if "frequency" in roles else "hammer")
     if kind != "frf" and "drive" not in roles:
         raise ResultFileError(
             f"{files[0]}: none of its channels is called like a drive; name it with --drive NAME=SENSITIVITY. It "
@@ -75,18 +90,38 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     elif kind == "continuous":
         table["segments"] = {"seconds": 2.0, "window": "hann", "overlap": 0.5}
     else:
-        table["frf"] = dict(zip(("response", "reference"), said.frf_units or ("m/s2", "N"), strict=True))
+        table["frf"] = dict(
+            zip(
+                ("response", "reference"),
+                said.frf_units or guessed_frf_units(columns, channels) or ("m/s2", "N"),
+                strict=True,
+            )
+        )
     folder = target.resolve().parent
     table["record"] = [
         {"file": Path(os.path.relpath(file.resolve(), folder)).as_posix()}
+        | ({"group": group} if group else {})
         | ({"at": {said.roving: f"{number}:+z"}} if said.roving else {})
         for number, file in enumerate(files, start=1)
+        for group in (_groups(file, groups) if groups else ("",))
     ]
     if said.points is not None:
         table["points"] = points_of_table(said.points)
     declared = checked(target, table, ModalTest)
     _write(target, toml_text(table, TEST_HEAD))
-    return declared, [name for name, one in channels.items() if lacks_sensitivity(one, columns.units.get(name))]
+    missing = {name: lacking_calibration(one, columns.units.get(name)) for name, one in channels.items()}
+    return declared, {name: lack for name, lack in missing.items() if lack}
+
+
+def _groups(file: Path, first: Sequence[str]) -> Sequence[str]:
+    """Return the groups of another file than that whose groups are the `first`; ResultFileError where it has none."""
+    groups = read_columns(file).groups
+    if not groups:
+        raise ResultFileError(
+            f"{file}: its channels are not in groups, as in the first file ({', '.join(first[:5])}); make a "
+            "test of each"
+        )
+    return groups
 
 
 def new_campaign(

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.channel import Quantity
+from analysis.estimation.quantities import TIMES, axis_scale
 from analysis.estimation.recording import SampledSignals, signal_faults
 from app.files.campaign_error import Problem
 from app.files.measurements.columns import Columns
@@ -143,7 +144,8 @@ def sample_rate(file: str, columns: Columns, test: ModalTest) -> float:
         return columns.scalars[test.sample_rate]
     times = [name for name, channel in test.channels.items() if channel.role == "time"]
     if times:
-        return _rate_of(columns.values[times[0]].real)
+        written = test.channels[times[0]].unit or columns.units.get(times[0], "s")
+        return _rate_of(columns.values[times[0]].real * axis_scale(written, TIMES, "times"))
     rates = {columns.rates[name] for name in columns.rates if name in test.channels}
     if not rates:
         raise ValueError(

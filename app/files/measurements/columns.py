@@ -44,6 +44,27 @@ class Columns:
         if size > MOST_BYTES:
             raise ValueError(f"{size} bytes of numbers; at most {MOST_BYTES} allowed: export a part of it")
 
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Groups into which the file divides its columns, all with the same channels; none where it does not."""
+        held: dict[str, set[str]] = {}
+        for name, channel in self.channels.items():
+            held.setdefault(name.removesuffix(f"/{channel}"), set()).add(channel)
+        alike = len({frozenset(channels) for channels in held.values()}) == 1
+        return tuple(held) if alike and self.channels.keys() == self.values.keys() else ()
+
+    def of_group(self, group: str) -> "Columns":
+        """Columns of one of the `groups`, by their names in it; ValueError where there is no such group."""
+        if group not in self.groups:
+            raise ValueError(f"no group {group!r}; it holds: {', '.join(self.groups) or 'no groups'}")
+        short = {f"{group}/{channel}": channel for channel in self.channels.values()}
+        return Columns(
+            {short[name]: values for name, values in self.values.items() if name in short},
+            {short[name]: unit for name, unit in self.units.items() if name in short},
+            {short[name]: rate for name, rate in self.rates.items() if name in short},
+            self.scalars,
+        )
+
 
 def of_array(name: str, array: NDArray[Any]) -> dict[str, NDArray[Any]]:
     """Columns of an array of one or two axes, the longer one that of samples; of two: ``H[1]``, ``H[2]``, ...

@@ -29,4 +29,9 @@ def read(path: Path) -> Columns:
     if unpacked > MOST_BYTES:
         raise ValueError(f"unpacks into {unpacked} bytes; at most {MOST_BYTES} allowed")
     with np.load(path, allow_pickle=False) as held:
-        return of_named_arrays({name: held[name] for name in held.files})
+        try:
+            return of_named_arrays({name: held[name] for name in held.files})
+        except ValueError as error:
+            if "allow_pickle" not in str(error):
+                raise
+            raise ValueError("holds Python objects, which are not read; save arrays of numbers only") from error

@@ -1,19 +1,25 @@
 """Tables of text: CSV of any delimiter, decimal commas, heads of any length; packed with gzip, too."""
 
+import csv
 import gzip
 import re
 from pathlib import Path
 
 import numpy as np
 
+from analysis.estimation.quantities import is_unit
 from app.files.measurements.columns import MOST_BYTES, Columns, unused_name
 
-DELIMITERS = ("\t", ";", ",", None)
+DELIMITERS = ("\t", ";", ",", "|", None)
 """Tried in this order; None is any run of spaces."""
 HEAD = 2000
 """Lines in which the numbers have to begin."""
 ALIKE = 3
 """Lines of as many numbers in a row that are a table."""
+COMMENT = re.compile(r"\s*(?:[#%!*]+|//)\s*")
+"""Begins a line of the head in some programs' files; it belongs to no name."""
+IN_BRACKETS = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))")
+"""A name, perhaps an empty one, and its unit."""
 
 
 def read(path: Path) -> Columns:
@@ -35,15 +41,16 @@ def read(path: Path) -> Columns:
     """
     lines = _text(path).splitlines()
     first, delimiter, comma, count = _table(lines)
-    rows = [line for line in lines[first:] if line.strip()]
+    rows = [number for number in range(first, len(lines)) if lines[number].strip()]
     values = np.empty((len(rows), count))
-    for number, line in enumerate(rows):
-        row = _numbers(line, delimiter, comma)
+    for place, number in enumerate(rows):
+        row = _numbers(lines[number], delimiter, comma)
         if row is None or len(row) != count:
             raise ValueError(
-                f"line {first + number + 1} of the table: {line[:60]!r}; {count} numbers wanted, as before"
+                f"line {number + 1}: {lines[number][:60]!r}; {count} numbers wanted, as in the lines before: "
+                "complete or remove this line"
             )
-        values[number] = row
+        values[place] = row
     names, units = _head(lines[:first], delimiter, count)
     columns: dict[str, np.ndarray] = {}
     known: dict[str, str] = {}
@@ -82,7 +89,7 @@ def _table(lines: list[str]) -> tuple[int, str | None, bool, int]:
             continue
         for delimiter in DELIMITERS:
             for comma in (False, True):
-                if comma and delimiter == ",":
+                if comma and delimiter == "," and '"' not in lines[first]:
                     continue
                 counts = {
                     len(row) if (row := _numbers(line, delimiter, comma)) is not None else 0 for line in following
@@ -90,13 +97,25 @@ def _table(lines: list[str]) -> tuple[int, str | None, bool, int]:
                 if len(counts) == 1 and (count := counts.pop()) > 1:
                     return first, delimiter, comma, count
     raise ValueError(
-        f"no table of numbers with at least two columns begins in its first {HEAD} lines; export time (or "
-        "frequency) and channels as columns"
+        f"no table of numbers with at least two columns begins in its first {HEAD} lines; export time in seconds "
+        "(no dates), or frequency, and channels as columns separated by tabs, semicolons, commas, | or spaces"
     )
 
 
+def _split(line: str, delimiter: str | None) -> list[str]:
+    """Parts of a line without the quotation marks around them, between which a delimiter does not count."""
+    if '"' not in line:
+        return line.split(delimiter)
+    if delimiter is None:
+        return [quoted or plain for quoted, plain in re.findall(r'"([^"]*)"|(\S+)', line)]
+    try:
+        return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
+    except csv.Error:
+        return line.split(delimiter)
+
+
 def _numbers(line: str, delimiter: str | None, comma: bool) -> list[float] | None:
-    parts = line.strip().rstrip(delimiter or " ").split(delimiter)
+    parts = _split(line.strip().rstrip(delimiter or " "), delimiter)
     try:
         return [float(part.replace(",", ".") if comma else part) for part in parts]
     except ValueError:
@@ -105,25 +124,37 @@ def _numbers(line: str, delimiter: str | None, comma: bool) -> list[float] | Non
 
 def _head(lines: list[str], delimiter: str | None, count: int) -> tuple[list[str], list[str]]:
     """Names and units of the columns, from the last lines before the numbers that have as many parts."""
-    rows: list[list[str]] = []
-    for line in reversed(lines[-8:]):
-        parts = [part.strip().strip('"') for part in line.strip("\r\n").split(delimiter)]
-        if len(parts) > count and not any(parts[count:]):
-            parts = parts[:count]
-        if len(parts) == count and any(parts):
-            rows.insert(0, parts)
+    rows = [row for line in lines[-8:] if any(row := _head_row(line, delimiter, count))]
     numbered = [str(number) for number in range(1, count + 1)]
     if not rows:
         return numbered, [""] * count
-    bracketed = [re.fullmatch(r"\s*[\[(](.*)[\])]\s*", part) for part in rows[-1]]
-    if len(rows) > 1 and all(bracketed):
-        units = [match[1] if match else "" for match in bracketed]
-        return [part or number for part, number in zip(rows[-2], numbered, strict=True)], units
+    units = [_as_unit(part) for part in rows[-1]]
+    if len(rows) > 1 and None not in units:  # a line of units below that of the names
+        return [part or number for part, number in zip(rows[-2], numbered, strict=True)], [u or "" for u in units]
     whole = [row for row in rows if all(row)]
     named = whole[-1] if whole else rows[-1]  # below the names there may be a line of units with gaps
-    names, units = [], []
+    names, found = [], []
     for part, number in zip(named, numbered, strict=True):
-        match = re.fullmatch(r"(.*?)\s*[\[(]([^\])]*)[\])]", part)
+        match = IN_BRACKETS.fullmatch(part)
         names.append((match[1] if match else part) or number)
-        units.append(match[2] if match else "")
-    return names, units
+        found.append(match[2] or match[3] or "" if match else "")
+    return names, found
+
+
+def _head_row(line: str, delimiter: str | None, count: int) -> list[str]:
+    """Parts of a line of the head; none, where there are not as many as columns."""
+    for text in (line, COMMENT.sub("", line, count=1)):
+        parts = [part.strip() for part in _split(text.strip("\r\n"), delimiter)]
+        if len(parts) > count and not any(parts[count:]):
+            parts = parts[:count]
+        if len(parts) == count:
+            return [COMMENT.sub("", parts[0], count=1) or parts[0], *parts[1:]]
+    return []
+
+
+def _as_unit(part: str) -> str | None:
+    """Return the unit that stands alone, in brackets or not; empty for a gap, None for anything else."""
+    match = IN_BRACKETS.fullmatch(part)
+    if match and not match[1]:
+        return match[2] or match[3] or ""
+    return part if not part or is_unit(part) else None

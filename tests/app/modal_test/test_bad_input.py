@@ -49,6 +49,11 @@ def with_nan(signal: np.ndarray) -> np.ndarray:
         (spoilt("y", lambda y: 0 * y), {}, "'y': zero throughout; look at cable and sensor"),
         (spoilt("y", lambda y: 0 * y + 2.5), {}, "constant at 245.166"),
         (spoilt("y", with_nan), {}, "sample 18 of 800 is not a finite number (1 in all); export"),
+        (
+            {name: values[:9] for name, values in GOOD.items()},
+            {},
+            "'f': 9 of at least 16 samples; export the whole",
+        ),
         (spoilt("y", lambda y: y[:700]), {}, "[700, 800] samples; all have to be as long: export"),
         (
             spoilt("t", lambda t: np.delete(np.append(t, t[-1] + 0.1), 400)),

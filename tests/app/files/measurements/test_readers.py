@@ -132,7 +132,7 @@ def test_archives_of_numpy_and_none_with_objects(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read.values["y[2]"], ACC)
     assert read.scalars == {"fs": RATE}
     np.savez(tmp_path / "b.npz", y=np.array([{}, {}], dtype=object))
-    with pytest.raises(ValueError, match="allow_pickle"):
+    with pytest.raises(ValueError, match="Python objects"):
         numpy_archive.read(tmp_path / "b.npz")
 
 
@@ -181,11 +181,8 @@ def test_labview_measurement(tmp_path: Path) -> None:
     (tmp_path / "a.lvm").write_text(LVM, encoding="utf-8")
     read = lvm.read(tmp_path / "a.lvm")
     np.testing.assert_array_equal(read.values["Acc"], [1.25, -1.5, 0.3])
-    assert read.units == {"Hammer": "V", "Acc": "g"}
+    assert read.units == {"Hammer": "Volts", "Acc": "g"}
     assert read.rates["Acc"] == pytest.approx(1000.0)
-    (tmp_path / "two.lvm").write_text(LVM + LVM.partition("***End_of_Header***\t\n")[2], encoding="utf-8")
-    with pytest.raises(ValueError, match="2 segments; one is read"):
-        lvm.read(tmp_path / "two.lvm")
     (tmp_path / "cut.lvm").write_text(LVM[:-12], encoding="utf-8")
     with pytest.raises(ValueError, match="cut short"):
         lvm.read(tmp_path / "cut.lvm")
@@ -231,7 +228,7 @@ def test_the_guard_hands_back_what_the_reader_read(tmp_path: Path) -> None:
     [
         ("a.xyz", b"", "ending '.xyz' is none of a measurement; allowed: .csv"),
         ("a.csv", b"hello\nworld\n", "no table of numbers"),
-        ("a.csv", b"1,2\n1,2\n1,2\nx,2\n", "line 4 of the table: 'x,2'; 2 numbers wanted"),
+        ("a.csv", b"1,2\n1,2\n1,2\nx,2\n", "line 4: 'x,2'; 2 numbers wanted"),
         ("a.csv", b"\0" * 100, "give the file the ending of its format"),
         ("a.mat", b"MATLAB" + b"\7" * 400, "a.mat: "),
         ("a.wav", b"RIFF", "a.wav: "),

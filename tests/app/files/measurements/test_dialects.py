@@ -1,0 +1,118 @@
+"""Heads and layouts that recorders and analysers write beside the plain ones."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from nptdms import ChannelObject, TdmsWriter
+
+from app.files.measurements import lvm, numpy_archive, tdms, text
+
+ROWS = [(0.0, 1.5, -2.0), (0.5, 2.5, 3.0), (1.0, -0.5, 4.0), (1.5, 0.25, 5.0)]
+
+
+def table(delimiter: str, form: str = "{}") -> str:
+    return "".join(delimiter.join(form.format(value) for value in row) + "\n" for row in ROWS)
+
+
+@pytest.mark.parametrize(
+    ("content", "names", "units"),
+    [
+        ("Time,Hammer,Acc\ns,N,m/s2\n" + table(","), ["Time", "Hammer", "Acc"], ["s", "N", "m/s2"]),
+        ("Time,Hammer,Acc\n,N,g\n" + table(","), ["Time", "Hammer", "Acc"], ["", "N", "g"]),
+        ('"Time (s)","Acc, left (g)","Acc (g)"\n' + table(","), ["Time", "Acc, left", "Acc"], ["s", "g", "g"]),
+        ("Time (ms);F (N);A (g)\n" + table(";", '"{}"'), ["Time", "F", "A"], ["ms", "N", "g"]),
+        ("% t  Hammer  Acc\n" + table("  "), ["t", "Hammer", "Acc"], ["", "", ""]),
+        ("# t [s]\tF [N]\ta [(m/s2)]\n" + table("\t"), ["t", "F", "a"], ["s", "N", "(m/s2)"]),
+        ("Time|Hammer|Acc\n" + table("|"), ["Time", "Hammer", "Acc"], ["", "", ""]),
+    ],
+)
+def test_heads_of_tables(tmp_path: Path, content: str, names: list[str], units: list[str]) -> None:
+    (tmp_path / "a.csv").write_text(content, encoding="utf-8")
+    read = text.read(tmp_path / "a.csv")
+    assert list(read.values) == names
+    assert [read.units.get(name, "") for name in names] == units
+    np.testing.assert_array_equal(np.column_stack(list(read.values.values())), ROWS)
+
+
+def test_quoted_decimal_commas_between_commas(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t,F,a\n" + table(",", '"{}"').replace(".", ","), encoding="utf-8")
+    np.testing.assert_array_equal(text.read(tmp_path / "a.csv").values["F"], [row[1] for row in ROWS])
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("t,F\n1,2\n\n2,3\n3,4\nEnd of data\n", "line 6: 'End of data'; 2 numbers wanted, .*: complete or remove"),
+        ("t,F\n2026-01-01 10:00:00.5,2\n" * 3, "export time in seconds .no dates.*commas, | or spaces"),
+    ],
+)
+def test_what_is_no_table_names_the_way_on(tmp_path: Path, content: str, message: str) -> None:
+    (tmp_path / "a.csv").write_text(content, encoding="utf-8")
+    with pytest.raises(ValueError, match=message):
+        text.read(tmp_path / "a.csv")
+
+
+def labview(separator: str, name: str, x_columns: str, titles: str, rows: list[str], *, parts: int = 1) -> str:
+    """Write a file as LabVIEW does, its fields separated by commas here."""
+    head = f"LabVIEW Measurement,\nSeparator,{name}\nX_Columns,{x_columns}\n***End_of_Header***,\n,\n"
+    gap = "," if x_columns == "Multi" else ""
+    units = ("Newtons,", "", "m/s^2") if gap == "" else ("Newtons,", ",", "m/s^2")
+    part = (
+        f"Notes,as recorded\nChannels,3\nSamples,4,{gap}0,{gap}4\n"
+        f"Y_Unit_Label,{units[0]}{units[1]},{gap}{units[2]}\n"
+        f"Delta_X,0.5,{gap}1.0,{gap}0.5\n***End_of_Header***,\n{titles}\n" + "\n".join(rows) + "\n\n"
+    )
+    return (head + parts * part).replace(",", separator)
+
+
+@pytest.mark.parametrize(("separator", "name"), [("\t", "Tab"), (",", "Comma")])
+@pytest.mark.parametrize("x_columns", ["One", "No", "Multi"])
+def test_labview_s_layouts(tmp_path: Path, separator: str, name: str, x_columns: str) -> None:
+    """A channel without samples, as LabVIEW leaves it, is left out."""
+    if x_columns == "Multi":
+        titles = "X_Value,Force,X_Value,Off,X_Value,Acc,Comment"
+        rows = [f"{t},{f},,,{t},{a},first" if t == 0.0 else f"{t},{f},,,{t},{a}" for t, f, a in ROWS]
+    else:
+        titles = "X_Value,Force,Off,Acc,Comment"
+        rows = [f"{t if x_columns == 'One' else ''},{f},,{a}" for t, f, a in ROWS]
+    (tmp_path / "a.lvm").write_text(labview(separator, name, x_columns, titles, rows), encoding="utf-8")
+    read = lvm.read(tmp_path / "a.lvm")
+    np.testing.assert_array_equal(
+        np.column_stack([read.values["Force"], read.values["Acc"]]), np.array(ROWS)[:, 1:]
+    )
+    assert list(read.values) == ["Force", "Acc"]
+    assert (read.units, read.rates) == ({"Force": "Newtons", "Acc": "m/s^2"}, {"Force": 2.0, "Acc": 2.0})
+    assert read.groups == ()
+
+
+def test_segments_of_labview_are_groups(tmp_path: Path) -> None:
+    rows = [f"{t},{f},,{a}" for t, f, a in ROWS]
+    whole = labview("\t", "Tab", "One", "X_Value,Force,Off,Acc,Comment", rows, parts=3)
+    (tmp_path / "a.lvm").write_text(whole, encoding="utf-8")
+    read = lvm.read(tmp_path / "a.lvm")
+    assert read.groups == ("segment 1", "segment 2", "segment 3")
+    part = read.of_group("segment 2")
+    assert (list(part.values), part.units["Force"], part.rates["Acc"]) == (["Force", "Acc"], "Newtons", 2.0)
+    np.testing.assert_array_equal(part.values["Acc"], [row[2] for row in ROWS])
+    with pytest.raises(ValueError, match="no group 'x'; it holds: segment 1, segment 2, segment 3"):
+        read.of_group("x")
+
+
+def test_groups_of_tdms_are_those_with_the_same_channels(tmp_path: Path) -> None:
+    def written(name: str, groups: dict[str, list[str]]) -> tuple[str, ...]:
+        with TdmsWriter(tmp_path / name) as writer:
+            writer.write_segment(
+                [ChannelObject(group, one, np.arange(9.0)) for group, names in groups.items() for one in names]
+            )
+        return tdms.read(tmp_path / name).groups
+
+    assert written("a.tdms", {"Hit 1": ["Dev1/ai0", "Acc"], "Hit 2": ["Dev1/ai0", "Acc"]}) == ("Hit 1", "Hit 2")
+    assert written("b.tdms", {"Hit 1": ["F", "Acc"], "Hit 2": ["F"]}) == ()
+    assert written("c.tdms", {"Log": ["F", "Acc"]}) == ()
+
+
+def test_objects_of_python_are_refused_with_the_way_on(tmp_path: Path) -> None:
+    np.savez(tmp_path / "a.npz", y=np.arange(9.0), note=np.array([{}], dtype=object))
+    with pytest.raises(ValueError, match="Python objects, which are not read; save arrays of numbers only"):
+        numpy_archive.read(tmp_path / "a.npz")

@@ -1,0 +1,137 @@
+"""What ``flexura new`` takes from the heads, units and groups of files."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from nptdms import ChannelObject, TdmsWriter
+
+from app.files.modal_test_toml import read_modal_test
+from app.modal_test.declared_test import declared_frfs
+from tests.app.modal_test.conftest import RATE, Beam, blows
+
+Flexura = Callable[..., tuple[int, str, str]]
+
+
+def silent(_: str, __: float) -> None:
+    """Take progress."""
+
+
+def three_blows(beam: Beam) -> np.ndarray:
+    """Time, force and acceleration, (N, 3)."""
+    force = blows(np.random.default_rng(2), 6.0, 3)
+    return np.column_stack([np.arange(len(force)) / RATE, force, beam.answer(force, 0, 0)])
+
+
+@pytest.mark.parametrize(
+    ("head", "scale", "words"),
+    [
+        ("Time [ms],Hammer [N],Acc [m/s2]", 1e3, ()),
+        ("Time,Hammer,Acc\nms,N,m/s2", 1e3, ()),
+        ("", 1.0, ("--drive", "2=N", "--response", "*=m/s2")),
+    ],
+)
+def test_times_have_their_unit(
+    tmp_path: Path, beam: Beam, head: str, scale: float, words: tuple[str, ...], run_flexura: Flexura
+) -> None:
+    table = three_blows(beam) * [scale, 1.0, 1.0]
+    np.savetxt(tmp_path / "a.csv", table, "%.12g", ",", header=head, comments="")
+    if not head:
+        (tmp_path / "a.csv").write_text((tmp_path / "a.csv").read_text().lstrip("\n"))
+    assert run_flexura("new", "test", tmp_path / "a.csv", *words, "-q") == (0, "", "")
+    frequency = declared_frfs(tmp_path / "test.toml", silent).frequency
+    assert frequency[-1] == pytest.approx(RATE / 2, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor", "message"),
+    [("kHz", 1.0, ""), ("rad/s", 2e3 * np.pi, ""), ("rounds", 1.0, "one of Hz, kHz")],
+)
+def test_frequencies_have_their_unit(
+    tmp_path: Path, unit: str, factor: float, message: str, run_flexura: Flexura
+) -> None:
+    lines = np.arange(1.0, 201.0)
+    h = 1.0 / (50.0**2 - lines**2 + 2j * lines)
+    table = np.column_stack([1e-3 * factor * lines, h.real, h.imag])
+    np.savetxt(tmp_path / "a.csv", table, "%.12g", ";", header=f"Freq [{unit}];Real [g/N];Imag [g/N]", comments="")
+    assert run_flexura("new", "test", tmp_path / "a.csv", "-q") == (0, "", "")
+    assert read_modal_test(tmp_path / "test.toml").frf.response == "g"
+    if message:
+        status, _, err = run_flexura("identify", tmp_path / "test.toml")
+        assert status == 2
+        assert message in err
+        return
+    frfs = declared_frfs(tmp_path / "test.toml", silent)
+    np.testing.assert_allclose(frfs.frequency, lines, rtol=1e-9)
+    np.testing.assert_allclose(frfs.h[0], 9.80665 * h, rtol=1e-9)
+
+
+def test_groups_with_the_same_channels_are_hits(tmp_path: Path, beam: Beam, run_flexura: Flexura) -> None:
+    """A file of three hits in groups gives the FRF of the three averaged."""
+    _, force, acc = three_blows(beam).T
+    samples = len(force) // 3
+    timing = {"wf_increment": 1.0 / RATE}
+    with TdmsWriter(tmp_path / "a.tdms") as writer:
+        for hit in range(3):
+            part = slice(hit * samples, (hit + 1) * samples)
+            channels = (("Dev1/ai0", force, "Newtons"), ("Acc", acc, "m/s^2"))
+            objects = [
+                ChannelObject(f"Hit {hit}", n, v[part], timing | {"unit_string": u}) for n, v, u in channels
+            ]
+            writer.write_segment(objects)
+    status, _, err = run_flexura("new", "test", tmp_path / "a.tdms")
+    assert status == 0
+    assert "3 groups of channels, each a [[record]]: delete in" in err
+    test = read_modal_test(tmp_path / "test.toml")
+    assert [record.group for record in test.record] == ["Hit 0", "Hit 1", "Hit 2"]
+    assert {name: one.role for name, one in test.channels.items()} == {"Dev1/ai0": "drive", "Acc": "response"}
+    (frf,) = declared_frfs(tmp_path / "test.toml", silent).transfers
+    assert frf.name == "accelerance Acc 1:+3 / Dev1/ai0 1:+3"
+    assert frf.coherence is not None
+    exact = beam.frf(frf.frequency, 0, 0, 2)
+    near = (frf.frequency > 60.0) & (frf.frequency < 600.0)
+    assert np.abs(frf.h - exact)[near].max() < 0.02 * np.abs(exact)[near].max()
+
+
+def test_another_file_without_groups_is_named(tmp_path: Path, run_flexura: Flexura) -> None:
+    for name, groups in (("a.tdms", ("1", "2")), ("b.tdms", ("1",))):
+        with TdmsWriter(tmp_path / name) as writer:
+            writer.write_segment([ChannelObject(g, c, np.arange(99.0)) for g in groups for c in ("Force", "Acc")])
+    status, _, err = run_flexura("new", "test", tmp_path / "a.tdms", tmp_path / "b.tdms")
+    assert status == 2
+    assert "b.tdms: its channels are not in groups, as in the first file (1, 2); make a test of each" in err
+
+
+def test_columns_beside_frfs_are_unused_and_not_asked_for(tmp_path: Path, run_flexura: Flexura) -> None:
+    lines = np.arange(1.0, 50.0)
+    np.savez(tmp_path / "a.npz", freq=lines, H=np.ones(49) * 1j, psd=lines, force_psd=lines)
+    assert run_flexura("new", "test", tmp_path / "a.npz", "-q") == (0, "", "")
+    roles = [one.role for one in read_modal_test(tmp_path / "test.toml").channels.values()]
+    assert roles == ["frequency", "frf", "unused", "unused"]
+
+
+def test_a_channel_called_f_is_no_frf(tmp_path: Path, run_flexura: Flexura) -> None:
+    np.savez(tmp_path / "a.npz", x=np.ones(99), f=np.ones(99), fs=100.0)
+    status, _, err = run_flexura("new", "test", tmp_path / "a.npz")
+    assert status == 2
+    assert "name it with --drive NAME=SENSITIVITY. It holds: x, f" in err
+
+
+@pytest.mark.parametrize(
+    ("head", "lacks"),
+    [
+        ("t [s],F [N],a", "'a' has no unit in the file, and volts are assumed: give its unit, or its sensitivity"),
+        ("t [s],F [N],a [V]", "'a' is in volts: give its sensitivity, for example"),
+        ("t [s],F [N],a [furlongs]", "'a' has the unit 'furlongs', which is not known: give unit, for example"),
+    ],
+)
+def test_what_a_channel_lacks_is_said_as_it_is(
+    tmp_path: Path, head: str, lacks: str, run_flexura: Flexura
+) -> None:
+    np.savetxt(
+        tmp_path / "a.csv", np.random.default_rng(0).random((9, 3)), delimiter=",", header=head, comments=""
+    )
+    status, _, err = run_flexura("new", "test", tmp_path / "a.csv")
+    assert status == 0
+    assert f"note: channel {lacks}" in err
