@@ -1,5 +1,7 @@
 """Mains hum in FRFs: which lines it takes, and its true frequency where that is not the nominal one."""
 
+from math import comb
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +20,8 @@ LEAST_OF_A_GRID, LOUD_OF_A_GRID = 4, 20.0
 
 STANDS_OUT = 30.0
 FEWEST_ODD = 3
+CHANCE = 1e-3
+"""Probability that as many places, chosen at random, are as loud as the odd harmonics, above which these are none."""
 
 
 def mains_lines(frequency: Real, mains: float, record: float) -> NDArray[np.bool_]:
@@ -104,7 +108,7 @@ def likely_mains(frequency: Real, h: NDArray[np.complex128]) -> float | None:
     """Find from FRFs whether mains of 50 or of 60 Hz disturb them; None where neither is clear.
 
     At most odd harmonics (those that transformers make) of the one, the FRF has to be `STANDS_OUT` times rougher,
-    in power, than around them.
+    in power, than around them, and at so many that this is no chance: resonances narrower than a few lines are as rough.
 
     Parameters
     ----------
@@ -114,16 +118,24 @@ def likely_mains(frequency: Real, h: NDArray[np.complex128]) -> float | None:
     """
     rough = np.mean([one / np.maximum(_around(one), 1e-300) for one in map(single_repeat_power, h)], axis=0)
     spacing = float(np.median(np.diff(frequency)))
+    highest = np.maximum(rough, np.maximum(np.append(rough[1:], 0.0), np.append(0.0, rough[:-1])))
+    share = float((highest > STANDS_OUT).mean())
     found: list[tuple[float, float]] = []
     for mains in (50.0, 60.0):
         odd = mains * np.arange(1, frequency[-1] / mains, 2)
         odd = odd[(odd > frequency[0] + 2 * spacing) & (odd < frequency[-1] - 2 * spacing)]
         if len(odd) < FEWEST_ODD or spacing > mains / 10.0:
             continue
-        here = np.searchsorted(frequency, odd)
-        found.append((float(np.median([rough[place - 1 : place + 2].max() for place in here])), mains))
+        level = highest[np.searchsorted(frequency, odd)]
+        if _chance(int((level > STANDS_OUT).sum()), len(odd), share) < CHANCE:
+            found.append((float(np.median(level)), mains))
     loudest = max(found, default=(0.0, 0.0))
     return loudest[1] if loudest[0] > STANDS_OUT else None
+
+
+def _chance(least: int, count: int, share: float) -> float:
+    """Probability of `least` or more of `count` places, where each has the probability `share`."""
+    return sum(comb(count, k) * share**k * (1.0 - share) ** (count - k) for k in range(least, count + 1))
 
 
 def _around(rough: Real) -> Real:

@@ -114,7 +114,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
 
 
 def _groups(file: Path, first: Sequence[str]) -> Sequence[str]:
-    """Return the groups of another file than that whose groups are the `first`; ResultFileError where it has none."""
+    """Return the groups of a file; ResultFileError where it has none, as the first file has."""
     groups = read_columns(file).groups
     if not groups:
         raise ResultFileError(

@@ -65,3 +65,13 @@ def test_the_grid_is_told_from_frfs_with_its_hum(hum: float | None) -> None:
     if hum is not None:
         h[np.searchsorted(f, hum * np.arange(1, 1000 / hum, 2))] += 0.1
     assert likely_mains(f, h[None]) == hum
+
+
+def test_sharp_resonances_near_harmonics_are_no_hum() -> None:
+    """A short hammer record: lines 2.5 Hz apart, three resonances of a line or less near odd multiples of 60 Hz."""
+    f = np.arange(30.0, 600.0, 2.53)
+    rng = np.random.default_rng(0)
+    resonances = ((61.3, 1.0), (149.0, 1.2), (298.0, 3.4), (417.0, 2.5))
+    h = np.sum([f**2 / (f0**2 - f**2 + 1j * width * f) for f0, width in resonances], axis=0)
+    h = h + 1e-3 * (rng.standard_normal(f.size) + 1j * rng.standard_normal(f.size))
+    assert likely_mains(f, h[None]) is None

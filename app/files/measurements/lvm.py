@@ -97,7 +97,7 @@ class _Segment:
     def samples(
         self, lines: Sequence[str], first: int, last: int, *, ends_at_blank: bool
     ) -> tuple[np.ndarray, int]:
-        """Return the samples (M, filled channels) of the lines from `first` up to `last`, and the line that follows them."""
+        """Return the samples (M, filled channels) of the lines from `first` up to `last`, and the next line."""
         rows: list[list[float]] = []
         number = first
         while number < last:
