@@ -5,6 +5,7 @@ enough for any plate of a laboratory and tight enough to catch a wrong unit (mm 
 for degrees Celsius, kHz for Hz).
 """
 
+from datetime import date as Date  # noqa: N812 (the field is called date)
 from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
@@ -91,6 +92,8 @@ class Experiment(Sparse):
 
     format: Literal["recorded-campaign/1"] = "recorded-campaign/1"
     title: str
+    operator: str = ""
+    date: Date | None = None
     plate: Plate
     patch: tuple[Patch, ...] = ()
     drive: Annotated[tuple[Drive, ...], Field(max_length=100)] = ()

@@ -21,7 +21,7 @@ LEAST_OF_A_GRID, LOUD_OF_A_GRID = 4, 20.0
 STANDS_OUT = 30.0
 FEWEST_ODD = 3
 CHANCE = 1e-3
-"""Probability that as many places, chosen at random, are as loud as the odd harmonics, above which these are none."""
+"""Probability that as many places chosen at random are as loud, above which harmonics are no hum."""
 
 
 def mains_lines(frequency: Real, mains: float, record: float) -> NDArray[np.bool_]:
@@ -108,7 +108,7 @@ def likely_mains(frequency: Real, h: NDArray[np.complex128]) -> float | None:
     """Find from FRFs whether mains of 50 or of 60 Hz disturb them; None where neither is clear.
 
     At most odd harmonics (those that transformers make) of the one, the FRF has to be `STANDS_OUT` times rougher,
-    in power, than around them, and at so many that this is no chance: resonances narrower than a few lines are as rough.
+    in power, than around them, and at so many that this is no chance: resonances of few lines are as rough.
 
     Parameters
     ----------

@@ -55,7 +55,7 @@ def _smooth(power: NDArray[np.float64], seen: NDArray[np.bool_]) -> NDArray[np.f
 def _moving_sum(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Sum (..., F) over `SMOOTHING_LINES` lines of the last axis, its ends continued by the first and last value.
 
-    It adds sums of 1, 2, 4, ... lines: differences of a cumulative sum lose all digits where the power falls by 1e16.
+    It adds sums of 1, 2, 4, ... lines: differences of a cumulative sum lose all digits if the power falls by 1e16.
     """
     before = [(0, 0)] * (values.ndim - 1)
     sums = np.pad(values, [*before, (SMOOTHING_LINES // 2, SMOOTHING_LINES // 2)], mode="edge")

@@ -45,6 +45,7 @@ class AcquiredExperiment(Sparse):
 
     format: Literal["experiment/1"]
     title: str
+    operator: str = ""
     rig: Annotated[RigKind, Field(description="which rig runs it, unless --rig is given")]
     plate: Plate
     patch: tuple[AcquiredPatch, ...] = ()
@@ -105,6 +106,7 @@ class AcquiredExperiment(Sparse):
         inputs = self.acquisition
         return Experiment(
             title=self.title,
+            operator=self.operator,
             plate=self.plate,
             patch=tuple(patch.recorded() for patch in self.patch),
             drive=tuple(drive.recorded() for drive in self.drive),

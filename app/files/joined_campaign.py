@@ -134,7 +134,7 @@ def joined_declaration(experiments: Sequence[Experiment]) -> Experiment:
 
 def _without_drives(experiment: Experiment) -> dict[str, Any]:
     """Return all that is declared but who drove, how strongly, and in which room."""
-    declared = experiment.model_dump(mode="json", exclude={"title", "drive", "oven"})
+    declared = experiment.model_dump(mode="json", exclude={"title", "operator", "date", "drive", "oven"})
     for patch in declared["patch"]:
         patch["role"] = "shorted" if patch["role"] == "actuator" else patch["role"]
     declared["protocol"].pop("levels")

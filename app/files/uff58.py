@@ -1,5 +1,6 @@
 """FRFs in universal files (data set 58), the exchange format of modal software, through pyuff."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,7 @@ from analysis.estimation.coherence import coherence_variance
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
+from app.files.measurements.columns import unused_name
 from app.files.measurements.formats import FORMATS
 from app.files.parsed_text import read_bytes
 from app.files.uff58_text import FRF_FUNCTION, QUANTITIES, frf_text
@@ -21,6 +23,8 @@ COHERENCE_FUNCTIONS = (6, 26)
 """Coherence, and multiple coherence."""
 FUNCTION_TYPES = range(28)
 FUNCTIONS = {0: "general", 1: "time response", 2: "auto spectrum", 3: "cross spectrum", 6: "coherence", 9: "PSD"}
+NAMELESS = "NONE"
+"""What the format has for a name that there is not."""
 LARGEST = 2_000_000_000
 """Bytes above which a file is refused rather than read into memory."""
 
@@ -57,7 +61,19 @@ def read_frfs(path: Path) -> list[MeasuredTransfer]:
         raise ResultFileError(
             f"{path}: holds no frequency response function (data set 58, function type 4); found: {listed}{onward}"
         )
-    return read
+    return _told_apart(read)
+
+
+def _told_apart(frfs: list[MeasuredTransfer]) -> list[MeasuredTransfer]:
+    """Add their ends to names that several FRFs have: programs name all FRFs of a test after the test."""
+    often, taken, named = Counter(frf.name for frf in frfs), dict[str, MeasuredTransfer](), []
+    for frf in frfs:
+        ends = f"{frf.response} / {frf.reference}"
+        wanted = frf.name if often[frf.name] == 1 else ends if frf.name == NAMELESS else f"{frf.name} {ends}"
+        name = unused_name(wanted, taken)
+        taken[name] = frf
+        named.append(replace(frf, name=name))
+    return named
 
 
 def _onward(path: Path) -> str:

@@ -12,6 +12,7 @@ from analysis.estimation.transfer import MeasuredTransfer
 from analysis.estimation.windows import without_window
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
+from analysis.identification.status import WEAK_DAMPING
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.progress import Progress
 from analysis.shapes.participation import ModeShapes, mode_shapes, residue_deviation
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 WIDE = 8.0
 """Half-power width of a mode in lines from which a Hann window leaves its damping within a few per cent."""
 
+UNSURE = "without the window's its damping ratio is known to {:.0f} % only"
 DROWNED = "the exponential window drowned its damping: record longer blocks with a weaker window"
 
 
@@ -147,17 +149,22 @@ def _widened(modes: Modes, segment: float) -> list[str]:
 
 
 def freed(modes: Modes, rate: float) -> Modes:
-    """Take an exponential window's damping out of the poles; those it drowned are called weak."""
+    """Take an exponential window's damping out of the poles; those are called weak whose own is then not known."""
     if not rate:
         return modes
     poles, spread = without_window(modes.poles, modes.covariance, rate)
     drowned = modes.poles.real + rate > 1e-3 * modes.poles.real
+    known = np.sqrt(spread[:, 1, 1])
+    words = [
+        DROWNED if d else UNSURE.format(100 * k) if k > WEAK_DAMPING else ""
+        for d, k in zip(drowned, known, strict=True)
+    ]
     return replace(
         modes,
         poles=poles,
         covariance=spread,
-        status=tuple("weak" if d and s == "kept" else s for d, s in zip(drowned, modes.status, strict=True)),
-        reason=tuple(f"{r}; {DROWNED}" if d else r for d, r in zip(drowned, modes.reason, strict=True)),
+        status=tuple("weak" if w and s == "kept" else s for w, s in zip(words, modes.status, strict=True)),
+        reason=tuple(f"{r}; {w}" if w else r for w, r in zip(words, modes.reason, strict=True)),
     )
 
 

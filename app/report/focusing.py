@@ -12,7 +12,7 @@ from analysis.focusing.aim import Aim
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
-from app.report.style import BAND, MEASURED, MODEL, frequency_axis, panels, temperature_color
+from app.report.style import BAND, MEASURED, MODEL, frequency_axis, legend_below, panels, temperature_color
 
 SHOWN = (0.0, 20.0, 40.0, 60.0)
 """Temperatures of the paper's Figs. 13 and 17, degrees Celsius."""
@@ -21,7 +21,7 @@ SHOWN = (0.0, 20.0, 40.0, 60.0)
 def before(focusing: Focusing) -> Figure:
     """Contrast and spot error with the filters of one temperature used at every temperature."""
     figure = _over_temperature(focusing.frequency, focusing.temperature, focusing.fixed)
-    _legend_below(figure)
+    legend_below(figure, columns=9)
     return figure
 
 
@@ -34,7 +34,7 @@ def after(compensation: Compensation) -> Figure:
             compensation.frequency, compensation.direct_aim.contrast[row], ":", color=MEASURED, lw=0.8
         )
     figure.axes[0].plot([], [], ":", color=MEASURED, lw=0.8, label="filters computed directly")
-    _legend_below(figure)
+    legend_below(figure, columns=9)
     return figure
 
 
@@ -63,7 +63,7 @@ def loss(focusing: Focusing, compensation: Compensation) -> Figure:
     axes.set(
         xlabel="temperature [°C]", ylabel="mean contrast in band", ylim=(0, 1), title="what temperature costs"
     )
-    axes.legend()
+    legend_below(figure)
     return figure
 
 
@@ -82,7 +82,7 @@ def correction(focusing: Focusing, uncorrected: Aim) -> Figure:
     axes[0].plot(focusing.temperature, own, "o-", color=BAND, ms=3.5, label="laws of the corrected twin")
     axes[0].plot(focusing.temperature, without, "o--", color=MODEL, ms=3.5, label="laws without the correction")
     axes[0].set(ylabel="mean contrast in band", ylim=(0, 1), title="filters of each temperature")
-    axes[0].legend()
+    legend_below(figure)
     axes[1].plot(focusing.temperature, own - without, "o-", color=BAND, ms=3.5)
     axes[1].axhline(0.0, color=MEASURED, lw=0.8)
     axes[1].set(ylabel="contrast regained", title="what the correction is worth")
@@ -100,7 +100,7 @@ def methods(comparison: MethodComparison) -> Figure:
         axes[1].plot(comparison.frequency, 100 * comparison.spot_error[place], lw=width)
     axes[0].set(ylabel="contrast", ylim=(0, 1), title="contrast, eq. (9)")
     axes[1].set(ylabel="spot error [% of Lx]", title="spot error")
-    axes[0].legend()
+    legend_below(figure)
     for each in axes:
         frequency_axis(each)
     return figure
@@ -168,12 +168,6 @@ def _over_temperature(frequency: NDArray[np.float64], temperature: NDArray[np.fl
     for each in axes:
         frequency_axis(each)
     return figure
-
-
-def _legend_below(figure: Figure) -> None:
-    """Name the curves of the first axes below the figure: they leave no room inside."""
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
 
 
 def _rows(temperature: NDArray[np.float64]) -> list[int]:

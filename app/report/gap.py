@@ -15,7 +15,7 @@ from analysis.estimates import FittedLaws
 from analysis.gap.data.groups import TemperatureGroups
 from analysis.gap.thresholds import LEAST_GAIN
 from app.files.gap_file import GapFigures
-from app.report.style import BAND, MODEL, frequency_axis, panels
+from app.report.style import BAND, MODEL, frequency_axis, legend_below, panels
 
 Record = Mapping[str, Any]
 BEFORE, AFTER, ALIKE, OTHER = MODEL, BAND, "#7cc4cc", "0.75"
@@ -75,7 +75,7 @@ def shares(figures: GapFigures) -> Figure:
         place = np.arange(len(seen.channels))
         axes[2].bar(place, scale * seen.excess.sum((0, 2)), 0.8 * thin, color=color, alpha=alpha)
     axes[0].set(ylabel="share of the gap before [%]", title="by frequency")
-    axes[0].legend()
+    legend_below(figure)
     frequency_axis(axes[0])
     axes[1].set(xlabel="temperature [°C]", title="by temperature")
     axes[2].set_xticks(np.arange(len(before.channels)), before.channels)
@@ -114,7 +114,7 @@ def candidates(record: Record) -> Figure:
         Patch(color=OTHER, label="other, fitted"),
         Patch(fill=False, edgecolor=OTHER, label="to first order only"),
     ]
-    axes.legend(handles=handles, loc="lower right")
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     axes.set_title("each effect alone")
     return figure
 
@@ -136,7 +136,7 @@ def laws(figures: GapFigures) -> Figure:
         _change(lower, before, after, column, relative=unit is not None)
         upper.set(title=title, ylabel=label)
         lower.set(xlabel="temperature [°C]", ylabel=change)
-    axes[0, 0].legend()
+    legend_below(figure)
     return figure
 
 

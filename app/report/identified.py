@@ -5,10 +5,40 @@ from matplotlib.figure import Figure
 
 from analysis.frf import Frf
 from analysis.identification.tracked_modes import TrackedModes
-from app.report.style import MEASURED, MODEL, frequency_axis, panels
+from app.report.page import PageTable
+from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
 
 REFERENCE = 25.4
 """Temperature of the paper's Fig. 10 to which frequencies are referred, degrees Celsius."""
+
+
+MODE_HEADINGS = ("track", "f [Hz]", "σ [Hz]", "ζ [%]", "σ [%]", "status", "why")
+
+
+def drawn(tracked: TrackedModes) -> int:
+    """Return the sweep that is drawn and whose modes are listed: the one nearest to the reference temperature."""
+    return int(np.argmin(np.abs(tracked.temperature - REFERENCE)))
+
+
+def mode_table(tracked: TrackedModes) -> PageTable:
+    """Frequency, damping, standard deviations, status and track of the modes of the sweep that is drawn."""
+    row = drawn(tracked)
+    modes = tracked.modes[row]
+    reading, reasons = modes.reading(), modes.explanation()
+    number = {int(pole): str(j + 1) for j, pole in enumerate(tracked.track[row]) if pole >= 0}
+    cells = [
+        (
+            number.get(j, "–"),
+            f"{reading.frequency_hz[j]:.3f}",
+            f"{reading.sigma_frequency_hz[j]:.2g}",
+            f"{100 * reading.damping_ratio[j]:.4g}",
+            f"{100 * reading.sigma_damping_ratio[j]:.2g}",
+            modes.standing(j),
+            reasons[j],
+        )
+        for j in np.flatnonzero(modes.real).tolist()
+    ]
+    return PageTable(MODE_HEADINGS, cells, numbers=(0, 1, 2, 3, 4))
 
 
 def overlay(frf: Frf, tracked: TrackedModes, channel: int = 0) -> Figure:
@@ -26,7 +56,7 @@ def overlay(frf: Frf, tracked: TrackedModes, channel: int = 0) -> Figure:
     -------
     Figure
     """
-    row = int(np.argmin(np.abs(tracked.temperature - REFERENCE)))
+    row = drawn(tracked)
     modes = tracked.modes[row]
     rebuilt = modes.synthesis(frf.frequency)[channel]
     figure, axes = panels(2, 1, height=5.4, sharex=True, height_ratios=[2, 1])
@@ -37,7 +67,7 @@ def overlay(frf: Frf, tracked: TrackedModes, channel: int = 0) -> Figure:
     for f, real, sure in zip(reading.frequency_hz, modes.real, modes.sure, strict=True):
         if real:
             axes[0].axvline(f, color="0.6", lw=0.8, ls="-" if sure else ":", zorder=0)
-    axes[0].legend(title="modes: solid kept, dotted weak or unconfirmed", frameon=True, edgecolor="none")
+    legend_below(figure, title="vertical lines: modes, solid if kept and confirmed, dotted if weak or unconfirmed")
     axes[1].plot(frf.frequency, np.degrees(np.angle(frf.h[row, channel])), color=MEASURED, lw=1.8)
     axes[1].plot(frf.frequency, np.degrees(np.angle(rebuilt)), color=MODEL, lw=1.0)
     count = int(modes.real.sum())

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.frf import Frf
-from app.report.style import frequency_axis, panels, temperature_color
+from app.report.style import frequency_axis, legend_below, panels, temperature_color
 
 LINES = 5
 
@@ -38,7 +38,7 @@ def waterfall(frf: Frf, channel: int = 0) -> Figure:
         curve = 20.0 * np.log10(np.abs(frf.h[row, channel]) + 1e-20)
         axes[1].plot(frf.frequency, curve, color=temperature_color(t, span), label=f"{t:.1f} °C")
     axes[1].set(ylabel=f"|H| [dB re 1 {unit}]", title="the same, a few temperatures")
-    axes[1].legend(ncols=2)
+    legend_below(figure, axes[1])
     frequency_axis(axes[1])
     return figure
 
@@ -62,7 +62,7 @@ def noise(frf: Frf, channel: int = 0) -> Figure:
     )
     name = frf.label(channel, row).split(" ")[0] if frf.sources else frf.channels[channel]
     axes[0].set(ylabel=f"[{frf.unit(channel, row)}]", title=f"{name} at {frf.temperature[row]:.1f} °C")
-    axes[0].legend()
+    legend_below(figure)
     axes[1].plot(frf.frequency, frf.coherence[row, channel], color="0.15", lw=0.8)
     axes[1].set(
         ylabel="coherence of one repeat",

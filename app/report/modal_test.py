@@ -16,7 +16,7 @@ from app.modal_test.records import MODE_HEADINGS, mode_rows
 from app.modal_test.saved import load_stabilization
 from app.report.origin import origin, stamps
 from app.report.page import Item, Listing, PageTable, Picture, Section
-from app.report.style import MEASURED, MODEL, frequency_axis, panels
+from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
 
 SHOWN = 4
 """FRFs drawn at most."""
@@ -90,7 +90,7 @@ def overlay(frfs: FrfSet, modes: Modes) -> Figure:
                 axis.axvline(f, color="0.6", lw=0.7, ls="-" if sure else ":", zorder=0)
         axis.set_ylabel(f"|{frfs.label(number).replace(' [', '| [')}", fontsize=8)
         axis.set_title(frfs.transfers[number].name, fontsize=9)
-    axes.ravel()[0].legend(fontsize=8)
+    legend_below(figure)
     frequency_axis(axes.ravel()[-1])
     return figure
 
@@ -148,9 +148,17 @@ def drawn_shapes(frfs: FrfSet, modes: Modes, shapes: ModeShapes) -> Figure:
             x, y = where[:, first], where[:, second]
             axis.scatter(x, y, 60, motion, cmap="RdBu_r", vmin=-1, vmax=1, edgecolors="0.5")
             axis.set_aspect("equal")
+            axis.set(xlabel=f"{'xyz'[first]} [m]", ylabel=f"{'xyz'[second]} [m]")
         else:
-            line = where[:, axes_used[0]] if known and spread.max() > 0.0 else np.arange(len(nodes), dtype=float)
+            placed = known and spread.max() > 0.0
+            line = where[:, axes_used[0]] if placed else np.arange(len(nodes), dtype=float)
             order = np.argsort(line)
+            if placed:
+                axis.set_xlabel(f"{'xyz'[axes_used[0]]} [m]")
+            else:
+                shown = np.unique(np.linspace(0, len(nodes) - 1, 10).astype(int))
+                axis.set_xticks(shown, [str(nodes[n]) for n in shown])
+                axis.set_xlabel("node")
             axis.plot(line[order], motion[order], "o-", color=MODEL, ms=4, lw=1.0)
             axis.axhline(0.0, color="0.6", lw=0.7)
             axis.set_ylim(-1.15, 1.15)

@@ -45,6 +45,11 @@ def is_the_papers(plate: Plate) -> bool:
     return all(abs(getattr(plate, name) / value - 1.0) < SAME for name, value in PLATE.items())
 
 
+def figure(plate: Plate, number: int) -> str:
+    """Words of a caption that name the figure of the paper; none for a plate that is not the paper's."""
+    return f" (paper Fig. {number})" if is_the_papers(plate) else ""
+
+
 def material_rows(laws: MaterialLaws) -> list[PaperRow]:
     """Constants at the paper's temperatures, where the laws reach, and the damping peak."""
     rows = []

@@ -8,6 +8,7 @@ from analysis.chosen_actuator import sweeps_of_modes
 from analysis.experiment import Experiment
 from analysis.frf import Frf
 from analysis.material import MaterialLaws
+from analysis.plate import Plate
 from analysis.updated import GOOD_MISFIT, Updated
 from app.files.bad_file import ResultFileError
 from app.files.laws_file import TwinFrf, load_laws, load_updated
@@ -34,7 +35,7 @@ def measurement_section(experiment: Experiment, frf: Frf) -> list[Item]:
                 f"waterfall{also}",
                 "How does the plate's response change with temperature?",
                 measured.waterfall(frf.of_source(source)),
-                f"Measured H1 over temperature (paper Fig. 7){of}.",
+                f"Measured H1 over temperature{paper.figure(experiment.plate, 7)}{of}.",
             )
             for source, also, of in _each(frf)
         ),
@@ -50,13 +51,14 @@ def measurement_section(experiment: Experiment, frf: Frf) -> list[Item]:
     return items
 
 
-def identification_section(run: Path, frf: Frf, rows: list[paper.PaperRow]) -> list[Item]:
+def identification_section(run: Path, experiment: Experiment, frf: Frf, rows: list[paper.PaperRow]) -> list[Item]:
     """Return the modes, and put them beside the paper's.
 
     Parameters
     ----------
     run : Path
         Run folder.
+    experiment : Experiment
     frf : Frf
     rows : list of PaperRow
         To which those of this stage are appended.
@@ -76,17 +78,21 @@ def identification_section(run: Path, frf: Frf, rows: list[paper.PaperRow]) -> l
         frf = frf.of_source(int(frf.driven_by[places >= 0][0]))
     rows.extend(paper.mode_rows(tracked))
     items: list[Item] = [
+        Paragraph(
+            f"Modes at {tracked.temperature[identified.drawn(tracked)]:.1f} °C; modes.csv holds all sweeps."
+        ),
+        identified.mode_table(tracked),
         Picture(
             "identified",
             "Do the modes found explain the response?",
             identified.overlay(frf, tracked),
-            "Poles and residues of a sweep, and what they add up to (paper Fig. 9).",
+            f"Poles and residues of a sweep, and what they add up to{paper.figure(experiment.plate, 9)}.",
         ),
         Picture(
             "tracked",
             "Where do the modes go with temperature?",
             identified.over_temperature(tracked),
-            "Modes over temperature (paper Fig. 10).",
+            f"Modes over temperature{paper.figure(experiment.plate, 10)}.",
         ),
     ]
     if tracked.notes:
@@ -138,12 +144,12 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
     return [
         Paragraph(text),
         *([] if laws is None else [_constants(laws)]),
-        *(_compared(frf, twin, estimates) if same else []),
+        *(_compared(experiment.plate, frf, twin, estimates) if same else []),
         Picture(
             "laws",
             "What is the plate made of, at each temperature?",
             updated.laws(estimates, laws),
-            "E, η and ν over temperature, two-sigma bands (paper Fig. 12).",
+            f"E, η and ν over temperature, two-sigma bands{paper.figure(experiment.plate, 12)}.",
         ),
     ]
 
@@ -151,7 +157,9 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
 def _facts(experiment: Experiment, frf: Frf) -> list[tuple[str, str]]:
     """Return the rows of the table of plate, transducers, sweeps and input card."""
     plate, protocol, inputs = experiment.plate, experiment.protocol, experiment.acquisition
+    date = "" if experiment.date is None else experiment.date.isoformat()
     return [
+        *((word, value) for word, value in (("date", date), ("operator", experiment.operator)) if value),
         ("plate", plate_words(plate)),
         ("mass, density", f"{1e3 * plate.mass:g} g, {plate.density:.0f} kg/m³"),
         *(
@@ -172,7 +180,7 @@ def _facts(experiment: Experiment, frf: Frf) -> list[tuple[str, str]]:
     ]
 
 
-def _compared(frf: Frf, twin: TwinFrf, estimates: Updated) -> list[Item]:
+def _compared(plate: Plate, frf: Frf, twin: TwinFrf, estimates: Updated) -> list[Item]:
     """Return the pictures of measurement and twin of the same sweeps."""
     return [
         *(
@@ -180,7 +188,7 @@ def _compared(frf: Frf, twin: TwinFrf, estimates: Updated) -> list[Item]:
                 f"overlays{also}",
                 "Does the twin answer as the plate does?",
                 updated.overlays(frf, twin, estimates, source=source),
-                f"Measured and updated FRFs (paper Fig. 11){of}.",
+                f"Measured and updated FRFs{paper.figure(plate, 11)}{of}.",
             )
             for source, also, of in _each(frf)
         ),

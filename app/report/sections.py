@@ -39,7 +39,7 @@ def sections(run: Path, report: Progress) -> Found:
     rows: list[paper.PaperRow] = []
     parts: list[tuple[str, str, Callable[[], list[Item]]]] = [
         ("Measurement", "frf.h5", lambda: measurement_section(experiment, frf)),
-        ("Identification", "modes.h5", lambda: identification_section(run, frf, rows)),
+        ("Identification", "modes.h5", lambda: identification_section(run, experiment, frf, rows)),
         ("Updated twin and material laws", "laws.h5", lambda: updating_section(run, experiment, frf, rows)),
         ("What the twin lacks", "gap.h5", lambda: gap_section(run / "gap.h5")),
         ("Focusing", "filters.h5", lambda: focusing_section(run, rows)),

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from app.report.style import BAND, MEASURED, MODEL, panels
+from app.report.style import BAND, MEASURED, MODEL, legend_below, panels
 from app.sound.stretch import RecordingStretch
 from app.sound.trace import TraceMoment
 
@@ -18,7 +18,6 @@ def along_the_way(moments: Sequence[TraceMoment]) -> Figure:
     above.plot(time, [m.temperature for m in moments], color=MEASURED, label="panel")
     above.step(time, [m.filters for m in moments], color=BAND, where="post", lw=0.9, label="filters in use")
     above.set(ylabel="temperature [°C]", title="sound through filters that follow the temperature")
-    above.legend()
     for color, name, ways in (
         (BAND, "filters follow", [m.following for m in moments]),
         (MODEL, "those of the beginning kept", [m.kept for m in moments]),
@@ -27,7 +26,7 @@ def along_the_way(moments: Sequence[TraceMoment]) -> Figure:
         below.plot(time, [c.worst for c in ways], ":", color=color, lw=1.0, label="worst line")
         below.plot(time, [c.sound for c in ways], color=color, lw=0.7, alpha=0.6, label="weighted with the sound")
     below.set(xlabel="time [s]", ylabel="contrast, eq. (9)", ylim=(0, 1))
-    below.legend(ncols=2, fontsize=8.0, loc="upper center", bbox_to_anchor=(0.5, -0.2))
+    legend_below(figure, above, below, columns=4)
     return figure
 
 
@@ -55,5 +54,5 @@ def readings(stretches: Sequence[RecordingStretch], true: NDArray[np.float64] | 
             [stretch.time for stretch in stretches], true, "--", color=MODEL, lw=1.0, label="simulated panel"
         )
     axes.set(xlabel="time [s]", ylabel="temperature [°C]", title="the panel as its own thermometer")
-    axes.legend()
+    legend_below(figure)
     return figure

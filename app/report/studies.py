@@ -13,7 +13,7 @@ from app.files.studies_file import Studies, Surfaces, load_studies
 from app.report import focusing
 from app.report.page import Item, Picture
 from app.report.paper import PaperRow
-from app.report.style import MEASURED, frequency_axis, panels
+from app.report.style import MEASURED, frequency_axis, legend_below, panels
 
 
 def items(path: Path, beside: list[PaperRow]) -> list[Item]:
@@ -70,8 +70,7 @@ def played(found: Played) -> Figure:
     axes[0].set(ylabel="contrast, eq. (9)", ylim=(0, 1), title="curves: lines; points: sweep as it passes")
     axes[1].set(title="whole sweep, time domain")
     frequency_axis(axes[0])
-    axes[0].legend(ncols=2, loc="center", bbox_to_anchor=(0.5, 0.56))
-    axes[1].legend(loc="upper right")
+    legend_below(figure, *axes)
     return figure
 
 

@@ -65,6 +65,28 @@ def panels(
     return figure, figure.subplots(rows, columns, **options)
 
 
+def legend_below(figure: Figure, *axes: Axes, columns: int = 5, **options: Any) -> None:
+    """Name curves below the figure, where the names cover none.
+
+    Parameters
+    ----------
+    figure : Figure
+    *axes : Axes
+        Whose curves are named, each name once; those of the first axes if none are given.
+    columns : int
+        At most.
+    **options
+        Of `Figure.legend`.
+    """
+    named: dict[str, Any] = {}
+    for each in axes or figure.axes[:1]:
+        for handle, label in zip(*each.get_legend_handles_labels(), strict=True):
+            named.setdefault(label, handle)
+    if named:
+        count = min(columns, len(named))
+        figure.legend(list(named.values()), list(named), loc="outside lower center", ncols=count, **options)
+
+
 def temperature_color(temperature: float, span: Sequence[float]) -> tuple[float, ...]:
     """Blue for the coldest, yellow for the hottest of `span` (low, high), evenly to the eye."""
     low, high = span

@@ -10,7 +10,7 @@ from analysis.material import MaterialLaws
 from analysis.updated import Updated
 from app.files.laws_file import TwinFrf
 from app.report.measured import spread
-from app.report.style import BAND, MEASURED, MODEL, frequency_axis, panels
+from app.report.style import BAND, MEASURED, MODEL, frequency_axis, legend_below, panels
 
 
 def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0, source: int = 0) -> Figure:
@@ -52,7 +52,7 @@ def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0, source
         frequency_axis(phase)
     axes[0, 0].set_ylabel(f"|H| {frf.label(channel, rows[0])}")
     axes[1, 0].set_ylabel("phase [°]")
-    axes[0, 0].legend()
+    legend_below(figure)
     return figure
 
 
@@ -70,13 +70,13 @@ def laws(updated: Updated, fitted: MaterialLaws | None) -> Figure:
         each.errorbar(updated.temperature[good], value[good], 2 * sigma[good], fmt="o", ms=3.5, color=MEASURED)
         if not good.all():
             each.plot(updated.temperature[~good], value[~good], "x", color=MODEL, label="not settled")
-            each.legend()
         if fitted is not None:
             fine = np.linspace(*fitted.temperature_range, 241)
             law, band = getattr(fitted.at(fine), name) / unit, getattr(fitted.sigma(fine), name) / unit
             each.plot(fine, law, color=BAND)
             each.fill_between(fine, law - 2 * band, law + 2 * band, color=BAND, alpha=0.25, lw=0)
         each.set(xlabel="temperature [°C]", ylabel=label, title=title)
+    legend_below(figure)
     return figure
 
 
@@ -92,5 +92,5 @@ def misfit(updated: Updated, frf: Frf) -> Figure:
         axes.plot(temperature, missed, "o", ls=style, color=MODEL, ms=3.5, label=f"updated twin{driven}")
         axes.plot(temperature, floor, ls=style, color=MEASURED, label=f"noise of the measurement{driven}")
     axes.set(xlabel="temperature [°C]", ylabel="rms|H - twin| / rms|H| [%]", title="misfit", ylim=(0, None))
-    axes.legend()
+    legend_below(figure)
     return figure

@@ -125,9 +125,9 @@ def mode_table(title: str, modes: Sequence[dict[str, Any]]) -> Table:
     for mode in modes:
         table.add_row(
             _number(mode["frequency_hz"]),
-            _number(mode["sigma_frequency_hz"]),
+            _sigma(mode["sigma_frequency_hz"]),
             _number(mode["damping_ratio"], 100.0),
-            _number(mode["sigma_damping_ratio"], 100.0),
+            _sigma(mode["sigma_damping_ratio"], 100.0),
             _number(mode["loss_factor"], 100.0),
             _status(mode),
         )
@@ -136,6 +136,10 @@ def mode_table(title: str, modes: Sequence[dict[str, Any]]) -> Table:
 
 def _number(value: float | None, scale: float = 1.0) -> str:
     return "∞" if value is None else f"{scale * value:.3f}"
+
+
+def _sigma(value: float | None, scale: float = 1.0) -> str:
+    return "∞" if value is None else f"{scale * value:.2g}"
 
 
 def _status(mode: dict[str, Any]) -> str:

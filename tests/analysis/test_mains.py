@@ -68,7 +68,7 @@ def test_the_grid_is_told_from_frfs_with_its_hum(hum: float | None) -> None:
 
 
 def test_sharp_resonances_near_harmonics_are_no_hum() -> None:
-    """A short hammer record: lines 2.5 Hz apart, three resonances of a line or less near odd multiples of 60 Hz."""
+    """A short hammer record, lines 2.5 Hz apart: three resonances of a line near odd multiples of 60 Hz."""
     f = np.arange(30.0, 600.0, 2.53)
     rng = np.random.default_rng(0)
     resonances = ((61.3, 1.0), (149.0, 1.2), (298.0, 3.4), (417.0, 2.5))

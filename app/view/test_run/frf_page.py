@@ -171,15 +171,17 @@ class TestFrfPage(QWidget):
 
     def _read_out(self, here: int, there: int) -> None:
         held, n = self._held, self.choice.currentIndex()
+        label = held.frfs.label(n)
+        unit = label[label.rfind("[") + 1 : -1]
         f, one, h = held.frfs.frequency, held.frfs.transfers[n], held.frfs.h[n]
         turn = np.degrees(np.angle(h[here] / h[there])) if h[there] else float("nan")
         apart = float(decibels(h[here]) - decibels(h[there]))
         values = [
-            ("cursor", f"{f[here]:.4f} Hz", f"{abs(h[here]):.4g}", f"{np.degrees(np.angle(h[here])):.1f}°"),
+            ("cursor", f"{f[here]:.4f} Hz", f"{abs(h[here]):.4g} {unit}", f"{np.degrees(np.angle(h[here])):.1f}°"),
             ("from mark", f"{f[here] - f[there]:+.4f} Hz", f"{apart:+.2f} dB", f"{turn:+.1f}°"),
         ]
         if one.variance is not None:
-            values.append(("σ of H", "", f"{np.sqrt(one.variance[here]):.2g}", ""))
+            values.append(("σ of H", "", f"{np.sqrt(one.variance[here]):.2g} {unit}", ""))
         if one.coherence is not None:
             values.append(("coherence", "", f"{one.coherence[here]:.5f}", ""))
         rows = ("".join(f"<td style='padding-right:14px'>{cell}</td>" for cell in row) for row in values)

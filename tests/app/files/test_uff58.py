@@ -280,3 +280,13 @@ def test_no_damage_gets_past_as_anything_but_a_refusal(tmp_path: Path) -> None:
 def test_samples_of_other_programs(name: str, words: str) -> None:
     with pytest.raises(ResultFileError, match=words):
         read_frfs(SAMPLES / name)
+
+
+def test_frfs_of_one_name_are_told_apart_by_their_ends(tmp_path: Path) -> None:
+    """Also what of them is written again and read back."""
+    sets = [data_set(rsp_node=node, id1=name) for name in ("door", "NONE") for node in (1, 2, 2)]
+    frfs = read_frfs(written(tmp_path / "a.uff", *sets, data_set(id1="single")))
+    ends = ["1:-3 / 2:+1", "2:-3 / 2:+1", "2:-3 / 2:+1 (2)"]
+    assert [frf.name for frf in frfs] == [*(f"door {one}" for one in ends), *ends, "single"]
+    write_frfs(tmp_path / "b.uff", frfs)
+    assert [frf.name for frf in read_frfs(tmp_path / "b.uff")] == [frf.name for frf in frfs]

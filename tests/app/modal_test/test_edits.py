@@ -1,5 +1,6 @@
 """Modes of a test dropped and added by hand, on a beam whose modes are known."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from app.files.modes_file import load_modes
 from app.files.uff58 import write_frfs
 from app.modal_test.edits import add_mode, drop_mode, edits_of
 from app.modal_test.frf_set import FrfSet
-from app.modal_test.modes_of_test import identify_test, load_test, save_test
+from app.modal_test.modes_of_test import freed, identify_test, load_test, save_test
 from app.stages.identify import Wanted
 from tests.app.modal_test.conftest import Beam, F, typed
 
@@ -111,3 +112,18 @@ def test_what_cannot_be_is_refused(run: Path) -> None:
         drop_mode(run, float(F[2]))
     with pytest.raises(ResultFileError, match="transfers"):
         drop_mode(run.parent, 100.0)
+
+
+def test_a_mode_whose_own_damping_the_window_hides_is_weak(run: Path) -> None:
+    """The damping with the window's is known to 6 %; the own is a tenth of that, and so known to 60 %."""
+    _, modes, _ = load_test(run)
+    rate = float(-9.0 * modes.poles[modes.real][0].real)
+    widened = replace(
+        modes, poles=modes.poles - rate, covariance=np.tile(np.diag([1e-12, 0.06**2]), (len(modes.poles), 1, 1))
+    )
+    judged = freed(widened, rate)
+    first, last = np.flatnonzero(modes.real)[[0, -1]]
+    np.testing.assert_allclose(judged.poles, modes.poles)
+    assert judged.status[first] == "weak"
+    assert judged.reason[first].endswith("without the window's its damping ratio is known to 60 % only")
+    assert judged.status[last] == "kept"

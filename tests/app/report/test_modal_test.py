@@ -22,8 +22,9 @@ def test_a_point_read_from_behind_is_drawn_like_the_others() -> None:
     covariance = 1e-6 * np.eye(2)[None]
     modes = Modes(poles, residues, covariance, NONE, nothing, ("kept",), ("",), (1.0, 8.0), 0.1, 8)
     shapes = mode_shapes(frfs.transfers, poles, residues, modes.real)
-    drawn = drawn_shapes(frfs, modes, shapes).axes[0].lines[0].get_ydata()
-    np.testing.assert_allclose(np.asarray(drawn, dtype=float), [1.0, 1.0, 1.0])
+    axes = drawn_shapes(frfs, modes, shapes).axes[0]
+    np.testing.assert_allclose(np.asarray(axes.lines[0].get_ydata(), dtype=float), [1.0, 1.0, 1.0])
+    assert ([one.get_text() for one in axes.get_xticklabels()], axes.get_xlabel()) == (["1", "2", "3"], "node")
 
 
 @pytest.mark.parametrize(("places", "wanted"), [(("1:+3", "2:+3"), "1.000"), (("1:+3",), "–")])

@@ -66,6 +66,10 @@ def test_it_fits_a_small_screen(window: TestWindow) -> None:
     assert window.minimumSizeHint().height() <= 800
 
 
+def test_the_reading_at_the_cursor_has_its_unit(window: TestWindow) -> None:
+    assert " m/s2/N</td>" in window.frfs.readout.text()
+
+
 def test_selecting_a_mode_moves_cursor_and_shape(window: TestWindow) -> None:
     window.tabs.setCurrentIndex(1)
     window.modes.table.selectRow(0)

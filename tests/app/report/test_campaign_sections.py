@@ -1,0 +1,64 @@
+"""The report of a campaign whose plate is not the paper's."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.files.modes_file import load_modes
+from app.report.page import PageTable, Picture, Section
+from app.report.sections import sections
+from tests.app.modal_test.conftest import typed
+
+HAMMER_PLATE = Path(__file__).resolve().parents[3] / "examples" / "hammer-plate"
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("plate")
+    shutil.copytree(HAMMER_PLATE, folder / "plate")
+    declared = folder / "plate" / "campaign.toml"
+    text = declared.read_text(encoding="utf-8")
+    named = 'operator = "A. Tester"\ndate = 2026-11-22\n'
+    declared.write_text(text.replace("title =", f"{named}title =", 1), encoding="utf-8")
+    typed("identify", folder / "plate", "--out", folder / "run", "--quiet")
+    return folder / "run"
+
+
+@pytest.fixture(scope="module")
+def parts(run: Path) -> dict[str, Section]:
+    return {part.title: part for part in sections(run, lambda *_: None).sections}
+
+
+def pictures(parts: dict[str, Section]) -> list[Picture]:
+    return [item for part in parts.values() for item in part.items if isinstance(item, Picture)]
+
+
+def tables(part: Section) -> list[PageTable]:
+    return [item for item in part.items if isinstance(item, PageTable)]
+
+
+def test_it_tells_who_measured_and_when(parts: dict[str, Section]) -> None:
+    (facts,) = tables(parts["Measurement"])
+    assert list(facts.rows[:2]) == [("date", "2026-11-22"), ("operator", "A. Tester")]
+
+
+def test_it_lists_the_modes_of_the_sweep_that_is_drawn(run: Path, parts: dict[str, Section]) -> None:
+    (modes,) = tables(parts["Identification"])
+    tracked = load_modes(run / "modes.h5")
+    drawn = tracked.modes[int(np.abs(tracked.temperature - 25.4).argmin())]
+    assert [row[1] for row in modes.rows] == [f"{f:.3f}" for f in drawn.reading().frequency_hz[drawn.real]]
+    assert {row[5] for row in modes.rows} == {"kept, confirmed"}
+    assert all(float(row[2]) > 0.0 for row in modes.rows)
+
+
+def test_the_paper_is_not_mentioned(parts: dict[str, Section]) -> None:
+    assert "Beside the paper" not in parts
+    assert not [picture.caption for picture in pictures(parts) if "paper" in picture.caption]
+
+
+def test_legends_stand_outside_the_axes(parts: dict[str, Section]) -> None:
+    drawn = [picture.figure for picture in pictures(parts)]
+    assert sum(bool(figure.legends) for figure in drawn) >= 3
+    assert not [axes for figure in drawn for axes in figure.axes if axes.get_legend() is not None]
