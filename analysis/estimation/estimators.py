@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.estimation.spectra import Spectra
-from analysis.noise_power import noise_power, single_repeat_power
+from analysis.noise_power import noise_power
 
 Estimator = Literal["h1", "h2", "hv"]
 
@@ -28,8 +28,8 @@ class FrfEstimate:
         Hz, above zero.
     h : (K, M, F) complex ndarray
         Responses by drives, SI.
-    variance : (K, M, F) ndarray
-        E|h - H|^2.
+    variance : (K, M, F) ndarray or None
+        E|h - H|^2; None where no more segments than drives were averaged: the noise is then seen from a fit only.
     coherence : (K, F) ndarray
         Of each response with all drives together, 0 to 1.
     averages : float
@@ -38,7 +38,7 @@ class FrfEstimate:
 
     frequency: NDArray[np.float64]
     h: NDArray[np.complex128]
-    variance: NDArray[np.float64]
+    variance: NDArray[np.float64] | None
     coherence: NDArray[np.float64]
     averages: float
 
@@ -131,14 +131,17 @@ def _variance(
     coherence: NDArray[np.float64],
     inverse: NDArray[np.complex128],
     averages: float,
-) -> NDArray[np.float64]:
-    """E|h - H|^2, (K, M, F): what the drives do not explain, by their inverse."""
+) -> NDArray[np.float64] | None:
+    """E|h - H|^2, (K, M, F): what the drives do not explain, by their inverse.
+
+    None for one blow, or as many segments as drives. Roughness along frequency would be no substitute: resonances
+    of few lines are rougher than noise.
+    """
     drives = h.shape[1]
     freedom = averages - drives
     everywhere = np.zeros(h.shape[2], dtype=bool)
-    if freedom < 0.5:  # one blow, or as many segments as drives: only roughness along frequency is left
-        rough = [[noise_power(single_repeat_power(one), one, everywhere) for one in row] for row in h]
-        return np.array(rough)
+    if freedom < 0.5:
+        return None
     noise = g_yy * (1.0 - coherence)
     if freedom < MANY:
         gains = np.sqrt((np.abs(h) ** 2).sum(1))

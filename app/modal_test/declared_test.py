@@ -195,7 +195,7 @@ def _transfers(found: FrfEstimate, held: SignalsOfFile, places: Mapping[str, str
                     h=found.h[k, m],
                     reference_quantity=quantities[1],
                     units=(UNITS[quantities[0]], UNITS[quantities[1]]),
-                    variance=found.variance[k, m],
+                    variance=None if found.variance is None else found.variance[k, m],
                     coherence=None if found.averages <= len(held.drives) else found.coherence[k],
                 )
             )

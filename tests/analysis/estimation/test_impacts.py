@@ -48,7 +48,8 @@ def identified(recording: SampledSignals, test: HammerTest) -> tuple[Modes, floa
     blows = find_blows(recording, test)
     found = estimate(blows.spectra())
     band = (found.frequency > 60.0) & (found.frequency < 1200.0)
-    measured = Measured(found.frequency[band], found.h[:, 0, band], found.variance[:, 0, band])
+    variance = None if found.variance is None else found.variance[:, 0, band]
+    measured = Measured(found.frequency[band], found.h[:, 0, band], variance)
     return identify(measured, Settings(mains=None)), blows.window.rate
 
 
@@ -63,6 +64,15 @@ def test_hits_are_found_and_three_modes_with_their_damping() -> None:
     kept = modes.poles[modes.real]
     np.testing.assert_allclose(kept.imag, POLES.imag, rtol=2e-5)
     np.testing.assert_allclose(kept.real, POLES.real, rtol=0.01)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_one_blow_alone_is_identified_as_exactly_as_its_noise_allows(seed: int) -> None:
+    """Roughness along frequency, which peaks two lines wide have without noise, must not be taken for noise."""
+    modes, _ = identified(session([(0.5, 50.0)], 3.0, noise=1e-4, seed=seed), HammerTest(trigger=5.0))
+    kept = modes.poles[modes.real]
+    assert (np.abs(kept.imag / POLES.imag - 1.0) < [2e-7, 1e-6, 1e-5]).all()
+    assert (np.abs(kept.real / POLES.real - 1.0) < [1e-4, 2e-4, 5e-3]).all()
 
 
 def test_the_damping_of_an_exponential_window_is_taken_out_of_the_poles() -> None:
