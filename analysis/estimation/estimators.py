@@ -14,6 +14,8 @@ Estimator = Literal["h1", "h2", "hv"]
 DEPENDENT = 1e-9
 """Smallest over largest eigenvalue of the drives' coherence below which they move as one."""
 
+LEAST_COHERENCE = 1e-6
+
 MANY = 30.0
 """Averages from which each line's own noise is known well enough; below, that of neighbouring lines counts too."""
 
@@ -76,9 +78,26 @@ def estimate(spectra: Spectra, estimator: Estimator = "h1") -> FrfEstimate:
         h = np.divide(g_yy, g_uy, out=np.zeros_like(g_uy), where=g_uy != 0.0)[:, None]
     else:
         h = _total_least_squares(g_uu, g_yu, g_yy)
-    return FrfEstimate(
-        frequency, h, _variance(h, g_yy, coherence, inverse, spectra.averages), coherence, spectra.averages
-    )
+    variance = _variance(h, g_yy, coherence, inverse, spectra.averages)
+    if variance is not None:
+        variance *= _against_h1(estimator, coherence, drives)[:, None]
+        if estimator == "hv":  # all the noise may be on the responses, as H1 assumes
+            variance += np.abs(h - h1) ** 2
+    return FrfEstimate(frequency, h, variance, coherence, spectra.averages)
+
+
+def _against_h1(estimator: Estimator, coherence: NDArray[np.float64], drives: int) -> NDArray[np.float64]:
+    """Variance of an estimator over that of H1, (K, F), to first order of the errors of the spectra.
+
+    |H2| is |H1| / coherence and has the same relative variance. Of Hv of one drive, |H1| / sqrt(coherence), the
+    phase has that relative variance, too, and the magnitude the coherence times it.
+    """
+    inverse = 1.0 / np.maximum(coherence, LEAST_COHERENCE)
+    if estimator == "h1":
+        return np.ones_like(inverse)
+    if estimator == "h2":
+        return inverse**2
+    return 0.5 * (1.0 + inverse) if drives == 1 else inverse
 
 
 def _inverse(g_uu: NDArray[np.complex128]) -> NDArray[np.complex128]:
