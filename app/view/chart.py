@@ -163,8 +163,8 @@ class Chart(pyqtgraph.PlotWidget):
 
     def fit(self) -> None:
         """Show all of it; an axis that follows another plot's is left to that."""
-        curves = self.curves
-        for axis, set_range in ((1, self.setXRange), (2, self.setYRange)):
+        curves, ranges = self.curves, {}
+        for axis, name in ((1, "xRange"), (2, "yRange")):
             if self.plotItem.vb.linkedView(axis - 1) is not None:
                 continue
             values = np.concatenate([np.empty(0), *(curve[axis] for curve in curves)])
@@ -172,7 +172,9 @@ class Chart(pyqtgraph.PlotWidget):
                 values = np.log10(values[values > 0.0])
             values = values[np.isfinite(values)]
             if values.size:
-                set_range(float(values.min()), float(values.max()), padding=0.04)
+                ranges[name] = (float(values.min()), float(values.max()))
+        if ranges:  # together: where the aspect is locked, setting one axis alone would undo the other
+            self.setRange(**ranges, padding=0.04)
 
     @property
     def log_x(self) -> bool:

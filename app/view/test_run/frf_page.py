@@ -114,7 +114,7 @@ class TestFrfPage(QWidget):
         x, label = held.frfs.frequency, held.frfs.label(n)
         parts = self.display.currentIndex() == 1
         unit = label[label.rfind("[") + 1 : -1]
-        names = ("real part", "imaginary part") if parts else (f"|H| [dB re 1 {unit}]", "phase [°]")
+        names = ("Re H", "Im H") if parts else (f"|H| [dB re 1 {unit}]", "phase [°]")
         for number, (chart, curves) in enumerate(zip((self.above, self.below), self._curves, strict=True)):
             for curve, h in zip(curves, (held.frfs.h[n], held.rebuilt[n]), strict=True):
                 y = (h.real, h.imag)[number] if parts else (decibels(h), np.degrees(np.angle(h)))[number]

@@ -66,6 +66,15 @@ def test_it_fits_a_small_screen(window: TestWindow) -> None:
     assert window.minimumSizeHint().height() <= 800
 
 
+@pytest.mark.parametrize("lines", [0, 10, -400])
+def test_the_nyquist_plane_shows_its_whole_circle_wherever_the_cursor_goes(window: TestWindow, lines: int) -> None:
+    window.frfs.axis.step(lines)
+    shown = window.frfs.nyquist.getViewBox().viewRange()
+    for (low, high), values in zip(shown, window.frfs.nyquist.curves[1][1:], strict=True):
+        assert low <= np.min(values)
+        assert np.max(values) <= high
+
+
 def test_the_reading_at_the_cursor_has_its_unit(window: TestWindow) -> None:
     assert " m/s2/N</td>" in window.frfs.readout.text()
 
