@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from analysis.channel import UNITS
 from analysis.estimation.coherence import coherence_variance
-from analysis.estimation.quantities import FREQUENCIES, axis_scale, calibration, frf_name
+from analysis.estimation.quantities import FREQUENCIES, Calibration, axis_scale, calibration, frf_name
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.measurements.columns import Columns
 from app.files.modal_test_toml import ModalTest, RecordOfTest, dof
@@ -46,8 +46,7 @@ def given_frfs(record: RecordOfTest, columns: Columns, test: ModalTest) -> list[
     axis = by_role["frequency"][0]
     written = test.channels[axis].unit or columns.units.get(axis, "Hz")
     frequency = columns.values[axis].real * axis_scale(written, FREQUENCIES, "frequencies")
-    read = calibration(test.frf.response, None, "voltage" if test.frf.response.endswith("V") else None)
-    drove = calibration(test.frf.reference, None, "voltage" if test.frf.reference.endswith("V") else None)
+    read, drove = _calibrated("response", test.frf.response), _calibrated("reference", test.frf.reference)
     made = []
     named = _named_frfs(record, columns, test, by_role)
     beside = by_role.get("coherence", [])
@@ -77,6 +76,14 @@ def given_frfs(record: RecordOfTest, columns: Columns, test: ModalTest) -> list[
             )
         )
     return made
+
+
+def _calibrated(end: str, unit: str) -> Calibration:
+    """Return what the unit of one end of the FRFs means; ValueError, with the key, where that is not known."""
+    try:
+        return calibration(unit, None, "voltage" if unit.endswith("V") else None)
+    except ValueError as error:
+        raise ValueError(f"frf.{end}: {error}") from error
 
 
 def _named_frfs(
@@ -126,6 +133,10 @@ def _checked_lines(file: str, name: str, frequency: NDArray[np.float64], h: NDAr
         raise ValueError(f"{place}: {int(used.sum())} lines above 0 Hz; 8 at least: export the whole band")
     if not np.abs(h[used]).any():
         raise ValueError(f"{place}: zero on every line; check the channel, or leave it out")
+    if not np.iscomplexobj(h) or not h.imag.any():
+        raise ValueError(
+            f"{place}: real values; an FRF needs its phase: export complex values, or real and imaginary part"
+        )
     if np.ptp(h[used].real) == np.ptp(h[used].imag) == 0.0:
         raise ValueError(f"{place}: the same value on every line; this is no FRF of a structure, leave it out")
     return used

@@ -91,7 +91,9 @@ def test_signals_that_are_no_measurement(
     ("frequency", "h", "message"),
     [
         (LINES, 0 * H, "zero on every line; check the channel"),
-        (LINES, 0 * H + 1.0, "the same value on every line"),
+        (LINES, 0 * H + 1.0 + 1.0j, "the same value on every line"),
+        (LINES, np.abs(H), "real values; an FRF needs its phase: export complex values"),
+        (LINES, np.abs(H) + 0j, "real values; an FRF needs its phase"),
         (LINES, np.where(LINES == 9, np.nan, H), "not finite; export it again"),
         (LINES[:1], H[:1], "no column of numbers"),
         (LINES[:5], H[:5], "5 lines above 0 Hz; 8 at least"),
@@ -193,3 +195,10 @@ def test_a_place_for_results_is_tried_before_anything_is_read(tmp_path: Path, ru
     assert status == 2
     assert "--out" not in err
     assert not (tmp_path / "new").exists()
+
+
+def test_an_unknown_unit_of_frfs_is_named_with_its_key(tmp_path: Path, run_flexura: Flexura) -> None:
+    path = declared(tmp_path, "frf", {"freq": LINES, "H": H}, FRF_CHANNELS, 'frf = { response = "furlong" }')
+    status, _, told = run_flexura("identify", path)
+    assert status == 2
+    assert "frf.response: unit 'furlong' is not known; allowed: V, mV" in told
