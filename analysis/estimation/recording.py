@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+PILED_UP = 5.0
 FEWEST = 16
 """Samples below which nothing can be estimated."""
 
@@ -70,8 +71,20 @@ def signal_faults(names: Sequence[str], signals: Sequence[NDArray[np.float64]]) 
     return said
 
 
+def _piled_up(signal: NDArray[np.float64]) -> bool:
+    """Whether the largest value occurs far more often than the next one."""
+    largest = signal.max()
+    often = int((signal == largest).sum())
+    below = signal[signal < largest]
+    return often >= 4 and len(below) > 0 and often >= PILED_UP * int((below == below.max()).sum())
+
+
 def clipped(signal: NDArray[np.float64], full_scale: float | None = None) -> bool:
-    """Whether a signal was cut off: at its full scale, or at a largest value that it holds for four samples."""
+    """Whether a signal was cut off: at its full scale, or at a largest value held for four samples or often met.
+
+    Of vibration near half the sample rate single samples are cut off: the largest value then occurs `PILED_UP` times
+    as often as the next one. A signal of few levels that was not cut off has its next value nearly as often.
+    """
     if not signal.any():
         return False
     size = np.abs(signal)
@@ -79,5 +92,7 @@ def clipped(signal: NDArray[np.float64], full_scale: float | None = None) -> boo
         return True
     flat = ((signal == signal.max()) | (signal == signal.min())) & (size >= 0.5 * size.max())
     together: NDArray[np.bool_] = flat[3:] & flat[2:-1] & flat[1:-2] & flat[:-3]
+    if any(_piled_up(one) for one in (signal, -signal) if one.max() >= 0.5 * size.max()):
+        return True
     same = (np.diff(signal)[:-2] == 0.0) & (np.diff(signal)[1:-1] == 0.0) & (np.diff(signal)[2:] == 0.0)
     return bool((together & same).any())

@@ -184,3 +184,17 @@ def test_signals_that_are_no_measurement() -> None:
     assert clipped(np.clip(signal, -0.7, 0.7))
     assert not clipped(signal)
     assert clipped(signal, 0.9)
+
+
+@pytest.mark.parametrize("levels", [12, 100, 2**15, None])
+def test_single_samples_that_were_cut_off_are_an_overload(levels: int | None) -> None:
+    """A fifth of the sample rate: no peak is flat for four samples. A few levels alone are no overload."""
+    t = np.arange(2000)
+    signal = np.exp(-t / 400.0) * np.sin(2.0 * np.pi * 0.2013 * t)
+
+    def read(analogue: NDArray[np.float64]) -> NDArray[np.float64]:
+        return analogue if levels is None else np.round(levels * analogue) / levels
+
+    assert clipped(read(np.clip(signal, -0.6, 0.6))) is (levels != 12)
+    assert not clipped(read(signal))
+    assert not clipped(read(signal * np.exp(t / 400.0)))
