@@ -82,7 +82,7 @@ def _piled_up(signal: NDArray[np.float64]) -> bool:
 def clipped(signal: NDArray[np.float64], full_scale: float | None = None) -> bool:
     """Whether a signal was cut off: at its full scale, or at a largest value held for four samples or often met.
 
-    Of vibration near half the sample rate single samples are cut off: the largest value then occurs `PILED_UP` times
+    Of fast vibration single samples are cut off: the largest value then occurs `PILED_UP` times
     as often as the next one. A signal of few levels that was not cut off has its next value nearly as often.
     """
     if not signal.any():
