@@ -15,6 +15,7 @@ DEPENDENT = 1e-9
 """Smallest over largest eigenvalue of the drives' coherence below which they move as one."""
 
 LEAST_COHERENCE = 1e-6
+"""Coherence below which the variances of H2 and Hv grow no further."""
 
 MANY = 30.0
 """Averages from which each line's own noise is known well enough; below, that of neighbouring lines counts too."""

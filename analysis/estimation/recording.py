@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 PILED_UP = 5.0
+"""Ratio of how often the largest value of a signal and the next one occur, from which the signal was cut off."""
+
 FEWEST = 16
 """Samples below which nothing can be estimated."""
 
