@@ -64,19 +64,17 @@ def unresolved(
     height = heights(poles, residues)
     place = poles.imag / (2.0 * np.pi * spacing)
     width = -poles.real / (2.0 * np.pi * spacing)
-    lesser = np.zeros(len(poles), dtype=bool)
-    standing: list[int] = []
+    standing = np.zeros(len(poles), dtype=bool)
     for j in np.argsort(height)[::-1]:
-        for i in standing:
-            apart = abs(place[i] - place[j])
-            small = NEEDLE_SMALL if width[j] < 1.0 else SMALL
-            leaked = width[i] < NARROW and apart < REACH and height[j] < small * height[i]
-            close = apart < CLOSEST and min(width[i], width[j]) < NARROWEST_PAIR
-            if close or leaked or _one_that_moves(poles[[i, j]], residues[:, [i, j]]):
-                lesser[j] = True
-                break
-        else:
-            standing.append(int(j))
+        others = np.flatnonzero(standing)
+        apart, narrower = np.abs(place[others] - place[j]), np.minimum(width[others], width[j])
+        small = NEEDLE_SMALL if width[j] < 1.0 else SMALL
+        leaked = (width[others] < NARROW) & (apart < REACH) & (height[j] < small * height[others])
+        close = (apart < CLOSEST) & (narrower < NARROWEST_PAIR)
+        standing[j] = not (leaked | close).any() and not any(
+            _one_that_moves(poles[[i, j]], residues[:, [i, j]]) for i in others[apart < COINCIDENT * narrower]
+        )
+    lesser: NDArray[np.bool_] = ~standing
     return lesser
 
 
