@@ -111,7 +111,7 @@ def _fitted_together(
         kept = sweeps[~foreign]
         first = int(np.abs(kept - start).argmin())
         some, rows, first, _ = find_tracks(
-            frf.temperature[kept], [measured[t] for t in kept], first, settings, progress
+            frf.temperature[kept], [measured[t] for t in kept], first, settings, None
         )
         start, table = int(kept[first]), np.full((len(sweeps), rows.shape[1]), -1, dtype=np.int64)
         table[kept] = rows
