@@ -26,8 +26,8 @@ class PoleProducts:
 
     Attributes
     ----------
-    rows : (N, N) ndarray
-        Products of the rows with each other.
+    rows : (I, N) ndarray
+        Products of the first rows with all rows.
     poles : (J,) complex ndarray
         rad/s.
     value, slope : (J,) complex ndarray
@@ -47,7 +47,7 @@ class PoleProducts:
     times: NDArray[np.complex128]
 
     def gram(self, before: int) -> NDArray[np.float64]:
-        """Lower triangle of the Gram matrix of columns, some rows, derivative columns, and the other rows.
+        """Lower triangle of the Gram matrix of columns, some rows, derivative columns, and the rest of the I rows.
 
         Parameters
         ----------
@@ -57,20 +57,21 @@ class PoleProducts:
         Returns
         -------
         (M, M) ndarray
-            M = 2J + N, with derivatives 4J + N; zero above the diagonal blocks.
+            M = 2J + I, with derivatives 4J + I; zero above the diagonal blocks.
         """
-        own, moving, rows = len(self.onto), len(self.moved), self.rows
+        own, moving, rows = len(self.onto), len(self.moved), self.rows[:, : len(self.rows)]
         first, last = slice(own, own + before), slice(own + before + moving, None)
         moved = slice(own + before, own + before + moving)
         gram = np.zeros((own + moving + len(rows),) * 2)
-        blocks = _between(self._curve, self._curve)
+        blocks, onto = _between(self._curve, self._curve), self.onto[:, : len(rows)]
         gram[:own, :own] = blocks[0]
-        gram[first, :own], gram[last, :own] = self.onto[:, :before].T, self.onto[:, before:].T
+        gram[first, :own], gram[last, :own] = onto[:, :before].T, onto[:, before:].T
         gram[first, first], gram[last, first] = rows[:before, :before], rows[before:, :before]
         gram[last, last] = rows[before:, before:]
         if moving:
+            onto = self.moved[:, : len(rows)]
             gram[moved, :own], gram[moved, moved] = blocks[1].T, blocks[2]
-            gram[moved, first], gram[last, moved] = self.moved[:, :before], self.moved[:, before:].T
+            gram[moved, first], gram[last, moved] = onto[:, :before], onto[:, before:].T
         return gram
 
     def with_columns_of(self, others: "PoleProducts", before: int) -> NDArray[np.float64]:

@@ -75,7 +75,8 @@ class Relocation:
         for group in lines.weight_groups:
             weight, data = group.weight[::2], group.data.view(complex)
             times = (fixed * data.conj()[:, None]).reshape(-1, len(w))
-            groups.append(WeightedLines.of(w, weight, np.concatenate([fixed * weight, data, times])))
+            rows = np.concatenate([fixed * weight, data, times])
+            groups.append(WeightedLines.of(w, weight, rows, len(fixed)))
         size = np.sqrt((np.abs(lines.h / lines.deviation) ** 2).sum(axis=0))
         unit, energy = (WeightedLines.of(w, one, one[None].astype(complex)) for one in (np.ones(len(w)), size))
         return cls(unit, energy, groups, [len(group.rows) for group in lines.weight_groups], len(fixed))
@@ -117,7 +118,7 @@ class Relocation:
         products, own, terms = weighted.at(poles), 2 * len(poles), self.terms
         model = slice(own + terms)
         triangle, lengths = factor_of_gram(
-            products.gram(terms)[model, model],
+            products.gram(terms),
             own + terms,
             lambda: weighted.line_by_line(poles, terms, derivatives=False)[model],
         )

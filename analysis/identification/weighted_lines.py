@@ -27,8 +27,8 @@ class WeightedLines:
         rows and Re of the rows, as far as they are not zero.
     filled : (M,) ndarray of int
         Places of the rows of `measure` among all 1 + 2N.
-    products : (N, N) ndarray
-        Inner products of the rows.
+    products : (I, N) ndarray
+        Inner products of the first rows with all rows.
     """
 
     w: NDArray[np.float64]
@@ -40,7 +40,11 @@ class WeightedLines:
 
     @classmethod
     def of(
-        cls, w: NDArray[np.float64], weight: NDArray[np.float64], rows: NDArray[np.complex128]
+        cls,
+        w: NDArray[np.float64],
+        weight: NDArray[np.float64],
+        rows: NDArray[np.complex128],
+        inner: int | None = None,
     ) -> "WeightedLines":
         """Prepare lines.
 
@@ -50,6 +54,8 @@ class WeightedLines:
             rad/s, and what columns are multiplied by.
         rows : (N, F) complex ndarray
             Weighted.
+        inner : int, optional
+            Number I of rows whose inner products with the others are needed; all by default.
 
         Returns
         -------
@@ -57,7 +63,7 @@ class WeightedLines:
         """
         measure = np.concatenate([(weight**2)[None], rows.imag * (weight * w), rows.real * weight])
         filled = np.flatnonzero(measure.any(axis=1))  # residual terms are real or imaginary
-        return cls(w, weight, rows, measure[filled], filled, rows.view(float) @ rows.view(float).T)
+        return cls(w, weight, rows, measure[filled], filled, rows[:inner].view(float) @ rows.view(float).T)
 
     def at(self, poles: NDArray[np.complex128], *, derivatives: bool = False) -> "PoleProducts":
         """Sum over the lines for poles (J,), rad/s, in the upper half plane, and for their derivative columns."""
