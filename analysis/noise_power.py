@@ -35,15 +35,38 @@ def noise_power(
         s (1 + beta |h|^2): s averages power / (1 + beta |h|^2) over `SMOOTHING_LINES` lines, and beta maximizes
         the likelihood of powers that scatter as chi-squared about it (Bendat and Piersol, Random Data, 2010).
     """
+    smooth, shape = noise_parts(power, h, excluded)
+    return smooth * shape
+
+
+def noise_parts(
+    power: NDArray[np.float64], h: NDArray[np.complex128], excluded: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Split the noise of `noise_power` into that of the response and that of the drive.
+
+    Parameters
+    ----------
+    power : (F,) ndarray
+    h : (F,) complex ndarray
+    excluded : (F,) bool ndarray
+        As for `noise_power`.
+
+    Returns
+    -------
+    smooth, shape : (F,) ndarray
+        s, the noise of the response alone, and 1 + beta |h|^2, by which the drive's increases it.
+    """
     gain = np.abs(h) ** 2
     seen = ~excluded & np.isfinite(power) & np.isfinite(gain)
     known = seen & (power > 0.0) & (gain > 0.0)
     if not known.any():
-        return _smooth(power, seen)
+        return _smooth(power, seen), np.ones(len(power))
     shapes = 1.0 + SHARES[:, None] * (gain / np.exp(np.log(gain[known]).mean()))
-    powers = shapes * _smooth(power / shapes, seen)
+    smooth = _smooth(power / shapes, seen)
+    powers = shapes * smooth
     unlikely = (np.log(powers[:, known]) + power[known] / powers[:, known]).sum(1)
-    return np.asarray(powers[int(np.argmin(unlikely))])
+    likeliest = int(np.argmin(unlikely))
+    return np.asarray(smooth[likeliest]), np.asarray(shapes[likeliest])
 
 
 def _smooth(power: NDArray[np.float64], seen: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.estimation.spectra import Spectra
-from analysis.noise_power import noise_power
+from analysis.noise_power import noise_parts, noise_power
 
 Estimator = Literal["h1", "h2", "hv"]
 
@@ -51,7 +51,9 @@ def estimate(spectra: Spectra, estimator: Estimator = "h1") -> FrfEstimate:
 
     H1 = G_yu G_uu^-1 has least error where the responses are noisy, H2 = G_yy / G_uy where the drive is (at
     resonances of a shaker test), Hv is total least squares with both scaled to their own power: between the two,
-    for any number of drives.
+    for any number of drives. In H2 and Hv the noise of the response is subtracted from G_yy, as far as it shows in
+    what the drives do not explain (`noise_parts`). With it |H2| would be at least N_yy / |G_uy|, and the smooth
+    errors that this makes near antiresonances look like poles.
 
     Raises
     ------
@@ -72,30 +74,45 @@ def estimate(spectra: Spectra, estimator: Estimator = "h1") -> FrfEstimate:
     h1 = np.einsum("fki,fij->kjf", g_yu, inverse)
     explained = np.einsum("kjf,fkj->kf", h1, g_yu.conj()).real
     coherence = np.clip(np.divide(explained, g_yy, out=np.zeros_like(g_yy), where=g_yy > 0.0), 0.0, 1.0)
+    own = np.zeros_like(g_yy) if estimator == "h1" else _noise_of_responses(h1, g_yy, coherence, spectra.averages)
+    signal = g_yy - own
     if estimator == "h1":
         h = h1
     elif estimator == "h2":
         g_uy = g_yu[:, :, 0].conj().T
-        h = np.divide(g_yy, g_uy, out=np.zeros_like(g_uy), where=g_uy != 0.0)[:, None]
+        h = np.divide(signal, g_uy, out=np.zeros_like(g_uy), where=g_uy != 0.0)[:, None]
     else:
-        h = _total_least_squares(g_uu, g_yu, g_yy)
+        h = _total_least_squares(g_uu, g_yu, signal)
     variance = _variance(h, g_yy, coherence, inverse, spectra.averages)
-    if variance is not None:
-        variance *= _against_h1(estimator, coherence, drives)[:, None]
-        if estimator == "hv":  # all the noise may be on the responses, as H1 assumes
-            variance += np.abs(h - h1) ** 2
+    if variance is not None and estimator != "h1":
+        left = signal / np.maximum(g_yy, np.finfo(float).tiny)  # at least the coherence
+        explained = np.maximum(coherence, LEAST_COHERENCE)
+        variance *= _against_h1(estimator, explained / np.maximum(left, explained), drives)[:, None]
+        scatter = (1.0 - left) / np.maximum(left, explained) * (1.0 if estimator == "h2" else 0.5)
+        variance += np.abs(h) ** 2 * (scatter**2 / spectra.averages)[:, None]
     return FrfEstimate(frequency, h, variance, coherence, spectra.averages)
 
 
-def _against_h1(estimator: Estimator, coherence: NDArray[np.float64], drives: int) -> NDArray[np.float64]:
-    """Variance of an estimator over that of H1, (K, F), to first order of the errors of the spectra.
+def _noise_of_responses(
+    h: NDArray[np.complex128], g_yy: NDArray[np.float64], coherence: NDArray[np.float64], averages: float
+) -> NDArray[np.float64]:
+    """Noise in the spectra of the responses that is not noise of a drive times H, (K, F); 0 where nothing tells."""
+    freedom = averages - h.shape[1]
+    if freedom < 0.5:
+        return np.zeros_like(g_yy)
+    unexplained, gains = g_yy * (1.0 - coherence), np.sqrt((np.abs(h) ** 2).sum(1))
+    everywhere = np.zeros(g_yy.shape[1], dtype=bool)
+    rows = [noise_parts(*one, everywhere)[0] for one in zip(unexplained, gains, strict=True)]
+    return np.minimum(np.array(rows) * averages / freedom, unexplained)
 
-    |H2| is |H1| / coherence and has the same relative variance. Of Hv of one drive, |H1| / sqrt(coherence), the
-    phase has that relative variance, too, and the magnitude the coherence times it.
+
+def _against_h1(estimator: Estimator, explained: NDArray[np.float64], drives: int) -> NDArray[np.float64]:
+    """Variance of an estimator over that of H1, (K, F), to first order of the errors of the cross spectra.
+
+    |H2| is |H1| / c, with c the coherence with what is left of G_yy, and has the same relative variance. Of Hv of
+    one drive, |H1| / sqrt(c), the phase has that relative variance, too, and the magnitude c times it.
     """
-    inverse = 1.0 / np.maximum(coherence, LEAST_COHERENCE)
-    if estimator == "h1":
-        return np.ones_like(inverse)
+    inverse = 1.0 / explained
     if estimator == "h2":
         return inverse**2
     return 0.5 * (1.0 + inverse) if drives == 1 else inverse

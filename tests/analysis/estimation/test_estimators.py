@@ -36,8 +36,8 @@ def test_every_estimator_finds_a_filter_without_noise(estimator: str) -> None:
     assert found.coherence.min() > 0.999
 
 
-def test_noise_biases_h1_at_the_drive_h2_at_the_response_and_hv_between() -> None:
-    """White noise of a tenth of the power: H1 is 1/1.1 of the truth, H2 1.1 times it where the response has it."""
+def test_noise_of_the_drive_biases_h1_not_h2_and_hv_between() -> None:
+    """White noise of a tenth of the power: H1 is 1/1.1 of the truth; that of the response biases none."""
     rng = np.random.default_rng(1)
     drive = welch(noisy(rng, 400_000, at_drive=np.sqrt(0.1)), 0.2)
     true = gain(B, A, drive.frequency[1:])
@@ -46,7 +46,8 @@ def test_noise_biases_h1_at_the_drive_h2_at_the_response_and_hv_between() -> Non
     assert ratio["h2"] == pytest.approx(1.0, abs=0.01)
     assert ratio["hv"] == pytest.approx(np.sqrt(1 / 1.1), abs=0.01)
     response = welch(noisy(rng, 400_000, at_response=0.3), 0.2)
-    assert np.abs(estimate(response, "h1").h[0, 0] / true).mean() == pytest.approx(1.0, abs=0.01)
+    for name in ("h1", "h2", "hv"):
+        assert np.abs(estimate(response, name).h[0, 0] / true).mean() == pytest.approx(1.0, abs=0.02)  # type: ignore[arg-type]
     both = [np.abs(estimate(response, name).h[0, 0]) for name in ("h1", "h2", "hv")]  # type: ignore[arg-type]
     np.testing.assert_allclose(both[2], np.sqrt(both[0] * both[1]), rtol=1e-9)
 
@@ -68,17 +69,17 @@ def test_two_drives_at_once_are_told_apart(estimator: str) -> None:
 
 @pytest.mark.parametrize(
     ("estimator", "drives", "within"),
-    [("h1", 1, 0.06), ("h1", 2, 0.06), ("h2", 1, 0.1), ("hv", 1, 0.06), ("hv", 2, 0.1)],
+    [("h1", 1, 0.06), ("h1", 2, 0.06), ("h2", 1, 0.2), ("hv", 1, 0.1), ("hv", 2, 0.1)],
 )
 def test_stated_variance_is_that_of_repeated_estimates(estimator: str, drives: int, within: float) -> None:
-    """E|h - H|^2 at a coherence above 0.3; of Hv with the bias that it has where all noise is on the response."""
+    """E|h - H|^2 at a coherence above 0.3, bias included, where all noise is on the response."""
     rng = np.random.default_rng(3)
     found = []
     for _ in range(120):
         u = rng.standard_normal((drives, 40_000))
         y = lfilter(B, A, u).sum(0) + rng.standard_normal(40_000)
         found.append(estimate(welch(SampledSignals(RATE, u, y[None]), 0.2, overlap=0.5), estimator))  # type: ignore[arg-type]
-    true = gain(B, A, found[0].frequency) if estimator == "hv" else np.mean([one.h[0, 0] for one in found], axis=0)
+    true = gain(B, A, found[0].frequency)
     real = np.mean([np.abs(one.h[0, 0] - true) ** 2 for one in found], axis=0)
     stated = np.mean([one.variance[0, 0] for one in found if one.variance is not None], axis=0)
     coherent = np.mean([one.coherence[0] for one in found], axis=0) > 0.3
