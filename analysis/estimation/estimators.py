@@ -96,14 +96,14 @@ def estimate(spectra: Spectra, estimator: Estimator = "h1") -> FrfEstimate:
 def _noise_of_responses(
     h: NDArray[np.complex128], g_yy: NDArray[np.float64], coherence: NDArray[np.float64], averages: float
 ) -> NDArray[np.float64]:
-    """Noise in the spectra of the responses that is not noise of a drive times H, (K, F); 0 where nothing tells."""
+    """Noise in the responses' spectra that is no noise of a drive times H, (K, F); 0 where nothing tells."""
     freedom = averages - h.shape[1]
     if freedom < 0.5:
         return np.zeros_like(g_yy)
     unexplained, gains = g_yy * (1.0 - coherence), np.sqrt((np.abs(h) ** 2).sum(1))
     everywhere = np.zeros(g_yy.shape[1], dtype=bool)
     rows = [noise_parts(*one, everywhere)[0] for one in zip(unexplained, gains, strict=True)]
-    return np.minimum(np.array(rows) * averages / freedom, unexplained)
+    return np.asarray(np.minimum(np.array(rows) * averages / freedom, unexplained))
 
 
 def _against_h1(estimator: Estimator, explained: NDArray[np.float64], drives: int) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@
 ``given_frfs``          FRFs that a file holds as such, checked
 ``frf_set``             FRFs of a structure, with where they were measured
 ``modes_of_test``       modes and shapes of a test: computed, saved, loaded
+``without_windows``    what windows do to modes, taken out of them
 ``saved``               the files of it
 ``new_declaration``     a declaration to start from
 ``guessed_channels``    roles, units and sensitivities of its channels

@@ -10,6 +10,7 @@ from analysis.estimation.estimators import FrfEstimate, estimate
 from analysis.estimation.impacts import Blows, find_blows
 from analysis.estimation.quantities import frf_name
 from analysis.estimation.ringing import ringing
+from analysis.estimation.segments import Segments
 from analysis.estimation.spectra import pooled, welch
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.progress import Progress
@@ -71,7 +72,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
             transfers=tuple(transfers),
             points=points,
             window_rate=rates.pop(),
-            segment=test.segments.seconds if test.kind == "continuous" else 0.0,
+            segments=_segments(test),
             temperature=float("nan") if test.temperature is None else test.temperature,
             mains=test.mains,
             notes=(*notes, *(said_of_coherence(transfers) if test.kind == "frf" else ())),
@@ -81,6 +82,12 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
         )
     except ValueError as error:
         raise ResultFileError(f"{file}: {error}") from error
+
+
+def _segments(test: ModalTest) -> Segments | None:
+    if test.kind != "continuous":
+        return None
+    return Segments(test.segments.seconds, test.segments.window, test.estimator)
 
 
 def _read_files(

@@ -18,8 +18,9 @@ from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp
 from app.modal_test.frf_set import FrfSet
-from app.modal_test.modes_of_test import TestModes, freed, load_test, rebuilt, shaped_test, write_run
+from app.modal_test.modes_of_test import TestModes, load_test, shaped_test, write_run
 from app.modal_test.saved import load_stabilization
+from app.modal_test.without_windows import rebuilt, without_windows
 
 BY_HAND = "added by hand"
 OUT_BY_HAND = "dropped by hand"
@@ -91,7 +92,7 @@ def add_mode(run: Path, frequency: float) -> str:
     fitted, order = _fitted(frfs, modes, np.append(there, pole), mains)
     by_hand = [j for j, why in enumerate(modes.reason) if why.startswith(BY_HAND)]
     fitted = _kept_by_hand(fitted, order[[*by_hand, len(there)]].tolist())
-    fitted = freed(fitted, frfs.window_rate)
+    frfs, fitted = without_windows(frfs, fitted)
     found = shaped_test(frfs, fitted, load_stabilization(run / "stabilization.h5"))
     place = float(found.modes.reading().frequency_hz[order[-1]])
     return _saved(run, found, f"mode at {place:.3f} Hz, begun at {frequency:.3f} Hz, {BY_HAND}")
@@ -120,7 +121,7 @@ def _without(frfs: FrfSet, modes: Modes, gone: int) -> Modes:
         reason=tuple(modes.reason[j] for j in others),
         confirmation=tuple(words[j] for j in others) if words else (),
     )
-    over = frfs.h - rebuilt(left, frfs.frequency, frfs.window_rate)
+    over = frfs.h - rebuilt(left, frfs.frequency, frfs)
     return replace(left, misfit=float(np.sqrt((np.abs(over) ** 2).sum() / (np.abs(frfs.h) ** 2).sum())))
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from analysis.channel import UNITS
 from analysis.estimation.coherence import without_information
 from analysis.estimation.quantities import frf_label, frf_name
+from analysis.estimation.segments import Segments
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.bad_file import ResultFileError
 from app.files.provenance import sha256
@@ -29,8 +30,8 @@ class FrfSet:
         Places of nodes, m, as far as they are known.
     window_rate : float
         Of an exponential window, which all poles lie further left by, 1/s.
-    segment : float
-        Length of the windowed segments that were averaged, s; 0 where there were none.
+    segments : Segments or None
+        Windowed segments that were averaged, whose leakage is taken out of poles; None where there were none.
     temperature : float
         Degrees Celsius; NaN where it is not known.
     mains : float or None
@@ -46,7 +47,7 @@ class FrfSet:
     transfers: tuple[MeasuredTransfer, ...]
     points: Mapping[int, Position] = field(default_factory=dict)
     window_rate: float = 0.0
-    segment: float = 0.0
+    segments: Segments | None = None
     temperature: float = float("nan")
     mains: float | None = None
     notes: tuple[str, ...] = ()

@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.estimation.windows import without_window
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
-from analysis.identification.status import WEAK_DAMPING
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.progress import Progress
 from analysis.shapes.participation import ModeShapes, mode_shapes, residue_deviation
@@ -24,15 +22,10 @@ from app.files.uff58 import write_frfs
 from app.files.uff_modes import write_modes
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.saved import load_frfs, save_frfs, save_stabilization, write_modes_table
+from app.modal_test.without_windows import rebuilt, without_windows
 
 if TYPE_CHECKING:
     from app.stages.identify import Wanted
-
-WIDE = 8.0
-"""Half-power width of a mode in lines from which a Hann window leaves its damping within a few per cent."""
-
-UNSURE = "without the window's its damping ratio is known to {:.0f} % only"
-DROWNED = "the exponential window drowned its damping: record longer blocks with a weaker window"
 
 
 @dataclass(frozen=True)
@@ -44,7 +37,7 @@ class TestModes:
     frfs : FrfSet
         As measured, inside the band.
     modes : Modes
-        An exponential window's damping taken out.
+        Damping by windows taken out.
     shapes : ModeShapes
         Of those poles that are modes of the structure.
     chart : StabilizationChart
@@ -59,27 +52,7 @@ class TestModes:
 
     def rebuilt(self) -> NDArray[np.complex128]:
         """FRFs of the model as they were fitted, (L, F): with the window that was over the measured ones."""
-        return rebuilt(self.modes, self.frfs.frequency, self.frfs.window_rate)
-
-
-def rebuilt(modes: Modes, frequency: NDArray[np.float64], window_rate: float) -> NDArray[np.complex128]:
-    """FRFs that the modes make under an exponential window.
-
-    Parameters
-    ----------
-    modes : Modes
-        The window's damping taken out.
-    frequency : (F,) ndarray
-        Hz.
-    window_rate : float
-        1/s.
-
-    Returns
-    -------
-    (L, F) complex ndarray
-        In the units of the residues.
-    """
-    return replace(modes, poles=modes.poles - window_rate).synthesis(frequency)
+        return rebuilt(self.modes, self.frfs.frequency, self.frfs)
 
 
 def identify_test(frfs: FrfSet, wanted: "Wanted", report: Progress) -> TestModes:
@@ -110,8 +83,7 @@ def identify_test(frfs: FrfSet, wanted: "Wanted", report: Progress) -> TestModes
     orders = np.unique(np.linspace(2, 2 * max(len(modes.poles), 3) + 2, 8).astype(int))
     chart = stabilization_chart(Measured(frfs.frequency, frfs.h), modes.terms, [int(n) for n in orders])
     report("identify", 1.0)
-    widened = replace(frfs, notes=(*frfs.notes, *_widened(modes, frfs.segment)))
-    return shaped_test(widened, freed(modes, frfs.window_rate), chart)
+    return shaped_test(*without_windows(frfs, modes), chart)
 
 
 def shaped_test(frfs: FrfSet, modes: Modes, chart: StabilizationChart) -> TestModes:
@@ -121,51 +93,17 @@ def shaped_test(frfs: FrfSet, modes: Modes, chart: StabilizationChart) -> TestMo
     ----------
     frfs : FrfSet
     modes : Modes
-        An exponential window's damping taken out.
+        Damping by windows taken out.
     chart : StabilizationChart
 
     Returns
     -------
     TestModes
     """
-    left = frfs.h - rebuilt(modes, frfs.frequency, frfs.window_rate)
+    left = frfs.h - rebuilt(modes, frfs.frequency, frfs)
     noise = residue_deviation(frfs.frequency, left, modes.poles - frfs.window_rate)
     shapes = mode_shapes(frfs.transfers, modes.poles, modes.residues, modes.real, noise)
     return TestModes(frfs, modes, shapes, chart)
-
-
-def _widened(modes: Modes, segment: float) -> list[str]:
-    """Say which mode the segments' window widens most, and how long they would have to be."""
-    width = -modes.poles.real / np.pi
-    width = np.where(modes.real, width, np.inf)
-    if not segment or not len(width) or width.min() * segment >= WIDE:
-        return []
-    narrow = int(np.argmin(width))
-    f, eta = abs(modes.poles[narrow]) / (2.0 * np.pi), 2.0 * -modes.poles[narrow].real / abs(modes.poles[narrow])
-    return [
-        f"segments of {segment:g} s widen the mode at {f:.1f} Hz: a loss factor of {100 * eta:.2g} % there needs "
-        f"{WIDE / width.min():.2g} s: lengthen segments.seconds, and the recording with it"
-    ]
-
-
-def freed(modes: Modes, rate: float) -> Modes:
-    """Take an exponential window's damping out of the poles; those are called weak whose own is then not known."""
-    if not rate:
-        return modes
-    poles, spread = without_window(modes.poles, modes.covariance, rate)
-    drowned = modes.poles.real + rate > 1e-3 * modes.poles.real
-    known = np.sqrt(spread[:, 1, 1])
-    words = [
-        DROWNED if d else UNSURE.format(100 * k) if k > WEAK_DAMPING else ""
-        for d, k in zip(drowned, known, strict=True)
-    ]
-    return replace(
-        modes,
-        poles=poles,
-        covariance=spread,
-        status=tuple("weak" if w and s == "kept" else s for w, s in zip(words, modes.status, strict=True)),
-        reason=tuple(f"{r}; {w}" if w else r for w, r in zip(words, modes.reason, strict=True)),
-    )
 
 
 def save_test(run: Path, found: TestModes, wanted: "Wanted") -> None:

@@ -4,11 +4,13 @@ import csv
 import io
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from analysis.estimation.segments import Segments
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.modes import Modes
 from analysis.identification.reading import Damping
@@ -23,7 +25,7 @@ from app.files.values import read_value, write_value
 from app.modal_test.frf_set import FrfSet
 
 TEXTS = ("name", "response", "reference", "quantity", "reference_quantity")
-NUMBERS = ("window_rate", "segment", "temperature")
+NUMBERS = ("window_rate", "temperature")
 COLUMNS = ("frequency_hz", "sigma_frequency_hz", "damping_ratio", "sigma_damping_ratio", "loss_factor")
 
 
@@ -42,6 +44,7 @@ def save_frfs(target: Path, frfs: FrfSet, made_from: Mapping[str, Any]) -> None:
         "transfers": [{name: getattr(t, name) for name in TEXTS} | {"units": t.units} for t in frfs.transfers],
         "points": {str(node): place for node, place in frfs.points.items()},
         "mains": frfs.mains,
+        "segments": None if frfs.segments is None else asdict(frfs.segments),
         "notes": frfs.notes,
         "hashes": dict(frfs.hashes),
         "operator": frfs.operator,
@@ -96,6 +99,7 @@ def load_frfs(path: Path) -> FrfSet:
             points={int(node): (float(x), float(y), float(z)) for node, (x, y, z) in record["points"].items()},
             **{name: float(file.attrs[name]) for name in NUMBERS},
             mains=None if record["mains"] is None else float(record["mains"]),
+            segments=None if record.get("segments") is None else Segments(**record["segments"]),
             notes=tuple(str(note) for note in record["notes"]),
             hashes={str(name): str(digest) for name, digest in record["hashes"].items()},
             operator=str(record.get("operator", "")),

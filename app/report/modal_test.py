@@ -11,9 +11,10 @@ from analysis.shapes.indicator import cmif
 from analysis.shapes.participation import ModeShapes
 from analysis.shapes.stabilization import StabilizationChart
 from app.modal_test.frf_set import FrfSet
-from app.modal_test.modes_of_test import load_test, rebuilt
+from app.modal_test.modes_of_test import load_test
 from app.modal_test.records import MODE_HEADINGS, mode_rows
 from app.modal_test.saved import load_stabilization
+from app.modal_test.without_windows import rebuilt
 from app.report.origin import origin, stamps
 from app.report.page import Item, Listing, PageTable, Picture, Section
 from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
@@ -75,7 +76,7 @@ def mode_table(modes: Modes, shapes: ModeShapes) -> PageTable:
 def overlay(frfs: FrfSet, modes: Modes) -> Figure:
     """Draw a few FRFs, evenly chosen, and their synthesis."""
     chosen = np.unique(np.linspace(0, len(frfs.transfers) - 1, SHOWN).astype(int))
-    model = rebuilt(modes, frfs.frequency, frfs.window_rate)
+    model = rebuilt(modes, frfs.frequency, frfs)
     figure, axes = panels(len(chosen), 1, height=2.2 * len(chosen) + 0.8, sharex=True, squeeze=False)
     reading = modes.reading()
     for axis, number in zip(axes.ravel(), chosen, strict=True):

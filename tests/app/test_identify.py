@@ -19,7 +19,8 @@ from analysis.identification.synthetic import SyntheticFrf, r10
 from analysis.shapes.assurance import mac
 from app.files.uff58 import read_frfs, write_frfs
 from app.main import flexura
-from app.modal_test.modes_of_test import load_test, rebuilt
+from app.modal_test.modes_of_test import load_test
+from app.modal_test.without_windows import rebuilt
 from app.stages.identify import Wanted, uff_records
 from app.terminal.modes import modes_record, show_modes
 
@@ -262,7 +263,7 @@ def test_measured_beam_as_one_structure_has_four_bending_shapes(tmp_path: Path) 
         s = (np.cosh(beta) - np.cos(beta)) / (np.sinh(beta) - np.sin(beta))
         free = np.cosh(beta * x) + np.cos(beta * x) - s * (np.sinh(beta * x) + np.sin(beta * x))
         assert mac(shape[None], free[None].astype(complex))[0, 0] > 0.95
-    again = rebuilt(modes, measured.frequency, measured.window_rate)
+    again = rebuilt(modes, measured.frequency, measured)
     written = np.array([one.h for one in read_frfs(tmp_path / "run" / "rebuilt.uff")])
     np.testing.assert_allclose(written, again, rtol=1e-12)
 

@@ -12,8 +12,9 @@ from analysis.identification.reading import PoleReading
 from analysis.shapes.participation import ModeShapes
 from analysis.shapes.stabilization import StabilizationChart
 from app.modal_test.frf_set import FrfSet
-from app.modal_test.modes_of_test import load_test, rebuilt
+from app.modal_test.modes_of_test import load_test
 from app.modal_test.saved import load_stabilization
+from app.modal_test.without_windows import rebuilt
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class HeldTest:
 
     def model(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
         """FRFs of poles and residues at other frequencies, Hz."""
-        return rebuilt(self.modes, frequency, self.frfs.window_rate)
+        return rebuilt(self.modes, frequency, self.frfs)
 
     @cached_property
     def reading(self) -> PoleReading:
