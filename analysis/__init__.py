@@ -18,6 +18,7 @@
 ``h1``                H1 of synchronous repeats
 ``sweep_h1``          the same of one sweep at all outputs
 ``noise_power``       power of the noise of an FRF at each line
+``local_rational``    the same without repeats, from roughness along frequency
 ``estimation``        H1, H2, Hv and hammer tests: signals of any test to FRFs
 ``frf``               FRFs of a campaign, coherence and variance per line
 ``still_ringing``     responses that have not come to rest where their record ends

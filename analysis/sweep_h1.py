@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Sweep
 from analysis.h1 import bad_repeats, h1_of_spectra, repeats_dof, spectra
-from analysis.noise_power import noise_power, single_repeat_power
+from analysis.local_rational import rough_power
+from analysis.noise_power import noise_power
 
 
 class SweepH1(NamedTuple):
@@ -65,7 +66,7 @@ def sweep_h1(
     for y in answers:
         h, power, coherence = h1_of_spectra(u[good], y[good])
         if len(good) == 1:
-            power = single_repeat_power(h)
+            power = rough_power(h)
         h_rows.append(h)
         # the noise of the signals is smooth over frequency; divided by a drive that dips at resonances it is not
         variance_rows.append(noise_power(power * drive, h, excluded) / (len(good) * drive))
