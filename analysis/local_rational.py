@@ -14,7 +14,7 @@ STEPS = 4
 """Fits with weights by the denominator of the one before."""
 
 CLEARLY = 0.3
-"""Share of the quartic's residual below which the rational function replaces it; of noise alone less remains seldom."""
+"""Share of the quartic's residual below which the rational function replaces it; of noise, less remains seldom."""
 
 
 def rough_power(h: NDArray[np.complex128]) -> NDArray[np.float64]:
@@ -55,7 +55,7 @@ def rough_power(h: NDArray[np.complex128]) -> NDArray[np.float64]:
 def _without(powers: int, windows: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """Residual of polynomials with so many coefficients in every window, (W, N)."""
     basis = np.linalg.qr(np.vander(X, powers))[0]
-    return windows - (windows @ basis) @ basis.T
+    return np.asarray(windows - (windows @ basis) @ basis.T)
 
 
 def _energy(values: NDArray[np.complex128]) -> NDArray[np.float64]:
