@@ -114,7 +114,9 @@ def _noun(bare: Any) -> str:
     if get_origin(bare) is tuple:
         inside = get_args(bare)
         count = "" if Ellipsis in inside else f"{len(inside)} "
-        return f"a list of {count}{_noun(_bare(inside[0])).split()[-1]}s"
+        one = _noun(_bare(inside[0]))
+        several = one.replace("a list", "lists", 1) if one.startswith("a list") else f"{one.split()[-1]}s"
+        return f"a list of {count}{several}"
     return {float: "a number", int: "an integer", str: "a text", bool: "a boolean"}.get(bare, "a value")
 
 

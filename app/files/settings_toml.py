@@ -14,6 +14,7 @@ from pydantic_core import ErrorDetails
 from app.files.allowed_values import allowed_at, key_at, keys_at
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.drawing import DrawingError, with_drawings
+from app.files.mesh_check import KEY, mesh_fault
 from app.files.misplaced import Misplaced, misplaced
 from app.files.parsed_text import parse_toml, read_text
 
@@ -61,7 +62,7 @@ def checked(path: Path, table: Mapping[str, Any], model: type[Model]) -> Model:
     Raises
     ------
     CampaignFileError
-        As `read_settings`, and for drawings that cannot be used.
+        As `read_settings`, and for drawings and meshes that cannot be used.
     """
     try:
         table = with_drawings(path.parent, table)
@@ -71,12 +72,16 @@ def checked(path: Path, table: Mapping[str, Any], model: type[Model]) -> Model:
         problem = Problem(path.name, error.key, str(error), "")
         raise CampaignFileError(path.parent, [problem], wrong_drawing) from error
     try:  # through JSON, where pydantic's strict reading takes lists for tuples but no "0.24" for 0.24
-        return model.model_validate_json(json.dumps(table, default=str), strict=True)
+        made = model.model_validate_json(json.dumps(table, default=str), strict=True)
     except ValidationError as error:
         details = error.errors(include_url=False)
         wrong = [detail for detail in details if not _follows_from_another(detail, details)]
         problems = dict.fromkeys(_problem(path.name, model, detail) for detail in wrong)
         raise CampaignFileError(path.parent, [*problems], misplaced(path, table, details)) from error
+    fault = mesh_fault(path, table, made)
+    if fault is not None:
+        raise CampaignFileError(path.parent, [Problem(path.name, KEY, fault[0], "")], fault[1])
+    return made
 
 
 def _text(path: Path) -> str:
@@ -127,11 +132,11 @@ def _problem(name: str, model: type[BaseModel], detail: ErrorDetails) -> Problem
         return Problem(name, key, "unknown key", "the keys " + ", ".join(known), remedy)
     if kind == "value_error":  # a check over several keys: it says itself what it saw and allows
         return Problem(name, key, str(detail["ctx"]["error"]), "")
-    return Problem(name, key, _shown(seen), allowed, _unit_hint(seen, detail))
+    return Problem(name, key, _shown(seen), allowed, _unit_hint(seen, detail) if allowed.endswith(")") else "")
 
 
 def _unit_hint(seen: object, detail: ErrorDetails) -> str:
-    """Suggest SI where the value would fit as thousandths: millimetres, grams, millivolts."""
+    """Suggest SI where a value with a unit would fit as thousandths: millimetres, grams, millivolts."""
     limits = detail.get("ctx", {})
     highest = limits.get("le", limits.get("lt"))
     if isinstance(seen, int | float) and highest is not None and highest < seen <= 1000.0 * highest:

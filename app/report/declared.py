@@ -38,6 +38,8 @@ class Pieces:
         Strings, cables and supports at points.
     held : tuple of (str, Curve)
         Parts of edges, with the kind of support.
+    mesh : tuple of Curve
+        Sides of the cells of a declared mesh.
     """
 
     outline: tuple[Curve, ...]
@@ -47,6 +49,7 @@ class Pieces:
     points: tuple[tuple[str, Point], ...] = ()
     held: tuple[tuple[str, Curve], ...] = ()
     loose: tuple[Curve, ...] = ()
+    mesh: tuple[Curve, ...] = ()
 
 
 def pieces_of(plate: Plate, patches: Iterable[Patch], points: Iterable[tuple[str, Point]] = ()) -> Pieces:
@@ -84,6 +87,7 @@ def picture(pieces: Pieces, wrong: Sequence[Point] = ()) -> Figure:
     """Draw the pieces, m, and a ring around every place that is wrong."""
     with drawing():
         figure, axes = panels(1, 1, width=7.0, height=5.5)
+        _lines(axes, pieces.mesh, "mesh", color="0.65", lw=0.5)
         _lines(axes, pieces.zones, "zones", color="#56b4e9", ls="--", lw=1.2)
         for number, (name, curves) in enumerate(pieces.patches):
             points = _along(curves)

@@ -1,6 +1,7 @@
 """What can be drawn of a declaration that is refused."""
 
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Any
 
 from analysis.geometry.curves import Curve
@@ -57,6 +58,7 @@ def pieces_declared(wrong: Misplaced) -> Pieces:
         tuple(points),
         _held(plate, outline),
         wrong.loose,
+        _cell_sides(plate.get("mesh")),
     )
 
 
@@ -85,6 +87,19 @@ def _curves(declared: object) -> tuple[Curve, ...]:
             return tuple(curve_of(tuple(row)) for row in declared["curves"])
         given = {"angle": 0.0, **{key: _frozen(value) for key, value in declared.items() if key != "thickness"}}
         return KINDS[str(declared.get("kind"))].model_construct(**given).make().curves
+    except CANNOT:
+        return ()
+
+
+def _cell_sides(mesh: object) -> tuple[Curve, ...]:
+    """Sides of the cells of a mesh that was not checked, straight; none where they cannot be made."""
+    if not isinstance(mesh, Mapping):
+        return ()
+    try:
+        cells = [*mesh.get("quads", ()), *mesh.get("triangles", ())]
+        pairs = {(min(a, b), max(a, b)) for cell in cells for a, b in pairwise([*cell, cell[0]])}
+        points = mesh["points"]
+        return tuple(curve_of((*points[a], *points[b])) for a, b in sorted(pairs))
     except CANNOT:
         return ()
 

@@ -14,8 +14,6 @@ from simulation.shell.lobatto import lobatto
 
 PLATE = "plate"
 """Group of the cells in no patch and no zone."""
-NEAR = 0.98
-"""Position on an edge, -1 to 1, where its curve is searched: at a corner two curves are equally near."""
 
 
 def foreign_mesh(
@@ -116,26 +114,38 @@ def _check_groups(declared: ForeignMesh, borders: Sequence[Border]) -> None:
 
 
 def _turned_alike(declared: ForeignMesh, points: Real) -> tuple[Whole, Whole]:
-    """Quadrilaterals and triangles, counter-clockwise; GeometryError if only some are inverted."""
-    quads, triangles = (
-        np.reshape(declared.quads, (-1, 4)).astype(int),
-        np.reshape(declared.triangles, (-1, 3)).astype(int),
-    )
-    areas = []
-    for cells in (quads, triangles):
-        x, y = np.moveaxis(points[cells], -1, 0)
-        areas.append(0.5 * (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1))
-    area = np.concatenate(areas)
-    if (area < 0.0).all():  # a surface with its normal downwards
-        return quads[:, ::-1], triangles[:, ::-1]
-    if not (area > 0.0).all():
-        rare = area <= 0.0 if (area > 0.0).sum() >= (area < 0.0).sum() else area >= 0.0
-        cell = int(np.flatnonzero(rare)[0])
-        place = points[[*quads, *triangles][cell]].mean(axis=0)
-        raise GeometryError(
-            f"{int(rare.sum())} cells of the mesh are turned over; the first at {at(place)}", place
-        )
-    return quads, triangles
+    """Quadrilaterals and triangles, counter-clockwise.
+
+    Surfaces may have their normals upwards or downwards. A cell inverted within its surface lies over its
+    neighbours: with all cells counter-clockwise, both then run along an edge in the same direction.
+
+    Raises
+    ------
+    GeometryError
+        For inverted cells, and cells without area.
+    """
+    cells = [[*corners] for corners in (*declared.quads, *declared.triangles)]
+    area = np.array([_area(points[corners]) for corners in cells])
+    turned = [corners if own >= 0.0 else corners[::-1] for corners, own in zip(cells, area, strict=True)]
+    along: dict[tuple[int, int], int] = {}
+    wrong = {*np.flatnonzero(area == 0.0).tolist()}
+    for k, corners in enumerate(turned):
+        for ends in zip(corners, [*corners[1:], corners[0]], strict=True):
+            other = along.setdefault(ends, k)
+            wrong |= {other, k} if other != k else set()
+    if wrong:
+        usual = np.sign(np.sign(area[[*wrong]]).sum())
+        cell = min(wrong, key=lambda k: (np.sign(area[k]) == usual, k))
+        place = points[cells[cell]].mean(axis=0)
+        raise GeometryError(f"a cell of the mesh at {at(place)} is turned over, or lies over another one", place)
+    count = len(declared.quads)
+    return np.reshape(turned[:count], (-1, 4)).astype(int), np.reshape(turned[count:], (-1, 3)).astype(int)
+
+
+def _area(corners: Real) -> float:
+    """Area of a polygon (N, 2), positive if its corners are counter-clockwise."""
+    x, y = corners.T
+    return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
 def _borders(mesh: PlateMesh, borders: Sequence[Border], tolerance: float) -> dict[str, BorderEdges]:
@@ -150,7 +160,7 @@ def _borders(mesh: PlateMesh, borders: Sequence[Border], tolerance: float) -> di
         if border.kind == "inner":
             found[border.name] = _inner_border(mesh, np.flatnonzero(cells == 1), border, tolerance)
     for border in borders:
-        covered = float(np.abs(np.diff(found[border.name].span, axis=1)).sum())
+        covered = float(np.abs(np.diff(_places(mesh, found[border.name].edge, border), axis=1)).sum())
         if abs(covered - len(border.loop.curves)) > 0.01:
             raise GeometryError(
                 f"the mesh follows {covered / len(border.loop.curves):.0%} of {border.name!r}; allowed all of it",
@@ -208,9 +218,22 @@ def _along(mesh: PlateMesh, edges: Whole, s: float) -> Real:
 
 
 def _spans(mesh: PlateMesh, edges: Whole, border: Border) -> BorderEdges:
-    middle, *ends = (border.loop.nearest(_along(mesh, edges, s)) for s in (0.0, -NEAR, NEAR))
-    span = np.stack([middle.t + (end.t - middle.t) / NEAR for end in ends], axis=1).clip(0.0, 1.0)
-    return BorderEdges(edges, middle.curve.astype(int), span)
+    """Part of its border along every edge; of an edge along several curves, the part on that of its middle."""
+    middle = border.loop.nearest(_along(mesh, edges, 0.0)).curve.astype(int)
+    return BorderEdges(edges, middle, (_places(mesh, edges, border) - middle[:, None]).clip(0.0, 1.0))
+
+
+def _places(mesh: PlateMesh, edges: Whole, border: Border) -> Real:
+    """Where edges begin and end, (K, 2), in curves along the border's loop: 2.5 is half-way along its third curve.
+
+    Points between two curves belong to both; so what counts is the way from the middle of the edge.
+    """
+    count = len(border.loop.curves)
+    middle, *ends = (
+        found.curve + found.t for found in (border.loop.nearest(_along(mesh, edges, s)) for s in (0.0, -1.0, 1.0))
+    )
+    half = 0.5 * count
+    return np.stack([middle + (end - middle + half) % count - half for end in ends], axis=1)
 
 
 def _check_lines(mesh: PlateMesh, found: dict[str, BorderEdges], lines: dict[str, set[tuple[int, int]]]) -> None:

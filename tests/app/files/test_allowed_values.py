@@ -28,6 +28,7 @@ class Outer(BaseModel):
     steps: Annotated[
         tuple[Annotated[float, Field(le=9.0, description="V")], ...], Field(min_length=2, max_length=7)
     ]
+    points: Annotated[tuple[tuple[float, float], ...], Field(min_length=3, description="m")]
     inner: Inner
     many: tuple[Inner, ...]
     maybe: Inner | None = None
@@ -44,6 +45,7 @@ class Outer(BaseModel):
         (("count",), "an integer above 0"),
         (("band",), "a list of 2 numbers (Hz)"),
         (("steps",), "a list of numbers, at least 2, at most 7"),
+        (("points",), "a list of lists of 2 numbers, at least 3 (m)"),
         (("steps", 3), "a number to 9 (V)"),
         (("inner",), "a table with the keys side, note"),
         (("many", 1, "side"), "'top' or 'bottom'"),

@@ -1,0 +1,61 @@
+"""A mesh that does not fit is refused when the declaration is read, with its place and a picture."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pydantic import BaseModel
+
+from analysis.patch import Patch
+from analysis.plate import Plate
+from app.commands.fault_picture import fault_picture
+from app.files.campaign_error import CampaignFileError
+from app.files.settings_toml import checked
+from app.report.refused import pieces_declared
+
+SQUARES = [(x, y) for y in (0.0, 0.1, 0.2) for x in (0.0, 0.1, 0.2, 0.3)]
+"""Two rows of three cells."""
+
+
+class Declaration(BaseModel):
+    plate: Plate
+    patch: tuple[Patch, ...] = ()
+
+
+def table(points: list[tuple[float, float]], turned: tuple[int, ...] = ()) -> dict[str, Any]:
+    quads = [[k, k + 1, k + 5, k + 4] for k in (0, 1, 2, 4, 5, 6)]
+    quads = [quad[::-1] if k in turned else quad for k, quad in enumerate(quads)]
+    mesh = {"points": [list(point) for point in points], "quads": quads}
+    return {"plate": {"length_x": 0.3, "length_y": 0.2, "thickness": 0.003, "mass": 0.17, "mesh": mesh}}
+
+
+@pytest.mark.parametrize("turned", [(), (0, 4), (0, 1, 2, 3, 4, 5)])
+def test_surfaces_with_their_normals_up_and_down_are_taken(tmp_path: Path, turned: tuple[int, ...]) -> None:
+    """Gmsh turns the cells of a surface whose curves were named clockwise."""
+    checked(tmp_path / "a.toml", table(SQUARES, turned), Declaration)
+
+
+def test_an_inverted_cell_is_refused_with_its_place_and_a_picture(tmp_path: Path) -> None:
+    """A point moved beyond the next one: the cells between lie over their neighbours."""
+    points = [*SQUARES]
+    points[5] = (0.29, 0.1)
+    path = tmp_path / "a.toml"
+    with pytest.raises(
+        CampaignFileError, match=r"plate\.mesh: .* at \(0\.\d+, 0\.\d+\) m is turned over"
+    ) as caught:
+        checked(path, table(points), Declaration)
+    wrong = caught.value.misplaced
+    assert wrong is not None
+    assert 0.1 < wrong.places[0][0] < 0.3
+    assert len(pieces_declared(wrong).mesh) == 17
+    assert fault_picture(wrong, {}).endswith("a-geometry.png")
+    assert (tmp_path / "a-geometry.png").stat().st_size > 1000
+
+
+def test_a_patch_without_its_surface_is_refused(tmp_path: Path) -> None:
+    declared = table(SQUARES)
+    patch = {"id": "A1", "role": "actuator", "center": [0.15, 0.1], "size": [0.02, 0.02], "thickness": 5e-4}
+    declared["patch"] = [patch]
+    with pytest.raises(CampaignFileError, match="physical surface 'patch 1' is missing"):
+        checked(tmp_path / "a.toml", json.loads(json.dumps(declared)), Declaration)
