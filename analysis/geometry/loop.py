@@ -118,6 +118,11 @@ class Loop:
         """Points (K, 2) along the loop, ends of curves among them, m."""
         return self._pieces[0]
 
+    def over_sides(self, side: NDArray[np.intp], share: Real) -> tuple[Real, Real]:
+        """Points (K, 2) and derivatives on the curves over sides of `polygon`, at shares 0 to 1 of each side."""
+        _, curves, spans = self._pieces
+        return _at(self.curves, curves[side], spans[side, 0] + share * (spans[side, 1] - spans[side, 0]))
+
     @cached_property
     def bounds(self) -> tuple[Real, Real]:
         """Lower left and upper right corner of the bounding box, (2,) each, m."""

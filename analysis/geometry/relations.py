@@ -2,11 +2,13 @@
 
 import numpy as np
 
-from analysis.arrays import Real
+from analysis.arrays import Mask, Real, Whole
 from analysis.geometry.loop import CHUNK, Loop
 
 TOUCH = 1e-6
 """What lies no farther apart than this touches, m."""
+ALONG = 17
+"""Points along the curve over a chord that is held against another loop."""
 SAMPLES = 128
 """Into how many pieces at least the way round a loop is cut to hold it against another."""
 
@@ -49,8 +51,12 @@ def crossing(one: Loop, other: Loop) -> Real | None:
         proper = (begin * end < 0.0) & (back * forth < 0.0)
         proper &= np.minimum(np.abs(begin), np.abs(end)) > 0.1 * TOUCH
         proper &= np.minimum(np.abs(back), np.abs(forth)) > 0.1 * TOUCH
-        if proper.any():
-            i, j = np.argwhere(proper)[0]
+        i, j = np.nonzero(proper)
+        if one is not other and i.size:  # curves that touch or run along each other have chords that cross
+            through = _through(one, other, i + first, j)
+            i, j = i[through], j[through]
+        if i.size:
+            i, j = i[0], j[0]
             return np.asarray(q[j] + s[j] * begin[i, j] / (begin[i, j] - end[i, j]))
     return None
 
@@ -81,7 +87,7 @@ def gap(one: Loop, other: Loop) -> tuple[float, Real]:
     """Smallest distance between two loops, m, and where it is, (2,), m."""
     found = []
     for first, second in ((one, other), (other, one)):
-        away = second.distance(first.polygon)
+        away = second.nearest(first.polygon).distance  # on the curve: chords are up to 0.1 mm away from it
         found.append((float(away.min()), first.polygon[int(away.argmin())]))
     return min(found, key=lambda pair: pair[0])
 
@@ -94,8 +100,21 @@ def just_inside(loop: Loop) -> Real:
     pieces = np.maximum(np.ceil(SAMPLES * length / max(float(length.sum()), 1e-30)), 1).astype(int)
     side = np.repeat(np.arange(len(start)), pieces)
     share = (np.arange(len(side)) - np.repeat(np.cumsum(pieces) - pieces, pieces) + 0.5) / pieces[side]
-    inward = np.stack([-step[:, 1], step[:, 0]], axis=1) / np.maximum(length, 1e-30)[:, None]
-    return np.asarray(start[side] + share[:, None] * step[side] + TOUCH * inward[side])
+    point, along = loop.over_sides(side, share)
+    inward = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    return np.asarray(point + TOUCH * inward / np.maximum(np.hypot(*along.T), 1e-30)[:, None])
+
+
+def _through(one: Loop, other: Loop, i: Whole, j: Whole) -> Mask:
+    """Whether curves cross of which sides i of a loop's polygon and j of another's (K,) are chords."""
+    found = np.zeros(len(i), bool)
+    share = np.linspace(0.0, 1.0, ALONG)
+    for loop, sides, far in ((one, i, other), (other, j, one)):
+        points, _ = loop.over_sides(np.repeat(sides, ALONG), np.tile(share, len(sides)))
+        inside = np.where(far.contains(points), 1.0, -1.0) * far.nearest(points).distance
+        inside = inside.reshape(-1, ALONG)
+        found |= (inside.min(axis=1) < -TOUCH) & (inside.max(axis=1) > TOUCH)
+    return found
 
 
 def _cross(one: Real, other: Real) -> Real:

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from analysis.geometry import shapes
+from analysis.geometry.curves import Arc, Segment
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import crossing, gap, leaves, overlap, self_crossing
 
@@ -47,6 +48,25 @@ def test_equal_crossing_and_nested_loops_overlap() -> None:
         assert place is not None
         assert SQUARE.contains(place[None], within=2e-6)[0]
         assert other.contains(place[None], within=2e-6)[0]
+
+
+@pytest.mark.parametrize(("start", "sweep"), [(0.3, 2.2), (-1.0, 4.0), (0.0, np.pi)])
+def test_a_part_of_a_disc_touches_its_edge_and_the_rest(start: float, sweep: float) -> None:
+    """Its arc is cut into other chords than the disc's: these cross, and reach beyond each other by 1e-5 m."""
+    disc = shapes.ellipse((0.0, 0.0), (0.2, 0.1), 0.4)
+    arc, rest = (
+        Arc((0.0, 0.0), (0.2, 0.1), 0.4, *span) for span in ((start, sweep), (start, sweep - 2.0 * np.pi))
+    )
+    part = Loop((arc, Segment(tuple(arc.at(1.0)), tuple(arc.at(0.0)))))
+    left = Loop((rest, Segment(tuple(rest.at(1.0)), tuple(rest.at(0.0)))))
+    ring = shapes.rectangle((0.0, 0.0), (1.0, 1.0))
+    assert leaves(part, disc) is None
+    assert leaves(left, disc) is None
+    assert overlap(part, left) is None
+    assert gap(part, disc)[0] == pytest.approx(0.0, abs=1e-9)
+    assert leaves(disc, ring) is None
+    assert leaves(part.moved(0.0, (1e-4, 0.0)), disc) is not None
+    assert overlap(part.moved(0.01, (0.0, 0.0)), left) is not None
 
 
 def test_a_loop_may_touch_what_it_lies_in_but_not_leave_it() -> None:
