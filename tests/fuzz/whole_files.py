@@ -108,7 +108,11 @@ def _write_live(folder: Path) -> None:
 
 def _write_twin(path: Path, campaign: Path) -> None:
     declared = read_experiment(campaign)
-    parts = {name: getattr(declared, name) for name in type(declared).model_fields if name != "format"}
+    parts = {
+        name: getattr(declared, name)
+        for name in TwinFile.model_fields
+        if hasattr(declared, name) and name != "format"
+    }
     few = (1e-5, 1e-5, 1e-5)
     laws = {"youngs_modulus": (3.2e9, 2.8e9, 2.3e9), "poisson_ratio": (0.34, 0.35, 0.37)}
     laws |= {"loss_factor": (0.05, 0.07, 0.08), "temperature": (0.0, 10.0, 20.0)}

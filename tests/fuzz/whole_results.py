@@ -10,6 +10,7 @@ from analysis.compensation.outcome import NetworkStudy
 from analysis.compensation.settings import Training
 from analysis.compensation.study import compensate
 from analysis.estimates import FittedLaws
+from analysis.estimation.segments import Segments
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.focusing.methods import compare
 from analysis.focusing.over_temperature import focus
@@ -89,7 +90,17 @@ def _write_test(folder: Path) -> None:
         for n, one in enumerate(h, start=1)
     )
     points = {n: (0.1 * n, 0.05, 0.0) for n in (1, 2, 3)}
-    told = FrfSet("door", transfers, points, 3.0, 1.0, 21.5, 50.0, ("blow 2 left out",), {"a.csv": "00ff"})
+    told = FrfSet(
+        "door",
+        transfers,
+        points,
+        window_rate=3.0,
+        segments=Segments(1.0, "hann"),
+        temperature=21.5,
+        mains=50.0,
+        notes=("blow 2 left out",),
+        hashes={"a.csv": "00ff"},
+    )
     save_frfs(folder / "transfers.h5", told, MADE)
     order = np.repeat([2, 4, 6], 3)
     chart = StabilizationChart(order, 12.0 + order, 0.01 * order, order % 3)
