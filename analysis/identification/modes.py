@@ -1,6 +1,7 @@
 """The modes of one condition: common poles of its FRFs, residues and residual terms."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +60,8 @@ class Modes:
         Per pole: ``confirmed`` where refits of parts of the data, or a sweep at a neighbouring temperature, find a
         mode again, ``unconfirmed`` where not, an empty string for poles that are no modes; an empty tuple where no
         refits were made.
+    damping : str
+        How `reading` reads poles unless it is told: ``hysteretic`` or ``viscous``.
     """
 
     poles: NDArray[np.complex128]
@@ -73,6 +76,7 @@ class Modes:
     lines: int
     rejected: tuple[Rejected, ...] = ()
     confirmation: tuple[str, ...] = ()
+    damping: Damping = "hysteretic"
 
     def __post_init__(self) -> None:
         count, responses = len(self.poles), self.residues.shape[0]
@@ -93,6 +97,8 @@ class Modes:
             len(self.confirmation) != count or set(self.confirmation) - {"", *CONFIRMATIONS}
         ):
             raise ValueError(f"{count} poles need as many confirmations, of {CONFIRMATIONS} or nothing")
+        if self.damping not in get_args(Damping):
+            raise ValueError(f"damping {self.damping!r}: {' or '.join(get_args(Damping))}")
         if (self.poles.real >= 0.0).any() or (self.poles.imag <= 0.0).any():
             raise ValueError("poles must be stable and in the upper half plane")
 
@@ -138,9 +144,9 @@ class Modes:
                 nearest[j] = int(away.argmin())
         return nearest
 
-    def explanation(self, damping: Damping = "hysteretic") -> tuple[str, ...]:
+    def explanation(self) -> tuple[str, ...]:
         """`reason` of every pole, and with which other mode it overlaps."""
-        frequency = self.reading(damping).frequency_hz
+        frequency = self.reading().frequency_hz
         return tuple(
             reason
             if other < 0
@@ -148,9 +154,13 @@ class Modes:
             for reason, other in zip(self.reason, self.overlapped, strict=True)
         )
 
-    def reading(self, damping: Damping = "hysteretic") -> PoleReading:
+    def reading(self, damping: Damping | None = None) -> PoleReading:
         """Frequency, damping ratio and loss factor of every pole, with standard deviations."""
-        return read_poles(self.poles, self.covariance, damping)
+        return read_poles(self.poles, self.covariance, damping or self.damping)
+
+    def read_as(self, damping: Damping) -> "Modes":
+        """Return the same modes, read in another way."""
+        return replace(self, damping=damping)
 
     def synthesis(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Rebuild the FRFs, (K, F), at `frequency` [Hz]."""

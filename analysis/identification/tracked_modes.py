@@ -1,6 +1,6 @@
 """Modes followed over temperature."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,9 +96,18 @@ class TrackedModes:
         """Residual of each sweep's model, as a share of rms |h|: (T,) ndarray."""
         return np.array([modes.misfit for modes in self.modes])
 
-    def reading(self, damping: Damping = "hysteretic") -> PoleReading:
+    @property
+    def damping(self) -> Damping:
+        """How `reading` reads poles unless it is told: as the modes of the first sweep."""
+        return next((modes.damping for modes in self.modes), "hysteretic")
+
+    def reading(self, damping: Damping | None = None) -> PoleReading:
         """Frequency, damping ratio and loss factor, each (T, J), with standard deviations; NaN where absent."""
-        return read_poles(self.poles, self.covariance, damping)
+        return read_poles(self.poles, self.covariance, damping or self.damping)
+
+    def read_as(self, damping: Damping) -> "TrackedModes":
+        """Return the same modes, read in another way."""
+        return replace(self, modes=tuple(modes.read_as(damping) for modes in self.modes))
 
     def synthesis(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Rebuild the FRFs of every sweep, (T, K, F), at `frequency` [Hz]."""

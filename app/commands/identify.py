@@ -166,7 +166,7 @@ def _campaign(
     identify.save(run, loaded, found, wanted, export)
     tracked = found.tracked
     seconds = time.perf_counter() - started
-    output.result(lambda: campaign_record(tracked, wanted.damping, seconds), lambda: show(tracked, wanted.damping))
+    output.result(lambda: campaign_record(tracked, seconds), lambda: show(tracked))
     for note in (*found.frf.notes, *tracked.notes):
         output.note(note)
     output.summary(f"{summary(tracked, seconds)}; results in {run}")
@@ -197,10 +197,10 @@ def _structure(path: Path, out: Path | None, options: "Callable[[], Wanted]", ou
     frfs, seconds = found.frfs, time.perf_counter() - started
 
     def show() -> None:
-        show_modes(frfs.title, modes_record(found.modes, wanted.damping)["modes"])
-        show_shapes(found, wanted.damping)
+        show_modes(frfs.title, modes_record(found.modes)["modes"])
+        show_shapes(found)
 
-    output.result(lambda: record_of(found, wanted.damping, seconds), show)
+    output.result(lambda: record_of(found, seconds), show)
     for note in frfs.notes:
         output.note(note)
     if wanted.settings.mains not in (None, 50.0) and frfs.mains is None and not typed_mains:

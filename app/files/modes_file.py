@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.modes import Modes, Rejected
-from analysis.identification.reading import Damping
 from analysis.identification.residual_terms import named
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.shapes.participation import ModeShapes
 from app.files.atomic import atomic_hdf5, write_text
 from app.files.hdf5_file import result_file
-from app.files.provenance import stamp
+from app.files.provenance import read_stamp, stamp
 from app.files.values import read_value, write_value
 
 
@@ -39,6 +38,7 @@ class _Sweep:
     rejected_reasons: tuple[str, ...]
     rejected_statuses: tuple[str, ...]
     confirmation: tuple[str, ...] = ()
+    damping: str = ""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class _Track:
 
 
 ARRAYS = ("poles", "residues", "covariance", "coefficients")
-SHARED = (*ARRAYS, "status", "reason", "band", "misfit", "lines", "confirmation")
+SHARED = (*ARRAYS, "status", "reason", "band", "misfit", "lines", "confirmation", "damping")
 
 
 def save_modes(
@@ -95,7 +95,9 @@ def load_modes(path: Path) -> TrackedModes:
     """Read back what `save_modes` wrote; ResultFileError where the file is something else."""
     with result_file(path, "identify") as file:
         parts = vars(read_value(file["tracked"], _Track))
-        modes = tuple(_modes(read_value(file["sweeps"][name], _Sweep)) for name in sorted(file["sweeps"]))
+        # a file of an earlier version has the reading of its poles in its provenance only
+        damping = str(read_stamp(file).get("settings", {}).get("damping", "hysteretic"))
+        modes = tuple(_modes(read_value(file["sweeps"][name], _Sweep), damping) for name in sorted(file["sweeps"]))
         return TrackedModes(**parts, modes=modes)
 
 
@@ -105,26 +107,19 @@ def load_shapes(path: Path) -> ModeShapes:
         return read_value(file["shapes"], ModeShapes)
 
 
-def _modes(sweep: _Sweep) -> Modes:
+def _modes(sweep: _Sweep, damping: str) -> Modes:
+    same = {name: getattr(sweep, name) for name in SHARED} | {"damping": sweep.damping or damping}
     parts = zip(sweep.rejected_poles, sweep.rejected_reasons, sweep.rejected_statuses, strict=True)
     return Modes(
-        **{name: getattr(sweep, name) for name in SHARED},
+        **same,
         terms=named(sweep.terms),
         rejected=tuple(Rejected(complex(pole), reason, status) for pole, reason, status in parts),
     )
 
 
-def write_table(target: Path, tracked: TrackedModes, damping: Damping) -> None:
-    """Write one row per sweep and mode as comma-separated text.
-
-    Parameters
-    ----------
-    target : Path
-    tracked : TrackedModes
-    damping : str
-        ``hysteretic`` or ``viscous``.
-    """
-    reading = tracked.reading(damping)
+def write_table(target: Path, tracked: TrackedModes) -> None:
+    """Write one row per sweep and mode as comma-separated text."""
+    reading = tracked.reading()
     stream = io.StringIO()
     rows = csv.writer(stream, lineterminator="\n")
     names = (
@@ -138,7 +133,7 @@ def write_table(target: Path, tracked: TrackedModes, damping: Damping) -> None:
     level = f"level_{tracked.level_unit.lower()}"
     rows.writerow(["temperature_c", "direction", level, "mode", *names, "status", "confirmation", "reason"])
     for t, modes in enumerate(tracked.modes):
-        reasons = modes.explanation(damping)
+        reasons = modes.explanation()
         for j, pole in enumerate(tracked.track[t]):
             if pole >= 0:
                 values = [f"{float(getattr(reading, name)[t, j]):.9g}" for name in names]

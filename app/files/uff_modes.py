@@ -41,6 +41,7 @@ def write_modes(
             none = [0] * len(known)
             file.write_sets(prepare_15(known, none, none, none, x.tolist(), y.tolist(), z.tolist()), mode)
             mode = "add"
+        frequency = modes.reading().frequency_hz
         for number, (pole, shape) in enumerate(zip(shapes.pole, shapes.shape, strict=True), start=1):
             motion = np.zeros((3, len(nodes)), dtype=complex)
             for place, component in zip(shapes.places, shape, strict=True):
@@ -51,7 +52,7 @@ def write_modes(
             eigenvalue = complex(modes.poles[pole])
             file.write_sets(
                 prepare_55(
-                    id1=f"mode {number}: {abs(eigenvalue) / (2.0 * np.pi):.4f} Hz",
+                    id1=f"mode {number}: {frequency[pole]:.4f} Hz",
                     model_type=STRUCTURAL,
                     analysis_type=COMPLEX_MODES,
                     data_ch=THREE_TRANSLATIONS,

@@ -143,7 +143,7 @@ def _fitted(
     lines = measured.lines()  # by their roughness: what the modes leave over holds the one that was missing
     found = fit(averaged(lines), poles, modes.terms, tolerance=1e-5)
     made, order = finish(measured, lines, found, Settings(mains=mains))
-    return confirmed(measured, replace(made, rejected=modes.rejected)), order
+    return confirmed(measured, replace(made, rejected=modes.rejected, damping=modes.damping)), order
 
 
 def _kept_by_hand(modes: Modes, places: list[int]) -> Modes:

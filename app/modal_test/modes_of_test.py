@@ -129,13 +129,13 @@ def write_run(run: Path, found: TestModes, settings: Mapping[str, Any]) -> None:
         The folder.
     found : TestModes
     settings : mapping
-        For the provenance; its ``damping`` says how poles are read in the table.
+        For the provenance.
     """
     frfs, made_from = found.frfs, provenance(found.frfs.hashes, settings)
     save_frfs(run / "transfers.h5", frfs, made_from)
     save_modes(run / "modes.h5", _tracked(found), made_from, found.shapes)
     save_stabilization(run / "stabilization.h5", found.chart, made_from)
-    write_modes_table(run / "modes.csv", found.modes, found.shapes, settings["damping"])
+    write_modes_table(run / "modes.csv", found.modes, found.shapes)
     write_modes(run / "modes.uff", found.modes, found.shapes, frfs.points)
     write_frfs(run / "frfs.uff", frfs.transfers)
     write_frfs(run / "rebuilt.uff", _with_values(frfs.transfers, found.rebuilt()))

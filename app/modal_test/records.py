@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis.identification.modes import Modes
-from analysis.identification.reading import Damping
 from analysis.shapes.assurance import mac, mpc
 from analysis.shapes.participation import ModeShapes
 from app.modal_test.modes_of_test import TestModes
+from app.terminal.mode_rows import reading_cells
 from app.terminal.modes import modes_record
 
 if TYPE_CHECKING:
@@ -22,10 +22,7 @@ def mode_rows(modes: Modes, shapes: ModeShapes) -> list[tuple[str, ...]]:
     reading, reasons, collinear = modes.reading(), modes.explanation(), mpc(shapes.shape)
     return [
         (
-            f"{reading.frequency_hz[j]:.3f}",
-            f"{reading.sigma_frequency_hz[j]:.2g}",
-            f"{100 * reading.damping_ratio[j]:.4g}",
-            f"{100 * reading.sigma_damping_ratio[j]:.2g}",
+            *reading_cells(reading, j),
             f"{collinear[n]:.3f}" if len(shapes.places) > 1 else "–",
             modes.standing(j),
             reasons[j],
@@ -34,23 +31,10 @@ def mode_rows(modes: Modes, shapes: ModeShapes) -> list[tuple[str, ...]]:
     ]
 
 
-def record_of(found: TestModes, damping: Damping, seconds: float) -> dict[str, Any]:
-    """Return what ``--json`` prints.
-
-    Parameters
-    ----------
-    found : TestModes
-    damping : str
-        ``hysteretic`` or ``viscous``.
-    seconds : float
-        It took, s.
-
-    Returns
-    -------
-    dict
-        Of values that JSON holds.
-    """
+def record_of(found: TestModes, seconds: float) -> dict[str, Any]:
+    """Return what ``--json`` prints of a test that took so many seconds."""
     shapes = found.shapes
+    frequency = found.modes.reading().frequency_hz
     collinear = mpc(shapes.shape)
     return {
         "title": found.frfs.title,
@@ -58,12 +42,12 @@ def record_of(found: TestModes, damping: Damping, seconds: float) -> dict[str, A
             {"name": t.name, "response": t.response, "reference": t.reference, "quantity": t.quantity}
             for t in found.frfs.transfers
         ],
-        **modes_record(found.modes, damping),
+        **modes_record(found.modes),
         "places": list(shapes.places),
         "references": list(shapes.references),
         "shapes": [
             {
-                "frequency_hz": float(found.modes.reading(damping).frequency_hz[pole]),
+                "frequency_hz": float(frequency[pole]),
                 "shape": [None if np.isnan(c) else [float(c.real), float(c.imag)] for c in shape],
                 "participation": [[float(c.real), float(c.imag)] for c in partner],
                 "mpc": float(phase),
@@ -79,34 +63,16 @@ def record_of(found: TestModes, damping: Damping, seconds: float) -> dict[str, A
     }
 
 
-def show_shapes(found: TestModes, damping: Damping) -> None:
-    """Print how the shapes are judged, where there is more than one place.
-
-    Parameters
-    ----------
-    found : TestModes
-    damping : str
-        ``hysteretic`` or ``viscous``.
-    """
+def show_shapes(found: TestModes) -> None:
+    """Print how the shapes are judged, where there is more than one place."""
     from rich.console import Console
 
     if len(found.shapes.places) > 1:
-        Console().print(shape_table(found, damping))
+        Console().print(shape_table(found))
 
 
-def shape_table(found: TestModes, damping: Damping) -> "Table":
-    """Return the table of the shapes.
-
-    Parameters
-    ----------
-    found : TestModes
-    damping : str
-        ``hysteretic`` or ``viscous``.
-
-    Returns
-    -------
-    rich.table.Table
-    """
+def shape_table(found: TestModes) -> "Table":
+    """Return the table of the shapes."""
     from rich.table import Table
 
     table = Table(title=f"shapes at {len(found.shapes.places)} places", header_style="bold")
@@ -114,7 +80,7 @@ def shape_table(found: TestModes, damping: Damping) -> "Table":
         table.add_column(heading, justify="right")
     alike = mac(found.shapes.shape, found.shapes.shape)
     np.fill_diagonal(alike, 0.0)
-    frequency = found.modes.reading(damping).frequency_hz[found.shapes.pole]
+    frequency = found.modes.reading().frequency_hz[found.shapes.pole]
     collinear = mpc(found.shapes.shape)
     for n, f in enumerate(frequency):
         other = int(alike[n].argmax())

@@ -13,7 +13,6 @@ import numpy as np
 from analysis.estimation.segments import Segments
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.modes import Modes
-from analysis.identification.reading import Damping
 from analysis.shapes.assurance import mpc
 from analysis.shapes.participation import ModeShapes
 from analysis.shapes.stabilization import StabilizationChart
@@ -142,7 +141,7 @@ def load_stabilization(path: Path) -> StabilizationChart:
         return read_value(file["stabilization"], StabilizationChart)
 
 
-def write_modes_table(target: Path, modes: Modes, shapes: ModeShapes, damping: Damping) -> None:
+def write_modes_table(target: Path, modes: Modes, shapes: ModeShapes) -> None:
     """Write one row per mode as comma-separated text, its shape (real and imaginary part by place) after it.
 
     Parameters
@@ -151,10 +150,8 @@ def write_modes_table(target: Path, modes: Modes, shapes: ModeShapes, damping: D
     modes : Modes
     shapes : ModeShapes
         Of these modes.
-    damping : str
-        ``hysteretic`` or ``viscous``.
     """
-    reading, reasons = modes.reading(damping), modes.explanation(damping)
+    reading, reasons = modes.reading(), modes.explanation()
     stream = io.StringIO()
     rows = csv.writer(stream, lineterminator="\n")
     places = [f"{part} {place}" for place in shapes.places for part in ("re", "im")]

@@ -7,12 +7,10 @@ from analysis.frf import Frf
 from analysis.identification.tracked_modes import TrackedModes
 from app.report.page import PageTable
 from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
+from app.terminal.mode_rows import NUMBERS, SWEEP_HEADINGS, sweep_rows
 
 REFERENCE = 25.4
 """Temperature of the paper's Fig. 10 to which frequencies are referred, degrees Celsius."""
-
-
-MODE_HEADINGS = ("track", "f [Hz]", "σ [Hz]", "ζ [%]", "σ [%]", "status", "why")
 
 
 def drawn(tracked: TrackedModes) -> int:
@@ -23,22 +21,7 @@ def drawn(tracked: TrackedModes) -> int:
 def mode_table(tracked: TrackedModes) -> PageTable:
     """Frequency, damping, standard deviations, status and track of the modes of the sweep that is drawn."""
     row = drawn(tracked)
-    modes = tracked.modes[row]
-    reading, reasons = modes.reading(), modes.explanation()
-    number = {int(pole): str(j + 1) for j, pole in enumerate(tracked.track[row]) if pole >= 0}
-    cells = [
-        (
-            number.get(j, "–"),
-            f"{reading.frequency_hz[j]:.3f}",
-            f"{reading.sigma_frequency_hz[j]:.2g}",
-            f"{100 * reading.damping_ratio[j]:.4g}",
-            f"{100 * reading.sigma_damping_ratio[j]:.2g}",
-            modes.standing(j),
-            reasons[j],
-        )
-        for j in np.flatnonzero(modes.real).tolist()
-    ]
-    return PageTable(MODE_HEADINGS, cells, numbers=(0, 1, 2, 3, 4))
+    return PageTable(SWEEP_HEADINGS, sweep_rows(tracked.modes[row], tracked.track[row]), numbers=NUMBERS)
 
 
 def overlay(frf: Frf, tracked: TrackedModes, channel: int = 0) -> Figure:

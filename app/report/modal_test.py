@@ -16,8 +16,9 @@ from app.modal_test.records import MODE_HEADINGS, mode_rows
 from app.modal_test.saved import load_stabilization
 from app.modal_test.without_windows import rebuilt
 from app.report.origin import origin, stamps
-from app.report.page import Item, Listing, PageTable, Picture, Section
+from app.report.page import Item, Listing, PageTable, Paragraph, Picture, Section
 from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
+from app.terminal.mode_rows import READ_AS
 
 SHOWN = 4
 """FRFs drawn at most."""
@@ -48,6 +49,7 @@ def sections_of_test(run: Path) -> tuple[str, str, list[Section]]:
     if frfs.notes:
         measured.append(Listing("\n".join(frfs.notes)))
     found: list[Item] = [
+        Paragraph(READ_AS[modes.damping]),
         mode_table(modes, shapes),
         Picture(
             "stabilization",

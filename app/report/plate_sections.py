@@ -17,6 +17,7 @@ from app.report import identified, measured, paper, updated
 from app.report.declared import experiment_points, picture, pieces_of, plate_words, transducer_rows
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture
 from app.terminal.gap import with_sigma
+from app.terminal.mode_rows import READ_AS
 from app.terminal.update import gains_text
 
 
@@ -79,7 +80,8 @@ def identification_section(run: Path, experiment: Experiment, frf: Frf, rows: li
     rows.extend(paper.mode_rows(tracked))
     items: list[Item] = [
         Paragraph(
-            f"Modes at {tracked.temperature[identified.drawn(tracked)]:.1f} °C; modes.csv holds all sweeps."
+            f"Modes at {tracked.temperature[identified.drawn(tracked)]:.1f} °C; modes.csv holds all sweeps. "
+            f"{READ_AS[tracked.damping]}"
         ),
         identified.mode_table(tracked),
         Picture(

@@ -112,7 +112,7 @@ class Wanted:
         variance = np.array(known) if len(known) == len(frfs) else None
         measured = Measured(frequency[inside], np.array([frf.h[inside] for frf in frfs]), variance)
         settings = replace(self.settings, terms=terms)
-        return confirmed(measured, (self.one_by_one() or identify)(measured, settings))
+        return confirmed(measured, (self.one_by_one() or identify)(measured, settings)).read_as(self.damping)
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ class IdentifiedCampaign:
 
     def _repr_html_(self) -> str:
         notes = (*self.frf.notes, *self.tracked.notes)
-        return as_html(headline(self.tracked), tables(self.tracked, "hysteretic"), notes)
+        return as_html(headline(self.tracked), tables(self.tracked), notes)
 
 
 def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | None = None) -> IdentifiedCampaign:
@@ -177,7 +177,7 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | N
             expected, inputs["laws.h5"] = expected_modes(campaign, laws, report), sha256(laws)
             expected = replace(expected, poles=expected.poles[every.driven_by == frf.driven_by[0]])
         tracked = track(wanted.cut(frf), wanted.settings, report, wanted.one_by_one(), expected)
-        tracked = _confirmed(wanted.cut(frf), tracked)
+        tracked = _confirmed(wanted.cut(frf), tracked).read_as(wanted.damping)
     except ValueError as error:
         raise ResultFileError(f"{campaign.name}: {error}") from error
     return IdentifiedCampaign(frf, tracked, inputs, every)
@@ -217,7 +217,7 @@ def save(
     if export is not None:
         write_frfs(export, campaign_frfs(campaign.experiment, found.frf))
     save_modes(run / "modes.h5", found.tracked, made_from)
-    write_table(run / "modes.csv", found.tracked, wanted.damping)
+    write_table(run / "modes.csv", found.tracked)
 
 
 def uff_records(frfs: Sequence[MeasuredTransfer], wanted: Wanted, report: Progress) -> list[dict[str, Any]]:
@@ -240,7 +240,7 @@ def uff_records(frfs: Sequence[MeasuredTransfer], wanted: Wanted, report: Progre
         report("identify", done / len(frfs))
         said = said_of_coherence([frf])
         try:
-            found = modes_record(wanted.identify([frf]), wanted.damping)
+            found = modes_record(wanted.identify([frf]))
         except ValueError as error:
             found = {"residual_terms": None, "misfit": None, "modes": [], "rejected": []}
             said = [*said, str(error)]

@@ -9,7 +9,6 @@ from rich.console import Console
 from rich.table import Table
 
 from analysis.identification.modes import Modes
-from analysis.identification.reading import Damping
 from analysis.identification.tracked_modes import TrackedModes
 
 FIELDS = (
@@ -22,9 +21,9 @@ FIELDS = (
 )
 
 
-def modes_record(modes: Modes, damping: Damping) -> dict[str, Any]:
+def modes_record(modes: Modes) -> dict[str, Any]:
     """Return what ``--json`` prints of one identification: modes of the plate, and poles that are none."""
-    reading = modes.reading(damping)
+    reading = modes.reading()
     found: list[dict[str, Any]] = []
     rejected: list[dict[str, Any]] = []
     for j, (status, reason, other) in enumerate(zip(modes.status, modes.reason, modes.overlapped, strict=True)):
@@ -49,24 +48,11 @@ def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def campaign_record(tracked: TrackedModes, damping: Damping, seconds: float) -> dict[str, Any]:
-    """Return what ``--json`` prints of a campaign: modes per sweep, each with the number of its track.
-
-    Parameters
-    ----------
-    tracked : TrackedModes
-    damping : str
-        How poles are read.
-    seconds : float
-        Time that it took, s.
-
-    Returns
-    -------
-    dict
-    """
+def campaign_record(tracked: TrackedModes, seconds: float) -> dict[str, Any]:
+    """Return what ``--json`` prints of a campaign: modes per sweep, each with the number of its track; time in s."""
     sweeps = []
     for t, modes in enumerate(tracked.modes):
-        record = modes_record(modes, damping)
+        record = modes_record(modes)
         numbers = {int(n): j + 1 for j, n in enumerate(tracked.track[t]) if n >= 0}
         real = [n for n in range(len(modes.poles)) if modes.real[n]]
         for n, mode in zip(real, record["modes"], strict=True):
@@ -76,20 +62,20 @@ def campaign_record(tracked: TrackedModes, damping: Damping, seconds: float) -> 
     return {"temperatures": sweeps, "notes": list(tracked.notes), "seconds": seconds}
 
 
-def show(tracked: TrackedModes, damping: Damping) -> None:
+def show(tracked: TrackedModes) -> None:
     """Print the modes of the coldest, a middle and the hottest sweep; modes.csv holds them all."""
-    for table in tables(tracked, damping):
+    for table in tables(tracked):
         Console().print(table)
 
 
-def tables(tracked: TrackedModes, damping: Damping) -> list[Table]:
+def tables(tracked: TrackedModes) -> list[Table]:
     """Return tables of the modes of the coldest, a middle and the hottest sweep."""
     order = np.argsort(tracked.temperature, kind="stable")
     shown = sorted({int(order[0]), int(order[len(order) // 2]), int(order[-1])})
     found = []
     for number, t in enumerate(shown, 1):
         title = f"{tracked.temperature[t]:.2f} °C ({number} of {len(shown)} shown of {len(order)}; all: modes.csv)"
-        found.append(mode_table(title, modes_record(tracked.modes[t], damping)["modes"]))
+        found.append(mode_table(title, modes_record(tracked.modes[t])["modes"]))
     return found
 
 

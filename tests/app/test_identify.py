@@ -86,7 +86,7 @@ def test_deviations_without_end_are_none_in_json_and_in_the_table(capsys: pytest
         moved, np.ones((1, 1), complex), spread, named("none"), nothing, ("weak",), ("why",), (1.0, 300.0), 0.1, 99
     )
     for damping in ("hysteretic", "viscous"):
-        record = modes_record(modes, damping)
+        record = modes_record(modes.read_as(damping))
         assert record["modes"][0]["sigma_damping_ratio"] is None
         json.dumps(record, allow_nan=False)
         show_modes("plate", record["modes"])

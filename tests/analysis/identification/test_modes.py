@@ -33,10 +33,10 @@ def test_modes_nearer_than_half_their_bandwidth_overlap() -> None:
     np.testing.assert_array_equal(both.overlapped, [-1, -1])
     close = replace(both, poles=2 * np.pi * 100.0 * np.array([-0.02 + 1j, -0.005 + 1.01j]))
     np.testing.assert_array_equal(close.overlapped, [1, -1])  # half of 4 Hz is more than 1 Hz, half of 1 Hz less
-    assert close.explanation("viscous")[0].endswith(
+    assert close.read_as("viscous").explanation()[0].endswith(
         "overlaps 101.0 Hz: their damping is known together, not singly"
     )
-    assert close.explanation("viscous")[1] == "outside"
+    assert close.explanation()[1] == "outside"
     np.testing.assert_array_equal(replace(close, status=("kept", "computational")).overlapped, [-1, -1])
 
 
@@ -109,3 +109,25 @@ def test_tracks_must_fit_the_poles() -> None:
         replace(tracked(), track=np.array([[0, 0], [0, 1]]))
     with pytest.raises(ValueError, match="hold 1"):
         replace(tracked(), temperature=np.array([10.0]))
+
+
+def test_a_heavily_damped_pole_is_read_as_was_chosen() -> None:
+    """At a damping ratio of 20 % the frequency of the storage modulus is 4 % below that of |pole|."""
+    pole = 2 * np.pi * 100.0 * complex(-0.2, np.sqrt(1.0 - 0.04))
+    one = replace(modes(), poles=np.array([pole, 3 * pole]))
+    assert one.reading().frequency_hz[0] == pytest.approx(100.0 * np.sqrt(0.92))
+    viscous = one.read_as("viscous")
+    assert viscous.reading().frequency_hz[0] == pytest.approx(100.0)
+    assert viscous.reading().loss_factor[0] == pytest.approx(0.4)
+    assert viscous.reading("hysteretic").frequency_hz[0] == one.reading().frequency_hz[0]
+    with pytest.raises(ValueError, match="damping 'dry': hysteretic or viscous"):
+        replace(one, damping="dry")  # type: ignore[arg-type]
+
+
+def test_tracked_modes_are_read_as_the_modes_of_their_sweeps() -> None:
+    both = TrackedModes(
+        temperature=np.array([20.0, 30.0]), direction=("up", "up"), level=np.ones(2), channels=("S1",),
+        modes=(modes(), modes(90.0)), track=np.array([[0], [0]]), start=0,
+    ).read_as("viscous")  # fmt: skip
+    assert [one.damping for one in (both, *both.modes)] == ["viscous"] * 3
+    np.testing.assert_allclose(both.reading().frequency_hz[:, 0], np.array([100.0, 90.0]) * np.hypot(1.0, 0.02))

@@ -54,8 +54,22 @@ def test_saved_modes_rebuild_their_frfs_to_the_last_bit(tracked: TrackedModes, t
         assert read_stamp(file) == made_from
 
 
+@pytest.mark.parametrize("chosen", [{}, {"damping": "viscous"}])
+def test_files_of_earlier_versions_are_read_as_their_provenance_says(
+    tracked: TrackedModes, tmp_path: Path, chosen: dict[str, str]
+) -> None:
+    save_modes(tmp_path / "now.h5", tracked.read_as("viscous"), provenance({}, chosen))
+    assert load_modes(tmp_path / "now.h5").damping == "viscous"
+    with h5py.File(tmp_path / "now.h5") as now, atomic_hdf5(tmp_path / "modes.h5") as earlier:
+        for name in now:
+            now.copy(name, earlier)
+        for sweep in earlier["sweeps"].values():
+            del sweep.attrs["damping"]
+    assert load_modes(tmp_path / "modes.h5").damping == chosen.get("damping", "hysteretic")
+
+
 def test_table_for_people_holds_the_reading(tracked: TrackedModes, tmp_path: Path) -> None:
-    write_table(tmp_path / "modes.csv", tracked, "viscous")
+    write_table(tmp_path / "modes.csv", tracked.read_as("viscous"))
     with (tmp_path / "modes.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [(row["temperature_c"], row["mode"]) for row in rows] == [
@@ -65,7 +79,7 @@ def test_table_for_people_holds_the_reading(tracked: TrackedModes, tmp_path: Pat
         ("22.0000", "3"),
     ]
     assert {row["confirmation"] for row in rows} == {"confirmed"}
-    assert [row["reason"] for row in rows[:2]] == list(tracked.modes[0].explanation("viscous")[:2])
+    assert [row["reason"] for row in rows[:2]] == list(tracked.modes[0].read_as("viscous").explanation()[:2])
     assert float(rows[1]["frequency_hz"]) == pytest.approx(tracked.reading("viscous").frequency_hz[0, 1])
 
 

@@ -1,5 +1,6 @@
 """The report of a campaign whose plate is not the paper's."""
 
+import csv
 import shutil
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.files.modes_file import load_modes
-from app.report.page import PageTable, Picture, Section
+from app.report.page import PageTable, Paragraph, Picture, Section
 from app.report.sections import sections
 from tests.app.modal_test.conftest import typed
 
@@ -49,8 +50,25 @@ def test_it_lists_the_modes_of_the_sweep_that_is_drawn(run: Path, parts: dict[st
     tracked = load_modes(run / "modes.h5")
     drawn = tracked.modes[int(np.abs(tracked.temperature - 25.4).argmin())]
     assert [row[1] for row in modes.rows] == [f"{f:.3f}" for f in drawn.reading().frequency_hz[drawn.real]]
-    assert {row[5] for row in modes.rows} == {"kept, confirmed"}
+    assert {row[6] for row in modes.rows} == {"kept, confirmed"}
     assert all(float(row[2]) > 0.0 for row in modes.rows)
+
+
+def test_the_report_reads_poles_as_modes_csv_does(tmp_path: Path) -> None:
+    typed("identify", HAMMER_PLATE, "--out", tmp_path, "--damping", "viscous", "--quiet")
+    tracked = load_modes(tmp_path / "modes.h5")
+    assert tracked.damping == "viscous"
+    parts = {part.title: part for part in sections(tmp_path, lambda *_: None).sections}
+    (modes,) = tables(parts["Identification"])
+    drawn = f"{tracked.temperature[np.abs(tracked.temperature - 25.4).argmin()]:.4f}"
+    with (tmp_path / "modes.csv").open(encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if row["temperature_c"] == drawn]
+    written = {row["mode"]: row for row in rows}
+    for row in modes.rows:
+        assert row[1] == f"{float(written[row[0]]['frequency_hz']):.3f}"
+        assert row[5] == f"{100 * float(written[row[0]]['loss_factor']):.4g}"
+    words = [item.text for item in parts["Identification"].items if isinstance(item, Paragraph)]
+    assert "viscous" in words[0]
 
 
 def test_the_paper_is_not_mentioned(parts: dict[str, Section]) -> None:
