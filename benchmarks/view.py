@@ -36,7 +36,7 @@ from app.files.modes_file import load_modes, save_modes  # noqa: E402
 from app.files.provenance import provenance  # noqa: E402
 from app.view.application import application  # noqa: E402
 from app.view.folder import viewed  # noqa: E402
-from app.view.recorded.overlays import decibels  # noqa: E402
+from app.view.parts import decibels  # noqa: E402
 from app.view.recorded.window import RecordedWindow  # noqa: E402
 from app.view.surface import SurfaceChart  # noqa: E402
 from app.view.theme import LIGHT  # noqa: E402

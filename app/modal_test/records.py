@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 MODE_HEADINGS = ("f [Hz]", "σ [Hz]", "ζ [%]", "σ [%]", "MPC", "status", "why")
+AXIS = "mode: f [Hz]"
+"""Label of an axis of `mode_names`."""
 
 
 def mode_rows(modes: Modes, shapes: ModeShapes) -> list[tuple[str, ...]]:
@@ -29,6 +31,11 @@ def mode_rows(modes: Modes, shapes: ModeShapes) -> list[tuple[str, ...]]:
         )
         for n, j in enumerate(shapes.pole.tolist())
     ]
+
+
+def mode_names(modes: Modes, shapes: ModeShapes) -> list[str]:
+    """Return number and frequency of every shape, as at the axes of the AutoMAC: ``2: 262``."""
+    return [f"{n}: {f:.0f}" for n, f in enumerate(modes.reading().frequency_hz[shapes.pole], start=1)]
 
 
 def record_of(found: TestModes, seconds: float) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from matplotlib.figure import Figure
 
 from analysis.frf import Frf
 from analysis.identification.tracked_modes import TrackedModes
+from analysis.phase import drawn_phase
 from app.report.page import PageTable
 from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
 from app.terminal.mode_rows import NUMBERS, SWEEP_HEADINGS, sweep_rows
@@ -51,8 +52,9 @@ def overlay(frf: Frf, tracked: TrackedModes, channel: int = 0) -> Figure:
         if real:
             axes[0].axvline(f, color="0.6", lw=0.8, ls="-" if sure else ":", zorder=0)
     legend_below(figure, title="vertical lines: modes, solid if kept and confirmed, dotted if weak or unconfirmed")
-    axes[1].plot(frf.frequency, np.degrees(np.angle(frf.h[row, channel])), color=MEASURED, lw=1.8)
-    axes[1].plot(frf.frequency, np.degrees(np.angle(rebuilt)), color=MODEL, lw=1.0)
+    noise = np.sqrt(frf.variance[row, channel])
+    axes[1].plot(*drawn_phase(frf.frequency, frf.h[row, channel], noise), color=MEASURED, lw=1.8)
+    axes[1].plot(*drawn_phase(frf.frequency, rebuilt), color=MODEL, lw=1.0)
     count = int(modes.real.sum())
     title = f"{tracked.temperature[row]:.1f} °C: {count} modes, misfit {100 * modes.misfit:.2f} %"
     axes[0].set(ylabel=f"|H| {frf.label(channel)}", title=title)

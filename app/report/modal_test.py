@@ -12,7 +12,7 @@ from analysis.shapes.participation import ModeShapes
 from analysis.shapes.stabilization import StabilizationChart
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import load_test
-from app.modal_test.records import MODE_HEADINGS, mode_rows
+from app.modal_test.records import AXIS, MODE_HEADINGS, mode_names, mode_rows
 from app.modal_test.saved import load_stabilization
 from app.modal_test.without_windows import rebuilt
 from app.report.origin import origin, stamps
@@ -72,7 +72,8 @@ def sections_of_test(run: Path) -> tuple[str, str, list[Section]]:
 
 def mode_table(modes: Modes, shapes: ModeShapes) -> PageTable:
     """Frequency, damping, standard deviations, status and MPC of every mode."""
-    return PageTable(MODE_HEADINGS, mode_rows(modes, shapes), numbers=(0, 1, 2, 3, 4))
+    rows = [(str(n), *row) for n, row in enumerate(mode_rows(modes, shapes), start=1)]
+    return PageTable(("mode", *MODE_HEADINGS), rows, numbers=(0, 1, 2, 3, 4, 5))
 
 
 def overlay(frfs: FrfSet, modes: Modes) -> Figure:
@@ -181,10 +182,10 @@ def auto_mac(modes: Modes, shapes: ModeShapes) -> Figure:
     figure, axes = panels(1, 1, width=5.5, height=4.6)
     axis = axes if not isinstance(axes, np.ndarray) else axes.ravel()[0]
     image = axis.imshow(mac(shapes.shape, shapes.shape), vmin=0.0, vmax=1.0, cmap="Greys")
-    names = [f"{f:.0f}" for f in modes.reading().frequency_hz[shapes.pole]]
+    names = mode_names(modes, shapes)
     axis.set_xticks(range(len(names)), names, fontsize=8, rotation=90)
     axis.set_yticks(range(len(names)), names, fontsize=8)
     axis.grid(False)
-    axis.set(xlabel="f [Hz]", ylabel="f [Hz]")
+    axis.set(xlabel=AXIS, ylabel=AXIS)
     figure.colorbar(image, ax=axis, label="MAC")
     return figure

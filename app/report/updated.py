@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from analysis.frf import Frf
 from analysis.material import MaterialLaws
+from analysis.phase import drawn_phase
 from analysis.updated import Updated
 from app.files.laws_file import TwinFrf
 from app.report.measured import spread
@@ -38,12 +39,13 @@ def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0, source
         amplitude, phase = axes[:, column]
         rest = np.abs(frf.h[row, channel] - twin.h[row, channel])
         amplitude.semilogy(frf.frequency, rest, color="0.75", lw=0.4, label="difference")
-        for h, color, label, width in (
-            (frf.h[row, channel], MEASURED, "measured", 1.8),
-            (twin.h[row, channel], MODEL, "updated twin", 1.0),
+        noise = np.sqrt(frf.variance[row, channel])
+        for h, deviation, color, label, width in (
+            (frf.h[row, channel], noise, MEASURED, "measured", 1.8),
+            (twin.h[row, channel], 0.0, MODEL, "updated twin", 1.0),
         ):
             amplitude.semilogy(frf.frequency, np.abs(h), color=color, label=label, lw=width)
-            phase.plot(frf.frequency, np.degrees(np.angle(h)), color=color, lw=width)
+            phase.plot(*drawn_phase(frf.frequency, h, deviation), color=color, lw=width)
         amplitude.set_title(
             f"{updated.temperature[row]:.1f} °C: misfit {100 * updated.misfit[row]:.2f} %, "
             f"noise {100 * updated.noise_floor[row]:.2f} %"

@@ -23,7 +23,7 @@ def reading_cells(reading: PoleReading, pole: int) -> tuple[str, str, str, str]:
     return (
         f"{reading.frequency_hz[pole]:.3f}",
         f"{reading.sigma_frequency_hz[pole]:.2g}",
-        f"{100 * reading.damping_ratio[pole]:.4g}",
+        f"{100 * reading.damping_ratio[pole]:#.4g}",
         f"{100 * reading.sigma_damping_ratio[pole]:.2g}",
     )
 
@@ -43,7 +43,7 @@ def sweep_rows(modes: Modes, track: NDArray[np.int64]) -> list[tuple[str, ...]]:
         (
             number.get(j, "–"),
             *reading_cells(reading, j),
-            f"{100 * reading.loss_factor[j]:.4g}",
+            f"{100 * reading.loss_factor[j]:#.4g}",
             modes.standing(j),
             reasons[j],
         )

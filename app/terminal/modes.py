@@ -49,7 +49,7 @@ def _finite(value: float) -> float | None:
 
 
 def campaign_record(tracked: TrackedModes, seconds: float) -> dict[str, Any]:
-    """Return what ``--json`` prints of a campaign: modes per sweep, each with the number of its track; time in s."""
+    """Return what ``--json`` prints of a campaign that took so many seconds: modes per sweep with their tracks."""
     sweeps = []
     for t, modes in enumerate(tracked.modes):
         record = modes_record(modes)

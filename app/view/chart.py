@@ -53,6 +53,12 @@ class Chart(pyqtgraph.PlotWidget):
         """Put a title over the plot, at its left; none leaves the plot its room."""
         self.plotItem.setTitle(title or None, color=self.theme.text, size="10pt", bold=True, justify="left")
 
+    def set_label(self, side: Literal["bottom", "left"], label: str) -> None:
+        """Name another quantity and unit at an axis, also in what is exported."""
+        x, y = self.labels
+        self.labels = (label, y) if side == "bottom" else (x, label)
+        self.getAxis(side).setLabel(label, color=self.theme.text)
+
     def legend(self, columns: int = 1, offset: tuple[int, int] = (-8, 8)) -> None:
         """Name the curves that are drawn from now on."""
         made = self.addLegend(

@@ -2,6 +2,9 @@
 
 from PySide6.QtCore import QObject, Signal
 
+FREQUENCY, TEMPERATURE = "frequency [Hz]", "temperature [°C]"
+"""Labels of their axes."""
+
 
 class Cursors(QObject):
     """One place in frequency and temperature.

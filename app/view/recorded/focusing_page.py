@@ -8,10 +8,9 @@ from analysis.compensation.outcome import Compensation
 from analysis.focusing.aim import Aim
 from analysis.focusing.over_temperature import Focusing
 from app.view.chart import Chart
-from app.view.cursors import Cursors
+from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
 from app.view.map import Map
 from app.view.map_chart import MapChart
-from app.view.recorded.frf_page import FREQUENCY, TEMPERATURE
 from app.view.theme import Theme, one_sided
 
 CONTRAST, SPOT = "contrast", "spot error [% of Lx]"

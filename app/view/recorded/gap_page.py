@@ -10,10 +10,9 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QListWidget, QList
 from analysis.arrays import Real
 from app.files.gap_file import GapFigures, Signatures
 from app.terminal.gap import estimate, named, verdict_words
-from app.view.cursors import Cursors
+from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
 from app.view.map import Map
 from app.view.map_chart import MapChart
-from app.view.recorded.frf_page import FREQUENCY, TEMPERATURE
 from app.view.theme import Theme, beyond_noise
 
 Record = Mapping[str, Any]

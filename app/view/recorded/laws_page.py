@@ -6,8 +6,7 @@ from PySide6.QtWidgets import QGridLayout, QWidget
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
 from app.view.chart import Chart
-from app.view.cursors import Cursors
-from app.view.recorded.frf_page import TEMPERATURE
+from app.view.cursors import TEMPERATURE, Cursors
 from app.view.theme import Theme
 
 LAWS = (

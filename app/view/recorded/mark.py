@@ -3,7 +3,7 @@
 import numpy as np
 
 from analysis.frf import Frf
-from app.view.recorded.overlays import decibels
+from app.view.parts import decibels
 
 
 class Mark:

@@ -1,21 +1,26 @@
 """Poles followed over temperature, and the shape that the twin gives to each."""
 
 import numpy as np
-from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QWidget
+from PySide6.QtCore import QSignalBlocker
+from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from analysis.identification.tracked_modes import TrackedModes
+from app.terminal.mode_rows import NUMBERS, READ_AS, SWEEP_HEADINGS, shown_poles, sweep_rows
 from app.view.chart import Chart
-from app.view.cursors import Cursors
-from app.view.recorded.frf_page import FREQUENCY, TEMPERATURE
+from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
+from app.view.mode_table import ModeTable
 from app.view.recorded.mode_shape import ModeShape
 from app.view.theme import Theme
 
 KNOWN = 0.3
 """Loss factors with a two-sigma band wider than this share are left out: they would hide what is known."""
 
+THIN, THICK = 1.1, 3.2
+"""Dots of the lines of modes, and of the mode that stands out."""
+
 
 class ModesPage(QWidget):
-    """Frequency, its change, and loss factor of every mode, with two-sigma bands; the shape of the selected one.
+    """Frequency, its change, and loss factor of every mode, with two-sigma bands; table of one sweep; a shape.
 
     Parameters
     ----------
@@ -42,18 +47,24 @@ class ModesPage(QWidget):
         self._lines: list[list[tuple[object, str]]] = []
         self._charts = (
             Chart("tracks-frequency", "where the modes are", TEMPERATURE, FREQUENCY, theme),
-            Chart("tracks-change", "how far they move", TEMPERATURE, "frequency against the cursor's [%]", theme),
+            Chart("tracks-change", "how far they move", TEMPERATURE, "change from the cursor [%]", theme),
             Chart("tracks-damping", "how they are damped", TEMPERATURE, "loss factor [%]", theme),
         )
         self._choice = QComboBox()
         self._choice.addItems([self._named(j) for j in range(tracked.track.shape[1])])
         self._readout = QLabel()
         self._readout.setObjectName("mode")
+        self.table = ModeTable(SWEEP_HEADINGS, NUMBERS)
+        self.table.verticalHeader().hide()  # the modes have numbers of their own
+        self.table.setToolTip(READ_AS[tracked.damping])
         self._lay_out()
         self._draw()
+        self._fill_table()
         self._choice.currentIndexChanged.connect(self.select)
-        cursors.temperature_moved.connect(self._tell)
-        cursors.temperature_moved.connect(self._change)
+        self.table.chosen.connect(self._go)
+        cursors.frequency_moved.connect(self._follow)
+        for follower in (self._tell, self._change, self._fill_table):
+            cursors.temperature_moved.connect(follower)
         self.select(self._best_known())
 
     @property
@@ -68,20 +79,56 @@ class ModesPage(QWidget):
 
     def select(self, mode: int) -> None:
         """Let one mode stand out, and take the frequency cursor there."""
-        self._selected = int(np.clip(mode, 0, self._tracked.track.shape[1] - 1))
-        if self._choice.currentIndex() != self._selected:
-            self._choice.setCurrentIndex(self._selected)
-        for j, items in enumerate(self._lines):
-            for item, color in items:
-                item.setPen(color, width=3.2 if j == self._selected else 1.1)  # type: ignore[attr-defined]
+        self._stand_out(int(np.clip(mode, 0, self._tracked.track.shape[1] - 1)))
         here = self._reading.frequency_hz[self._row, self._selected]
         if np.isfinite(here):
             self._cursors.frequency = float(here)
-        self._tell()
 
     def step(self, modes: int) -> None:
         """Select a mode further up or down."""
         self.select(self._selected + modes)
+
+    def _stand_out(self, mode: int) -> None:
+        before, self._selected = self._selected, mode
+        with QSignalBlocker(self._choice):
+            self._choice.setCurrentIndex(mode)
+        for j, width in ((before, THIN), (mode, THICK)):
+            for item, color in self._lines[j]:
+                item.setPen(color, width=width)  # type: ignore[attr-defined]
+        self._tell()
+        self._mark()
+
+    def _fill_table(self) -> None:
+        """List the modes of the sweep at the temperature cursor."""
+        modes, track = self._tracked.modes[self._row], self._tracked.track[self._row]
+        poles = shown_poles(modes)
+        self._places = modes.reading().frequency_hz[poles]
+        self._numbers = [int(np.append(np.flatnonzero(track == pole), -1)[0]) for pole in poles]
+        self.table.show_rows(sweep_rows(modes, track))
+        self._mark()
+
+    def _mark(self) -> None:
+        """Mark the mode nearest to the frequency cursor, and print the one that stands out in bold."""
+        if len(self._places):
+            self.table.mark(self._nearest)
+        self.table.print_bold([n for n, mode in enumerate(self._numbers) if mode == self._selected])
+
+    @property
+    def _nearest(self) -> int:
+        return int(np.abs(self._places - self._cursors.frequency).argmin())
+
+    def _follow(self, frequency: float) -> None:
+        """Let the tracked mode nearest to the frequency cursor stand out."""
+        here = self._reading.frequency_hz[self._row]
+        if not len(self._places):
+            return
+        self.table.mark(self._nearest)
+        near = self._numbers[self._nearest]
+        if near not in (-1, self._selected) and here[self._selected] != frequency:
+            self._stand_out(near)
+
+    def _go(self, line: int) -> None:
+        self._cursors.frequency = float(self._places[line])
 
     def _best_known(self) -> int:
         """Return the mode found at most temperatures; of several, the one nearest to the frequency cursor."""
@@ -107,14 +154,18 @@ class ModesPage(QWidget):
         top.addWidget(self._choice)
         top.addWidget(self._readout)
         top.addStretch()
-        grid = QGridLayout(self)
-        grid.addLayout(top, 0, 0, 1, 2)
-        grid.addWidget(self._charts[0], 1, 0, 2, 1)
-        grid.addWidget(self._charts[1], 1, 1)
-        grid.addWidget(self._charts[2], 2, 1)
+        left, right, grid = QVBoxLayout(), QVBoxLayout(), QGridLayout(self)
+        left.addWidget(self._charts[0], stretch=5)
+        left.addWidget(self.table, stretch=4)
+        for chart in self._charts[1:]:
+            right.addWidget(chart, stretch=1)
         if self.shape is not None:
-            grid.addWidget(self.shape, 3, 1)
-            grid.addWidget(self._charts[0], 1, 0, 3, 1)
+            right.addWidget(self.shape, stretch=1)
+        grid.addLayout(top, 0, 0, 1, 2)
+        grid.addLayout(left, 1, 0)
+        grid.addLayout(right, 1, 1)
+        for column, share in enumerate((7, 5)):
+            grid.setColumnStretch(column, share)
         cursors, known = self._cursors, self._tracked.temperature[self._rows]
 
         def to_temperature(value: float) -> None:
@@ -142,9 +193,9 @@ class ModesPage(QWidget):
                 temperature[known], (eta - 2 * sigma_eta)[known], (eta + 2 * sigma_eta)[known], color, name
             )
             items = [
-                (self._charts[0].curve(temperature, f, name, color, points=True), color),
-                (self._charts[1].curve(temperature, f, name, color), color),
-                (self._charts[2].curve(temperature, eta, name, color, points=True), color),
+                (self._charts[0].curve(temperature, f, name, color, width=THIN, points=True), color),
+                (self._charts[1].curve(temperature, f, name, color, width=THIN), color),
+                (self._charts[2].curve(temperature, eta, name, color, width=THIN, points=True), color),
             ]
             self._lines.append(items)  # type: ignore[arg-type]
         self._change()
@@ -158,6 +209,7 @@ class ModesPage(QWidget):
         for j, items in enumerate(self._lines):
             f = self._reading.frequency_hz[:, j]
             items[1][0].setData(self._tracked.temperature[rows], 100 * (f[rows] / f[self._row] - 1))  # type: ignore[attr-defined]
+        self._charts[1].fit()
 
     def _tell(self) -> None:
         r, row, j = self._reading, self._row, self._selected

@@ -9,12 +9,8 @@ from analysis.arrays import Complex, Real
 from analysis.chosen_actuator import sweeps_of_modes
 from analysis.frf import Frf
 from analysis.identification.tracked_modes import TrackedModes
+from app.view.nyquist import FINE
 from app.view.recorded.results import Results
-
-
-def decibels(h: Complex) -> Real:
-    """20 log10 |h|, with a floor far below any measurement."""
-    return np.asarray(20.0 * np.log10(np.abs(h) + 1e-20))
 
 
 @dataclass(frozen=True)
@@ -31,6 +27,10 @@ class Computed:
     def sweep(self, row: int) -> Complex:
         """One sweep, (K, F)."""
         return np.asarray(self.h[row])
+
+    def between(self, row: int, low: float, high: float) -> Complex:
+        """One sweep from one frequency to another, (K, n)."""
+        return np.asarray(self.h[row][:, (self.frequency >= low) & (self.frequency <= high)])
 
     def line(self, rows: NDArray[np.intp], frequency: float) -> Complex:
         """Several sweeps at the nearest line, (R, K)."""
@@ -53,6 +53,10 @@ class Identified:
     def sweep(self, row: int) -> Complex:
         """One sweep, (K, F)."""
         return self._rebuilt(row, self.frequency)
+
+    def between(self, row: int, low: float, high: float) -> Complex:
+        """One sweep from one frequency to another, (K, n), finer than its lines."""
+        return self._rebuilt(row, np.linspace(low, high, FINE))
 
     def line(self, rows: NDArray[np.intp], frequency: float) -> Complex:
         """Several sweeps at one frequency, (R, K)."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.frf import Frf
-from app.view.recorded.overlays import decibels
+from app.view.parts import decibels
 
 
 def readout(frf: Frf, row: int, channel: int, line: int, more: Sequence[tuple[str, str]] = ()) -> str:

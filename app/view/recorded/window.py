@@ -96,6 +96,9 @@ class RecordedWindow(Window):
         held = self.results.modes
         if held is None:
             return None
+        if not held.track.shape[1]:
+            self.results.problems["modes.h5"] = "no modes were found"
+            return None
         measured, laws = self.results.measured, self.results.laws
         shape = None if measured is None or laws is None else ModeShape(measured[0], laws, self.theme)
         return ModesPage(held, shape, self.cursors, self.theme)

@@ -6,20 +6,14 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app.view.chart import Chart
-from app.view.cursors import Cursors
+from app.view.cursors import FREQUENCY, Cursors
 from app.view.frequency_axis import FrequencyAxis
-from app.view.recorded.frf_page import FREQUENCY, PHASE_TICKS
-from app.view.recorded.overlays import decibels
+from app.view.nyquist import FINE, LEFT, NyquistChart, around
+from app.view.parts import PartsChoice, decibels
 from app.view.test_run.held import HeldTest
 from app.view.theme import Theme
 
-AROUND = 6.0
-"""Half-power widths of the nearest mode that the Nyquist plane shows to either side of the cursor."""
-NYQUIST = "Nyquist plane around the cursor"
-FINE = 400
-"""Points of the model's circle there."""
-LEFT = 62
-"""Dots that the left axis takes, so that plots above each other share their frequencies."""
+REBUILT = "rebuilt"
 
 
 class TestFrfPage(QWidget):
@@ -38,9 +32,8 @@ class TestFrfPage(QWidget):
         super().__init__()
         self._held, self._cursors, self._theme = held, cursors, theme
         self.axis = FrequencyAxis(held.frfs.frequency, cursors)
-        self.choice, self.display = QComboBox(), QComboBox()
+        self.choice, self.display = QComboBox(), PartsChoice()
         self.choice.addItems([one.name for one in held.frfs.transfers])
-        self.display.addItems(["magnitude and phase", "real and imaginary part"])
         self.rebuilt = QCheckBox("from poles and residues")
         self.rebuilt.setChecked(True)
         self.rebuilt.setStyleSheet(
@@ -51,7 +44,7 @@ class TestFrfPage(QWidget):
         self.above = Chart("test-frf", "", FREQUENCY, "", theme)
         self.below = Chart("test-frf-below", "", FREQUENCY, "", theme)
         self.coherence = Chart("test-coherence", "coherence", FREQUENCY, "", theme)
-        self.nyquist = Chart("test-nyquist", NYQUIST, "real part", "imaginary part", theme)
+        self.nyquist = NyquistChart("test-nyquist", {REBUILT: theme.identified}, theme)
         self._lay_out()
         self._modes: list[pyqtgraph.InfiniteLine] = []
         self._draw()
@@ -86,8 +79,6 @@ class TestFrfPage(QWidget):
             self.axis.add(chart)
             if chart is not self.above:
                 chart.setXLink(self.above)
-        self.nyquist.getAxis("left").setWidth(LEFT)
-        self.nyquist.setAspectLocked(True)
         grid.addLayout(side, 0, 1, 3, 1)
         grid.setColumnStretch(0, 7)
         grid.setColumnStretch(1, 4)
@@ -97,45 +88,29 @@ class TestFrfPage(QWidget):
         self._curves = [
             (
                 chart.curve([], [], "measured", theme.measured, width=1.5),
-                chart.curve([], [], "rebuilt", theme.identified),
+                chart.curve([], [], REBUILT, theme.identified),
             )
             for chart in (self.above, self.below)
         ]
         self._trust = self.coherence.curve([], [], "coherence", theme.measured)
-        self._circle = (
-            self.nyquist.curve([], [], "measured", theme.measured, style="dot", points=True),
-            self.nyquist.curve([], [], "rebuilt", theme.identified, width=1.4),
-            self.nyquist.curve([], [], "cursor", theme.warning, points=True),
-        )
 
     def _show(self) -> None:
         """Show another FRF, in another way."""
         held, n = self._held, self.choice.currentIndex()
-        x, label = held.frfs.frequency, held.frfs.label(n)
-        parts = self.display.currentIndex() == 1
-        unit = label[label.rfind("[") + 1 : -1]
-        names = ("Re H", "Im H") if parts else (f"|H| [dB re 1 {unit}]", "phase [°]")
-        for number, (chart, curves) in enumerate(zip((self.above, self.below), self._curves, strict=True)):
-            for curve, h in zip(curves, (held.frfs.h[n], held.rebuilt[n]), strict=True):
-                y = (h.real, h.imag)[number] if parts else (decibels(h), np.degrees(np.angle(h)))[number]
-                curve.setData(x, y)
-            curves[1].setVisible(self.rebuilt.isChecked())
-            label = f"{names[number]} [{unit}]" if parts else names[number]
-            chart.labels = (FREQUENCY, label)
-            chart.getAxis("left").setLabel(label, color=self._theme.text)
-        self.above.setTitle(held.frfs.transfers[n].name)
-        self.nyquist.labels = (f"real part [{unit}]", f"imaginary part [{unit}]")
-        for side, label in zip(("bottom", "left"), self.nyquist.labels, strict=True):
-            self.nyquist.getAxis(side).setLabel(label, color=self._theme.text)
-        coherence = held.frfs.transfers[n].coherence
+        x, one = held.frfs.frequency, held.frfs.transfers[n]
+        measured, rebuilt = zip(*self._curves, strict=True)
+        self.display.draw(measured, x, one.h, 0.0 if one.variance is None else np.sqrt(one.variance))
+        self.display.draw(rebuilt, x, held.rebuilt[n])
+        for curve in rebuilt:
+            curve.setVisible(self.rebuilt.isChecked())
+        self.above.setTitle(one.name)
+        coherence = one.coherence
         self._trust.setData(x, np.full(len(x), np.nan) if coherence is None else coherence)
         self.coherence.setVisible(coherence is not None)
         self._grid.setRowStretch(2, 0 if coherence is None else 2)
         for chart in (self.above, self.below, self.coherence):
             chart.fit()
-        if not parts:
-            self.below.setYRange(-180.0, 180.0, padding=0.05)
-        self.below.getAxis("left").setTicks(None if parts else PHASE_TICKS)
+        self.display.label(self.above, self.below, self._unit)
         self._draw_modes()
         self._follow()
 
@@ -155,25 +130,20 @@ class TestFrfPage(QWidget):
         """Bring Nyquist plane and readout to where the cursor is."""
         held, n, here = self._held, self.choice.currentIndex(), self.axis.line
         frequency, h = held.frfs.frequency, held.frfs.h[n]
-        width = 0.01 * frequency[here]
-        if len(held.shapes.pole):
-            nearest = held.shapes.pole[int(np.abs(held.places - frequency[here]).argmin())]
-            width = -held.modes.poles[nearest].real / np.pi
-        reach = max(AROUND * float(width), 5.0 * float(np.median(np.diff(frequency))))
-        near = np.abs(frequency - frequency[here]) <= reach
-        self._circle[0].setData(h.real[near], h.imag[near])
+        near = around(frequency, here, held.modes)
         circle = held.model(np.linspace(frequency[near][0], frequency[near][-1], FINE))[n]
-        self._circle[1].setData(circle.real, circle.imag)
-        self._circle[1].setVisible(self.rebuilt.isChecked())
-        self._circle[2].setData([h.real[here]], [h.imag[here]])
-        self.nyquist.fit()
+        models = {REBUILT: circle} if self.rebuilt.isChecked() else {}
+        self.nyquist.show_circle(h[near], complex(h[here]), models, self._unit)
         self._read_out(here, self.axis.mark_line)
+
+    @property
+    def _unit(self) -> str:
+        label = self._held.frfs.label(self.choice.currentIndex())
+        return label[label.rfind("[") + 1 : -1]
 
     def _read_out(self, here: int, there: int) -> None:
         held, n = self._held, self.choice.currentIndex()
-        label = held.frfs.label(n)
-        unit = label[label.rfind("[") + 1 : -1]
-        f, one, h = held.frfs.frequency, held.frfs.transfers[n], held.frfs.h[n]
+        unit, f, one, h = self._unit, held.frfs.frequency, held.frfs.transfers[n], held.frfs.h[n]
         turn = np.degrees(np.angle(h[here] / h[there])) if h[there] else float("nan")
         apart = float(decibels(h[here]) - decibels(h[there]))
         values = [

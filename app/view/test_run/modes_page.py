@@ -4,35 +4,24 @@ from collections.abc import Callable
 
 import numpy as np
 import pyqtgraph
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QGridLayout,
-    QHBoxLayout,
-    QHeaderView,
-    QLabel,
-    QPushButton,
-    QTableWidget,
-    QTableWidgetItem,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from analysis.shapes.assurance import mac
 from analysis.shapes.indicator import cmif
-from app.modal_test.records import MODE_HEADINGS, mode_rows
+from app.modal_test.records import AXIS, MODE_HEADINGS, mode_names, mode_rows
 from app.view.chart import Chart
-from app.view.cursors import Cursors
+from app.view.cursors import FREQUENCY, Cursors
 from app.view.map import Map
 from app.view.map_chart import MapChart
-from app.view.recorded.frf_page import FREQUENCY
+from app.view.mode_table import ModeTable
 from app.view.test_run.held import HeldTest
 from app.view.test_run.shape_chart import ShapeChart
 from app.view.theme import Theme, one_sided
 
 ORDERS = "poles over the order: full dots stable, rings in frequency only"
 CMIF_SHOWN = 3
-MOST_TICKS = 16
+MOST_TICKS = {"bottom": 5, "left": 14}
+"""Names of modes that have room at the axes of the AutoMAC."""
 
 
 class TestModesPage(QWidget):
@@ -59,7 +48,8 @@ class TestModesPage(QWidget):
     ) -> None:
         super().__init__()
         self._held, self._cursors, self._theme = held, cursors, theme
-        self.table = QTableWidget(len(held.shapes.pole), len(MODE_HEADINGS))
+        self.table = ModeTable(MODE_HEADINGS, range(5))
+        self.table.show_rows(mode_rows(held.modes, held.shapes))
         self.dropping, self.adding = QPushButton("Drop the selected mode"), QPushButton("Add a mode at the cursor")
         self.dropping.clicked.connect(lambda: drop(float(held.places[self.selected])))
         self.adding.clicked.connect(lambda: add(cursors.frequency))
@@ -72,14 +62,13 @@ class TestModesPage(QWidget):
             "pole pairs",
             theme,
         )
-        self.alike = MapChart("test-auto-mac", "how alike the shapes are: AutoMAC", "mode", "mode", theme)
+        self.alike = MapChart("test-auto-mac", "how alike the shapes are: AutoMAC", AXIS, AXIS, theme)
         self.shape = ShapeChart(held, theme)
-        self._fill_table()
         self._lay_out()
         self._draw()
-        self.table.currentCellChanged.connect(lambda *_: self._select())
+        self.table.chosen.connect(lambda _: self._select())
         if len(held.shapes.pole):
-            self.table.selectRow(int(np.abs(held.places - cursors.frequency).argmin()))
+            self.table.mark(int(np.abs(held.places - cursors.frequency).argmin()))
             self._select()
 
     @property
@@ -95,23 +84,6 @@ class TestModesPage(QWidget):
     def _select(self) -> None:
         self._cursors.frequency = float(self._held.places[self.selected])
         self.shape.show_shape(self.selected)
-
-    def _fill_table(self) -> None:
-        for n, row in enumerate(mode_rows(self._held.modes, self._held.shapes)):
-            for column, text in enumerate(row):
-                cell = QTableWidgetItem(text)
-                cell.setToolTip(text)
-                if column < 5:
-                    cell.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-                self.table.setItem(n, column, cell)
-        self.table.setHorizontalHeaderLabels(list(MODE_HEADINGS))
-        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.table.verticalHeader().setDefaultSectionSize(22)
-        header = self.table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setStretchLastSection(True)
 
     def _lay_out(self) -> None:
         left, buttons, grid = QVBoxLayout(), QHBoxLayout(), QGridLayout(self)
@@ -167,10 +139,9 @@ class TestModesPage(QWidget):
             place = np.arange(1.0, len(held.shapes.pole) + 1.0)
             shown = Map(place, place, mac(held.shapes.shape, held.shapes.shape))
             self.alike.image(shown, one_sided("cividis"), (0.0, 1.0), "MAC")
-            every = int(np.ceil(len(place) / MOST_TICKS))
-            ticks = [[(float(n), f"{n:.0f}") for n in place[::every]], []]
-            for side in ("bottom", "left"):
-                self.alike.getAxis(side).setTicks(ticks)
+            names = list(zip(place.tolist(), mode_names(held.modes, held.shapes), strict=True))
+            for side, most in MOST_TICKS.items():
+                self.alike.getAxis(side).setTicks([names[:: int(np.ceil(len(names) / most))], []])
 
     def _go(self, frequency: float) -> None:
         lines = self._held.frfs.frequency

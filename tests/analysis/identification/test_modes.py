@@ -33,8 +33,10 @@ def test_modes_nearer_than_half_their_bandwidth_overlap() -> None:
     np.testing.assert_array_equal(both.overlapped, [-1, -1])
     close = replace(both, poles=2 * np.pi * 100.0 * np.array([-0.02 + 1j, -0.005 + 1.01j]))
     np.testing.assert_array_equal(close.overlapped, [1, -1])  # half of 4 Hz is more than 1 Hz, half of 1 Hz less
-    assert close.read_as("viscous").explanation()[0].endswith(
-        "overlaps 101.0 Hz: their damping is known together, not singly"
+    assert (
+        close.read_as("viscous")
+        .explanation()[0]
+        .endswith("overlaps 101.0 Hz: their damping is known together, not singly")
     )
     assert close.explanation()[1] == "outside"
     np.testing.assert_array_equal(replace(close, status=("kept", "computational")).overlapped, [-1, -1])

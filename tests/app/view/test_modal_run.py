@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,10 @@ import pytest
 pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
 
 from analysis.estimation.transfer import MeasuredTransfer
+from analysis.identification.tracked_modes import TrackedModes
 from app.files.bad_file import ResultFileError
+from app.files.modes_file import load_modes, load_shapes, save_modes
+from app.files.provenance import provenance
 from app.files.uff58 import write_frfs
 from app.modal_test.edits import edits_of
 from app.view.application import application
@@ -152,3 +156,28 @@ def test_nothing_is_live_in_a_test(identified: Path) -> None:
     application()
     with pytest.raises(ResultFileError, match="nothing is live in it"):
         window_of(viewed(identified), "live", LIGHT)
+
+
+def test_frequencies_are_read_as_was_chosen(identified: Path, tmp_path: Path, shown: Callable[[Any], Any]) -> None:
+    run, heavy = shutil.copytree(identified, tmp_path / "run"), replace_damping(identified)
+    save_modes(run / "modes.h5", heavy, provenance({}), load_shapes(identified / "modes.h5"))
+    application()
+    window = shown(window_of(viewed(run), None, LIGHT))
+    assert [float(text) for text in cells(window, 0)] == pytest.approx(list(F), rel=2e-3)
+    window.modes.table.selectRow(1)
+    assert window.cursors.frequency == pytest.approx(F[1], rel=2e-3)
+
+
+def replace_damping(identified: Path) -> TrackedModes:
+    """Modes of the same |pole| with a damping ratio of 20 %, read as viscous."""
+    tracked = load_modes(identified / "modes.h5")
+    (modes,) = tracked.modes
+    heavy = replace(modes, poles=np.abs(modes.poles) * complex(-0.2, np.sqrt(1.0 - 0.04)))
+    return replace(tracked, modes=(heavy,)).read_as("viscous")
+
+
+def test_the_axes_of_the_auto_mac_give_number_and_frequency(window: TestWindow) -> None:
+    for side in ("bottom", "left"):
+        (names, _) = window.modes.alike.getAxis(side)._tickLevels
+        assert [text for _, text in names] == [f"{n}: {f:.0f}" for n, f in enumerate(F, start=1)]
+        assert "f [Hz]" in window.modes.alike.getAxis(side).labelText

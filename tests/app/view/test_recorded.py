@@ -20,10 +20,10 @@ from app.files.frf_file import load_frf, save_frf
 from app.view.application import application
 from app.view.chart import Chart
 from app.view.folder import viewed
+from app.view.parts import decibels
 from app.view.recorded.frf_page import FrfPage
 from app.view.recorded.laws_page import LawsPage
 from app.view.recorded.modes_page import ModesPage
-from app.view.recorded.overlays import decibels
 from app.view.recorded.window import RecordedWindow
 from app.view.theme import DARK, LIGHT, Theme
 
@@ -118,7 +118,7 @@ def test_the_line_beside_a_switch_can_be_seen(shown: Callable[[Any], Any], run: 
     application()
     page = shown(RecordedWindow(viewed(run), theme)).page(0)
     assert isinstance(page, FrfPage)
-    for switch in (*page._overlays.values(), page._tracks):
+    for switch in page.choices.overlays.values():
         drawn = switch.grab().toImage()
         beside = [drawn.pixelColor(1, y).lightness() for y in range(drawn.height())]
         assert max(abs(level - QColor(theme.window).lightness()) for level in beside) > 40
@@ -167,8 +167,8 @@ def test_another_sensor_and_switched_off_overlays_change_what_is_drawn(opened: O
     window = opened(run)
     page = window.page(0)
     assert isinstance(page, FrfPage)
-    page._channel.setCurrentIndex(1)
-    for switch in page._overlays.values():
+    page.choices.channel.setCurrentIndex(1)
+    for switch in page.choices.overlays.values():
         switch.setChecked(False)
     shown = chart(window, "waterfall").map
     assert shown is not None
@@ -317,8 +317,8 @@ def test_sweeps_of_several_actuators_are_shown_apart(opened: Open, run: Path) ->
     for place, (choice, label, unit) in enumerate(
         (("up, 1 V at A1", "S1/A1 [V/V]", "V/V"), ("up, 1 N at hammer", "S1/hammer [V/N]", "V/N"))
     ):
-        page._sweeps.setCurrentIndex(place)
-        assert page._sweeps.currentText() == choice
+        page.choices.sweeps.setCurrentIndex(place)
+        assert page.choices.sweeps.currentText() == choice
         assert page._waterfall.plotItem.titleLabel.text.endswith(label)
         assert f"{unit} =" in page._readout.text()
         np.testing.assert_array_equal(np.sort(page.rows), np.flatnonzero(both.source == place))
