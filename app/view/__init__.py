@@ -12,6 +12,9 @@
 ``export``          a plot as PNG, SVG and CSV
 ``cursors``         the frequency and the temperature that all plots share
 ``frequency_axis``  linear or logarithmic frequency, cursor and mark in all plots of a page
+``parts``           magnitude and phase, or real and imaginary part
+``nyquist``         the Nyquist plane around the frequency cursor
+``mode_table``      modes as rows of a table
 ``window``          keys, help, themes and export: what both windows have in common
 ``surface``         a moving field, drawn in perspective
 ``lattice``         fields shown up to the edges of the plate, whatever its outline

@@ -77,6 +77,10 @@ def around(frequency: Real, here: int, modes: Modes | None) -> NDArray[np.bool_]
         Line of the cursor.
     modes : Modes or None
         Identified from the FRF; without any, 6 % to either side are shown.
+
+    Returns
+    -------
+    (F,) bool ndarray
     """
     reach = 0.01 * AROUND * frequency[here]
     if modes is not None and modes.real.any():

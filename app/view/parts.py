@@ -52,7 +52,14 @@ class PartsChoice(QComboBox):
         curves[1].setData(*((frequency, h.imag) if self.cartesian else drawn_phase(frequency, h, deviation)))
 
     def label(self, above: Chart, below: Chart, unit: str) -> None:
-        """Name the axes of both plots, and set the ticks and the range of a phase."""
+        """Name the axes of both plots, and set the ticks and the range of a phase.
+
+        Parameters
+        ----------
+        above, below : Chart
+        unit : str
+            Of the FRF.
+        """
         names = (f"Re H [{unit}]", f"Im H [{unit}]") if self.cartesian else (f"|H| [dB re 1 {unit}]", "phase [°]")
         for chart, name in zip((above, below), names, strict=True):
             chart.set_label("left", name)

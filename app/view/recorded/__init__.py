@@ -3,11 +3,13 @@
 =================  ===========================================================
 ``results``        what a run holds, each file read when it is first looked at
 ``overlays``       FRFs that can be laid over those measured
-``frf_page``       waterfall, cut along frequency, cut along temperature
+``frf_page``       waterfall, cut along frequency, cut along temperature, Nyquist plane
+``frf_choices``    what that page is asked to show
+``sweep_cut``      one sweep: parts of its FRF and its coherence
 ``readout``        what its cursors stand on, in words
 ``all_sweeps``     all sweeps of a run in one plot
 ``mark``           what the cursors are compared with
-``modes_page``     poles followed over temperature
+``modes_page``     poles followed over temperature, and a table of them
 ``laws_page``      E, ν and η, and what the twin misses
 ``focusing_page``  contrast and spot error
 ``fields_page``    mode shapes and the focused field, moving

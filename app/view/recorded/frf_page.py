@@ -196,9 +196,9 @@ class FrfPage(QWidget):
         """Draw the Nyquist plane around the frequency cursor, of the sweep at the temperature cursor."""
         frf, row, channel, line = self._frf, self.row, self._channel, self.axis.line
         near = around(frf.frequency, line, self._modes_of(row))
-        band = frf.frequency[near][[0, -1]]
+        band = float(frf.frequency[near][0]), float(frf.frequency[near][-1])
         models = {
-            name: answer.between(row, float(band[0]), float(band[1]))[channel]
+            name: answer.between(row, band)[channel]
             for name, answer in self._shown().items()
             if name != "measured"
         }

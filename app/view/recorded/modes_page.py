@@ -43,6 +43,7 @@ class ModesPage(QWidget):
         first = np.flatnonzero(runs == runs[0])
         self._rows = first[np.argsort(tracked.temperature[first], kind="stable")]
         self._reading = tracked.reading()
+        self._storage = tracked.reading("hysteretic").frequency_hz  # as the twin gives it
         self._selected = 0
         self._lines: list[list[tuple[object, str]]] = []
         self._charts = (
@@ -216,7 +217,7 @@ class ModesPage(QWidget):
         status = self._tracked.status[row][j]
         place = f"at {self._tracked.temperature[row]:.2f} °C"
         if self.shape is not None:
-            self.shape.show_nearest(float(self._tracked.temperature[row]), float(r.frequency_hz[row, j]))
+            self.shape.show_nearest(float(self._tracked.temperature[row]), float(self._storage[row, j]))
         if not np.isfinite(r.frequency_hz[row, j]):
             self._readout.setText(f"{place}: {status}")
             return

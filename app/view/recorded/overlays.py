@@ -28,9 +28,9 @@ class Computed:
         """One sweep, (K, F)."""
         return np.asarray(self.h[row])
 
-    def between(self, row: int, low: float, high: float) -> Complex:
-        """One sweep from one frequency to another, (K, n)."""
-        return np.asarray(self.h[row][:, (self.frequency >= low) & (self.frequency <= high)])
+    def between(self, row: int, band: tuple[float, float]) -> Complex:
+        """One sweep inside a band, Hz: (K, n)."""
+        return np.asarray(self.h[row][:, (self.frequency >= band[0]) & (self.frequency <= band[1])])
 
     def line(self, rows: NDArray[np.intp], frequency: float) -> Complex:
         """Several sweeps at the nearest line, (R, K)."""
@@ -54,9 +54,9 @@ class Identified:
         """One sweep, (K, F)."""
         return self._rebuilt(row, self.frequency)
 
-    def between(self, row: int, low: float, high: float) -> Complex:
-        """One sweep from one frequency to another, (K, n), finer than its lines."""
-        return self._rebuilt(row, np.linspace(low, high, FINE))
+    def between(self, row: int, band: tuple[float, float]) -> Complex:
+        """One sweep inside a band, Hz, finer than its lines: (K, n)."""
+        return self._rebuilt(row, np.linspace(*band, FINE))
 
     def line(self, rows: NDArray[np.intp], frequency: float) -> Complex:
         """Several sweeps at one frequency, (R, K)."""
