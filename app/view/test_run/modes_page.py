@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVB
 from analysis.shapes.assurance import mac
 from analysis.shapes.indicator import cmif
 from app.modal_test.records import AXIS, MODE_HEADINGS, mode_names, mode_rows
+from app.terminal.mode_rows import READ_AS
 from app.view.chart import Chart
 from app.view.cursors import FREQUENCY, Cursors
 from app.view.map import Map
@@ -49,6 +50,7 @@ class TestModesPage(QWidget):
         super().__init__()
         self._held, self._cursors, self._theme = held, cursors, theme
         self.table = ModeTable(MODE_HEADINGS, range(5))
+        self.table.setToolTip(READ_AS[held.modes.damping])
         self.table.show_rows(mode_rows(held.modes, held.shapes))
         self.dropping, self.adding = QPushButton("Drop the selected mode"), QPushButton("Add a mode at the cursor")
         self.dropping.clicked.connect(lambda: drop(float(held.places[self.selected])))

@@ -49,7 +49,7 @@ def test_json_table_report_and_universal_file_agree(
     _, _, parts = sections_of_test(tmp_path)
     items = next(part.items for part in parts if part.title == "Modes")
     (table,) = (item for item in items if isinstance(item, PageTable))
-    assert [row[0] for row in table.rows] == [f"{f:.3f}" for f in frequency]
+    assert [row[:2] for row in table.rows] == [(str(n), f"{f:.3f}") for n, f in enumerate(frequency, start=1)]
     assert damping in next(item.text for item in items if isinstance(item, Paragraph))
     for n, f in enumerate(frequency, start=1):
         assert f"mode {n}: {f:.4f} Hz" in (tmp_path / "modes.uff").read_text(encoding="ascii")
