@@ -71,7 +71,11 @@ def twin(tmp_path: Path) -> Path:
     laws |= {"loss_factor": (0.05, 0.07, 0.08, 0.08), "temperature": (0.0, 10.0, 20.0, 30.0)}
     sigmas = {f"sigma_{name}": few for name in ("youngs_modulus", "poisson_ratio", "loss_factor")}
     file = TwinFile(
-        **{name: getattr(declared, name) for name in type(declared).model_fields if name != "format"},
+        **{
+            name: getattr(declared, name)
+            for name in TwinFile.model_fields
+            if hasattr(declared, name) and name != "format"
+        },
         gain=Estimated(value=16.5, sigma=0.001, unit="V/V"),
         laws=TwinLaws.model_validate(laws | sigmas | {"temperature_range": (0.0, 30.0)}),
         effect=(),

@@ -34,7 +34,11 @@ def experiment() -> Experiment:
 
 @pytest.fixture
 def twin(experiment: Experiment) -> TwinFile:
-    declared = {name: getattr(experiment, name) for name in Experiment.model_fields if name != "format"}
+    declared = {
+        name: getattr(experiment, name)
+        for name in TwinFile.model_fields
+        if hasattr(experiment, name) and name != "format"
+    }
     return TwinFile(
         **declared,
         gain=Estimated(value=16.5, sigma=0.001, unit="V/V"),
