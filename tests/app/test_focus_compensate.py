@@ -490,7 +490,7 @@ def test_the_band_of_uncertain_laws_is_told_kept_and_drawn(tmp_path, panel):
     np.testing.assert_allclose(found.law_band.nominal[:, 0], own.mean(axis=1), atol=3e-5)
     assert "note: uncertainty of the laws: the 90% band of the mean contrast" in result.stderr
     drawn = loss(load_focusing(run / "filters.h5")[1], found)
-    assert any("90 %" in text.get_text() for text in drawn.axes[0].get_legend().get_texts())
+    assert any("90 %" in text.get_text() for text in drawn.legends[0].get_texts())
 
 
 def test_transfers_at_four_temperatures_are_too_few_to_train_on_all_but_one(panel, tmp_path):
