@@ -84,7 +84,7 @@ def test_one_of_more_damping_may_be_two_where_modes_overlap_only() -> None:
 
 
 def test_a_peak_of_two_modes_is_not_called_one() -> None:
-    """Three FRFs of forty modes, in which a pole damped half as much again as the others takes the place of two."""
+    """Three FRFs of forty modes, in which a pole with half as much damping again takes the place of two."""
     doubtful = 0
     for seed in (1007, 1010, 1020):
         case = crowded(np.random.default_rng(seed))
