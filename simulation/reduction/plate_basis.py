@@ -110,8 +110,7 @@ def plain_reduction(
         patches,
         box,
         band,
-        footprints=footprints[:FEW],
-        attached=attached,
+        footprints=[*footprints[:FEW], *attached],
         fineness=fineness,
         progress=lambda share: report("assembling the plate", share),
     )
