@@ -19,7 +19,6 @@ from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.superfluous import remove_superfluous
-from analysis.identification.variable_projection import Projection
 
 ROUGHLY = 20.0
 """Fall of the sum of squares at which the first of two fits stops; it only serves to estimate the noise."""
@@ -102,7 +101,10 @@ def _weighed(
     terms: Sequence[ResidualTerms],
 ) -> tuple[list[Lines], NDArray[np.float64]]:
     """Lines weighted by a fit's residual, and the ratio (T,) of its errors to stated ones, 1 if there are none."""
-    fits = _fits(rough.projections, terms)
+    fits = [
+        PoleFit(projection, own, 0, True, np.zeros(len(projection.poles), dtype=bool))
+        for projection, own in zip(rough.projections, terms, strict=True)
+    ]
     weighed = [one.reweighted(own, now) for one, own, now in zip(measured, lines, fits, strict=True)]
     excess = [
         _excess(own, now, last.correlation) if one.known else 1.0
@@ -126,13 +128,6 @@ def _modes_of_sweeps(
         table[t, columns] = np.where(inside, place, -1)
         found.append(modes)
     return tuple(found), table
-
-
-def _fits(projections: Sequence[Projection], terms: Sequence[ResidualTerms]) -> list[PoleFit]:
-    return [
-        PoleFit(projection, own, 0, True, np.zeros(len(projection.poles), dtype=bool))
-        for projection, own in zip(projections, terms, strict=True)
-    ]
 
 
 def _with_excess(lines: Lines, excess: float) -> Lines:
