@@ -159,11 +159,7 @@ def tilted_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> TiltedTwi
     reduced = cached_reduction(*declared, **choices, progress=report)
     file = basis_file(*declared, **choices)
     basis = load_plate_basis(file)
-    model = (
-        None
-        if basis is None
-        else assemble_chosen(panel.plate, panel.patch, basis.kept, fineness=choices["fineness"])
-    )
+    model = None if basis is None else assemble_chosen(*declared, basis.kept, fineness=choices["fineness"])
     if basis is None or model is None or not basis.fits(model.mass):
         raise ResultFileError(f"{file}: holds no vectors of this plate; delete it, it is then made anew")
     masses = np.array([drive.mass for drive in forces])

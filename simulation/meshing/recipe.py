@@ -1,6 +1,11 @@
 """Sizes of the mesh, in multiples of the plate's thickness."""
 
 from dataclasses import dataclass
+from typing import Self
+
+PER_WAVE = 0.55
+"""Largest edge of a cell in bending wavelengths, for functions of degree 7. Functions of higher degree then have a
+few 1e-6 of a response's energy; with 0.65, 4e-5 on a disc, and with 0.9, 2e-4 to 3e-3."""
 
 
 @dataclass(frozen=True)
@@ -14,7 +19,7 @@ class MeshRecipe:
     ----------
     spacing : float
         Largest edge of a cell of a plate 3 mm thick, m; for other plates it scales with the root of the thickness,
-        like bending wavelengths.
+        like bending wavelengths. See `for_waves`.
     strip : float
         Width of the strips on both sides of the borders of patches and zones, in h.
     edge_strip : float
@@ -57,6 +62,23 @@ class MeshRecipe:
             value = getattr(self, name)
             if not low <= value <= high:
                 raise ValueError(f"mesh recipe: {name} is {value:g}; allowed {low:g} to {high:g}")
+
+    @classmethod
+    def for_waves(cls, wavelength: float, thickness: float) -> Self:
+        """Return the usual recipe with cells of at most `PER_WAVE` wavelengths.
+
+        Parameters
+        ----------
+        wavelength : float
+            The shortest of bending waves, m.
+        thickness : float
+            Of the plate, m.
+
+        Returns
+        -------
+        MeshRecipe
+        """
+        return cls(spacing=min(cls.spacing, PER_WAVE * wavelength * (0.003 / thickness) ** 0.5))
 
     def bulk(self, thickness: float) -> float:
         """Largest edge of a cell, m."""

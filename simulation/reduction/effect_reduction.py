@@ -118,7 +118,9 @@ def _plain(
 ) -> tuple[ShellModel, PlateBasis]:
     """Plate without effects and the basis of its plain reduction, computed unless `basis` fits the plate."""
     if basis is not None:
-        model = assemble_chosen(experiment.plate, experiment.patch, basis.kept, fineness=fineness)
+        model = assemble_chosen(
+            experiment.plate, experiment.patch, box, experiment.protocol.band, basis.kept, fineness=fineness
+        )
         if model is not None and basis.fits(model.mass):
             return model, basis
     model, _, basis = plain_reduction(

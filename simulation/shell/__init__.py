@@ -16,6 +16,7 @@
 ``factors``         sparse factorization
 ``condensation``    static condensation of interior functions of cells
 ``choice``          selection of the functions that a plate's responses need
+``shortest_wave``   shortest bending wave, which sets the size of cells
 ``fineness``        mesh, degree and tolerance of that selection
 ``assembly``        assembly of the matrices from a declaration
 ``shell_model``     the assembled plate, with responses by direct solution

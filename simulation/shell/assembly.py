@@ -107,7 +107,7 @@ def assemble_for(
     report = progress or (lambda share: None)
     report(0.0)
     fine = fineness or Fineness()
-    shell = ShellPlate.of(plate, patches, recipe=fine.mesh, degree=fine.degree)
+    shell = ShellPlate.of(plate, patches, recipe=fine.recipe(plate, box, band), degree=fine.degree)
     report(MESHED)
     parts = _parts(shell)
     report(INTEGRATED)
@@ -130,7 +130,13 @@ def assemble_for(
 
 
 def assemble_chosen(
-    plate: Plate, patches: Sequence[Patch], kept: Mask, *, fineness: Fineness | None = None
+    plate: Plate,
+    patches: Sequence[Patch],
+    box: MaterialBox,
+    band: tuple[float, float],
+    kept: Mask,
+    *,
+    fineness: Fineness | None = None,
 ) -> ShellModel | None:
     """Assemble a plate with functions that `assemble_for` has chosen.
 
@@ -138,6 +144,9 @@ def assemble_chosen(
     ----------
     plate : Plate
     patches : sequence of Patch
+    box : MaterialBox
+    band : (float, float)
+        Hz.
     kept : (5, N) ndarray of bool
         By field and function.
     fineness : Fineness, optional
@@ -153,7 +162,7 @@ def assemble_chosen(
         Where no good mesh is found.
     """
     fine = fineness or Fineness()
-    shell = ShellPlate.of(plate, patches, recipe=fine.mesh, degree=fine.degree)
+    shell = ShellPlate.of(plate, patches, recipe=fine.recipe(plate, box, band), degree=fine.degree)
     if kept.shape != shell.held.shape:
         return None
     return assembled(shell, kept, _parts(shell))

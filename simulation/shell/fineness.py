@@ -1,9 +1,11 @@
 """Settings of the discretisation of a plate."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
+from analysis.experiment import Plate
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
+from simulation.shell.shortest_wave import shortest_wave
 
 USUAL_LOSS = 0.025
 """Loss factor for which tolerances are stated: the middle of a thermoplastic's range."""
@@ -17,7 +19,8 @@ class Fineness:
 
     Attributes
     ----------
-    mesh : MeshRecipe
+    mesh : MeshRecipe, optional
+        Unless given, the usual one with cells small enough for the shortest wave, see `recipe`.
     degree : int
         Degree of the functions before the selection.
     tolerance : float
@@ -25,7 +28,7 @@ class Fineness:
         between patches is 0.01 to 0.03 % of their rms, with 1e-8 0.1 %. See `share`.
     """
 
-    mesh: MeshRecipe = field(default_factory=MeshRecipe)
+    mesh: MeshRecipe | None = None
     degree: int = 7
     tolerance: float = 3e-9
 
@@ -34,6 +37,22 @@ class Fineness:
             raise ValueError(f"degree is {self.degree}; allowed 2 to 12")
         if not 0.0 <= self.tolerance <= 1e-2:
             raise ValueError(f"tolerance of functions is {self.tolerance:g}; allowed 0 to 0.01")
+
+    def recipe(self, plate: Plate, box: MaterialBox, band: tuple[float, float]) -> MeshRecipe:
+        """Return the sizes of a plate's mesh.
+
+        Parameters
+        ----------
+        plate : Plate
+        box : MaterialBox
+        band : (float, float)
+            Hz.
+
+        Returns
+        -------
+        MeshRecipe
+        """
+        return self.mesh or MeshRecipe.for_waves(shortest_wave(plate, box, band), plate.thickness)
 
     def share(self, box: MaterialBox) -> float:
         """Share of a response's energy from which a function is kept: smaller for materials with little damping.
