@@ -110,7 +110,8 @@ def plain_reduction(
         patches,
         box,
         band,
-        footprints=[*footprints[:FEW], *attached],
+        footprints=footprints[:FEW],
+        attached=attached,
         fineness=fineness,
         progress=lambda share: report("assembling the plate", share),
     )

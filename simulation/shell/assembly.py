@@ -19,7 +19,7 @@ from simulation.shell.fineness import Fineness
 from simulation.shell.in_plane import moduli
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.plane_stress import plane_stress_moduli
-from simulation.shell.points import footprint_rows
+from simulation.shell.points import dashpot_discs, footprint_rows
 from simulation.shell.rigidity import Block, W
 from simulation.shell.shell_model import ShellModel
 from simulation.shell.shell_plate import ShellPlate
@@ -75,6 +75,7 @@ def assemble_for(
     band: tuple[float, float],
     *,
     footprints: Sequence[Footprint] = (),
+    attached: Sequence[Footprint] = (),
     fineness: Fineness | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> ShellModel:
@@ -91,6 +92,8 @@ def assemble_for(
         Hz.
     footprints : sequence of Footprint
         Discs of forces whose responses are used in the selection, as those of dashpots are; `FEW` are enough.
+    attached : sequence of Footprint, optional
+        Discs on which effects act: used in the selection, not counted in the energy dropped.
     fineness : Fineness, optional
     progress : callable, optional
         Called with the share done, 0 to 1.
@@ -116,14 +119,16 @@ def assemble_for(
     (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
     # a third response changes 1 function in 100, and takes as long as these two, which are solved in parallel
     constants = [(e0, n1, band[1]), (float(np.sqrt(e0 * e1)), n0, 0.75 * sum(band))]
-    problems = _problems(shell, parts, _loads(shell, [*footprints, *_dashpots(plate)]), constants)
+    loads = _loads(shell, [*footprints, *dashpot_discs(plate), *attached])
+    problems = _problems(shell, parts, loads, constants)
     solved = count(1)
 
     def step() -> None:
         report(INTEGRATED + (CHOSEN - INTEGRATED) * next(solved) / len(problems))
 
     with ThreadPoolExecutor(WORKERS) as executor:
-        choice = chosen(shell.space, shell.held, problems, fine.share(box), executor, step)
+        counted = loads.shape[-1] - len(attached)
+        choice = chosen(shell.space, shell.held, problems, fine.share(box), executor, step, counted)
     model = assembled(shell, choice.kept, parts, choice.dropped)
     report(1.0)
     return model
@@ -232,12 +237,6 @@ def _problems(
         terms = list(zip((c1, c2, 1.0, -omega2), parts, strict=True))
         problems.append(ResponseProblem(terms, springs, loads, np.asarray(energy)))
     return problems
-
-
-def _dashpots(plate: Plate) -> list[Footprint]:
-    """Discs on which dashpots act."""
-    found = [support for support in plate.supported_points() if support.damping]
-    return [Footprint(one.point, one.radius) for one in found if one.point is not None]
 
 
 def _parts(shell: ShellPlate) -> Parts:

@@ -46,6 +46,7 @@ def chosen(
     tolerance: float,
     executor: Executor | None = None,
     step: Callable[[], None] | None = None,
+    counted: int | None = None,
 ) -> Choice:
     """Keep the functions whose share |x|**2 K_ii / (x' K x) of some response x exceeds `tolerance`.
 
@@ -63,6 +64,8 @@ def chosen(
         Solves several problems at a time.
     step : callable, optional
         Called after each problem.
+    counted : int, optional
+        Number of loads, the first ones, in whose responses the dropped energy is counted; default: all.
 
     Returns
     -------
@@ -81,7 +84,7 @@ def chosen(
     kept &= ~held
     highest = _highest(space)
     lost = [share[~kept].sum(axis=0) + BEYOND * share[:, highest].sum(axis=(0, 1)) for share in shares]
-    dropped = max(float(one.max(initial=0.0)) for one in lost)
+    dropped = max(float(one[:counted].max(initial=0.0)) for one in lost)
     return Choice(kept, dropped)
 
 

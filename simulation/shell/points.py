@@ -60,3 +60,9 @@ def point_springs(
         if support.kind == "clamped":
             yield THX, mean, HELD * bending
             yield THY, mean, HELD * bending
+
+
+def dashpot_discs(plate: Plate) -> list[Footprint]:
+    """Discs on which dashpots act."""
+    found = [support for support in plate.supported_points() if support.damping]
+    return [Footprint(one.point, one.radius) for one in found if one.point is not None]

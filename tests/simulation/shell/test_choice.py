@@ -107,3 +107,15 @@ def test_a_clamped_plate_keeps_no_held_function() -> None:
         m.eigenfrequencies(2e9, 0.38, 1)[0] for m in (model, assemble(plate, PATCHES, recipe=MESH, degree=4))
     )
     assert found == pytest.approx(free, rel=3e-3)
+
+
+def test_discs_of_effects_select_functions_but_are_not_counted_as_error() -> None:
+    """The force on a disc within a large cell has energy in functions of any degree, unlike that of patches."""
+    plate, small = Plate(length_x=0.3, length_y=0.25, thickness=0.003, mass=0.21), Footprint((0.21, 0.17), 0.002)
+    without, attached, acting = (
+        assemble_for(plate, PATCHES, BOX, BAND, **discs)
+        for discs in ({}, {"attached": [small]}, {"footprints": [small]})
+    )
+    assert np.array_equal(attached.unknowns.kept, acting.unknowns.kept)
+    assert without.size < attached.size
+    assert attached.dropped < 1.01 * without.dropped < 0.95 * acting.dropped
