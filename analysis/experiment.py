@@ -15,6 +15,7 @@ from analysis.declared import Declared, Point, Sparse, Temperature
 from analysis.layout import check_patches, check_point
 from analysis.patch import Patch
 from analysis.plate import Plate
+from analysis.sweep_timing import SweepTiming
 from analysis.transducers import Drive, Sensor
 
 __all__ = [
@@ -60,6 +61,7 @@ class Protocol(Declared):
     band: Annotated[tuple[float, float], Field(description="Hz")]
     sweep_duration: Annotated[float, Field(gt=0.0, le=3600.0, description="s")]
     tail: Annotated[float, Field(ge=0.0, le=600.0, description="s of silence")]
+    taper: Annotated[float | None, Field(gt=0.0, le=60.0, description="s of each fade, outside the band")] = None
     repeats: Annotated[int, Field(ge=1, le=1000)]
     ramp_rate: Annotated[float, Field(ge=0.0, le=60.0, description="K/min, magnitude")]
     temperatures: Annotated[tuple[Temperature, ...], Field(min_length=1)]
@@ -74,9 +76,22 @@ class Protocol(Declared):
         for before, after in zip(self.temperatures, self.temperatures[1:], strict=False):
             if after <= before:
                 raise ValueError(f"temperatures must ascend: {after:g} follows {before:g}")
+        if self.taper is not None and self.taper > 0.25 * self.sweep_duration:
+            raise ValueError(
+                f"taper {self.taper:g} s is more than a quarter of sweep_duration ({self.sweep_duration:g} s); "
+                f"at most {0.25 * self.sweep_duration:g} s allowed"
+            )
         if len(set(self.directions)) != len(self.directions):
             raise ValueError(f"directions {list(self.directions)} name a leg twice")
         return self
+
+    @property
+    def timing(self) -> SweepTiming | None:
+        """When sweeps pass their frequencies; None where the taper is not declared."""
+        if self.taper is None:
+            return None
+        record = self.sweep_duration + self.tail
+        return SweepTiming(self.sweep, self.band, self.taper, self.sweep_duration, record)
 
 
 class OvenDeclaration(Declared):

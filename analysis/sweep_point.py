@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from analysis.sweep_timing import SweepTiming
+
 
 @dataclass(frozen=True)
 class SweepPoint:
@@ -17,9 +19,13 @@ class SweepPoint:
         Drive amplitude, V.
     source : int
         Which of the inputs drives, counted as in `analysis.experiment.Experiment.inputs`.
+    timing : SweepTiming, optional
+        When each frequency is passed, so that the temperature at that time is known; without it, the temperature
+        is taken as steady within the sweep.
     """
 
     temperature: float
     rate: float
     level: float
     source: int = 0
+    timing: SweepTiming | None = None

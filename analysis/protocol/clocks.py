@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.protocol.drive import drive_signal, passed_at
+from analysis.protocol.drive import drive_signal
 from analysis.protocol.drive_comparison import whole_delay
 from analysis.protocol.sweep import SweepSettings
 
@@ -50,7 +50,7 @@ def clock_difference(
     low, high = sweep.frequency_range
     inside = (grid >= low) & (grid <= high)
     omega = 2.0 * np.pi * grid[inside]
-    passing = omega * passed_at(sweep, grid[inside])
+    passing = omega * sweep.timing.passed_at(grid[inside])
     found = 0.0
     for by_lag in (True, True, False):
         reference = rfft(stretched(played, found, sample_rate, sweep, level) if found else played, size)

@@ -47,15 +47,6 @@ def drive_signal(sweep: SweepSettings, level: float, sample_rate: float) -> NDAr
     return signal
 
 
-def passed_at(sweep: SweepSettings, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
-    """When the sweep passes frequencies (F,), Hz; s from its beginning."""
-    low, high = sweep.band
-    inner = sweep.duration - 2.0 * sweep.taper
-    if sweep.kind == "linear":
-        return np.asarray(sweep.taper + inner * (frequency - low) / (high - low))
-    return np.asarray(sweep.taper + inner * np.log(frequency / low) / np.log(high / low))
-
-
 def _cycles(sweep: SweepSettings, time: NDArray[np.float64]) -> NDArray[np.float64]:
     low, high = sweep.band
     inner = sweep.duration - 2.0 * sweep.taper

@@ -87,6 +87,7 @@ class AcquisitionProtocol:
             sweep=sweep.kind,
             band=sweep.band,
             sweep_duration=sweep.duration,
+            taper=sweep.taper,
             tail=sweep.tail,
             repeats=sweep.repeats,
             ramp_rate=programme.ramp_rate,

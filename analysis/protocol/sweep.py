@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from analysis.declared import Declared
+from analysis.sweep_timing import SweepTiming
 
 Level = Annotated[float, Field(gt=0.0, le=100.0)]
 
@@ -28,6 +29,11 @@ class SweepSettings(Declared):
     def record(self) -> float:
         """Length of one repeat, s."""
         return self.duration + self.tail
+
+    @property
+    def timing(self) -> SweepTiming:
+        """When it passes its frequencies."""
+        return SweepTiming(self.kind, self.band, self.taper, self.duration, self.record)
 
     @property
     def frequency_range(self) -> tuple[float, float]:

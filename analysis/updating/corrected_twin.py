@@ -136,7 +136,7 @@ def corrected_twin(
     model = model.counted(local, fitted.state.effects)
     gain = np.exp(fitted.state.log_gain)
     answers, material = [], []
-    for sweep, read in enumerate(sweep_points(frf, protocol.ramp_rate / 60.0)):
+    for sweep, read in enumerate(sweep_points(frf, protocol)):
         group, reading = groups.of_sweep[sweep], read.temperature
         point = fitted.state.circumstances(sweep, read)
         laws = local[group].tilted(fitted.state.tilt[group] * open_slopes[group], point.temperature)

@@ -11,6 +11,7 @@ import numpy as np
 from analysis.campaign import Campaign
 from analysis.effect_card import EffectCard
 from analysis.estimates import Estimate
+from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.gap import find_gap
@@ -127,7 +128,7 @@ def compute(
         found = find_gap(frf, plain.updated, model, protocol, executor, floor=floor, progress=report)
         not_tried = untried(campaign.experiment, folder)
         notes = (
-            *change_within_sweep(protocol.sweep_duration, protocol.ramp_rate),
+            *untimed(protocol),
             *missing_words(not_tried),
             *roughness(twin.error),
         )
@@ -227,6 +228,14 @@ def missing_words(not_tried: Mapping[str, EffectCard]) -> tuple[str, ...]:
     return tuple(
         f"{name} was not tried: the campaign's declaration is not sufficient for it; it needs {card.needs}"
         for name, card in not_tried.items()
+    )
+
+
+def untimed(protocol: Protocol) -> tuple[str, ...]:
+    """Return a note where the temperature drifts within sweeps and no taper tells when they pass a frequency."""
+    drift = change_within_sweep(protocol.sweep_duration, protocol.ramp_rate) if protocol.timing is None else ()
+    return tuple(
+        f"{words}; with protocol.taper in the declaration the gap takes the drift into account" for words in drift
     )
 
 

@@ -46,7 +46,7 @@ def prepare(
     frf : Frf
         Measured; lines in `frf.excluded` take no part.
     protocol : Protocol
-        Gives the ramp rate.
+        Gives the ramp rate and when the sweeps pass their frequencies.
     updated : Updated
         Model updating of the same sweeps; its smallest loss factor determines the spacing of nodes.
     floor : NumericalFloor, optional
@@ -77,7 +77,7 @@ def prepare(
         [s.rescaled(noise.ratio) for s in stated],
         groups,
         mean_laws(updated.material, groups),
-        rate=protocol.ramp_rate / 60.0,
+        protocol=protocol,
         reading_sigma=reading_sigma,
         twin_error=floor.carried if floor is not None else MODEL_ERROR,
     )
@@ -113,7 +113,7 @@ def grouped(
     groups: TemperatureGroups,
     rough: NDArray[np.float64],
     *,
-    rate: float = 0.0,
+    protocol: Protocol | None = None,
     reading_sigma: float = READING_SIGMA / np.sqrt(2.0),
     twin_error: float = MODEL_ERROR,
 ) -> GapSweeps:
@@ -127,8 +127,8 @@ def grouped(
     groups : TemperatureGroups
     rough : (G, 3) ndarray
         Approximate laws of the groups: log E, nu and log eta.
-    rate : float
-        Ramp rate of the oven on the way up, K/s.
+    protocol : Protocol, optional
+        As in `sweep_points`.
     reading_sigma, twin_error : float
         See `GapSweeps`.
 
@@ -139,7 +139,7 @@ def grouped(
     nodes = sweeps[0].nodes
     return GapSweeps(
         nodes=nodes,
-        points=sweep_points(frf, rate),
+        points=sweep_points(frf, protocol),
         direction=frf.direction,
         drives=tuple(frf.drive(sweep) for sweep in range(len(frf.direction))),
         channels=frf.channels,
@@ -154,9 +154,11 @@ def grouped(
     )
 
 
-def sweep_points(frf: Frf, rate: float) -> tuple[SweepPoint, ...]:
-    """Return the circumstances of every sweep; `rate` is the oven's on the way up, K/s."""
+def sweep_points(frf: Frf, protocol: Protocol | None = None) -> tuple[SweepPoint, ...]:
+    """Return the circumstances of every sweep; without a `protocol`, at a steady temperature."""
+    rate = protocol.ramp_rate / 60.0 if protocol else 0.0
+    timing = protocol.timing if protocol else None
     return tuple(
-        SweepPoint(float(t), rate if way == "up" else -rate, float(level), int(source))
+        SweepPoint(float(t), rate if way == "up" else -rate, float(level), int(source), timing)
         for t, way, level, source in zip(frf.temperature, frf.direction, frf.level, frf.driven_by, strict=True)
     )

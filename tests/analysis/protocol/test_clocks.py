@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.protocol.clocks import clock_difference, stretched
-from analysis.protocol.drive import drive_signal, passed_at
+from analysis.protocol.drive import drive_signal
 from analysis.protocol.drive_comparison import compare_drive
 from analysis.protocol.sweep import SweepSettings
 
@@ -74,4 +74,4 @@ def test_the_moment_at_which_a_sweep_passes_a_frequency(sweep_of: Callable[..., 
     crossing = (index + played[index] / (played[index] - played[index + 1])) / rate
     frequency = 0.5 / np.diff(crossing)
     middle = 0.5 * (crossing[1:] + crossing[:-1])
-    assert passed_at(sweep, frequency) == pytest.approx(middle, abs=2e-3)
+    assert sweep.timing.passed_at(frequency) == pytest.approx(middle, abs=2e-3)

@@ -100,6 +100,24 @@ def test_answers_as_the_oscillator_does(plate: TwinPlate, drift: float) -> None:
         assert np.linalg.norm(in_band(still[0]) - in_band(truth)) / np.linalg.norm(in_band(truth)) > 2 * error
 
 
+def test_each_frequency_is_measured_at_the_temperature_at_its_time() -> None:
+    """The FRF of a record is that at steady temperatures, at each line the one when the sweep passed it."""
+    drive, rate = drive_signal(SWEEP, 1.0, RATE), 0.02
+    temperature = 20.0 + rate * (np.arange(drive.size) / RATE - 0.5 * SWEEP.record)
+    grid = np.fft.rfftfreq(drive.size, 1.0 / RATE)
+    lines = grid[(grid > 110.0) & (grid < 1400.0)]
+    found = in_band(integrated(temperature)) / in_band(2.0 * drive)
+
+    def apart(temperature: Real) -> float:
+        oscillator = Oscillator()
+        pairs = zip(temperature, lines, strict=True)
+        steady = [oscillator(SweepPoint(float(t), 0.0, 1.0), np.array([f]))[0, 0] for t, f in pairs]
+        return float(np.abs(found - steady).max() / np.abs(found).max())
+
+    away = rate * SWEEP.timing.after_middle(lines)
+    assert apart(20.0 + away) < 0.2 * apart(np.full(lines.size, 20.0))
+
+
 def test_depends_on_what_it_is_given_only(plate: TwinPlate) -> None:
     """Whatever was asked before: a campaign that is taken up again meets the same plate."""
     drive = drive_signal(SWEEP, 1.0, RATE)

@@ -11,6 +11,7 @@ from analysis.experiment import Attachment
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from analysis.sweep_point import SweepPoint
+from analysis.sweep_timing import SweepTiming
 from simulation.effects.library import library
 from simulation.reduction.effect_certification import GRID, state_error
 from simulation.reduction.effect_operators import BENDING_DEGREE
@@ -127,6 +128,19 @@ def test_a_lag_is_another_temperature(twin):
     late = twin.frf(LAWS, LINES, {"thermal_lag": {"tau": 240.0}}, POINT)
     colder = replace(POINT, temperature=POINT.temperature - 240.0 * POINT.rate)
     assert late == pytest.approx(twin.frf(LAWS, LINES, point=colder), rel=1e-9)
+
+
+def test_a_drift_within_the_sweep_is_another_temperature_at_each_frequency(twin):
+    """A sweep of 20 s is 0.13 K warmer at its end: for laws linear in T, with a constant nu."""
+    laws = replace(LAWS, slope=LAWS.slope * [1.0, 0.0, 1.0], curvature=np.zeros(3))
+    point = replace(POINT, timing=SweepTiming("logarithmic", BAND, 1.0, 20.0, 22.0))
+    drifting, still = (twin.frf(laws, LINES, point=p) for p in (point, POINT))
+    temperature = POINT.temperature + POINT.rate * point.timing.after_middle(LINES)
+    by_line = zip(LINES, temperature, strict=True)
+    steady = [twin.frf(laws, np.array([f]), point=replace(POINT, temperature=t))[:, 0] for f, t in by_line]
+    scale = np.abs(still).max()
+    assert np.abs(drifting - np.transpose(steady)).max() < 0.01 * np.abs(still - np.transpose(steady)).max()
+    assert np.abs(still - np.transpose(steady)).max() > 0.01 * scale
 
 
 def test_dispersion_is_another_modulus_at_each_frequency(twin):

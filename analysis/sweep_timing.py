@@ -1,0 +1,48 @@
+"""When a sine sweep passes its frequencies."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from analysis.arrays import Real
+
+
+@dataclass(frozen=True)
+class SweepTiming:
+    """A sine whose frequency goes once through a band, and the silence after it.
+
+    Attributes
+    ----------
+    kind : str
+        How the frequency increases with time: ``logarithmic`` or ``linear``.
+    band : (float, float)
+        Hz.
+    taper : float
+        When the sweep passes the band's lower edge, s from its beginning; the fade-in lasts until then.
+    duration : float
+        When the sweep ends, s; it passes the upper edge one taper before.
+    record : float
+        With the silence, s.
+    """
+
+    kind: Literal["logarithmic", "linear"]
+    band: tuple[float, float]
+    taper: float
+    duration: float
+    record: float
+
+    def passed_at(self, frequency: Real) -> Real:
+        """When the sweep passes frequencies (F,), Hz; s from its beginning."""
+        low, high = self.band
+        inner = self.duration - 2.0 * self.taper
+        if self.kind == "linear":
+            return np.asarray(self.taper + inner * (frequency - low) / (high - low))
+        return np.asarray(self.taper + inner * np.log(frequency / low) / np.log(high / low))
+
+    def after_middle(self, frequency: Real) -> Real:
+        """When the sweep passes frequencies (F,), Hz; s from the middle of the record.
+
+        It is so for the mean over all repeats, too, in which the middle is that of all records.
+        """
+        return self.passed_at(frequency) - 0.5 * self.record
