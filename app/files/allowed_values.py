@@ -26,10 +26,9 @@ def allowed_at(model: type[BaseModel], place: Sequence[int | str]) -> str:
     keys = keys_at(model, place)
     if keys:
         return "a table with the keys " + ", ".join(keys)
-    fields = [extra for extra in get_args(kind)[1:] if isinstance(extra, FieldInfo)] if kind is not bare else []
-    limits = [limit for field in fields for limit in field.metadata]
+    fields = _fields(kind)
     unit = next((f" ({field.description})" for field in fields if field.description), "")
-    return f"{_noun(bare)}{_range(limits)}{unit}"
+    return f"{_noun(bare)}{_range(fields)}{unit}"
 
 
 def keys_at(model: type[BaseModel], place: Sequence[int | str]) -> tuple[str, ...]:
@@ -105,8 +104,8 @@ def _is_model(kind: Any) -> bool:
 
 def _noun(bare: Any) -> str:
     if get_origin(bare) in (Union, types.UnionType):
-        kinds = dict.fromkeys(_noun(_bare(choice)) for choice in get_args(bare) if choice is not types.NoneType)
-        return " or ".join(kinds)
+        choices = [choice for choice in get_args(bare) if choice is not types.NoneType]
+        return " or ".join(dict.fromkeys(_noun(_bare(choice)) + _range(_fields(choice)) for choice in choices))
     if get_origin(bare) is Literal:
         return " or ".join(repr(choice) for choice in get_args(bare))
     if _is_model(bare):
@@ -120,9 +119,15 @@ def _noun(bare: Any) -> str:
     return {float: "a number", int: "an integer", str: "a text", bool: "a boolean"}.get(bare, "a value")
 
 
-def _range(limits: Sequence[object]) -> str:
+def _fields(kind: Any) -> list[FieldInfo]:
+    """Return the annotations of a kind that hold its limits and its unit."""
+    annotated = get_origin(kind) is Annotated
+    return [extra for extra in get_args(kind)[1:] if isinstance(extra, FieldInfo)] if annotated else []
+
+
+def _range(fields: Sequence[FieldInfo]) -> str:
     words = ""
-    for limit in limits:
+    for limit in (limit for field in fields for limit in field.metadata):
         match limit:
             case annotated_types.Ge(ge=low):
                 words += f" from {low:g}"

@@ -11,10 +11,6 @@ from app.files.campaign_error import Problem
 from simulation.effects.library import LIBRARY, library
 
 TABLE = "simulation.effects"
-WANTED = {
-    "point_mass": "declare the [[cable]] whose mass it is",
-    "suspension": "declare each [[string]] that holds the plate",
-}
 
 
 def effect_problems(file: str, experiment: Experiment, effects: Mapping[str, Values]) -> list[Problem]:
@@ -43,7 +39,7 @@ def effect_problems(file: str, experiment: Experiment, effects: Mapping[str, Val
         elif not effect.available(experiment):
             held = "the effects " + ", ".join(library(experiment))
             seen = "an effect that this plate cannot have as it is declared"
-            problems.append(Problem(file, key, seen, held, WANTED.get(name, "remove it")))
+            problems.append(Problem(file, key, seen, held, f"declare {effect.wants}"))
         else:
             problems += _of_one(file, key, effect.card(experiment), values)
             if {"x", "y"} <= set(values) and not experiment.plate.contains(np.array([[values["x"], values["y"]]]))[

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from analysis.campaign import Campaign
-from analysis.effect_card import EffectCard
 from analysis.estimates import Estimate
 from analysis.experiment import Protocol
 from analysis.frf import Frf
@@ -223,12 +222,9 @@ def _save_corrected_laws(
     )
 
 
-def missing_words(not_tried: Mapping[str, EffectCard]) -> tuple[str, ...]:
-    """Return a note for each effect that could not be tried because the declaration lacks what it needs."""
-    return tuple(
-        f"{name} was not tried: the campaign's declaration is not sufficient for it; it needs {card.needs}"
-        for name, card in not_tried.items()
-    )
+def missing_words(not_tried: Mapping[str, str]) -> tuple[str, ...]:
+    """Return a note for each effect that could not be tried, with what to declare for it."""
+    return tuple(f"{name} was not tried: for it, declare {wanted}" for name, wanted in not_tried.items())
 
 
 def untimed(protocol: Protocol) -> tuple[str, ...]:

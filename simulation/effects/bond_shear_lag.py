@@ -54,4 +54,4 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     return state.with_(bond=state.bond * chi)
 
 
-EFFECT = Effect(card, apply, available)
+EFFECT = Effect(card, apply, available, "a patch")

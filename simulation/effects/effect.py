@@ -29,6 +29,8 @@ class Effect:
         `simulation.state.plate_state`.
     available : callable
         Experiment -> bool: whether the declaration is sufficient (a point mass needs its point).
+    wants : str
+        Object of "declare": what the declaration lacks where the effect is not possible, for messages.
     needs_strain_energy : bool
         Whether `apply` looks at `Circumstances.strain_energy`: it is found so that the plate that `apply` makes of
         it has it. Each line of a spectrum may follow the energy of that line; nothing else may follow any.
@@ -37,4 +39,5 @@ class Effect:
     card: Callable[[Experiment], EffectCard]
     apply: Apply
     available: Callable[[Experiment], bool] = always
+    wants: str = ""
     needs_strain_energy: bool = False

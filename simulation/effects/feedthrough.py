@@ -44,4 +44,4 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     return state.with_(feedthrough=state.feedthrough + values["gain"])
 
 
-EFFECT = Effect(card, apply, available)
+EFFECT = Effect(card, apply, available, "a voltage that drives and one that is read")

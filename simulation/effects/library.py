@@ -5,7 +5,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
 from simulation.effects import (
     air_loading,
@@ -69,10 +68,10 @@ def library(experiment: Experiment, folder: Path | None = None) -> dict[str, Eff
     return {name: effect for name, effect in _all(experiment, folder).items() if effect.available(experiment)}
 
 
-def untried(experiment: Experiment, folder: Path | None = None) -> dict[str, EffectCard]:
-    """Cards of the effects that `library` leaves out, because `experiment` does not declare enough for them."""
+def untried(experiment: Experiment, folder: Path | None = None) -> dict[str, str]:
+    """Say what `experiment` must declare for the effects that `library` leaves out, by effect."""
     return {
-        name: effect.card(experiment)
+        name: effect.wants or effect.card(experiment).needs
         for name, effect in _all(experiment, folder).items()
         if not effect.available(experiment)
     }

@@ -90,4 +90,4 @@ def _whole(plate: Plate, centres: Real) -> NDArray[np.bool_]:
     return np.asarray(plate.contains(centres) & (away > RADIUS - TOUCH))
 
 
-EFFECT = Effect(card, apply, available)
+EFFECT = Effect(card, apply, available, "a plate with space for the spot")

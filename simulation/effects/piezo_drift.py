@@ -53,4 +53,4 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     return state.with_(log_gain=state.log_gain + np.log(1.0 + values["alpha"] * warmer))
 
 
-EFFECT = Effect(card, apply, available)
+EFFECT = Effect(card, apply, available, "a patch that drives or is read")

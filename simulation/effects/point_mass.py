@@ -45,4 +45,4 @@ def available(experiment: Experiment) -> bool:
     return bool(experiment.cable)
 
 
-EFFECT = Effect(card, apply, available)
+EFFECT = Effect(card, apply, available, "the [[cable]] whose mass it is")

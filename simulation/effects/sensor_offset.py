@@ -75,4 +75,4 @@ def _farthest(fits: Callable[[float], bool]) -> float:
     return max(low - TOUCH, 0.0)
 
 
-EFFECT = Effect(card, apply, available)
+EFFECT = Effect(card, apply, available, "a sensor patch with space around it")

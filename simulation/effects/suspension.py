@@ -51,4 +51,4 @@ def available(experiment: Experiment) -> bool:
     return bool(experiment.string)
 
 
-EFFECT = Effect(card, apply, available)
+EFFECT = Effect(card, apply, available, "each [[string]] that holds the plate")

@@ -49,4 +49,4 @@ def available(experiment: Experiment) -> bool:
     return experiment.oven.room_temperature < REFERENCE_TEMPERATURE
 
 
-EFFECT = Effect(card, apply, available)
+EFFECT = Effect(card, apply, available, f"an oven.room_temperature below {REFERENCE_TEMPERATURE:g} °C")

@@ -35,6 +35,7 @@ class Outer(BaseModel):
     share: Annotated[float | None, Field(ge=0.0, le=1.0)] = None
     either: int | str | None = None
     number: int | Literal["all"] | None = None
+    edge: Annotated[int, Field(ge=1)] | Literal["left", "right"] | None = None
     shape: Annotated[Round | Square, Field(discriminator="kind")] | None = None
 
 
@@ -56,6 +57,7 @@ class Outer(BaseModel):
         (("either",), "an integer or a text"),
         (("unknown", "deeper"), "a value"),
         (("number",), "an integer or 'all'"),
+        (("edge",), "an integer from 1 or 'left' or 'right'"),
         (("number", "literal['all']"), "an integer or 'all'"),
         (("shape",), "a table"),
         (("shape", "kind"), "'round' or 'square'"),
