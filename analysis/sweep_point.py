@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from analysis.arrays import Real
 from analysis.sweep_timing import SweepTiming
 
 
@@ -29,3 +32,12 @@ class SweepPoint:
     level: float
     source: int = 0
     timing: SweepTiming | None = None
+
+    @property
+    def drifts(self) -> bool:
+        """Whether the temperature at each frequency is known to differ from the sweep's mean."""
+        return self.timing is not None and self.rate != 0.0
+
+    def drift(self, frequency: Real) -> Real:
+        """Temperature when the sweep passes frequencies (F,), Hz, less its mean, K."""
+        return np.zeros(len(frequency)) if self.timing is None else self.rate * self.timing.after_middle(frequency)

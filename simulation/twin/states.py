@@ -15,7 +15,6 @@ from analysis.sweep_point import SweepPoint
 from simulation.effects.effect import Effect
 from simulation.effects.library import apply_all
 from simulation.reduction.effect_operators import BENDING_DEGREE
-from simulation.state.drift import drifting
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import Circumstances, PlateState
 
@@ -78,7 +77,6 @@ class States:
         if self.experiment is not None:
             laws = self.experiment.plate.grown(laws)
         state = PlateState.baseline(basis.xi, basis.zeta, laws, point.temperature, frequency)
-        state = drifting(state, point, frequency)
         if not effects:
             return state
         if self.experiment is None:
