@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Campaign
 from analysis.frf import Frf, campaign_frf
+from analysis.gap.data.preparation import sweep_points
 from analysis.held_effects import HeldEffects
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialLaws
@@ -18,10 +19,11 @@ from analysis.protocol.advice import unresolved
 from analysis.sweep_point import SweepPoint
 from analysis.updated import Updated
 from analysis.updating.corrected_twin import corrected_twin, fit_twin, reached
+from analysis.updating.drift import drift_of_frfs, sweep_laws
 from analysis.updating.laws import fit_laws
 from analysis.updating.outlier_sweeps import outlier_sweeps
 from analysis.updating.polarity import polarity_corrected
-from analysis.updating.update import update
+from analysis.updating.update import middle_sweep, update
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance, sha256
@@ -145,17 +147,21 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating
         Where the campaign cannot be fitted.
     """
     frf, twin, updated = _fitted(campaign, mains, report)
-    points = [SweepPoint(float(t), 0.0, 1.0, int(k)) for t, k in zip(frf.temperature, frf.driven_by, strict=True)]
+    protocol, laws = campaign.experiment.protocol, plain_laws(campaign, updated)
 
-    def answer(material: tuple[float, float, float], point: SweepPoint) -> NDArray[np.complex128]:
-        law = LocalLaws.of_material(*material, reference=point.temperature)
+    def answer(law: LocalLaws, point: SweepPoint) -> NDArray[np.complex128]:
         return np.asarray(updated.gains[point.source] * twin.frf(law, frf.frequency, point=point))
 
     with ThreadPoolExecutor(WORKERS) as executor:
-        answers = list(executor.map(answer, updated.constants, points))
+        drift = None if laws is None else drift_of_frfs(frf, twin, updated, laws, protocol, executor)
+        if drift is not None:
+            begin = np.array(updated.constants[middle_sweep(frf)])
+            updated = update(replace(frf, h=frf.h - drift), twin, begin=begin, progress=report)
+            laws = plain_laws(campaign, updated)
+        answers = list(executor.map(answer, sweep_laws(updated, laws), sweep_points(frf, protocol)))
     density = campaign.experiment.plate.density
     seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
-    return Updating(frf, updated, plain_laws(campaign, updated), seen)
+    return Updating(frf, updated, laws, seen)
 
 
 def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Twin[DeclaredPlate], Updated]:

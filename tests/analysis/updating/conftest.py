@@ -58,7 +58,8 @@ class AffineModes:
         transfer, slopes = self.sensitivities(e, nu, eta, frequency, source)
         nothing = np.zeros((0, *transfer.shape), complex)
         by_material = slopes * np.array([e, 1.0, eta])[:, None, None]
-        return Linearisation(transfer, by_material, 0.0 * by_material, 0.0 * transfer, nothing)
+        by_temperature = np.tensordot(laws.rates(laws.reference), by_material, 1)
+        return Linearisation(transfer, by_material, 0.0 * by_material, by_temperature, nothing)
 
     def measured(
         self,

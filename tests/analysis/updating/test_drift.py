@@ -1,0 +1,78 @@
+"""Sweeps on a ramp, each line measured at its own temperature, against the laws put in."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+from analysis.experiment import Protocol
+from analysis.frf import Frf
+from analysis.material import Material
+from analysis.material_table import laws_through
+from analysis.updating.drift import drift_of_frfs, sweep_laws
+from analysis.updating.laws import fit_laws
+from analysis.updating.update import update
+
+GAIN = 14.0
+T = np.linspace(-10.0, 70.0, 9)
+LAWS = laws_through(T, Material(3.0e9 * np.exp(-0.018 * T), 0.35 + 0.001 * T, 0.05 * np.exp(-0.003 * T)))
+TEMPERATURE = np.linspace(0.0, 60.0, 13)
+PROTOCOL = Protocol(
+    sweep="logarithmic", band=(100.0, 1500.0), sweep_duration=10.0, taper=0.5, tail=1.0, repeats=2,
+    ramp_rate=1.0, temperatures=tuple(TEMPERATURE), directions=("up",), levels=(1.0,),
+)  # fmt: skip
+
+
+def recorded(twin, protocol: Protocol) -> Frf:
+    """One sweep at each temperature, with noise of 0.3 % and each line at the temperature when it was swept."""
+    rows = LAWS.at(TEMPERATURE)
+    constants = zip(rows.youngs_modulus, rows.poisson_ratio, rows.loss_factor, strict=True)
+    still = twin.measured(TEMPERATURE, constants, GAIN, np.random.default_rng(5), 0.003)
+    assert protocol.timing is not None
+    away = protocol.ramp_rate / 60.0 * protocol.timing.after_middle(still.frequency)
+    nodes = np.linspace(away.min(), away.max(), 5)
+    drifted = []
+    for t in TEMPERATURE:
+        at_nodes = [twin.frf(LAWS.local(t + a), still.frequency)[0] for a in nodes]
+        drifted.append(
+            np.diagonal(CubicSpline(nodes, at_nodes)(away)) - twin.frf(LAWS.local(t), still.frequency)[0]
+        )
+    return replace(still, h=still.h + GAIN * np.array(drifted)[:, None])
+
+
+def test_laws_put_in_are_found_from_drifting_sweeps(twin) -> None:
+    frf, true = recorded(twin, PROTOCOL), LAWS.at(TEMPERATURE)
+    steady = update(frf, twin)
+    with ThreadPoolExecutor(2) as executor:
+        laws = fit_laws(TEMPERATURE, steady.material, steady.sigma, temperature_range=(0.0, 60.0))
+        drift = drift_of_frfs(frf, twin, steady, laws, PROTOCOL, executor)
+    assert drift is not None
+    found = update(replace(frf, h=frf.h - drift), twin)
+
+    def off(one: Material) -> tuple[float, float]:
+        e = np.abs(one.youngs_modulus / true.youngs_modulus - 1.0).max()
+        return float(e), float(np.abs(one.poisson_ratio - true.poisson_ratio).max())
+
+    assert steady.chi2_per_dof.min() > 2.0
+    np.testing.assert_allclose(found.chi2_per_dof, 1.0, atol=0.2)
+    assert off(found.material)[0] < 0.3 * off(steady.material)[0]
+    assert off(found.material)[1] < 0.3 * off(steady.material)[1]
+
+
+def test_nothing_is_known_of_the_drift_without_taper_or_ramp(twin) -> None:
+    frf = recorded(twin, PROTOCOL)
+    updated = update(frf, twin)
+    with ThreadPoolExecutor(2) as executor:
+        for change in ({"taper": None}, {"ramp_rate": 0.0}):
+            protocol = PROTOCOL.model_copy(update=change)
+            assert drift_of_frfs(frf, twin, updated, LAWS, protocol, executor) is None
+
+
+def test_laws_of_a_sweep_go_through_its_own_material_with_the_slopes_of_all(twin) -> None:
+    updated = update(recorded(twin, PROTOCOL), twin)
+    for law, e, t in zip(sweep_laws(updated, LAWS), updated.material.youngs_modulus, TEMPERATURE, strict=True):
+        assert law.youngs_modulus(t) == pytest.approx(e)
+        assert law.rates(t) == pytest.approx(LAWS.local(t).slope)
+    assert all(not law.slope.any() for law in sweep_laws(updated, None))
