@@ -231,7 +231,8 @@ def untimed(protocol: Protocol) -> tuple[str, ...]:
     """Return a note where the temperature drifts within sweeps and no taper tells when they pass a frequency."""
     drift = change_within_sweep(protocol.sweep_duration, protocol.ramp_rate) if protocol.timing is None else ()
     return tuple(
-        f"{words}; with protocol.taper in the declaration, update and gap take the drift into account" for words in drift
+        f"{words}; with protocol.taper in the declaration, update and gap take the drift into account"
+        for words in drift
     )
 
 

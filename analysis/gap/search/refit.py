@@ -97,14 +97,14 @@ def refit(
     sets = [(names, added) for names, added in sets if context.fits.known(names) is None]
     if not sets:
         return sorted(done, key=lambda r: -r.gain)
-    few, reference = _coarse(context, base)
+    few, reference = at_few_temperatures(context, base)
     scale = context.sweeps.numbers / few.numbers
     best = max((r.gain / scale for r in done if r.plausible), default=0.0)
     tried = []
     for place, (names, added) in enumerate(sets):
         enough = -2.0 * (reference.log_evidence + REFIT_SHARE * best)
         fit = fit_gap(
-            context.model, few, _started(reference, names, added), names, context.executor, enough=enough
+            context.model, few, started_from(reference, names, added), names, context.executor, enough=enough
         )
         trial = Refit(names, fit.log_evidence - reference.log_evidence, fit)
         best = max(best, trial.gain) if trial.plausible else best
@@ -116,8 +116,8 @@ def refit(
     return sorted(done, key=lambda r: (r.fit is None, -r.gain))
 
 
-def _coarse(context: SearchContext, base: GapFit) -> tuple[GapSweeps, GapFit]:
-    """Return the sweeps at a few temperatures and the fit of `base` to them; all if there are only few."""
+def at_few_temperatures(context: SearchContext, base: GapFit) -> tuple[GapSweeps, GapFit]:
+    """Return the sweeps at a few temperatures and the fit of `base` to them; all if there are not many."""
     groups = context.coarse_groups
     if len(groups) == len(context.sweeps.groups.reference):
         return context.sweeps, base
@@ -143,6 +143,7 @@ def _in_full(
     return [Refit(names, full.log_evidence - base.log_evidence, full)]
 
 
-def _started(base: GapFit, names: Sequence[str], added: dict[str, Values]) -> GapState:
+def started_from(base: GapFit, names: Sequence[str], added: dict[str, Values]) -> GapState:
+    """Return the state of a fit with the effects `names`, those that it lacks at the values `added`."""
     effects = {name: base.state.effects.get(name, added.get(name, {})) for name in names}
     return replace(base.state, effects={name: dict(values) for name, values in effects.items()})

@@ -97,13 +97,14 @@ class ScoreTest:
 
     def candidates(self) -> list[Candidate]:
         """Each inactive effect at its best site, largest predicted gain first."""
-        matrix, gradient = self.given(self.active)
-        best = []
-        for name in self.inactive:
-            sites = self.sites(name)
-            tried = [self.candidate((name,), self.of(name, s), matrix, gradient, len(sites)) for s in sites]
-            best.append(max(tried, key=lambda c: c.gain))
+        best = [max(self.at_sites(name), key=lambda c: c.gain) for name in self.inactive]
         return sorted(best, key=lambda c: -c.gain)
+
+    def at_sites(self, effect: str) -> list[Candidate]:
+        """Return an inactive effect at each of its sites."""
+        matrix, gradient = self.given(self.active)
+        sites = self.sites(effect)
+        return [self.candidate((effect,), self.of(effect, s), matrix, gradient, len(sites)) for s in sites]
 
     def pairs(self, singles: Sequence[Candidate]) -> list[Candidate]:
         """All pairs out of `singles`, each at its best site, largest predicted gain first."""

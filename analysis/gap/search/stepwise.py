@@ -9,6 +9,7 @@ from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.drop_and_swap import drop_and_swap, dropped, relative_evidence
 from analysis.gap.search.observability import Observability, observability
 from analysis.gap.search.refit import Refit, absent, refit
+from analysis.gap.search.relocation import relocated
 from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import (
     EXPLAINED,
@@ -85,6 +86,10 @@ def stepwise_search(context: SearchContext, baseline: GapFit) -> SearchResult:
     blind = tuple(o.effect for o in seen if not o.observable)
     steps, path = _climb(context, baseline, first, blind)
     fit, last = _supported(context, baseline, path)
+    if len(fit.state.effects) > 1 and not _enough(context, baseline, fit):
+        moved = relocated(context, baseline, fit)
+        if moved is not fit:
+            fit, last = moved, context.score_test(moved)
     if not _enough(context, baseline, fit):
         more, pair = _pair(context, baseline, first, blind, steps)
         steps += more
