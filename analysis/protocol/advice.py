@@ -53,3 +53,38 @@ def change_within_sweep(duration: float, ramp_rate: float) -> tuple[str, ...]:
         f"temperature as steady and misses them by that. {longest:.2g} s or less, or a slower ramp, keep it below "
         f"{100 * LEAST_CHANGE:g} %",
     )
+
+
+def change_over_repeats(record: float, repeats: int, ramp_rate: float, sensitivity: float) -> tuple[str, ...]:
+    """Warn where the repeats of a sweep, of which the mean is taken, are at temperatures too far apart.
+
+    To second order, that mean is lower at a resonance by the mean square of (dE/E) / eta over the repeats.
+
+    Parameters
+    ----------
+    record : float
+        Sweep and silence, s.
+    repeats : int
+        One directly after another.
+    ramp_rate : float
+        K/min.
+    sensitivity : float
+        |d ln E / dT| / eta of the plate, 1/K.
+
+    Returns
+    -------
+    tuple of str
+        One sentence of advice, or none.
+    """
+    apart = record * ramp_rate / 60.0
+    change = (sensitivity * apart) ** 2 * (repeats**2 - 1) / 12.0
+    if change < LEAST_CHANGE:
+        return ()
+    shorter = float((LEAST_CHANGE / change) ** 0.5)
+    spread = apart * (repeats - 1)
+    return (
+        f"on a ramp of {ramp_rate:g} K/min the {repeats} repeats of a sweep spread over {spread:.2g} K: the "
+        f"mean over them lowers resonances by about {100 * change:.2g} %, and the loss factor is too high by up to "
+        f"that. A ramp of {shorter * ramp_rate:.2g} K/min or slower, or shorter records, keep it below "
+        f"{100 * LEAST_CHANGE:g} %",
+    )

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.campaign import Campaign
+from analysis.experiment import Protocol
 from analysis.frf import Frf, campaign_frf
 from analysis.gap.data.preparation import sweep_points
 from analysis.held_effects import HeldEffects
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialLaws
 from analysis.progress import Progress
-from analysis.protocol.advice import unresolved
+from analysis.protocol.advice import change_over_repeats, change_within_sweep, unresolved
 from analysis.sweep_point import SweepPoint
 from analysis.updated import Updated
 from analysis.updating.corrected_twin import corrected_twin, fit_twin, reached
@@ -161,7 +162,25 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating
         answers = list(executor.map(answer, sweep_laws(updated, laws), sweep_points(frf, protocol)))
     density = campaign.experiment.plate.density
     seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
+    frf = replace(frf, notes=(*frf.notes, *drift_notes(protocol, updated, laws)))
     return Updating(frf, updated, laws, seen)
+
+
+def drift_notes(protocol: Protocol, updated: Updated, laws: MaterialLaws | None) -> tuple[str, ...]:
+    """Return notes on what the drift of the temperature within and between repeats changes in spite of all."""
+    if laws is None:
+        within = (
+            () if protocol.timing is None else change_within_sweep(protocol.sweep_duration, protocol.ramp_rate)
+        )
+        return tuple(
+            f"{words}; from three temperatures on, update takes the drift into account" for words in within
+        )
+    sensitivity = max(
+        abs(law.slope[0]) / eta
+        for law, eta in zip(sweep_laws(updated, laws), updated.material.loss_factor, strict=True)
+    )
+    record = protocol.sweep_duration + protocol.tail
+    return change_over_repeats(record, protocol.repeats, protocol.ramp_rate, float(sensitivity))
 
 
 def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Twin[DeclaredPlate], Updated]:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.protocol.advice import LOSS_FACTOR, STIFFNESS_CHANGE, change_within_sweep
+from analysis.protocol.advice import LOSS_FACTOR, STIFFNESS_CHANGE, change_over_repeats, change_within_sweep
 
 
 def test_a_short_sweep_or_a_resting_plate_needs_none() -> None:
@@ -25,3 +25,23 @@ def test_what_is_recommended_needs_no_advice() -> None:
     (said,) = change_within_sweep(15.0, 0.4)
     assert "7.5 s or less" in said
     assert change_within_sweep(7.4, 0.4) == ()
+
+
+def test_repeats_on_a_slow_ramp_or_of_a_metal_need_no_advice() -> None:
+    assert change_over_repeats(2.4, 3, 1.0, 0.27) == change_over_repeats(30.4, 1, 3.0, 0.27) == ()
+    assert change_over_repeats(30.4, 3, 3.0, 5e-4 / 0.01) == ()
+
+
+def test_the_mean_of_repeats_at_several_temperatures_is_lower_by_what_is_said() -> None:
+    (said,) = change_over_repeats(10.4, 3, 3.0, STIFFNESS_CHANGE / LOSS_FACTOR)
+    assert "the 3 repeats of a sweep spread over 1 K" in said
+    apart = 10.4 * 3.0 / 60.0
+
+    def response(temperature: float) -> complex:
+        stiffness = np.exp(-STIFFNESS_CHANGE * temperature) * (1.0 + 1j * LOSS_FACTOR)
+        return complex(1.0 / (stiffness - 1.0))
+
+    mean = sum(response(n * apart) for n in (-1, 0, 1)) / 3
+    lower = 100.0 * (1.0 - abs(mean) / abs(response(0.0)))
+    stated = float(said.split("by about ")[1].split(" %")[0])
+    assert stated == pytest.approx(lower, rel=0.1)
