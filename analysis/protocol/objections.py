@@ -9,6 +9,9 @@ from analysis.protocol.protocol import AcquisitionProtocol
 ALIAS_FREE = 0.45
 """Share of the sample rate up to which a delta-sigma input shows no aliases."""
 
+LEAST_LINES = 20
+"""Frequency lines of a record within the band: of fewer nothing is judged, and no resonance is seen."""
+
 
 @dataclass(frozen=True)
 class Hardware:
@@ -97,6 +100,14 @@ def _levels(protocol: AcquisitionProtocol, hardware: Hardware) -> Iterator[Objec
 
 
 def _frequencies(protocol: AcquisitionProtocol, hardware: Hardware) -> Iterator[Objection]:
+    (low, high), record = protocol.sweep.band, protocol.sweep.record
+    if (high - low) * record < LEAST_LINES:
+        yield Objection(
+            "sweep.band",
+            f"{low:g} to {high:g} Hz, with {(high - low) * record:.0f} frequency lines in a record of {record:g} s",
+            f"at least {LEAST_LINES} lines, here a band of {LEAST_LINES / record:.3g} Hz",
+            "bands are in Hz (1 kHz is 1000); widen the band, or lengthen the sweep",
+        )
     top, reach = protocol.sweep.frequency_range[1], ALIAS_FREE * hardware.sample_rate
     if top > reach:
         yield Objection(

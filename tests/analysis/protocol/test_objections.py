@@ -34,6 +34,7 @@ def test_none_against_the_papers_protocol(
             "programme.ramp_rate",
             "steepest",
         ),
+        ({"sweep": {"band": (0.1, 1.5)}}, {}, "sweep.band", "bands are in Hz"),
         ({"sweep": {"duration": 60.0}, "limits": {"drift": 2.0}}, {}, "sweep.duration", "at most 1 K (150 s)"),
         ({"sweep": {"levels": (0.1, 0.2, 0.3), "duration": 16.0}}, {}, "sweep.duration", "3 level(s)"),
         ({"limits": {"drift": 0.01}}, {}, "limits.drift", "ramp moves"),
