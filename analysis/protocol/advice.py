@@ -84,7 +84,7 @@ def change_over_repeats(record: float, repeats: int, ramp_rate: float, sensitivi
     spread = apart * (repeats - 1)
     return (
         f"on a ramp of {ramp_rate:g} K/min the {repeats} repeats of a sweep spread over {spread:.2g} K: the "
-        f"mean over them lowers resonances by about {100 * change:.2g} %, and the loss factor is too high by up "
-        f"to that. A ramp of {shorter * ramp_rate:.2g} K/min or slower, or shorter records, keep it below "
+        f"mean over them lowers resonances by about {100 * change:.2g} %, and the loss factor is too high by "
+        f"up to that. A ramp of {shorter * ramp_rate:.2g} K/min or slower, or shorter records, keep it below "
         f"{100 * LEAST_CHANGE:g} %",
     )

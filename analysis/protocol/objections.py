@@ -101,10 +101,11 @@ def _levels(protocol: AcquisitionProtocol, hardware: Hardware) -> Iterator[Objec
 
 def _frequencies(protocol: AcquisitionProtocol, hardware: Hardware) -> Iterator[Objection]:
     (low, high), record = protocol.sweep.band, protocol.sweep.record
-    if (high - low) * record < LEAST_LINES:
+    lines = (high - low) * record
+    if lines < LEAST_LINES:
         yield Objection(
             "sweep.band",
-            f"{low:g} to {high:g} Hz, with {(high - low) * record:.0f} frequency lines in a record of {record:g} s",
+            f"{low:g} to {high:g} Hz, with {lines:.0f} frequency lines in a record of {record:g} s",
             f"at least {LEAST_LINES} lines, here a band of {LEAST_LINES / record:.3g} Hz",
             "bands are in Hz (1 kHz is 1000); widen the band, or lengthen the sweep",
         )

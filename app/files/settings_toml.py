@@ -20,6 +20,9 @@ from app.files.parsed_text import parse_toml, read_text
 
 Model = TypeVar("Model", bound=BaseModel)
 
+KELVIN = 273.15
+"""0 °C in K."""
+
 
 def read_settings(path: Path, model: type[Model]) -> Model:
     """Read the settings in a file.
@@ -103,7 +106,9 @@ def _syntax(name: str, text: str, error: tomllib.TOMLDecodeError) -> Problem:
     lines = text.splitlines()
     number = int(place[1]) if place else max(len(lines), 1)
     line = lines[number - 1].strip() if number <= len(lines) else ""
-    return Problem(name, f"line {number}", _shown(line), "TOML", str(error))
+    comma = re.match(r"[\w.\"'-]+\s*=\s*([+-]?\d+),(\d+)\s*(?:#|$)", line)
+    hint = f"write {comma[1]}.{comma[2]}, with a decimal point" if comma else str(error)
+    return Problem(name, f"line {number}", _shown(line), "TOML", hint)
 
 
 def _follows_from_another(detail: ErrorDetails, details: Sequence[ErrorDetails]) -> bool:
@@ -132,16 +137,20 @@ def _problem(name: str, model: type[BaseModel], detail: ErrorDetails) -> Problem
         return Problem(name, key, "unknown key", "the keys " + ", ".join(known), remedy)
     if kind == "value_error":  # a check over several keys: it says itself what it saw and allows
         return Problem(name, key, str(detail["ctx"]["error"]), "")
-    return Problem(name, key, _shown(seen), allowed, _unit_hint(seen, detail) if allowed.endswith(")") else "")
+    return Problem(name, key, _shown(seen), allowed, _unit_hint(seen, detail, allowed))
 
 
-def _unit_hint(seen: object, detail: ErrorDetails) -> str:
-    """Suggest SI where a value with a unit would fit as thousandths: millimetres, grams, millivolts."""
+def _unit_hint(seen: object, detail: ErrorDetails, allowed: str) -> str:
+    """Suggest SI where a value would fit as thousandths (of mm, g, mV), and °C where it would fit as kelvins."""
     limits = detail.get("ctx", {})
     highest = limits.get("le", limits.get("lt"))
-    if isinstance(seen, int | float) and highest is not None and highest < seen <= 1000.0 * highest:
-        return f"values are SI: {seen:g} thousandths are {seen / 1000.0:g}"
-    return ""
+    if not isinstance(seen, int | float) or highest is None or not allowed.endswith(")"):
+        return ""
+    if allowed.endswith("(degrees Celsius)"):
+        return f"{seen:g} K are {seen - KELVIN:.5g} °C" if highest < seen <= highest + KELVIN else ""
+    return (
+        f"values are SI: {seen:g} thousandths are {seen / 1000.0:g}" if highest < seen <= 1000.0 * highest else ""
+    )
 
 
 def _shown(value: object) -> str:

@@ -40,6 +40,12 @@ def changed(tmp_path: Path, pattern: str, replacement: str, example: Path = EXAM
         (r"^format = .*", 'format = "experiment/2"', r"format = 'experiment/2'; allowed: 'experiment/1'"),
         (r"^kind = \"watlow-f4t\"", 'kind = "watlow"', "'votsch-ascii2'"),
         (r"^center = \[0.04", "center = [0.24", "the plate allows 0 to 0.24"),
+        (r"^room_temperature = 22.0", "room_temperature = 295.0", r"\(295 K are 21.85 °C\)"),
+        (
+            r"^thickness = 0.003",
+            "thickness = 0,003",
+            r"thickness = 0,003'; .* \(write 0.003, with a decimal point\)",
+        ),
     ],
 )
 def test_what_is_wrong_is_named_with_file_key_value_and_range(
