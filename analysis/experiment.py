@@ -18,6 +18,9 @@ from analysis.plate import Plate
 from analysis.sweep_timing import SweepTiming
 from analysis.transducers import Drive, Sensor
 
+LEAST_LINES = 20
+"""Frequency lines of a record within the band: of fewer nothing is judged, and no resonance is seen."""
+
 __all__ = [
     "Acquisition",
     "Attachment",
@@ -73,6 +76,12 @@ class Protocol(Declared):
         low, high = self.band
         if not 0.0 < low < high:
             raise ValueError(f"band {list(self.band)} Hz: the lower edge must be above 0 and below the upper edge")
+        record = self.sweep_duration + self.tail
+        if (high - low) * record < LEAST_LINES:
+            raise ValueError(
+                f"band {list(self.band)} Hz holds {(high - low) * record:.0f} frequency lines in a record of "
+                f"{record:g} s; at least {LEAST_LINES} needed (bands are in Hz: 1 kHz is 1000)"
+            )
         for before, after in zip(self.temperatures, self.temperatures[1:], strict=False):
             if after <= before:
                 raise ValueError(f"temperatures must ascend: {after:g} follows {before:g}")

@@ -4,13 +4,11 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from analysis.experiment import LEAST_LINES
 from analysis.protocol.protocol import AcquisitionProtocol
 
 ALIAS_FREE = 0.45
 """Share of the sample rate up to which a delta-sigma input shows no aliases."""
-
-LEAST_LINES = 20
-"""Frequency lines of a record within the band: of fewer nothing is judged, and no resonance is seen."""
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,7 @@ DECLARATION = [
     ),
     ("levels = [1.0]", "levels = [-1.0]", r"protocol\.levels\[0\] = -1\.0; allowed: a number above 0"),
     ("band = [100.0, 1500.0]", "band = [1500.0, 100.0]", r"protocol: band \[1500\.0, 100\.0\] Hz"),
+    ("band = [100.0, 1500.0]", "band = [0.1, 1.5]", r"protocol: band \[0\.1, 1\.5\] Hz holds 0 .* 1 kHz is 1000"),
     ("band = [100.0, 1500.0]", "band = 1500.0", r"protocol\.band = 1500\.0; allowed: a list of 2 numbers \(Hz\)"),
     ("8533.333333333334", "8500.0", r"acquisition\.sample_rate = 8500; .*nearest is 8533\.33\d* Hz \(n = 6\)"),
     ("8533.333333333334", "8.533", r"acquisition\.sample_rate = 8\.533; allowed: a number from 100 .*Hz"),
