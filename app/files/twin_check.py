@@ -92,8 +92,12 @@ def _differences(place: str, ours: Any, theirs: Any) -> list[tuple[str, str, str
             return [(place, f"{len(ours)} tables", f"{len(theirs)} tables")]
         pairs = zip(ours, theirs, strict=True)
         return [d for n, (a, b) in enumerate(pairs) for d in _differences(f"{place}[{n}]", a, b)]
-    return [] if ours == theirs else [(place, repr(ours), repr(theirs))]
+    return [] if ours == theirs else [(place, _said(ours), _said(theirs))]
 
 
 def _tables(value: Any) -> bool:
     return isinstance(value, tuple) and all(isinstance(item, Declared) for item in value)
+
+
+def _said(value: Any) -> str:
+    return "nothing" if value is None else repr(value)

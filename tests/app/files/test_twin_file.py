@@ -150,6 +150,10 @@ def test_a_twin_of_another_plate_is_refused_with_both_values(
     heavier = experiment.model_copy(update={"plate": experiment.plate.model_copy(update={"mass": 0.2})})
     with pytest.raises(CampaignFileError, match=r"plate\.mass = 0\.12996; allowed: 0\.2 .*one plate"):
         require_same_plate(file, twin, heavier)
+    round_one = experiment.patch[0].model_copy(update={"size": None, "diameter": 0.02})
+    rounded = experiment.model_copy(update={"patch": (round_one, *experiment.patch[1:])})
+    with pytest.raises(CampaignFileError, match=r"patch\[0\]\.diameter = nothing; allowed: 0\.02 "):
+        require_same_plate(file, twin, rounded)
     more = experiment.model_copy(update={"cable": ()})
     with pytest.raises(CampaignFileError, match="cable = 1 tables; allowed: 0 tables"):
         require_same_plate(file, twin, more)
