@@ -94,9 +94,12 @@ def notes(panel: Panel, focusing: Focusing) -> list[str]:
     drop = focusing.uncut.contrast.min(axis=1) - focusing.direct.contrast.min(axis=1)
     if drop.max() > WORST_LINE:
         worst = int(drop.argmax())
+        remedy = "more taps or another delay"
+        if panel.filters.design != "field":
+            remedy = "more taps, another delay, or --design field"
         found.append(
             f"the taps lose {drop[worst]:.2f} of contrast on the worst line at "
-            f"{focusing.temperature[worst]:g} °C; more taps, another delay, or --design field keep more"
+            f"{focusing.temperature[worst]:g} °C; {remedy} keep more"
         )
     limits, peak = panel.limits, peak_drive(focusing.bank.taps)
     if (peak >= 0.999 * limits).any():
