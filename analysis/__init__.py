@@ -31,6 +31,7 @@
 ``updated``           result of model updating
 ``local_laws``        the same near one temperature
 ``sweep_point``       temperature, its rate and the drive's level of one sweep
+``sweep_timing``      when a sweep passes its frequencies
 ``effect_card``       a physical effect without any physics: parameters, ranges, priors
 ``twin_model``        what a twin must offer to be fitted to data
 ``held_effects``      a twin with some effects switched on for good

@@ -10,14 +10,12 @@ import numpy as np
 
 from analysis.campaign import Campaign
 from analysis.estimates import Estimate
-from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.gap import find_gap
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
-from analysis.protocol.advice import change_within_sweep
 from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
 from app.files.atomic import write_json
 from app.files.frf_file import save_frf
@@ -26,6 +24,8 @@ from app.files.gap_json import gap_record
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance, sha256
 from app.files.twin_file import write_twin
+from app.stages.drift_notes import untimed
+from app.stages.gap_notes import missing_words, roughness
 from app.stages.issued_twin import issued_twin
 from app.stages.update import Updating, updated_twin
 from app.terminal.gap import headline, tables
@@ -39,8 +39,6 @@ GAP, FIGURES, TWIN, LAWS = "gap.json", "gap.h5", "twin.toml", "laws-corrected.h5
 
 LEAST_LOSS = 1e-4
 """Smallest loss factor for the error estimate of the twin: a fit may end below that of any real plate."""
-ROUGH = 2e-3
-"""Certified error of the twin with effects above which a note says so; usual twins stay below."""
 
 
 @dataclass(frozen=True)
@@ -219,31 +217,6 @@ def _save_corrected_laws(
     frequency = corrected.frequency
     save_laws(
         target, corrected.updated, corrected.laws, TwinFrf(frequency, corrected.answers, error, density), origin
-    )
-
-
-def missing_words(not_tried: Mapping[str, str]) -> tuple[str, ...]:
-    """Return a note for each effect that could not be tried, with what to declare for it."""
-    return tuple(f"{name} was not tried: for it, declare {wanted}" for name, wanted in not_tried.items())
-
-
-def untimed(protocol: Protocol) -> tuple[str, ...]:
-    """Return a note where the temperature drifts within sweeps and no taper tells when they pass a frequency."""
-    drift = change_within_sweep(protocol.sweep_duration, protocol.ramp_rate) if protocol.timing is None else ()
-    return tuple(
-        f"{words}; with protocol.taper in the declaration, update and gap take the drift into account"
-        for words in drift
-    )
-
-
-def roughness(error: float) -> tuple[str, ...]:
-    """Return a note where the certified `error` of the twin, a share of its peak, is larger than usual."""
-    if error <= ROUGH:
-        return ()
-    return (
-        f"the twin with several effects at half of their ranges has an error of {100 * error:.2g} % of its peak "
-        f"(usual: below {100 * ROUGH:.2g} %): large parameters are no more certain than that. Check whether "
-        "patches nearly touch an edge or each other",
     )
 
 

@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.campaign import Campaign
-from analysis.experiment import Protocol
 from analysis.frf import Frf, campaign_frf
 from analysis.gap.data.preparation import sweep_points
 from analysis.held_effects import HeldEffects
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialLaws
 from analysis.progress import Progress
-from analysis.protocol.advice import change_over_repeats, change_within_sweep, unresolved
+from analysis.protocol.advice import unresolved
 from analysis.sweep_point import SweepPoint
 from analysis.updated import Updated
 from analysis.updating.corrected_twin import corrected_twin, fit_twin, reached
@@ -28,6 +27,7 @@ from analysis.updating.update import middle_sweep, update
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance, sha256
+from app.stages.drift_notes import drift_notes
 from app.terminal.notebook import as_html, as_text
 from app.terminal.update import headline, notes, table_of
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
@@ -164,23 +164,6 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating
     seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
     frf = replace(frf, notes=(*frf.notes, *drift_notes(protocol, updated, laws)))
     return Updating(frf, updated, laws, seen)
-
-
-def drift_notes(protocol: Protocol, updated: Updated, laws: MaterialLaws | None) -> tuple[str, ...]:
-    """Return notes on what the drift of the temperature within and between repeats changes in spite of all."""
-    if laws is None:
-        within = (
-            () if protocol.timing is None else change_within_sweep(protocol.sweep_duration, protocol.ramp_rate)
-        )
-        return tuple(
-            f"{words}; from three temperatures on, update takes the drift into account" for words in within
-        )
-    sensitivity = max(
-        abs(law.slope[0]) / eta
-        for law, eta in zip(sweep_laws(updated, laws), updated.material.loss_factor, strict=True)
-    )
-    record = protocol.sweep_duration + protocol.tail
-    return change_over_repeats(record, protocol.repeats, protocol.ramp_rate, float(sensitivity))
 
 
 def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Twin[DeclaredPlate], Updated]:

@@ -8,6 +8,7 @@
 ``context``          common data of all steps, and the fits made so far
 ``refit``            candidates fitted in full, first on a few temperatures
 ``drop_and_swap``    each effect removed, and replaced by each other one
+``relocation``       an effect with a place fitted again from other sites
 ``stepwise``         effects added one by one, or as a pair
 ``signatures``       the residual that each candidate alone would leave
 ``held_out``         effects fitted to one part of the data and tested on the rest

@@ -144,6 +144,19 @@ def _in_full(
 
 
 def started_from(base: GapFit, names: Sequence[str], added: dict[str, Values]) -> GapState:
-    """Return the state of a fit with the effects `names`, those that it lacks at the values `added`."""
+    """Return the state of a fit with effects, some of them added.
+
+    Parameters
+    ----------
+    base : GapFit
+    names : sequence of str
+        All effects of the state.
+    added : dict of str to Values
+        Values of those that `base` lacks.
+
+    Returns
+    -------
+    GapState
+    """
     effects = {name: base.state.effects.get(name, added.get(name, {})) for name in names}
     return replace(base.state, effects={name: dict(values) for name, values in effects.items()})

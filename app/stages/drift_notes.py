@@ -1,0 +1,45 @@
+"""Notes on the drift of the temperature within and between repeats, where the twin does not follow it."""
+
+from analysis.experiment import Protocol
+from analysis.material import MaterialLaws
+from analysis.protocol.advice import change_over_repeats, change_within_sweep
+from analysis.updated import Updated
+from analysis.updating.drift import sweep_laws
+
+
+def untimed(protocol: Protocol) -> tuple[str, ...]:
+    """Return a note where the temperature drifts within sweeps and no taper tells when they pass a frequency."""
+    drift = change_within_sweep(protocol.sweep_duration, protocol.ramp_rate) if protocol.timing is None else ()
+    return tuple(
+        f"{words}; with protocol.taper in the declaration, update and gap take the drift into account"
+        for words in drift
+    )
+
+
+def drift_notes(protocol: Protocol, updated: Updated, laws: MaterialLaws | None) -> tuple[str, ...]:
+    """Return notes on the drift of the temperature within and between repeats, where updating does not follow it.
+
+    Parameters
+    ----------
+    protocol : Protocol
+    updated : Updated
+    laws : MaterialLaws or None
+        Through the estimates; None for fewer than three temperatures.
+
+    Returns
+    -------
+    tuple of str
+    """
+    if laws is None:
+        within = (
+            () if protocol.timing is None else change_within_sweep(protocol.sweep_duration, protocol.ramp_rate)
+        )
+        return tuple(
+            f"{words}; from three temperatures on, update takes the drift into account" for words in within
+        )
+    sensitivity = max(
+        abs(law.slope[0]) / eta
+        for law, eta in zip(sweep_laws(updated, laws), updated.material.loss_factor, strict=True)
+    )
+    record = protocol.sweep_duration + protocol.tail
+    return change_over_repeats(record, protocol.repeats, protocol.ramp_rate, float(sensitivity))
