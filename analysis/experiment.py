@@ -76,11 +76,10 @@ class Protocol(Declared):
         low, high = self.band
         if not 0.0 < low < high:
             raise ValueError(f"band {list(self.band)} Hz: the lower edge must be above 0 and below the upper edge")
-        record = self.sweep_duration + self.tail
-        if (high - low) * record < LEAST_LINES:
+        if (high - low) * self.record < LEAST_LINES:
             raise ValueError(
-                f"band {list(self.band)} Hz holds {(high - low) * record:.0f} frequency lines in a record of "
-                f"{record:g} s; at least {LEAST_LINES} needed (bands are in Hz: 1 kHz is 1000)"
+                f"band {list(self.band)} Hz holds {(high - low) * self.record:.0f} frequency lines in a record of "
+                f"{self.record:g} s; at least {LEAST_LINES} needed (bands are in Hz: 1 kHz is 1000)"
             )
         for before, after in zip(self.temperatures, self.temperatures[1:], strict=False):
             if after <= before:
@@ -95,12 +94,16 @@ class Protocol(Declared):
         return self
 
     @property
+    def record(self) -> float:
+        """Length of one repeat, s."""
+        return self.sweep_duration + self.tail
+
+    @property
     def timing(self) -> SweepTiming | None:
         """When sweeps pass their frequencies; None where the taper is not declared."""
         if self.taper is None:
             return None
-        record = self.sweep_duration + self.tail
-        return SweepTiming(self.sweep, self.band, self.taper, self.sweep_duration, record)
+        return SweepTiming(self.sweep, self.band, self.taper, self.sweep_duration, self.record)
 
 
 class OvenDeclaration(Declared):

@@ -89,7 +89,7 @@ def coverage_problems(
     ------
     Problem
     """
-    minutes = protocol.repeats * (protocol.sweep_duration + protocol.tail) / 60.0
+    minutes = protocol.repeats * protocol.record / 60.0
     most_drift = FURTHEST + 3.0 * protocol.ramp_rate * minutes
     found: dict[Place, str] = {}
     numbers: dict[int, str] = {}

@@ -48,7 +48,7 @@ class TdmsLayout:
             groups=tuple(f"repeat {n + 1}" for n in range(protocol.repeats)),
             channels=(DRIVE, *(output.id for output in experiment.outputs)),
             units=(experiment.inputs[source].unit, *(output.unit for output in experiment.outputs)),
-            samples=round((protocol.sweep_duration + protocol.tail) * rate),
+            samples=round(protocol.record * rate),
             rate=rate,
         )
 

@@ -41,5 +41,4 @@ def drift_notes(protocol: Protocol, updated: Updated, laws: MaterialLaws | None)
         abs(law.slope[0]) / eta
         for law, eta in zip(sweep_laws(updated, laws), updated.material.loss_factor, strict=True)
     )
-    record = protocol.sweep_duration + protocol.tail
-    return change_over_repeats(record, protocol.repeats, protocol.ramp_rate, float(sensitivity))
+    return change_over_repeats(protocol.record, protocol.repeats, protocol.ramp_rate, float(sensitivity))

@@ -97,12 +97,15 @@ class ScoreTest:
 
     def candidates(self) -> list[Candidate]:
         """Each inactive effect at its best site, largest predicted gain first."""
-        best = [max(self.at_sites(name), key=lambda c: c.gain) for name in self.inactive]
+        given = self.given(self.active)
+        best = [max(self._at_sites(name, *given), key=lambda c: c.gain) for name in self.inactive]
         return sorted(best, key=lambda c: -c.gain)
 
     def at_sites(self, effect: str) -> list[Candidate]:
         """Return an inactive effect at each of its sites."""
-        matrix, gradient = self.given(self.active)
+        return self._at_sites(effect, *self.given(self.active))
+
+    def _at_sites(self, effect: str, matrix: Real, gradient: Real) -> list[Candidate]:
         sites = self.sites(effect)
         return [self.candidate((effect,), self.of(effect, s), matrix, gradient, len(sites)) for s in sites]
 
