@@ -17,6 +17,9 @@ MADE_BY = {
     "compensation.h5": "compensate",
     "studies.h5": "study all",
 }
+FIRST = ("frf.h5", "laws.h5")
+LATER = ("gap.h5", "filters.h5", "compensation.h5", "studies.h5")
+"""Results that other commands start from, and those that can be written to another folder."""
 
 
 @contextmanager
@@ -72,8 +75,8 @@ def run_file(run: Path, name: str, verb: str) -> Path:
     Raises
     ------
     ResultFileError
-        Where it is missing: with what to type for `verb` if `run` is a campaign whose own run folder holds it,
-        else with the verb that makes it.
+        Where it is missing: with what to type for `verb` if `run` is a campaign whose own run folder holds it or
+        a folder of later results, else with the verb that makes it.
     """
     path = run / name
     if path.is_file():
@@ -83,6 +86,12 @@ def run_file(run: Path, name: str, verb: str) -> Path:
         typed = run.parent / beside.name if run.name not in ("", "..") else beside
         raise ResultFileError(
             f"{run}: holds no {name}; the results of this campaign are in {typed}: flexura {verb} {typed}"
+        )
+    later = [other for other in LATER if (run / other).is_file()]
+    if later and name in FIRST:
+        raise ResultFileError(
+            f"{run}: holds {later[0]} but no {name}, like a folder named with --out: name the run folder that holds "
+            f"{name}, and this one with --out; or make it with: flexura {MADE_BY[name]}"
         )
     held = f"holds no {name}" if run.exists() else "does not exist"
     raise ResultFileError(f"{run}: {held}; make it with: flexura {MADE_BY[name]}")

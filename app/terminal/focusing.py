@@ -129,13 +129,14 @@ def show(panel: Panel, focusing: Focusing) -> None:
     unit = "V" if panel.patch else "N"
     table = Table(
         title=f"{focusing.method}, {panel.filters.design}: {focusing.bank.taps.shape[2]} taps, {latency:.1f} ms",
-        caption="contrast: mean and worst line, with taps and uncut; area: normalised by area\n"
-        "dB of the displacement asked for, ripple in dB, phase in degrees; peak: any audio within ±1",
+        caption="contrast: mean and worst line; uncut: worst line before the filters are cut to taps; area: "
+        "normalised by area; dB of the displacement asked for, ripple in dB, phase in degrees; "
+        "peak: any audio within ±1",
         header_style="bold",
         box=SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
     )
-    headings = ("°C", "mean", "worst", "uncut", "worst", "area", "dB", "ripple", "phase", f"peak {unit}")
+    headings = ("°C", "mean", "worst", "uncut", "area", "dB", "ripple", "phase", f"peak {unit}")
     for heading in (*headings, f"{focusing.reference_temperature:g} °C's", "worst"):
         table.add_column(heading, justify="right")
     direct, drive = focusing.direct, peak_drive(focusing.bank.taps)
@@ -144,8 +145,8 @@ def show(panel: Panel, focusing: Focusing) -> None:
         table.add_row(
             f"{temperature:g}",
             *_both(direct.contrast[t]),
-            *_both(focusing.uncut.contrast[t]),
-            _both(normalised[t])[0],
+            f"{focusing.uncut.contrast[t].min():.3f}",
+            f"{normalised[t].mean():.3f}",
             f"{direct.level[t].mean():.1f}",
             f"{direct.level_ripple[t]:.1f}",
             f"{direct.phase_error[t]:.1f}",

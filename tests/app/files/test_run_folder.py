@@ -41,6 +41,12 @@ def test_a_missing_result_names_its_verb(tmp_path) -> None:
         run_file(tmp_path, "laws.h5", "focus")
 
 
+def test_a_folder_of_later_results_is_told_to_be_named_with_out(tmp_path) -> None:
+    (tmp_path / "filters.h5").touch()
+    with pytest.raises(ResultFileError, match=r"holds filters\.h5 but no laws\.h5.*this one with --out"):
+        run_file(tmp_path, "laws.h5", "compensate")
+
+
 def test_a_run_that_does_not_exist_is_said_not_to(tmp_path) -> None:
     with pytest.raises(ResultFileError, match=r"nope: does not exist; make it with: flexura update"):
         run_file(tmp_path / "nope", "laws.h5", "focus")
