@@ -35,7 +35,7 @@ from analysis.updated import Updated
 from analysis.updating.update import update
 from app.files.campaign import load_campaign
 from app.terminal.progress import progress
-from app.twins.campaign_model import WORKERS, made_for
+from app.twins.campaign_model import WORKERS, referred
 from app.twins.campaign_twin import campaign_twin, effect_twin
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
@@ -145,17 +145,17 @@ def main() -> int:
         plain = campaign_twin(experiment, report)
         started = time.perf_counter(), time.process_time()
         updated = update(frf, plain)
-        smaller = made_for(whole, updated)
+        model = referred(whole, updated)
         before = [
             now - then for now, then in zip((time.perf_counter(), time.process_time()), started, strict=True)
         ]
-        result = workflow(frf, updated, smaller, executor)
+        result = workflow(frf, updated, model, executor)
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
         sweeps, noise = prepare(frf, experiment.protocol, updated)
-        groups = SearchContext(smaller, sweeps, noise, executor).coarse_groups
+        groups = SearchContext(model, sweeps, noise, executor).coarse_groups
         few = sweeps.only_groups(groups)
         start = starting_state(updated, sweeps.groups).restricted(groups, few.original_places(sweeps))
-        compared = rankings(SearchContext(smaller, few, noise, executor), few, start)
+        compared = rankings(SearchContext(model, few, noise, executor), few, start)
     result |= {
         "sweeps": len(frf.temperature),
         "channels": len(frf.channels),

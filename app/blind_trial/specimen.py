@@ -23,16 +23,9 @@ from app.rig.simulated_plate import TwinPlate
 from app.rig.simulated_rig import REFERENCE, parts_around
 from drivers.rig.rig import Rig
 from simulation.effects.library import library
-from simulation.reduction.campaign_basis import for_materials
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
-
-MATERIALS = 6
-"""Number of temperatures for whose materials the campaign's reduced operators are made."""
-TAIL = 4e-4
-"""Tolerance of their reduction, see `simulation.reduction.campaign_basis`; a quarter of the analysis's."""
-
 
 FOLLOWING: Mapping[str, Followed] = {
     "thermal_lag": frozenset({"rate"}),
@@ -106,12 +99,10 @@ class Specimen:
         recorded = declared(experiments)
         if operators is None:
             operators = specimen_operators(recorded, kind)
-        laws, temperatures = simulations[0].laws.laws(), recorded.protocol.temperatures
-        materials = [laws.local(t) for t in np.linspace(temperatures[0] - 8.0, temperatures[-1] + 8.0, MATERIALS)]
-        smaller = for_materials(operators, materials, TAIL)
+        laws = simulations[0].laws.laws()
         known = {**library(recorded), **UNLISTED_EFFECTS}
         recorded = with_hidden_point(recorded, kind)
-        twin = Twin.of(recorded, EffectPlate(smaller), known).referred(laws.local(REFERENCE))
+        twin = Twin.of(recorded, EffectPlate(operators), known).referred(laws.local(REFERENCE))
         return cls(tuple(experiments), simulations, twin, laws, recorded)
 
     @property

@@ -90,8 +90,8 @@ def run_file(run: Path, name: str, verb: str) -> Path:
     later = [other for other in LATER if (run / other).is_file()]
     if later and name in FIRST:
         raise ResultFileError(
-            f"{run}: holds {later[0]} but no {name}, like a folder named with --out: name the run folder that holds "
-            f"{name}, and this one with --out; or make it with: flexura {MADE_BY[name]}"
+            f"{run}: holds {later[0]} but no {name}, like a folder named with --out: name the run folder that "
+            f"holds {name}, and this one with --out; or make it with: flexura {MADE_BY[name]}"
         )
     held = f"holds no {name}" if run.exists() else "does not exist"
     raise ResultFileError(f"{run}: {held}; make it with: flexura {MADE_BY[name]}")

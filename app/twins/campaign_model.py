@@ -1,8 +1,8 @@
-"""The twin with effects as one campaign wants it: small, referred to its laws, a twin file's effects known."""
+"""The twin with effects as one campaign wants it: referred to its laws, a twin file's effects known."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,6 @@ from analysis.effect_card import EffectCard
 from analysis.estimates import Estimate
 from analysis.experiment import Experiment
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
-from analysis.local_laws import LocalLaws
 from analysis.progress import Progress
 from analysis.updated import Updated
 from app.files.bad_file import ResultFileError
@@ -20,14 +19,9 @@ from app.files.twin_check import require_known_effects, require_same_plate
 from app.files.twin_file import TwinFile, read_twin
 from app.twins.campaign_twin import effect_twin
 from simulation.effects.library import library
-from simulation.reduction.campaign_basis import for_materials
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
-MATERIALS = 5
-"""Temperatures whose materials the smaller model is made for."""
-MARGIN = 0.05
-"""Of E, by which the range of these materials is widened: effects move the laws by a few per cent."""
 REFERENCE = 25.0
 """Temperature to which strain energies are referred, degrees Celsius."""
 WORKERS = 2
@@ -55,7 +49,7 @@ def campaign_model(
     ----------
     experiment : Experiment
     plain : Updated
-        Its materials decide what the twin is reduced to.
+        Strain energies are referred to its laws.
     report : callable
         Called with a stage's name and the share of it done.
     start : Start or None
@@ -83,21 +77,14 @@ def campaign_model(
         missing = [name for name in given if name not in twin.library]
         if missing:
             raise ResultFileError(f"{start.path}: this plate's mesh leaves no room for {', '.join(missing)}")
-    return made_for(twin, plain), given
+    return referred(twin, plain), given
 
 
-def made_for(twin: Twin[EffectPlate], plain: Updated) -> Twin[EffectPlate]:
-    """Return a twin on the few directions that the materials of a campaign need, strain energies referred."""
+def referred(twin: Twin[EffectPlate], plain: Updated) -> Twin[EffectPlate]:
+    """Return a twin with strain energies referred to a campaign's laws at its temperature nearest `REFERENCE`."""
     groups = TemperatureGroups.of(plain.temperature)
     laws = groups.laws(mean_laws(plain.material, groups))
-    chosen = [laws[int(i)] for i in np.unique(np.linspace(0, len(laws) - 1, MATERIALS).round())]
-    materials = [_stiffer(laws[0], 1.0 + MARGIN), *chosen, _stiffer(laws[-1], 1.0 - MARGIN)]
-    smaller = replace(twin, plate=EffectPlate(for_materials(twin.plate.operators, materials)))
-    return smaller.referred(min(laws, key=lambda law: abs(law.reference - REFERENCE)))
-
-
-def _stiffer(laws: LocalLaws, by: float) -> LocalLaws:
-    return replace(laws, value=laws.value + np.array([np.log(by), 0.0, 0.0]))
+    return twin.referred(min(laws, key=lambda law: abs(law.reference - REFERENCE)))
 
 
 def start_of(path: Path | None, experiment: Experiment, folder: Path | None) -> Start | None:

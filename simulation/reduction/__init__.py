@@ -37,6 +37,5 @@ The same plate with physical effects on it:
 ``composition``            matrices of one state, summed from these
 ``effect_reduction``       the whole reduction to the operators of a plate
 ``effect_certification``   error of the operators
-``campaign_basis``         a smaller model for the few materials of one campaign
 =========================  ================================================================
 """

@@ -1,7 +1,7 @@
 """Reduced matrices whose weighted sums describe a plate in any state."""
 
-from dataclasses import dataclass, field, fields, replace
-from typing import Any, Self
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,29 +30,11 @@ def monomials(x: Any, y: Any) -> NDArray[Any]:
     return np.array([x ** (n - j) * y**j for n in range(1, OFFSET_DEGREE + 1) for j in range(n + 1)])
 
 
-STACKS = (
-    "bending",
-    "membrane",
-    "shear",
-    "mass",
-    "rotary",
-    "normal",
-    "damping",
-    "patch_own",
-    "patch_membrane",
-    "patch_mass",
-)
-"""Entries of `EffectOperators` that are symmetric matrices in its coordinates, or stacks of them."""
-OFFSET_STACKS = ("offset_bending", "offset_membrane", "offset_shear", "offset_mass")
-"""Those of motions around the first sensor."""
-
-
 @dataclass(frozen=True)
 class EffectOperators:
     """Real symmetric (r, r) matrices, one stack for each kind of field.
 
-    The first coordinates are those of the plain reduction, unless `restricted`; the mass of the plate as declared
-    is the identity.
+    The first coordinates are those of the plain reduction; the mass of the plate as declared is the identity.
 
     Attributes
     ----------
@@ -172,21 +154,3 @@ class EffectOperators:
     def forces(self) -> Real:
         """Forces at points and footprints, one a column, (r, K + S)."""
         return np.vstack([self.deflection, self.footprints]).T if len(self.footprints) else self.deflection.T
-
-    def restricted(self, basis: Real, motions: Real) -> Self:
-        """Galerkin model on the columns of `basis` (r, s); same ranges and stated error.
-
-        Of the motions around the sensor, only the orthonormal columns of `motions` (q, t) are kept.
-        """
-        stacks: dict[str, Any] = {name: basis.T @ getattr(self, name) @ basis for name in STACKS}
-        around = {name: motions.T @ getattr(self, name) @ motions for name in OFFSET_STACKS}
-        return replace(
-            self,
-            **stacks,
-            **around,
-            coupling=basis.T @ self.coupling,
-            zone=motions.T @ self.zone @ basis,
-            strain=self.strain @ basis,
-            deflection=self.deflection @ basis,
-            footprints=self.footprints @ basis if len(self.footprints) else self.footprints,
-        )
