@@ -40,11 +40,11 @@ def with_spots(ops: EffectOperators, whole: Composite, state: PlateState) -> Com
     -------
     Composite
     """
-    loss = state.laws.loss_factor(state.mean_temperature)
+    loss = np.real(state.laws.loss_factor(state.mean_temperature))
     for disc in state.discs:
-        near, lost = _lost(ops, state, disc)
-        energy = _energy(ops, near, np.real(lost), np.eye(ops.size))
-        whole = replace(whole, plate=whole.plate - energy, plate_loss=whole.plate_loss - np.real(loss) * energy)
+        near, share = _within(ops, disc)
+        energy = _energy(ops.strain[:, near], np.real(_lost(ops, state, disc)), np.real(share))
+        whole = replace(whole, plate=whole.plate - energy, plate_loss=whole.plate_loss - loss * energy)
     return whole
 
 
@@ -65,21 +65,26 @@ def spots_slope(ops: EffectOperators, moved: Composite, stepped: PlateState, bas
     -------
     Composite
     """
-    loss = stepped.laws.loss_factor(stepped.mean_temperature)
+    loss = np.asarray(stepped.laws.loss_factor(stepped.mean_temperature))
     for disc in stepped.discs:
-        near, lost = _lost(ops, stepped, disc)
-        plate, plate_loss = (_energy(ops, near, np.imag(part) / STEP, basis) for part in (lost, loss * lost))
+        near, share = _within(ops, disc)
+        lost = _lost(ops, stepped, disc)
+        if not (np.imag(lost).any() or np.imag(share).any() or loss.imag):
+            continue
+        rows = ops.strain[:, near] @ basis
+        plate = _energy(rows, np.imag(lost) / STEP, share.real) + _energy(rows, lost.real, np.imag(share) / STEP)
+        plate_loss = loss.real * plate
+        if loss.imag:
+            plate_loss = plate_loss + loss.imag / STEP * _energy(rows, lost.real, share.real)
         moved = replace(moved, plate=moved.plate - plate, plate_loss=moved.plate_loss - plate_loss)
     return moved
 
 
-def _lost(ops: EffectOperators, state: PlateState, disc: Disc) -> tuple[NDArray[np.int_], Numbers]:
-    """Points within a disc, and the stiffness lost there, (8, 8, points): force by strain, as in `ops.strain`.
+def _lost(ops: EffectOperators, state: PlateState, disc: Disc) -> Numbers:
+    """Stiffness lost in a disc, (8, 8): force by strain, as in `ops.strain`, per area.
 
     The energy lost is loss u'Qu, where one strain u is that around the disc, the other that in it.
     """
-    share = coverage(ops, disc)
-    near = np.flatnonzero(np.real(share))
     temperature, h = state.mean_temperature, ops.thickness
     nu = state.laws.poisson_ratio(temperature)
     c1 = state.laws.youngs_modulus(temperature) / (1.0 - nu**2)
@@ -91,32 +96,38 @@ def _lost(ops: EffectOperators, state: PlateState, disc: Disc) -> tuple[NDArray[
         held = np.linalg.solve(np.eye(3) - disc.loss * q @ yielding, q)
         stiffness[first : first + 3, first : first + 3] = factor * c1 * held
     stiffness[6:, 6:] = np.eye(2) * SHEAR_FACTOR * h * 0.5 * c1 * (1.0 - nu) / (1.0 - 0.5 * disc.loss)
-    return near, np.multiply.outer(disc.loss * stiffness, ops.cell * share[near])
+    return np.asarray(disc.loss * stiffness)
 
 
 def in_plane_yielding(q: Numbers) -> Numbers:
     """Strains (x, y, xy) of a disc per stress that it has lost, in a wide sheet of stiffness q, (3, 3), 1/Pa."""
-    total = np.zeros((3, 3), q.dtype)
-    for c, s in zip(np.cos(ANGLES), np.sin(ANGLES), strict=True):
-        along = np.array([[c, 0.0], [0.0, s], [s, c]])  # strains of displacements that vary along this direction
-        total = total + along @ np.linalg.solve(along.T @ q @ along, along.T)
-    return np.asarray(total / ANGLES.size)
+    c, s, zero = np.cos(ANGLES), np.sin(ANGLES), np.zeros_like(ANGLES)
+    # strains of displacements that vary along each direction, (directions, 2, 3)
+    along = np.array([[c, zero, s], [zero, s, c]]).transpose(2, 0, 1)
+    held = np.linalg.solve(along @ q @ along.transpose(0, 2, 1), along)
+    return np.asarray((along.transpose(0, 2, 1) @ held).mean(axis=0))
 
 
 def bending_yielding(q: Numbers) -> Numbers:
     """Likewise curvatures of a disc in a wide thin plate, whose deflection varies along each direction, (3, 3)."""
-    total = np.zeros((3, 3), q.dtype)
-    for c, s in zip(np.cos(ANGLES), np.sin(ANGLES), strict=True):
-        along = np.array([c * c, s * s, 2.0 * c * s])
-        total = total + np.outer(along, along) / (along @ q @ along)
-    return np.asarray(total / ANGLES.size)
+    c, s = np.cos(ANGLES), np.sin(ANGLES)
+    along = np.array([c * c, s * s, 2.0 * c * s])
+    return np.asarray((along / (along * (q @ along)).sum(axis=0)) @ along.T / ANGLES.size)
 
 
-def _energy(ops: EffectOperators, near: NDArray[np.int_], stiffness: Real, basis: Real) -> Real:
-    """Energy of strains at some points for a stiffness (8, 8, points) there, (m, m)."""
-    rows = ops.strain[:, near] @ basis
-    force = np.einsum("abp,bpm->apm", stiffness, rows)
-    return np.asarray(rows.reshape(-1, basis.shape[1]).T @ force.reshape(-1, basis.shape[1]))
+def _energy(rows: Real, stiffness: Real, area: Real) -> Real:
+    """Energy of strains `rows` (8, points, m) for one stiffness (8, 8) over areas (points,), (m, m)."""
+    if not (stiffness.any() and area.any()):
+        return np.zeros((rows.shape[2],) * 2)
+    force = np.tensordot(stiffness, rows, 1) * area[:, None]
+    return np.asarray(rows.reshape(-1, rows.shape[2]).T @ force.reshape(-1, rows.shape[2]))
+
+
+def _within(ops: EffectOperators, disc: Disc) -> tuple[NDArray[np.int_], Numbers]:
+    """Points (K,) whose cells lie within a disc, at least in part, and their areas there (K,), m2."""
+    share = coverage(ops, disc)
+    near = np.flatnonzero(np.real(share))
+    return near, ops.cell * share[near]
 
 
 def coverage(ops: EffectOperators, disc: Disc) -> Numbers:

@@ -12,7 +12,7 @@ from tests.fuzz.reader import Reader
 from tests.fuzz.readers import READERS
 from tests.fuzz.whole_files import write_all
 
-COUNT = 500
+COUNT = 250
 
 
 @pytest.fixture(scope="module")

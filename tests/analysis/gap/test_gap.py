@@ -40,8 +40,8 @@ def test_a_perfect_twin_has_no_gap(solve):
     ("effects", "alike"),
     [
         ({"mass": {"grams": 1.0}}, "softening"),
-        ({"taper": {"tx": 0.01}}, "draught"),
-        ({"lag": {"tau": 270.0}}, None),
+        pytest.param({"taper": {"tx": 0.01}}, "draught", marks=pytest.mark.slow),
+        pytest.param({"lag": {"tau": 270.0}}, None, marks=pytest.mark.slow),
         ({"bond": {"gamma": 0.1, "softening": 0.04}}, None),
         ({"damage": {"loss": 0.05, "x": 0.33}}, None),
     ],
@@ -103,7 +103,10 @@ def test_a_resonator_outside_the_library_has_no_name(solve):
     assert report.after.regions[0].frequency[0] < 400.0 < report.after.regions[0].frequency[1]
 
 
-@pytest.mark.parametrize("effects", [{"delay": {"seconds": 5e-6}}, {"drift": {"alpha": 1e-3}}])
+@pytest.mark.parametrize(
+    "effects",
+    [{"delay": {"seconds": 5e-6}}, pytest.param({"drift": {"alpha": 1e-3}}, marks=pytest.mark.slow)],
+)
 def test_without_the_true_effect_the_library_says_unknown(solve, effects):
     report, _ = solve(effects=effects, left_out=tuple(effects))
     assert report.verdict == "unknown"
