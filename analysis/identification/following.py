@@ -27,8 +27,7 @@ from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 
 BEYOND = 0.25
-"""Poles outside the band are fitted as well up to this distance, as a share of the frequency of its edge: with
-noise of 0.2 % the flank of a mode 17 % below the band is 60 times the noise."""
+"""Share of an edge's frequency beyond which poles are not fitted: a mode 17 % below was 60 times a noise of 0.2 %."""
 
 OWN_STEP = (2e-3, 0.02)
 """Standard deviations of a mode's own step from one sweep to the next, log |lambda| and log damping ratio."""
@@ -199,7 +198,7 @@ def _held(blocks: Lines, start: NDArray[np.float64], known: Followed) -> JointFi
 
 
 def _left(lines: Lines, found: JointFit, known: Followed) -> float:
-    """Root mean square of a fit's residual, as a share of that of |h|."""
+    """Rms of a fit's residual, as a share of that of |h|."""
     return float(np.linalg.norm(residual(lines, _as_fit(found, known.terms))) / np.linalg.norm(lines.h))
 
 

@@ -108,7 +108,7 @@ def composed(ops: EffectOperators, c: Coefficients) -> Composite:
     mass = ops.patch_mass + whole.mass
     if not c.offset.any():
         return replace(whole, fixed=fixed, mass=mass)
-    moved = offset_part(ops, c, c.offset)
+    moved = OffsetPart.of(ops, c, c.offset).on(ops.zone)
     return Composite(
         whole.plate + moved.plate, whole.plate_loss + moved.plate_loss, fixed, mass + moved.mass, whole.coupling
     )
@@ -127,41 +127,54 @@ def _plain(ops: EffectOperators, c: Coefficients) -> Composite:
     )
 
 
-def offset_part(ops: EffectOperators, c: Coefficients, place: Numbers) -> Composite:
-    """Sum the changes by the sensor's offset, with moduli, thickness and inertia around the sensor.
+@dataclass(frozen=True)
+class OffsetPart:
+    """Changes of a plate's matrices by the sensor's offset, over the motions around the sensor or coordinates.
 
-    Parameters
+    Attributes
     ----------
-    ops : EffectOperators
-    c : Coefficients
-        Of the state.
-    place : (monomials,) ndarray
-        Monomials of the offset, or their derivative; complex where derivatives are taken.
-
-    Returns
-    -------
-    Composite
-        In all r coordinates; without patches and coupling.
+    plate, plate_loss, mass : (q, q) or (r, r) ndarray
+        As in `Composite`; patches and coupling do not change.
     """
 
-    def here(coefficients: Numbers, stack: Real) -> Numbers:
-        powers = coefficients @ ops.zone_fit[: stack.shape[-4], : coefficients.shape[-1]].T
-        return np.multiply.outer(powers, place)
+    plate: Real
+    plate_loss: Real
+    mass: Real
 
-    def moved(*parts: tuple[Numbers, Real]) -> Real:
-        energy = sum(_summed(here(coefficients, stack), stack) for coefficients, stack in parts)
-        return np.asarray(ops.zone.T @ energy @ ops.zone)
+    @classmethod
+    def of(cls, ops: EffectOperators, c: Coefficients, place: Real) -> Self:
+        """Sum the changes with moduli, thickness and inertia around the sensor, over the q motions there.
 
-    def stiffness(bending: Numbers, membrane: Numbers, shear: Numbers) -> Real:
-        return moved((bending, ops.offset_bending), (membrane, ops.offset_membrane), (shear, ops.offset_shear))
+        Parameters
+        ----------
+        ops : EffectOperators
+        c : Coefficients
+            Of the state, or their derivative; real.
+        place : (monomials,) ndarray
+            Monomials of the offset, or their derivative.
 
-    return Composite(
-        plate=stiffness(c.bending, c.membrane, c.shear),
-        plate_loss=stiffness(c.bending_loss, c.membrane_loss, c.shear_loss),
-        fixed=np.zeros(ops.normal.shape),
-        mass=moved((c.mass, ops.offset_mass)),
-        coupling=np.zeros(ops.coupling.shape[1:]),
-    )
+        Returns
+        -------
+        OffsetPart
+        """
+        energies = ops.offset_energies(place)
+
+        def summed(name: str, coefficients: Numbers) -> Real:
+            stack = energies[name]
+            return _summed(coefficients @ ops.zone_fit[: stack.shape[-3], : coefficients.shape[-1]].T, stack)
+
+        return cls(
+            summed("bending", c.bending) + summed("membrane", c.membrane) + summed("shear", c.shear),
+            summed("bending", c.bending_loss)
+            + summed("membrane", c.membrane_loss)
+            + summed("shear", c.shear_loss),
+            summed("mass", c.mass),
+        )
+
+    def on(self, zone: Real) -> Self:
+        """Return the part over coordinates whose motions around the sensor are `zone` (q, r)."""
+        plate, plate_loss, mass = (zone.T @ one @ zone for one in (self.plate, self.plate_loss, self.mass))
+        return type(self)(plate, plate_loss, mass)
 
 
 def _summed(coefficients: Numbers, stack: Real) -> Real:

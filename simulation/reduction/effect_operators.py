@@ -1,6 +1,8 @@
 """Reduced matrices whose weighted sums describe a plate in any state."""
 
 from dataclasses import dataclass, field, fields
+from functools import cached_property
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,10 @@ OFFSET_DEGREE = 6
 """Total degree of the effect of a sensor offset, as a polynomial of the offset."""
 ZONE_DEGREES = {"bending": 1, "membrane": 0, "shear": 1, "mass": 1}
 """Total degrees of the fields over the elements that stretch when the sensor moves."""
+OFFSETS_KEPT = 8
+"""Number of offsets, derivatives included, whose energies are kept."""
+KEEPING = Lock()
+"""Held while they are looked up or stored: sweeps are linearised in several threads."""
 
 
 def monomials(x: Any, y: Any) -> NDArray[Any]:
@@ -149,6 +155,39 @@ class EffectOperators:
         relative, and a response near resonance changes by e over the loss factor.
         """
         return self.plain_error + DISCRETIZATION * self.dropped / loss_factor
+
+    def offset_energies(self, place: Real) -> dict[str, Real]:
+        """Return changes of energies around the first sensor by monomials of its offset, or their derivatives.
+
+        The last few are kept: all sweeps of a fit share an offset, and the whole stacks take 27 times as long.
+
+        Parameters
+        ----------
+        place : (monomials,) ndarray
+
+        Returns
+        -------
+        dict of str to ndarray
+            ``bending`` and ``membrane`` (4, powers, q, q), ``shear`` and ``mass`` (powers, q, q).
+        """
+        key = place.tobytes()
+        with KEEPING:
+            found = self._offsets.get(key)
+        if found is None:
+            found = {}
+            for name in ZONE_DEGREES:
+                stack: Real = getattr(self, f"offset_{name}")
+                flat = stack.reshape(-1, stack.shape[-3], stack.shape[-1] ** 2)
+                found[name] = (place @ flat).reshape(*stack.shape[:-3], *stack.shape[-2:])
+            with KEEPING:
+                self._offsets[key] = found
+                if len(self._offsets) > OFFSETS_KEPT:
+                    del self._offsets[next(iter(self._offsets))]
+        return found
+
+    @cached_property
+    def _offsets(self) -> dict[bytes, dict[str, Real]]:
+        return {}
 
     @property
     def forces(self) -> Real:

@@ -5,12 +5,13 @@ sums of small matrices.
 """
 
 from dataclasses import fields
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from simulation.reduction.composition import STEP, Coefficients, Composite, offset_part
+from simulation.reduction.composition import STEP, Coefficients, Composite, OffsetPart
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.plate_state import PlateState
 
@@ -47,12 +48,16 @@ class LocalSlopes:
         mass = self._summed("mass", d.mass) + self._summed("rotary", d.rotary)
         for place, by in ((self._value.offset, d), (d.offset, self._value)):
             if place.any():
-                part = offset_part(self._ops, by, place)
-                plate = plate + self._carried(part.plate)
-                plate_loss = plate_loss + self._carried(part.plate_loss)
-                mass = mass + self._carried(part.mass)
+                part = OffsetPart.of(self._ops, by, place).on(self._zone)
+                plate, plate_loss = plate + part.plate, plate_loss + part.plate_loss
+                mass = mass + part.mass
         coupling = self._basis.T @ np.tensordot(d.coupling, self._ops.coupling, 1)
         return Composite(plate, plate_loss, self._summed("patch_membrane", d.patch), mass, coupling)
+
+    @cached_property
+    def _zone(self) -> Real:
+        """Motions around the sensor of the local coordinates, (q, m)."""
+        return np.asarray(self._ops.zone @ self._basis)
 
     def _energies(self, bending: Real, membrane: Real, shear: Real) -> Real:
         return self._summed("bending", bending) + self._summed("membrane", membrane) + self._summed("shear", shear)
