@@ -27,7 +27,7 @@ from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 
 BEYOND = 0.25
-"""Share of an edge's frequency beyond which poles are not fitted: a mode 17 % below was 60 times a noise of 0.2 %."""
+"""Poles further outside the band are not fitted, as a share of the edge: one 17 % below stood far above the noise."""
 
 OWN_STEP = (2e-3, 0.02)
 """Standard deviations of a mode's own step from one sweep to the next, log |lambda| and log damping ratio."""
