@@ -27,7 +27,7 @@ from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 
 BEYOND = 0.25
-"""Poles further outside the band, as a share of its edge, are not fitted: one at 17 % stood far above the noise."""
+"""Poles farther outside the band, as a share of its edge, are not fitted: one at 17 % was far above the noise."""
 
 OWN_STEP = (2e-3, 0.02)
 """Standard deviations of a mode's own step from one sweep to the next, log |lambda| and log damping ratio."""
