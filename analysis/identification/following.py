@@ -26,8 +26,8 @@ from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 
-BEYOND = 0.25
-"""Poles farther outside the band, as a share of its edge, are not fitted: one at 17 % was far above the noise."""
+BEYOND = 0.12
+"""Poles outside the band are fitted as well up to this distance, as a share of the frequency of its edge."""
 
 OWN_STEP = (2e-3, 0.02)
 """Standard deviations of a mode's own step from one sweep to the next, log |lambda| and log damping ratio."""
@@ -198,7 +198,7 @@ def _held(blocks: Lines, start: NDArray[np.float64], known: Followed) -> JointFi
 
 
 def _left(lines: Lines, found: JointFit, known: Followed) -> float:
-    """Rms of a fit's residual, as a share of that of |h|."""
+    """Root mean square of a fit's residual, as a share of that of |h|."""
     return float(np.linalg.norm(residual(lines, _as_fit(found, known.terms))) / np.linalg.norm(lines.h))
 
 
