@@ -5,7 +5,7 @@ one common step of both is fitted from sweep to sweep, and a prior holds every p
 cannot change places, and heavily damped ones are not lost. A pole is added where BIC supports it.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,36 +20,26 @@ from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import gains, matched, residual
 from analysis.identification.modes import Modes
-from analysis.identification.parameters import to_parameters, to_poles
+from analysis.identification.parameters import BEYOND, active_in, to_parameters, to_poles
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 
-BEYOND = 0.12
-"""Poles outside the band are fitted as well up to this distance, as a share of the frequency of its edge."""
-
 OWN_STEP = (2e-3, 0.02)
 """Standard deviations of a mode's own step from one sweep to the next, log |lambda| and log damping ratio."""
-
 BACKGROUND_STEP = (0.02, 0.2)
 """The same for a background pole, which represents modes out of band or curvature of the background."""
-
 MOST_DAMPED = 0.5
 """Largest predicted damping ratio."""
-
 MOST_NEW = 4
 """Most new poles in one sweep."""
-
 SAME_MODE = 1.5
 """Largest distance, in half widths, between a mode's predicted and found pole after a fresh start."""
-
 AFRESH = 1.5
 """Misfit, over the expected one, above which a sweep is identified anew without start values."""
-
 WORTH_TRYING = 0.5
 """A new pole is tried if, with all others held, the misfit falls by this share of its BIC penalty."""
-
 LIKE_OTHERS = 0.5
 """Largest distance of log damping ratio from the modes' median at which a new pole in band counts as a mode."""
 
@@ -69,6 +59,8 @@ class Followed:
         Which are modes; the others are background.
     done : list of int
         Sweeps.
+    beyond : float
+        See `parameters.active_in`.
     """
 
     temperature: NDArray[np.float64]
@@ -76,10 +68,11 @@ class Followed:
     place: NDArray[np.float64]
     mode: NDArray[np.bool_]
     done: list[int] = field(default_factory=list)
+    beyond: float = BEYOND
 
     @classmethod
     def started(
-        cls, temperature: NDArray[np.float64], sweep: int, modes: Modes, terms: ResidualTerms
+        cls, temperature: NDArray[np.float64], sweep: int, modes: Modes, terms: ResidualTerms, beyond: float
     ) -> "Followed":
         """Begin with the poles of one sweep.
 
@@ -92,6 +85,8 @@ class Followed:
             Of that sweep.
         terms : ResidualTerms
             Of all sweeps.
+        beyond : float
+            See `parameters.active_in`.
 
         Returns
         -------
@@ -99,7 +94,7 @@ class Followed:
         """
         place = np.full((len(temperature), len(modes.poles), 2), np.nan)
         place[sweep] = to_parameters(modes.poles)
-        return cls(temperature, terms, place, modes.real.copy(), [sweep])
+        return cls(temperature, terms, place, modes.real.copy(), [sweep], beyond)
 
     def nearest(self, sweep: int) -> list[int]:
         """Sweeps done, nearest in temperature first, then latest."""
@@ -162,7 +157,7 @@ def follow(known: Followed, sweep: int, measured: Measured, usual: float, settin
     blocks = averaged(lines)
     start, moving = known.predicted(sweep)
     if not moving:
-        active = active_in(start, lines)
+        active = active_in(start, lines.frequency, known.beyond)
         start[:, 0] += np.log(common_factor(blocks, to_poles(start[active]), known.terms)[0])
     found = _held(blocks, start, known)
     if _left(lines, found, known) > AFRESH * usual:
@@ -182,19 +177,12 @@ def follow(known: Followed, sweep: int, measured: Measured, usual: float, settin
     known.place[sweep] = found.place[0]
 
 
-def active_in(place: NDArray[np.float64], lines: Lines) -> NDArray[np.bool_]:
-    """Which poles (J, 2) lie in the band or near it."""
-    f, (low, high) = np.exp(place[:, 0]) / (2.0 * np.pi), lines.frequency[[0, -1]]
-    return np.asarray((f > low * (1.0 - BEYOND)) & (f < high * (1.0 + BEYOND)))
-
-
 def _held(blocks: Lines, start: NDArray[np.float64], known: Followed) -> JointFit:
     """Fit one sweep with every pole held near the common step."""
     tracks = SmoothTracks.polynomials(np.zeros(1), start[None])
     tracks.own[:, 0] = np.square(np.where(known.mode[:, None], OWN_STEP, BACKGROUND_STEP))
-    return fit_together(
-        [blocks], [known.terms], start[None], active_in(start, blocks)[None], tracks, settled=2.0, most=12
-    )
+    active = active_in(start, blocks.frequency, known.beyond)[None]
+    return fit_together([blocks], [known.terms], start[None], active, tracks, settled=2.0, most=12)
 
 
 def _left(lines: Lines, found: JointFit, known: Followed) -> float:
@@ -215,9 +203,8 @@ def _with_new_pole(known: Followed, sweep: int, lines: Lines, blocks: Lines, fou
         return None
     pole = candidates[[int(gain.argmax())]]
     place = np.concatenate([known.place[sweep], to_parameters(pole)])
-    tried = _held(
-        blocks, place, Followed(known.temperature, known.terms, place[None], np.append(known.mode, False))
-    )
+    with_it = replace(known, place=place[None], mode=np.append(known.mode, False))
+    tried = _held(blocks, place, with_it)
     if misfit - tried.projections[0].misfit < penalty:
         return None
     new, others = tried.place[0, -1], tried.place[0, :-1, 1][known.guide]

@@ -14,10 +14,10 @@ from functools import reduce
 import numpy as np
 
 from analysis.arrays import Mask, Real
-from analysis.identification.following import active_in
 from analysis.identification.hidden_candidates import candidate_derivatives, candidate_places, in_band
 from analysis.identification.joint_fit import JointFit, fit_together
 from analysis.identification.lines import Lines
+from analysis.identification.parameters import active_in
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.superfluous import sum_of_squares
@@ -93,7 +93,7 @@ def add_hidden_modes(
         if not left or found.gain[best] < penalty:
             break
         new = found.place[:, [best]]
-        takes_part = np.stack([active_in(row, one) for row, one in zip(new, lines, strict=True)])
+        takes_part = np.stack([active_in(row, one.frequency) for row, one in zip(new, lines, strict=True)])
         place = np.concatenate([fitted.place, new], axis=1)
         active = np.concatenate([fitted.active, takes_part], axis=1)
         wider = tracks.one_more()

@@ -7,6 +7,11 @@ from numpy.typing import NDArray
 
 LARGEST_DAMPING = 0.6
 """Damping ratio beyond which a pole is a background slope, not a mode."""
+BEYOND = 0.12
+"""Poles outside the band are fitted as well up to this distance, as a share of the frequency of its edge."""
+FARTHER = 0.25
+"""The same for a second pass over sweeps that the first leaves poor: with little noise, modes farther away matter.
+Tracks are less certain with it: in narrow bands more than one pole may stand for what is outside."""
 
 
 @dataclass(frozen=True)
@@ -52,3 +57,25 @@ def to_poles(parameters: NDArray[np.float64]) -> NDArray[np.complex128]:
     w, zeta = np.exp(parameters[:, 0]), np.exp(parameters[:, 1])
     poles: NDArray[np.complex128] = w * (-zeta + 1j * np.sqrt(1.0 - zeta**2))
     return poles
+
+
+def active_in(
+    place: NDArray[np.float64], frequency: NDArray[np.float64], beyond: float = BEYOND
+) -> NDArray[np.bool_]:
+    """Which poles lie in a band, or near it.
+
+    Parameters
+    ----------
+    place : (J, 2) ndarray
+        Log |lambda| and log damping ratio.
+    frequency : (F,) ndarray, Hz
+        Lines of the band, lowest first.
+    beyond : float
+        Largest distance, as a share of the edge's frequency.
+
+    Returns
+    -------
+    (J,) ndarray of bool
+    """
+    f, (low, high) = np.exp(place[:, 0]) / (2.0 * np.pi), frequency[[0, -1]]
+    return np.asarray((f > low * (1.0 - beyond)) & (f < high * (1.0 + beyond)))

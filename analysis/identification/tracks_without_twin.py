@@ -3,18 +3,21 @@
 The coldest and the hottest sweep are identified without start values, and the poles of the one that shows more
 modes are followed to all others: tracks must not depend on the end where one begins. Then all sweeps are fitted
 jointly with tracks that are smooth in temperature; tracks that BIC over all sweeps does not support are removed.
+Where a sweep stays poor, all is done once more with poles farther outside the band.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.automatic import identify
-from analysis.identification.following import Followed, active_in, follow
+from analysis.identification.following import AFRESH, Followed, follow
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
+from analysis.identification.parameters import BEYOND, FARTHER, active_in
+from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.sweep_fits import fit_sweeps
@@ -67,23 +70,49 @@ def find_tracks(
     ends = {start, *outwards(temperature, start)[-1:]}
     start, first = best_start(measured, ends, settings, identify)
     report("identify", 0.2)
-    known = _followed(temperature, measured, start, first, settings, lambda s: report("identify", 0.2 + 0.3 * s))
     measured = list(measured)
     measured[start] = measured[start].without(first.left_out(measured[start].frequency))
+
+    def tracked(beyond: float) -> _Tracks:
+        known = Followed.started(temperature, start, first, _terms(settings), beyond)
+        _follow_all(known, measured, start, first, settings, lambda s: report("identify", 0.2 + 0.3 * s))
+        return _fit_all(known, measured, settings, lambda name, share: report(name, 0.5 + 0.5 * share))
+
+    expected = [expected_misfit(one, first) if one.known else np.inf for one in measured]
+    found = tracked(BEYOND)
+    if found.worst(expected) > AFRESH:
+        farther = tracked(FARTHER)
+        if farther.worst(expected) < AFRESH:
+            found = farther
+    modes = list(found.modes)
+    modes[start] = replace(modes[start], rejected=first.rejected)
+    return tuple(modes), _shown_by_frequency(found.table, modes, found.place), start, found.excess
+
+
+@dataclass(frozen=True)
+class _Tracks:
+    """What `fit_sweeps` returns."""
+
+    modes: tuple[Modes, ...]
+    table: NDArray[np.int64]
+    place: NDArray[np.float64]
+    excess: NDArray[np.float64]
+
+    def worst(self, expected: Sequence[float]) -> float:
+        """Largest misfit of a sweep over that expected."""
+        return max(one.misfit / usual for one, usual in zip(self.modes, expected, strict=True))
+
+
+def _fit_all(
+    known: Followed, measured: Sequence[Measured], settings: Settings, report: Callable[[str, float], None]
+) -> _Tracks:
+    """Fit all sweeps jointly, from the poles followed."""
     place = np.stack([known.filled(t) for t in range(len(measured))])
-    active = np.stack([active_in(row, one.lines()) for row, one in zip(place, measured, strict=True)])
-    modes, table, place, excess = fit_sweeps(
-        measured,
-        [known.terms] * len(measured),
-        place,
-        active,
-        _prior(temperature, place, known.mode),
-        settings,
-        lambda name, share: report(name, 0.5 + 0.5 * share),
-        select_tracks=True,
-    )
-    modes = (*modes[:start], replace(modes[start], rejected=first.rejected), *modes[start + 1 :])
-    return modes, _shown_by_frequency(table, modes, place), start, excess
+    rows = zip(place, measured, strict=True)
+    active = np.stack([active_in(row, one.lines().frequency, known.beyond) for row, one in rows])
+    prior = _prior(known.temperature, place, known.mode)
+    terms = [known.terms] * len(measured)
+    return _Tracks(*fit_sweeps(measured, terms, place, active, prior, settings, report, select_tracks=True))
 
 
 def best_start(
@@ -136,21 +165,22 @@ def _shown_by_frequency(
     return np.asarray(table[:, shown][:, order])
 
 
-def _followed(
-    temperature: NDArray[np.float64],
+def _terms(settings: Settings) -> ResidualTerms:
+    return max(settings.terms, key=lambda one: one.parameters)
+
+
+def _follow_all(
+    known: Followed,
     measured: Sequence[Measured],
     start: int,
     first: Modes,
     settings: Settings,
     report: Callable[[float], None],
-) -> Followed:
+) -> None:
     """Follow the poles of one sweep to all others."""
-    terms = max(settings.terms, key=lambda one: one.parameters)
-    known = Followed.started(temperature, start, first, terms)
-    for count, t in enumerate(outwards(temperature, start), start=1):
+    for count, t in enumerate(outwards(known.temperature, start), start=1):
         follow(known, t, measured[t], expected_misfit(measured[t], first), settings)
         report(count / len(measured))
-    return known
 
 
 def expected_misfit(measured: Measured, before: Modes) -> float:
