@@ -73,15 +73,15 @@ def find_tracks(
     measured = list(measured)
     measured[start] = measured[start].without(first.left_out(measured[start].frequency))
 
-    def tracked(beyond: float) -> _Tracks:
+    def tracked(beyond: float, stage: str) -> _Tracks:
         known = Followed.started(temperature, start, first, _terms(settings), beyond)
-        _follow_all(known, measured, start, first, settings, lambda s: report("identify", 0.2 + 0.3 * s))
-        return _fit_all(known, measured, settings, lambda name, share: report(name, 0.5 + 0.5 * share))
+        _follow_all(known, measured, start, first, settings, lambda s: report(stage, 0.2 + 0.3 * s))
+        return _fit_all(known, measured, settings, lambda _, share: report(stage, 0.5 + 0.5 * share))
 
     expected = [expected_misfit(one, first) if one.known else np.inf for one in measured]
-    found = tracked(BEYOND)
+    found = tracked(BEYOND, "identify")
     if found.worst(expected) > AFRESH:
-        farther = tracked(FARTHER)
+        farther = tracked(FARTHER, "identify, farther from the band")
         if farther.worst(expected) < AFRESH:
             found = farther
     modes = list(found.modes)

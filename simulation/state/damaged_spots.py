@@ -42,8 +42,8 @@ def with_spots(ops: EffectOperators, whole: Composite, state: PlateState) -> Com
     """
     loss = np.real(state.laws.loss_factor(state.mean_temperature))
     for disc in state.discs:
-        near, share = _within(ops, disc)
-        energy = _energy(ops.strain[:, near], np.real(_lost(ops, state, disc)), np.real(share))
+        near, area = _within(ops, disc)
+        energy = _energy(ops.strain[:, near], np.real(_lost(ops, state, disc)), np.real(area))
         whole = replace(whole, plate=whole.plate - energy, plate_loss=whole.plate_loss - loss * energy)
     return whole
 
@@ -67,15 +67,15 @@ def spots_slope(ops: EffectOperators, moved: Composite, stepped: PlateState, bas
     """
     loss = np.asarray(stepped.laws.loss_factor(stepped.mean_temperature))
     for disc in stepped.discs:
-        near, share = _within(ops, disc)
+        near, area = _within(ops, disc)
         lost = _lost(ops, stepped, disc)
-        if not (np.imag(lost).any() or np.imag(share).any() or loss.imag):
+        if not (np.imag(lost).any() or np.imag(area).any() or loss.imag):
             continue
         rows = ops.strain[:, near] @ basis
-        plate = _energy(rows, np.imag(lost) / STEP, share.real) + _energy(rows, lost.real, np.imag(share) / STEP)
+        plate = _energy(rows, np.imag(lost) / STEP, area.real) + _energy(rows, lost.real, np.imag(area) / STEP)
         plate_loss = loss.real * plate
         if loss.imag:
-            plate_loss = plate_loss + loss.imag / STEP * _energy(rows, lost.real, share.real)
+            plate_loss = plate_loss + loss.imag / STEP * _energy(rows, lost.real, area.real)
         moved = replace(moved, plate=moved.plate - plate, plate_loss=moved.plate_loss - plate_loss)
     return moved
 
