@@ -19,6 +19,8 @@ Field = NDArray[Any]
 """Values at the sampling points, (Q,)."""
 Spectrum = NDArray[Any]
 """Values at the frequencies, (F,)."""
+SPECTRA = ("storage", "loss", "area_mass", "area_resistance")
+"""Attributes of a state by which its impedance differs from line to line."""
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,13 @@
 ``transfer``            outputs per input, with all sensors connected
 ``reading``             recorded signals, with factors and feedthrough of effects
 ``local_basis``         reduced coordinates for one state and band
+``local_plate``         a plate's matrices in these coordinates
 ``local_solution``      responses over the band in these coordinates
 ``local_slopes``        derivatives of a state's matrices, in these coordinates
 ``sensitivity``         derivatives of responses, by adjoint fields or sums over modes
 ``derivatives``         derivatives of the recorded signals by material and effects
 ``vicinity``            one sweep's state, and complex steps of every parameter
 ``strain_energy``       self-consistent strain energy, line by line
-``line_solver``         solution at lines whose stiffness depends on their own response
+``line_solver``         solution at lines whose stiffness or damping differs
 ======================  ================================================================
 """

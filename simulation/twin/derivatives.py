@@ -8,11 +8,12 @@ import numpy as np
 from analysis.arrays import Complex, Real
 from simulation.reduction.composition import STEP
 from simulation.reduction.modal_slopes import ModalSlopes
+from simulation.state.plate_state import SPECTRA
 from simulation.twin.local_solution import LocalSolution
 from simulation.twin.reading import SignalReading
 from simulation.twin.reduced_plate import CompositeSlopes, ReducedPlate
 from simulation.twin.sensitivity import ModalSensitivity, TransferSensitivity
-from simulation.twin.strain_energy import SPECTRA, EnergySlopes, StateOf
+from simulation.twin.strain_energy import EnergySlopes, StateOf
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,8 @@ from simulation.reduction.composition import Composite
 from simulation.state.plate_state import PlateState
 from simulation.twin.instruments import Instruments
 from simulation.twin.local_basis import REACH
-from simulation.twin.local_solution import LocalPlate, LocalSolution
+from simulation.twin.local_plate import LocalPlate
+from simulation.twin.local_solution import LocalSolution
 from simulation.twin.reduced_plate import ReducedPlate
 from simulation.twin.states import StateEffects, States
 from simulation.twin.strain_energy import StateOf, StrainEnergy

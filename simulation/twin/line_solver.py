@@ -1,4 +1,4 @@
-"""Solution for a plate whose stiffness and right-hand sides change from line to line."""
+"""Solution for a plate whose stiffness, mass or damping changes from line to line."""
 
 from dataclasses import dataclass
 from typing import Any, Self
@@ -8,18 +8,23 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real, Whole
 from simulation.reduction.composition import Composite, proportion
-from simulation.state.plate_state import PlateState
-from simulation.twin.local_solution import CHUNK, LocalPlate
+from simulation.reduction.modal_form import ModalForm
+from simulation.state.plate_state import SPECTRA, PlateState
+from simulation.twin.local_plate import LocalPlate
 
 ITERATIONS = 12
 """Largest number of iterations, which takes as long as a direct solution, used for lines not converged."""
-CONVERGED = 1e-14
-"""Relative size of the last step at convergence."""
+CONVERGED = 1e-13
+"""Relative size of the last step at convergence; the error left is smaller than this step."""
+PART = 256
+"""Number of lines in the modes of one mean stiffness, if all lines are solved."""
+CHUNK = 64
+"""Number of lines factorized at a time."""
 
 
 @dataclass(frozen=True)
 class LineSolver:
-    """Z**-1 over the band, in the complex modes of one mean stiffness.
+    """Z**-1 over a band, in the complex modes of its mean stiffness.
 
     In these modes Z has a diagonal that is exact at every line, and small off-diagonal terms: the coupling by the
     patches' stiffness times the deviation of a line from the mean. So an iteration with the diagonal as
@@ -27,10 +32,8 @@ class LineSolver:
 
     Attributes
     ----------
-    shapes : (m, m) complex ndarray
-        Modes in local coordinates, one a column.
-    poles : (m,) complex ndarray
-        Their eigenvalues, rad2/s2.
+    modes : ModalForm
+        Of the mean stiffness, without dashpots, in local coordinates.
     omega2 : (F,) ndarray
         Angular frequency squared, rad2/s2.
     mean : (float, float)
@@ -41,8 +44,7 @@ class LineSolver:
         In these modes: stiffness, its loss (unless given by `ratio`), normal mass, dashpots (if there are any).
     """
 
-    shapes: Complex
-    poles: Complex
+    modes: ModalForm
     omega2: Real
     mean: tuple[float, float]
     ratio: float | None
@@ -64,13 +66,14 @@ class LineSolver:
         """
         local: Composite = plate.composite
         mean = float(np.mean(state.storage)), float(np.mean(state.loss))
-        poles, shapes = np.linalg.eig(mean[0] * local.plate + 1j * mean[1] * local.plate_loss + local.fixed)
+        stiffness = mean[0] * local.plate + 1j * mean[1] * local.plate_loss + local.fixed
+        modes = ModalForm.of(stiffness.astype(complex))
         ratio = proportion(local.plate_loss, local.plate)
         dashpots = plate.dashpots(state)
         matrices = [local.plate, *([local.plate_loss] if ratio is None else []), plate.normal]
         matrices += [dashpots] if dashpots.any() else []
-        terms = tuple(np.linalg.solve(shapes, matrix @ shapes) for matrix in matrices)
-        return cls(shapes, poles, (2 * np.pi * frequency) ** 2, mean, ratio, terms)
+        terms = tuple(modes.inverse @ (matrix @ modes.shapes) for matrix in matrices)
+        return cls(modes, (2 * np.pi * frequency) ** 2, mean, ratio, terms)
 
     def weights(self, state: PlateState) -> list[Complex]:
         """Factors (F,) of the `terms` in a state that differs only by its factors over frequency."""
@@ -97,7 +100,7 @@ class LineSolver:
         (m, n) complex ndarray
         """
         used = [(w[lines], term) for w, term in zip(weights, self.terms, strict=True) if w[lines].any()]
-        apart = self.poles[:, None] - self.omega2[lines]
+        apart = self.modes.poles[:, None] - self.omega2[lines]
         diagonal = apart + sum((w * np.diagonal(term)[:, None] for w, term in used), np.zeros_like(apart))
         x = right / diagonal
         if not used:
@@ -115,11 +118,43 @@ class LineSolver:
                 return np.asarray(x)
         for start in range(0, left.size, CHUNK):
             part = left[start : start + CHUNK]
-            z = sum((w[part, None, None] * term for w, term in used), np.zeros((part.size, *self.shapes.shape)))
-            z = z + apart[:, part].T[:, :, None] * np.eye(self.poles.size)
+            z = apart[:, part].T[:, :, None] * np.eye(len(apart))
+            z += sum(w[part, None, None] * term for w, term in used)
             x[:, part] = np.linalg.solve(z, right[:, part].T[..., None])[..., 0].T
         return np.asarray(x)
 
     def into(self, local: NDArray[Any]) -> Complex:
         """Transform a right-hand side (m, ...) from local coordinates to the modes."""
-        return np.asarray(np.linalg.solve(self.shapes, local.astype(complex)))
+        return np.asarray(self.modes.inverse @ local)
+
+    def back(self, found: Complex) -> Complex:
+        """Transform solutions (m, ...) from the modes to local coordinates."""
+        return np.asarray(self.modes.shapes @ found)
+
+
+def solved_by_lines(plate: LocalPlate, state: PlateState, frequency: Real) -> Complex:
+    """Z**-1 b of every port over the band.
+
+    Parameters
+    ----------
+    plate : LocalPlate
+    state : PlateState
+        Its spectra at all lines.
+    frequency : (F,) ndarray, Hz
+
+    Returns
+    -------
+    (m, P, F) complex ndarray
+    """
+    coupling = plate.composite.coupling
+    answers = np.empty((*coupling.shape, frequency.size), complex)
+    for start in range(0, frequency.size, PART):
+        part = slice(start, start + PART)
+        there = state.with_(**{name: getattr(state, name)[part] for name in SPECTRA})
+        solver = LineSolver.of(plate, there, frequency[part])
+        count = solver.omega2.size
+        right = np.repeat(solver.into(coupling), count, axis=1)
+        lines = np.tile(np.arange(count), coupling.shape[1])
+        found = solver.back(solver.solve(solver.weights(there), right, lines))
+        answers[..., part] = found.reshape(*coupling.shape, count)
+    return answers

@@ -14,7 +14,8 @@ from analysis.arrays import Complex, Real
 from simulation.reduction.composition import STEP, Composite, proportion
 from simulation.reduction.modal_slopes import ModalSlopes
 from simulation.state.plate_state import PlateState, PointLoad
-from simulation.twin.local_solution import LocalSolution, deflection_at
+from simulation.twin.local_plate import deflection_at
+from simulation.twin.local_solution import LocalSolution
 from simulation.twin.transfer import Transfer
 
 

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real, Whole
 from simulation.reduction.composition import STEP, Composite
-from simulation.state.plate_state import PlateState
+from simulation.state.plate_state import SPECTRA, PlateState
 from simulation.twin.line_solver import LineSolver
-from simulation.twin.local_solution import LocalPlate, LocalSolution
+from simulation.twin.local_plate import LocalPlate
+from simulation.twin.local_solution import LocalSolution
 from simulation.twin.sensitivity import TransferSensitivity
 
 StateOf = Callable[[NDArray[Any]], PlateState]
@@ -87,7 +88,8 @@ class StrainEnergy:
         StrainEnergy
         """
         solver = LineSolver.of(plate, state_of(np.zeros(frequency.size)), frequency)
-        metric = solver.shapes.conj().T @ (plate.composite.plate @ solver.shapes)
+        shapes = solver.modes.shapes
+        metric = shapes.conj().T @ (plate.composite.plate @ shapes)
         return cls(solver, solver.into(plate.composite.coupling[:, actuator]), metric, state_of, scale, density)
 
     def at(self, energy: Real, lines: Whole | None = None) -> Real:
@@ -159,10 +161,6 @@ class StrainEnergy:
         return found
 
 
-SPECTRA = ("storage", "loss", "area_mass", "area_resistance")
-"""Attributes of a state that depend on the strain energy and act back on it."""
-
-
 @dataclass(frozen=True)
 class EnergySlopes:
     """Derivatives of the self-consistent strain energy by any parameter of a state (implicit function theorem).
@@ -210,7 +208,7 @@ class EnergySlopes:
         force = solved.composite.plate @ u
         solver = LineSolver.of(solved.plate, state, solved.frequency)
         lines = np.arange(solved.frequency.size)
-        adjoint = solver.shapes @ solver.solve(solver.weights(state), solver.into(force.conj()), lines)
+        adjoint = solver.back(solver.solve(solver.weights(state), solver.into(force.conj()), lines))
         drive = np.zeros(solved.answers.shape[1:], complex)
         drive[actuator] = 1.0
         sensitivity = TransferSensitivity(

@@ -20,7 +20,7 @@ from simulation.reduction.effect_reduction import project
 from simulation.state.plate_state import PlateState
 from simulation.state.state_matrices import FullPlate
 from simulation.twin.effect_plate import EffectPlate
-from simulation.twin.local_solution import LocalPlate
+from simulation.twin.local_plate import LocalPlate
 from simulation.twin.strain_energy import StrainEnergy
 from simulation.twin.twin import Twin
 

@@ -1,0 +1,89 @@
+"""A plate in one state, in reduced coordinates for this state."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from analysis.arrays import Real
+from simulation.reduction.composition import Composite, proportion
+from simulation.state.plate_state import PlateState, PointLoad
+from simulation.twin.local_basis import REACH, local_basis
+from simulation.twin.reduced_plate import LoadedPlate
+
+
+@dataclass(frozen=True)
+class LocalPlate:
+    """A plate in one state, in reduced coordinates for this state.
+
+    Attributes
+    ----------
+    basis : (r, m) ndarray
+        Local coordinates: modes and residual vectors, orthonormal in the mass.
+    composite : Composite
+        In local coordinates; point springs and masses are in ``fixed`` and ``mass``.
+    normal : (m, m) ndarray
+    operators : LoadedPlate
+    """
+
+    basis: Real
+    composite: Composite
+    normal: Real
+    operators: LoadedPlate
+
+    @classmethod
+    def of(cls, ops: LoadedPlate, whole: Composite, state: PlateState, reach: float = REACH) -> Self:
+        """Choose local coordinates.
+
+        Parameters
+        ----------
+        ops : LoadedPlate
+        whole : Composite
+            In all r coordinates, without the state's point loads.
+        state : PlateState
+        reach : float
+            Modes are taken up to `reach` times the band's end; all of them if infinite.
+
+        Returns
+        -------
+        LocalPlate
+        """
+        stiffness, mass = whole.fixed, whole.mass
+        for load in state.point_loads:
+            row = deflection_at(ops, load)
+            stiffness = stiffness + load.stiffness * np.outer(row, row)
+            mass = mass + load.mass * np.outer(row, row)
+        whole = Composite(whole.plate, whole.plate_loss, stiffness, mass, whole.coupling)
+        basis = local_basis(ops, whole, float(np.mean(state.storage)), reach)
+        return cls(basis, _restricted(whole, basis), _small(ops.normal, basis), ops)
+
+    def dashpots(self, state: PlateState) -> Real:
+        """Damping of supports, and at points, (m, m), N s/m."""
+        own = _small(self.operators.damping, self.basis)
+        rows = [(load.damping, deflection_at(self.operators, load) @ self.basis) for load in state.point_loads]
+        return np.asarray(sum((c * np.outer(row, row) for c, row in rows if c), own))
+
+
+def deflection_at(ops: LoadedPlate, load: PointLoad) -> Real:
+    """Row (r,) that gives w at a point load's place; ValueError if no point is declared there."""
+    distance = np.hypot(*(ops.points - np.asarray(load.point)).T) if len(ops.points) else np.zeros(0)
+    if not distance.size or distance.min() > 1e-6:
+        known = ", ".join(f"({x:g}, {y:g})" for x, y in ops.points) or "none"
+        raise ValueError(f"no load can act at {load.point} m; declared string and cable points: {known}")
+    return np.asarray(ops.deflection[int(distance.argmin())])
+
+
+def _restricted(whole: Composite, basis: Real) -> Composite:
+    plate, same_loss = _small(whole.plate, basis), proportion(whole.plate_loss, whole.plate)
+    return Composite(
+        plate=plate,
+        plate_loss=_small(whole.plate_loss, basis) if same_loss is None else same_loss * plate,
+        fixed=_small(whole.fixed, basis),
+        mass=_small(whole.mass, basis),
+        coupling=basis.T @ whole.coupling,
+    )
+
+
+def _small(matrix: Real, basis: Real) -> Real:
+    """Return a matrix in local coordinates."""
+    return np.asarray(basis.T @ matrix @ basis) if matrix.any() else np.zeros((basis.shape[1],) * 2)
