@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
-from analysis.identification.parameters import to_parameters
+from analysis.identification.parameters import active_in, to_parameters
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import OWN_DAMPING, SmoothTracks
 from analysis.identification.sweep_fits import fit_sweeps
 
 BEYOND = 0.15
-"""Modes outside the band are fitted as well up to this distance, as a share of the frequency of its edge."""
+"""See `parameters.BEYOND`; expected modes need no evidence of their own, so that more of them can be fitted."""
 
 FAR = 4.0
 """Standard deviations from the expected frequency beyond which a mode's number is doubtful."""
@@ -87,11 +87,10 @@ def fit_expected(
         raise ValueError(
             f"expected poles are given for {len(expected.poles)} sweeps, {len(measured)} were measured"
         )
-    place = expected.poles.imag / (2.0 * np.pi)
-    low, high = (np.array([one.frequency[n] for one in measured])[:, None] for n in (0, -1))
-    active = (place > low * (1.0 - BEYOND)) & (place < high * (1.0 + BEYOND))
+    whole = np.stack([to_parameters(row) for row in expected.poles])
+    active = np.stack([active_in(row, one.frequency, BEYOND) for row, one in zip(whole, measured, strict=True)])
     known = active.any(axis=0)
-    base = np.stack([to_parameters(row[known]) for row in expected.poles])
+    base = whole[:, known]
     own = (expected.frequency_deviation, expected.frequency_deviation / 3.0)
     tracks = SmoothTracks.polynomials(temperature, base, own, (expected.damping_deviation, OWN_DAMPING[1]), 1)
     terms = [max(settings.terms, key=lambda one: one.parameters)] * len(measured)
