@@ -72,12 +72,25 @@ def other_fundamentals(frequency: Real, rough: Real, excluded: NDArray[np.bool_]
     sweeps, channels, _ = rough.shape
     power = np.concatenate([rough.mean((0, 1))[None], rough.mean(1)])
     power = power / np.maximum(np.median(power, axis=1, keepdims=True), 1e-300)
-    averaged = np.sqrt(channels * np.array([sweeps] + [1] * sweeps))
+    independent = channels / (1.0 + (channels - 1) * _shared(rough))
+    averaged = np.sqrt(independent * np.array([sweeps] + [1] * sweeps))
     level, few, covered = _harmonics_level(frequency, power, excluded)
     level[level <= 1.0 + np.where(few, LOUD_OF_A_GRID, LOUD) / averaged[:, None]] = 0.0
     first = level.argmax(axis=1)
     found = (level.max(axis=1) > 0.0) & ~covered[first]
     return sorted({float(fundamental) for fundamental in FUNDAMENTALS[first[found]]})
+
+
+def _shared(rough: Real) -> float:
+    """Mean correlation between the noise powers (T, K, F) of channels; ranks are robust to the lines of a hum.
+
+    It is 1 where all noise is that of the measured drive, which all channels are divided by.
+    """
+    count = rough.shape[1]
+    rank = rough.argsort(axis=-1).argsort(axis=-1) - 0.5 * (rough.shape[-1] - 1)
+    rank /= np.linalg.norm(rank, axis=-1, keepdims=True)
+    among = float((rank @ rank.swapaxes(-1, -2)).sum(axis=(1, 2)).mean())
+    return float(max(among - count, 0.0) / max(count * (count - 1), 1))
 
 
 def _harmonics_level(

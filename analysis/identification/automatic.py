@@ -27,6 +27,9 @@ WIDER = 2.5
 FULL = 0.6
 """If more than this share of the start poles is kept, there may have been too few start poles."""
 
+CORRELATED = 3.0
+"""Correlation of a residual, in lines, from which modes may be missing: that of the noise of FRFs is 1 to 2."""
+
 LACKING = 1.5
 """Ratio of residual correlations, narrower over wider search, from which the narrower one lacks modes."""
 
@@ -78,12 +81,16 @@ def identify(measured: Measured, settings: Settings | None = None) -> Modes:
 def _widest_search(measured: Measured, lines: Lines, settings: Settings) -> tuple[PoleFit, NDArray[np.complex128]]:
     """Search with more and more start poles, until far fewer are kept or BIC no longer falls.
 
-    A search is completed only if it is the widest, or if a wider one is not clearly better.
+    Wider searches are also made while the residual is correlated along frequency, as missing modes make it. A
+    search is completed only if it is the widest, or if a wider one is not clearly better.
     """
     count = min(settings.start_count, max(len(lines.frequency) // 6, 1))
     found, started = _search(lines, count, settings)
     ended = False
-    while len(found.poles) > FULL * count and WIDER * count <= min(settings.most_count, len(lines.frequency) // 6):
+    while WIDER * count <= min(settings.most_count, len(lines.frequency) // 6):
+        few = measured.reweighted(lines, found).correlation > CORRELATED
+        if not few and len(found.poles) <= FULL * count:
+            break
         count = int(WIDER * count)
         wider, proposed = _search(lines, count, settings)
         wider = settle(measured, lines, wider, settings)

@@ -101,5 +101,6 @@ def _at_gauss_points(lines: Lines, length: NDArray[np.intp]) -> Lines:
         hidden=int((count - halves).sum()) * len(lines.h) + lines.hidden,
         line_spacing=lines.spacing,
         correlation=lines.correlation,
+        shared=lines.shared,
         damping=lines.damping,
     )

@@ -198,7 +198,7 @@ def _with_new_pole(known: Followed, sweep: int, lines: Lines, blocks: Lines, fou
         return None
     gain = gains(blocks, now, candidates)
     misfit = found.projections[0].misfit
-    penalty = pole_penalty(lines) * max((misfit + blocks.hidden) / lines.independent, 0.5 * lines.correlation)
+    penalty = pole_penalty(lines) * max((misfit + blocks.hidden) / lines.independent, 0.5 * lines.redundancy)
     if gain.max() < WORTH_TRYING * penalty:
         return None
     pole = candidates[[int(gain.argmax())]]

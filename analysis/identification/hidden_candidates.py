@@ -133,7 +133,7 @@ def _derivatives_of_sweep(
         moves, alone = left[: 2 * count].reshape(count, 2, -1), there.squares - (added_onto**2).sum(axis=0)
         for k, (row, scale) in enumerate(zip(group.rows, group.scales, strict=True)):
             change = scale * change_with_poles(projection.residues[row], poles).swapaxes(1, 2)
-            unit = size[row] * scale / (0.5 * lines.correlation)
+            unit = size[row] * scale / (0.5 * lines.redundancy)
             mixed = (change @ moves).reshape(2 * count, -1)
             found[row] = mixed * unit, alone * scale * size[row] * unit, left[2 * count + k] * unit
     return found

@@ -86,7 +86,7 @@ def add_hidden_modes(
         The J tracks and the added ones; their covariance includes the effect of modes still hidden.
     """
     values = sum(one.independent for one in lines)
-    penalty = (2 * len(lines[0].h) + tracks.basis.shape[1] + 2) * np.log(values)
+    penalty = (2.0 * lines[0].responses + tracks.basis.shape[1] + 2) * np.log(values)
     for left in reversed(range(MOST_ADDED + 1)):
         found = find_hidden_modes(lines, terms, fitted, tracks, informative)
         best = int(np.argmax(found.gain))

@@ -75,6 +75,9 @@ class Lines:
     correlation : float
         Number of lines that carry the information of one independent line, tau = 1 + 2 sum rho_k with the errors'
         autocorrelation rho_k; 1 where lines are independent.
+    shared : float
+        Number of responses that carry the information of one independent response, see
+        `noise.shared_by_responses`; 1 where their errors are independent.
     damping : DampingPrior, optional
         Prior of the modes' damping ratios, added to the misfit of a fit.
     """
@@ -85,6 +88,7 @@ class Lines:
     hidden: int = 0
     line_spacing: float | None = None
     correlation: float = 1.0
+    shared: float = 1.0
     damping: DampingPrior | None = None
 
     def __post_init__(self) -> None:
@@ -103,6 +107,8 @@ class Lines:
             raise ValueError("standard deviations of lines must be above 0")
         if not 1.0 <= self.correlation < np.inf:
             raise ValueError(f"correlation {self.correlation:g} of lines: 1 or more wanted")
+        if not 1.0 <= self.shared < np.inf:
+            raise ValueError(f"{self.shared:g} responses that share their errors: 1 or more wanted")
 
     @property
     def s(self) -> NDArray[np.complex128]:
@@ -136,7 +142,17 @@ class Lines:
     @property
     def independent(self) -> float:
         """Number of independent real values among `values`, the n of an information criterion."""
-        return self.values / self.correlation
+        return self.values / self.redundancy
+
+    @property
+    def redundancy(self) -> float:
+        """Number of values that carry the information of one independent value."""
+        return self.correlation * self.shared
+
+    @property
+    def responses(self) -> float:
+        """Number of responses with independent errors that carry the information of all."""
+        return max(len(self.h) / self.shared, 1.0)
 
     @cached_property
     def _term_columns(self) -> dict[ResidualTerms, NDArray[np.complex128]]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from analysis.identification.averaging import roughness
 from analysis.identification.lines import Lines
 from analysis.identification.missing import residual
-from analysis.identification.noise import correlation, deviation_from_residual, pooled
+from analysis.identification.noise import correlation, deviation_from_residual, pooled, shared_by_responses
 from analysis.identification.pole_search import PoleFit
 
 
@@ -46,7 +46,7 @@ class Measured:
         return Lines(self.frequency, self.h, pooled(deviation))
 
     def reweighted(self, lines: Lines, fitted: PoleFit) -> Lines:
-        """Lines with weights from a fit's residual, unless the variance is known, and with its correlation."""
+        """Lines with weights from a fit's residual, unless the variance is known, and with its correlations."""
         return self._weighed(lines, residual(lines, fitted), fitted.poles)
 
     def weighed(self, left: NDArray[np.complex128], poles: NDArray[np.complex128]) -> Lines:
@@ -55,8 +55,11 @@ class Measured:
 
     def _weighed(self, lines: Lines, left: NDArray[np.complex128], poles: NDArray[np.complex128]) -> Lines:
         deviation = lines.deviation if self.known else pooled(deviation_from_residual(left, lines.h))
-        tau = correlation(left / deviation, _reach(poles, lines.spacing))
-        return replace(lines, deviation=deviation, correlation=tau)
+        normalised = left / deviation
+        tau = correlation(normalised, _reach(poles, lines.spacing))
+        return replace(
+            lines, deviation=deviation, correlation=tau, shared=shared_by_responses(normalised, lines.h, tau)
+        )
 
 
 def _reach(poles: NDArray[np.complex128], spacing: float) -> float:

@@ -1,4 +1,4 @@
-"""Noise estimated from a fit's residual: standard deviation of every line, and correlation between lines."""
+"""Noise estimated from a fit's residual: deviation of every line, correlation of lines and of responses."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,3 +112,32 @@ def correlation(normalised: NDArray[np.complex128], reach: float) -> float:
     ends = np.flatnonzero(rho <= 0.0)
     last = min(int(ends[0]) if len(ends) else len(rho), int(max(LONGEST * reach, LEAST_REACH)) + 1)
     return float(1.0 + 2.0 * rho[1:last].sum())
+
+
+def shared_by_responses(
+    normalised: NDArray[np.complex128], h: NDArray[np.complex128], correlation: float
+) -> float:
+    """Return how many responses carry the information of one independent response: 1 to K.
+
+    Noise of the measured force multiplies all responses by one factor. Divided by the phase of its response, it is
+    the same in all of them; noise of the sensors is not. The number is that of equal eigenvalues of the matrix of
+    correlations rho_ij with the same sum of squares, 1 + sum |rho_ij|**2 / K over i != j.
+
+    Parameters
+    ----------
+    normalised : (K, F) complex ndarray
+        Residual over the lines' standard deviation.
+    h : (K, F) complex ndarray
+        The responses.
+    correlation : float
+        Number of lines that carry the information of one independent line: F of them correlate two independent
+        responses by correlation/F, in the mean square.
+    """
+    count, lines = normalised.shape
+    turned = normalised * np.exp(-1j * np.angle(h))
+    power = np.sqrt((np.abs(turned) ** 2).sum(axis=1, keepdims=True))
+    turned = turned / np.where(power > 0.0, power, 1.0)
+    between = np.abs(turned @ turned.conj().T) ** 2
+    np.fill_diagonal(between, 0.0)
+    by_chance = (count - 1) * correlation / lines
+    return float(np.clip(1.0 + between.sum() / count - by_chance, 1.0, count))

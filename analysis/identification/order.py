@@ -14,6 +14,10 @@ ROUGH = 3e-4
 """Relative fall of the misfit at which fits stop while the model order is not final."""
 
 
+OUTSTANDING = 10.0
+"""Support of a strong pole, in penalties of one pole. Without one outside the band that explains much, the noise
+is estimated too large, and a fit can lose its other poles."""
+
 UNSEEN = 1e-13
 """Relative eigenvalue of the information matrix below which it is rounding error."""
 
@@ -21,16 +25,16 @@ UNSEEN = 1e-13
 def covariance(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
     """Covariance (2J, 2J) of log |pole| and log damping ratio, from the Jacobian and the misfit found.
 
-    Lines with correlated errors count as fewer independent ones. A direction that the data do not determine gets
-    the largest variance that rounding error allows, not zero.
+    Lines and responses with correlated errors count as fewer independent ones. A direction that the data do not
+    determine gets the largest variance that rounding error allows, not zero.
     """
     now = fitted.projection
-    freedom = max(lines.independent - fitted.parameters, 1.0) * lines.correlation
+    freedom = max(lines.values / lines.correlation - fitted.parameters, 1.0) * lines.correlation
     root = np.sqrt(np.maximum(np.diag(now.hessian), np.finfo(float).tiny))
     size, directions = np.linalg.eigh(now.hessian / root[:, None] / root)
     directions /= root[:, None]
     inverse: NDArray[np.float64] = (directions / np.maximum(size, UNSEEN)) @ directions.T
-    return inverse * ((now.misfit + lines.hidden) / freedom * lines.correlation)
+    return inverse * ((now.misfit + lines.hidden) / freedom * lines.redundancy)
 
 
 def relative_deviations(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
@@ -105,10 +109,8 @@ def eliminate(lines: Lines, fitted: PoleFit, *, candidates: int = 3) -> PoleFit:
 
 
 def _outstanding(lines: Lines, fitted: PoleFit) -> NDArray[np.bool_]:
-    """Strong poles in the band, (J,): even at a bound of the search they are dropped only after a refit."""
-    place = fitted.poles.imag / (2.0 * np.pi)
-    inside = (place > lines.frequency[0]) & (place < lines.frequency[-1])
-    strong: NDArray[np.bool_] = inside & (support(fitted, lines) > 10.0 * pole_penalty(lines))
+    """Strong poles, (J,): even at a bound of the search they are dropped only after a refit."""
+    strong: NDArray[np.bool_] = support(fitted, lines) > OUTSTANDING * pole_penalty(lines)
     return strong
 
 
@@ -145,9 +147,7 @@ def attempt(
     PoleFit or None
         None where its BIC does not fall below `level`.
     """
-    responses = len(lines.h)
-    parameters = len(poles) * (2 + 2 * responses) + responses * terms.parameters
-    target = misfit_worth(lines, level, parameters)
+    target = misfit_worth(lines, level, len(poles), terms)
     trial = fit(lines, poles, terms, tolerance=ROUGH, max_iterations=18, start=start, target=target)
     return trial if trial.projection.misfit < target else None
 

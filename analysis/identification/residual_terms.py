@@ -1,5 +1,6 @@
 """Contribution of the modes outside the band: a few powers of s with real or complex coefficients."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,17 +86,17 @@ ACCELERANCE_CHOICES = (
 EVERY_CHOICE = (*CHOICES, *MOBILITY_CHOICES, *ACCELERANCE_CHOICES)
 
 
-def choices_for(quantity: str) -> tuple[ResidualTerms, ...]:
-    """Choices of residual terms for the quantity of an FRF's response; all choices if it is unknown.
+def choices_for(quantities: Collection[str]) -> tuple[ResidualTerms, ...]:
+    """Choices of residual terms for the quantities of the responses; all choices if they differ or are unknown.
 
-    `quantity` is ``displacement``, ``velocity``, ``acceleration`` or anything else for unknown.
+    Each of `quantities` is ``displacement``, ``velocity``, ``acceleration`` or anything else for unknown.
     """
     suited = {
         "displacement": CHOICES,
         "velocity": (*CHOICES, *MOBILITY_CHOICES),
         "acceleration": (*CHOICES, *ACCELERANCE_CHOICES),
     }
-    return suited.get(quantity, EVERY_CHOICE)
+    return suited.get(next(iter(quantities)), EVERY_CHOICE) if len(set(quantities)) == 1 else EVERY_CHOICE
 
 
 def named(name: str) -> ResidualTerms:

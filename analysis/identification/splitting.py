@@ -40,9 +40,9 @@ def split(lines: Lines, fitted: PoleFit) -> PoleFit | None:
     """
     gain, apart = _thirds(lines, fitted)
     if lines.damping is not None:  # two close modes of usual damping look like one with more
-        gain = gain + 0.5 * lines.correlation * lines.damping.departure(fitted.poles)[0]
+        gain = gain + 0.5 * lines.redundancy * lines.damping.departure(fitted.poles)[0]
     level, now = bic(fitted, lines), fitted.projection
-    target = misfit_worth(lines, level, fitted.parameters + 2 + 2 * len(lines.h))
+    target = misfit_worth(lines, level, len(fitted.poles) + 1, fitted.terms)
     for j in np.argsort(-gain)[:TRIED]:
         if now.misfit - PATIENCE * gain[j] > target:
             break

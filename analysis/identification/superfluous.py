@@ -49,7 +49,7 @@ def remove_superfluous(
     JointFit
         With the remaining tracks; the removed ones are active in no sweep.
     """
-    penalty = np.array([2.0 * len(one.h) * np.log(one.independent) for one in blocks])
+    penalty = np.array([2.0 * one.responses * np.log(one.independent) for one in blocks])
 
     def fit(left: NDArray[np.bool_], target: float | None) -> JointFit:
         place = np.where(now.active[:, :, None], now.place, fitted.place)
@@ -80,15 +80,14 @@ def remove_superfluous(
 
 def _losses(blocks: Sequence[Lines], now: JointFit) -> NDArray[np.float64]:
     """Rise of the sum of squares without each track, all others held, (J,), in variances of one number."""
-    rise: NDArray[np.float64] = (now.loss / np.array([[0.5 * one.correlation] for one in blocks])).sum(axis=0)
+    rise: NDArray[np.float64] = (now.loss / np.array([[0.5 * one.redundancy] for one in blocks])).sum(axis=0)
     return rise
 
 
 def sum_of_squares(blocks: Sequence[Lines], now: JointFit) -> float:
     """Return the sum of squares of all sweeps, in variances of one number."""
     return sum(
-        projection.misfit / (0.5 * one.correlation)
-        for projection, one in zip(now.projections, blocks, strict=True)
+        projection.misfit / (0.5 * one.redundancy) for projection, one in zip(now.projections, blocks, strict=True)
     )
 
 

@@ -69,7 +69,7 @@ class SweepsSearch:
         hessian, projections = np.zeros((count, 2 * modes, 2 * modes)), list(before.projections) if before else []
         for t in np.flatnonzero(sweeps).tolist():
             now = self._projected(t, x[t])
-            own, error = np.flatnonzero(np.repeat(self.active[t], 2)), 0.5 * self.lines[t].correlation
+            own, error = np.flatnonzero(np.repeat(self.active[t], 2)), 0.5 * self.lines[t].redundancy
             gradient[t, own] = now.gradient / error
             hessian[t][np.ix_(own, own)] = now.hessian / error
             misfit[t] = now.misfit / error

@@ -103,7 +103,7 @@ def project(
             hessian += seen @ seen.T + turned @ turned.T
             gradient -= seen @ y[moved, k]
     if lines.damping is not None:
-        misfit += _add_damping_prior(lines.damping, poles, 0.5 * lines.correlation, gradient, hessian)
+        misfit += _add_damping_prior(lines.damping, poles, 0.5 * lines.redundancy, gradient, hessian)
     return Projection(
         poles=poles,
         residues=residues_from_columns(solved[:, : 2 * count]),

@@ -10,6 +10,7 @@ import numpy as np
 from analysis.campaign import Campaign
 from analysis.chosen_actuator import sweeps_of_actuator
 from analysis.estimation.transfer import MeasuredTransfer
+from analysis.experiment import Experiment
 from analysis.frf import Frf, campaign_frf
 from analysis.identification.automatic import identify
 from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
@@ -17,7 +18,7 @@ from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.reading import Damping
-from analysis.identification.residual_terms import EVERY_CHOICE, choices_for
+from analysis.identification.residual_terms import choices_for
 from analysis.identification.settings import Settings
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import sweep_measured, track
@@ -103,8 +104,7 @@ class Wanted:
 
     def identify(self, frfs: Sequence[MeasuredTransfer]) -> Modes:
         """Identify FRFs with common poles and lines; ValueError if there is nothing to identify."""
-        quantities = {frf.quantity for frf in frfs}
-        terms = choices_for(quantities.pop()) if len(quantities) == 1 else EVERY_CHOICE
+        terms = choices_for({frf.quantity for frf in frfs})
         frequency = frfs[0].frequency
         low, high = self.band or (0.0, np.inf)
         inside = (frequency >= low) & (frequency <= high)
@@ -176,11 +176,17 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | N
             laws = run_file(twin, "laws.h5", "update")
             expected, inputs["laws.h5"] = expected_modes(campaign, laws, report), sha256(laws)
             expected = replace(expected, poles=expected.poles[every.driven_by == frf.driven_by[0]])
-        tracked = track(wanted.cut(frf), wanted.settings, report, wanted.one_by_one(), expected)
+        settings = replace(wanted.settings, terms=choices_for(_quantities(campaign.experiment)))
+        tracked = track(wanted.cut(frf), settings, report, wanted.one_by_one(), expected)
         tracked = _confirmed(wanted.cut(frf), tracked).read_as(wanted.damping)
     except ValueError as error:
         raise ResultFileError(f"{campaign.name}: {error}") from error
     return IdentifiedCampaign(frf, tracked, inputs, every)
+
+
+def _quantities(experiment: Experiment) -> set[str]:
+    """Quantities that the outputs follow: a patch follows the strain, and so the displacement."""
+    return {"displacement" if one.patch is not None else one.quantity for one in experiment.outputs}
 
 
 def _confirmed(frf: Frf, tracked: TrackedModes) -> TrackedModes:

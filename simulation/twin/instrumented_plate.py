@@ -241,9 +241,8 @@ class InstrumentedPlate(Generic[Plate]):
             raise ValueError("this twin has no experiment that gives the plate its mass")
         local = LocalPlate.of(self.plate, self._whole(linear), linear, self.reach)
         plate = self.experiment.plate
-        density = plate.mass / plate.area
         source = self.driven_at(point).source
-        return StrainEnergy.of(local, source, state_of, frequency, scale=scale, density=density)
+        return StrainEnergy.of(local, source, state_of, frequency, scale=scale, density=plate.mass / plate.area)
 
 
 def steady(laws: LocalLaws) -> SweepPoint:

@@ -28,6 +28,14 @@ def test_noise_is_no_hum() -> None:
     assert all(other_fundamentals(FREQUENCY, noise(seed), nothing) == [] for seed in range(5))
 
 
+def test_noise_that_channels_share_is_no_hum() -> None:
+    """Eleven points divided by one measured force have its noise in common."""
+    nothing = np.zeros(FREQUENCY.size, dtype=bool)
+    for seed in range(8):
+        shared = 0.9 * noise(seed, 5) + 0.1 * noise(seed + 100, 5, 11)
+        assert other_fundamentals(FREQUENCY, shared, nothing) == []
+
+
 def test_a_faint_steady_hum_and_a_loud_one_in_a_single_sweep_are_found() -> None:
     nothing = np.zeros(FREQUENCY.size, dtype=bool)
     (found,) = other_fundamentals(FREQUENCY, with_hum(noise(1), 49.87, 4.0), nothing)

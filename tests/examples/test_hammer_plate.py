@@ -7,8 +7,11 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from analysis.identification.residual_terms import choices_for
+from analysis.identification.settings import Settings
 from app.files.campaign import load_campaign
 from app.main import flexura
+from app.stages.identify import Wanted, compute
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "examples" / "hammer-plate"
@@ -37,3 +40,10 @@ def test_the_material_put_in_comes_back(tmp_path: Path) -> None:
         assert row["poisson_ratio"] == pytest.approx(nu, abs=0.003)
         assert row["loss_factor"] == pytest.approx(eta, rel=0.03)
         assert row["misfit"] < 1.1 * row["noise_floor"]
+
+
+def test_accelerations_have_residual_terms_of_their_own() -> None:
+    wanted = Wanted(Settings(), "hysteretic", "auto", None)
+    found = compute(load_campaign(EXAMPLE), wanted, lambda stage, share: None)
+    assert {modes.terms for modes in found.tracked.modes} <= set(choices_for({"acceleration"}))
+    assert found.frf.h.shape[0] == len(found.tracked.modes) == 4

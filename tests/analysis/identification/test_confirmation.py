@@ -151,7 +151,7 @@ def test_confirmed_modes_of_a_measured_beam_survive_another_band(number: int) ->
     """
     with gzip.open(BEAM / f"Hxysv0000{number}.txt.gz", "rt", encoding="latin-1") as file:
         f, real, imaginary = np.loadtxt(file.readlines()[9:]).T
-    settings = Settings(terms=choices_for("acceleration"))
+    settings = Settings(terms=choices_for({"acceleration"}))
 
     def searched(low: float, high: float) -> tuple[Measured, Modes]:
         used = (f >= low) & (f <= high)

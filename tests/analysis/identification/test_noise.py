@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from analysis.identification.harmonics import harmonic_lines
-from analysis.identification.noise import deviation_from_residual, pooled
+from analysis.identification.noise import deviation_from_residual, pooled, shared_by_responses
 
 FREQUENCY = np.arange(40.0, 840.0, 0.5)
 RNG = np.random.default_rng(4)
@@ -50,3 +50,12 @@ def test_only_outlying_lines_at_harmonics_are_spoilt() -> None:
     spoilt = harmonic_lines(FREQUENCY, left, 0.5, 50.0)
     assert [f for f in at if spoilt[at[f]]] == [100.0, 250.5]
     assert spoilt.sum() == 2
+
+
+@pytest.mark.parametrize(("common", "wanted"), [(0.0, 1.0), (0.5, 1.0 + 7 * 0.25), (1.0, 8.0)])
+def test_responses_that_share_the_noise_of_the_force_count_as_fewer(common: float, wanted: float) -> None:
+    """Eight responses of any phase; a share of their noise power is that of the measured force."""
+    phase = np.exp(2j * np.pi * RNG.random((8, len(FREQUENCY))))
+    own = np.concatenate([noise(np.ones(len(FREQUENCY))) for _ in range(8)])
+    left = np.sqrt(common) * noise(np.ones(len(FREQUENCY))) * phase + np.sqrt(1.0 - common) * own
+    assert shared_by_responses(left, 3.0 * phase, 1.0) == pytest.approx(wanted, rel=0.15)

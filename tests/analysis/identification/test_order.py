@@ -21,7 +21,9 @@ def lines(case: SyntheticFrf) -> Lines:
 
 def test_bic_and_the_misfit_it_is_worth_are_inverse(lines: Lines, case: SyntheticFrf) -> None:
     fitted = fit(lines, case.poles, REAL_E_F)
-    assert misfit_worth(lines, bic(fitted, lines), fitted.parameters) == pytest.approx(fitted.projection.misfit)
+    assert misfit_worth(lines, bic(fitted, lines), len(fitted.poles), fitted.terms) == pytest.approx(
+        fitted.projection.misfit
+    )
 
 
 def test_support_bounds_what_dropping_and_refitting_costs(lines: Lines, case: SyntheticFrf) -> None:

@@ -22,4 +22,4 @@ def test_names_are_distinct_and_found_again() -> None:
 
 @pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration", "unknown"])
 def test_every_quantity_may_have_the_papers_terms(quantity) -> None:
-    assert set(CHOICES) <= set(choices_for(quantity))
+    assert set(CHOICES) <= set(choices_for({quantity}))
