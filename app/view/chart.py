@@ -134,7 +134,7 @@ class Chart(pyqtgraph.PlotWidget):
         x, low, high = (np.asarray(values, float)[known] for values in (x, low, high))
         shade = pyqtgraph.mkColor(color)
         shade.setAlpha(55)
-        edges = [self.plot(x, y, pen=None) for y in (low, high)]
+        edges = [self.plot(x, y, pen=pyqtgraph.mkPen(None)) for y in (low, high)]  # pen=None makes no path to fill
         for edge, side in zip(edges, ("low", "high"), strict=True):
             edge.opts["label"] = f"{label}, {side}"
         fill = pyqtgraph.FillBetweenItem(*edges, brush=shade)
