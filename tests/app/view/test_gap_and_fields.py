@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -187,10 +188,36 @@ def test_modes_are_offered_as_far_as_the_twin_is_certified(
     assert page.fields is not None
     every, _, shapes = page.fields.plate.lowest(20.0, 24)
     f, eta, offered = page.fields.modes(20.0)
-    assert 2 < len(f) < len(every)
-    assert f[-1] <= PANEL.filters.twin_band[1] < every[len(f)]
+    low, high = PANEL.filters.twin_band
+    within = (every >= low) & (every <= high)
+    assert 2 < within.sum() < len(every)
+    np.testing.assert_array_equal(f, every[within])
     assert len(eta) == page._mode_choice.count() == len(f)
-    np.testing.assert_array_equal(offered, shapes[: len(f)])
+    np.testing.assert_array_equal(offered, shapes[within])
+
+
+def test_modes_below_the_twins_band_and_motion_within_the_plane_are_no_modes(
+    opened: Callable[[Path], RecordedWindow], focused_run: Path, qtbot: Any
+) -> None:
+    page = fields_page(opened(focused_run), qtbot)
+    assert page.fields is not None
+    low, high = PANEL.filters.twin_band
+    frequency = np.array([0.4, 0.9 * low, 1.01 * low, 80.0, 150.0, 1.01 * high])
+    level = np.array([1.0, 1.0, 1.0, 1e-3, 0.5, 1.0])  # that at 80 Hz bends nothing
+
+    def modes(*_: object) -> tuple[Complex, Real]:
+        return (2.0 * np.pi * frequency) ** 2 * (1.0 + 0.05j), np.eye(len(ORDERS))[:, : len(level)] * level
+
+    page.fields = replace(page.fields, plate=replace(page.fields.plate, modes=modes))
+    np.testing.assert_allclose(page.fields.modes(20.0)[0], [1.01 * low, 150.0])
+    page._refresh()
+    assert page._mode_choice.count() == 2
+    frequency[[2, 4]] = 5000.0
+    page._refresh()
+    assert page._mode_choice.count() == 0
+    assert page.shape.plotItem.titleLabel.text.startswith("no mode of the panel from 46 to 468 Hz")
+    assert not page.shape.deflection.any()
+    page.step(1)
 
 
 def test_fields_turn_stand_still_and_are_exported_as_seen(
