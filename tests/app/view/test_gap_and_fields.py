@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from PySide6.QtCore import QPointF, Qt
 
 from analysis.estimates import FittedLaws
 from analysis.experiment import Plate
+from analysis.focusing.aim import Aim
 from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.grid import Grid
 from analysis.focusing.methods import compare
@@ -149,6 +151,37 @@ def test_maps_and_cuts_of_contrast_follow_choice_and_cursor(
     np.testing.assert_array_equal(shown.value, found.direct.contrast)
     cuts = {label: y for label, _, y in page._cuts[1].curves}
     np.testing.assert_allclose(cuts["of 20 °C everywhere"], 100 * found.fixed.spot_error[2])
+
+
+def test_cuts_of_contrast_name_the_temperature_of_every_curve(
+    opened: Callable[[Path], RecordedWindow], focused_run: Path
+) -> None:
+    window = opened(focused_run)
+    assert window.results.focusing is not None
+    found = window.results.focusing[1]
+    at = np.array([0.0, 10.0, 20.0, 30.0, 40.0])
+    own, learned = (
+        Aim(np.full((5, len(found.frequency)), level), np.zeros((5, len(found.frequency))), found.direct.response)
+        for level in (0.3, 0.2)
+    )
+    compensated = SimpleNamespace(
+        aim_temperature=at, frequency=found.frequency, direct_aim=own, network_aim=learned
+    )
+    page = FocusingPage(found, compensated, window.cursors, LIGHT)  # type: ignore[arg-type]
+    titles = [cut.plotItem.titleLabel for cut in page._cuts]
+    window.cursors.temperature = 20.0
+    assert [title.text for title in titles] == ["contrast at 20 °C", "spot error at 20 °C"]
+    window.cursors.temperature = 31.0
+    exception = "of 20 °C everywhere, at 40 °C"
+    assert [title.text for title in titles] == [f"{what} at 30 °C; {exception}" for what in ("contrast", "spot error")]
+    cuts = {label: y for label, _, y in page._cuts[0].curves}
+    np.testing.assert_array_equal(cuts[exception], found.fixed.contrast[2])
+    assert set(cuts["of each temperature"]) == {0.3}
+    names = page._cuts[0].plotItem.legend
+    page.resize(1200, 900)
+    page.grab()
+    low = page._cuts[0].plotItem.vb.mapSceneToView(names.sceneBoundingRect().bottomLeft()).y()
+    assert low > 1.0
 
 
 def test_the_field_shown_has_the_contrast_its_filters_were_judged_by(
