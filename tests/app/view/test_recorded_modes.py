@@ -202,6 +202,28 @@ def test_the_nyquist_plane_follows_both_cursors_and_what_is_laid_over(window: Re
     assert curves(page.nyquist)["cursor"][0][0] == page._frf.h[2, 0, line].real
 
 
+def test_poles_and_residues_are_drawn_in_the_band_that_was_identified(
+    shown: Callable[[Any], Any], run: Path
+) -> None:
+    found = load_modes(run / "modes.h5")
+    cut = tuple(replace(modes, band=(100.0, 600.0)) for modes in found.modes)
+    save_modes(run / "modes.h5", replace(found, modes=cut), MADE)
+    window = shown(RecordedWindow(viewed(run), LIGHT))
+    page = frf_page(window)
+    for name in ("from poles and residues", "updated twin"):
+        frequency, level = curves(page.cut.above)[name]
+        known = frequency[np.isfinite(level)]
+        assert (known[0], known[-1]) == (100.0, 600.0 if name == "from poles and residues" else 898.0)
+    assert page.cut.above.plotItem.titleLabel.text.endswith("identified from 100 to 600 Hz")
+    window.cursors.frequency = 800.0
+    along = curves(page._along_t)
+    assert np.isfinite(along["measured"][0]).all()
+    assert not np.isfinite(along["from poles and residues"][0]).any()
+    page.grab()
+    page.choices.overlays["from poles and residues"].setChecked(False)
+    assert page.cut.above.plotItem.titleLabel.text.endswith("on the way up")
+
+
 def test_the_coherence_has_the_frequencies_of_the_cut_above(window: RecordedWindow, qtbot: Any) -> None:
     page = frf_page(window)
     page._waterfall.setXRange(300.0, 400.0, padding=0.0)
