@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.frf import Frf
+from analysis.drawn_lines import in_lines
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.phase import drawn_phase
 from app.report.page import PageTable
@@ -73,13 +74,13 @@ def over_temperature(tracked: TrackedModes) -> Figure:
     order = np.argsort(tracked.temperature, kind="stable")
     temperature = tracked.temperature[order]
     reference = int(np.argmin(np.abs(tracked.temperature - REFERENCE)))
+    change = in_lines(100 * (reading.frequency_hz[order] / reading.frequency_hz[reference] - 1))
     for j in range(tracked.track.shape[1]):
         f, zeta = reading.frequency_hz[order, j], 100 * reading.damping_ratio[order, j]
         spread = 200 * reading.sigma_damping_ratio[order, j]
         (line,) = axes[0].plot(temperature, f, ".-", ms=3, lw=0.8)
         hidden = ~(spread < 0.3 * zeta)  # what is hardly known would hide what is known
-        relative = 100 * (f / reading.frequency_hz[reference, j] - 1)
-        axes[1].plot(temperature, relative, color=line.get_color(), lw=0.9)
+        axes[1].plot(temperature, change[:, j], color=line.get_color(), lw=0.9)
         zeta[hidden] = np.nan
         axes[2].errorbar(temperature, zeta, spread, color=line.get_color(), lw=0.8, marker=".", ms=3)
     axes[0].set(ylabel="frequency [Hz]", title="tracked modes")

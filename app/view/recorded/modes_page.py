@@ -4,6 +4,7 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
+from analysis.drawn_lines import in_lines
 from analysis.identification.tracked_modes import TrackedModes
 from app.terminal.mode_rows import NUMBERS, READ_AS, SWEEP_HEADINGS, shown_poles, sweep_rows
 from app.view.chart import Chart
@@ -190,9 +191,7 @@ class ModesPage(QWidget):
             known = 2 * sigma_eta < KNOWN * eta
             eta = np.where(known, eta, np.nan)
             self._charts[0].band(temperature, f - 2 * sigma_f, f + 2 * sigma_f, color, name)
-            self._charts[2].band(
-                temperature[known], (eta - 2 * sigma_eta)[known], (eta + 2 * sigma_eta)[known], color, name
-            )
+            self._charts[2].band(temperature, eta - 2 * sigma_eta, eta + 2 * sigma_eta, color, name)
             items = [
                 (self._charts[0].curve(temperature, f, name, color, width=THIN, points=True), color),
                 (self._charts[1].curve(temperature, f, name, color, width=THIN), color),
@@ -206,10 +205,10 @@ class ModesPage(QWidget):
         self._charts[2].setYRange(0.0, 1.15 * float(np.nanpercentile(np.concatenate(known), 98.0)), padding=0.0)
 
     def _change(self) -> None:
-        rows = self._rows
+        f = self._reading.frequency_hz
+        change = in_lines(100 * (f[self._rows] / f[self._row] - 1))
         for j, items in enumerate(self._lines):
-            f = self._reading.frequency_hz[:, j]
-            items[1][0].setData(self._tracked.temperature[rows], 100 * (f[rows] / f[self._row] - 1))  # type: ignore[attr-defined]
+            items[1][0].setData(self._tracked.temperature[self._rows], change[:, j])  # type: ignore[attr-defined]
         self._charts[1].fit()
 
     def _tell(self) -> None:

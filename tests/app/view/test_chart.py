@@ -21,3 +21,18 @@ def test_a_band_is_filled_between_its_edges_and_nowhere_else() -> None:
     assert not filling.path().contains(QPointF(0.5, 1.7))
     assert [edge.opts["pen"].style().name for edge in edges] == ["NoPen", "NoPen"]
     assert [label for label, _, _ in chart.curves] == ["law, low", "law, high"]
+
+
+@pytest.mark.parametrize(
+    ("missing", "filled"),
+    [([2], [0, 3, 4]), ([0, 3], [1, 4]), ([1, 4], [2]), ([2, 3, 5], [0]), ([0, 1, 3, 4, 5], []), (range(6), [])],
+)
+def test_a_band_is_not_filled_across_a_gap(missing: list[int], filled: list[int]) -> None:
+    application()
+    chart = Chart("band", "", "x", "y", LIGHT)
+    low = np.zeros(6)
+    low[missing] = np.nan
+    *_, filling = chart.band(np.arange(6.0), low, np.ones(6), "#ff0000", "law")
+    assert [n for n in range(5) if filling.path().contains(QPointF(n + 0.5, 0.5))] == filled
+    chart.fit()
+    chart.grab()

@@ -15,6 +15,7 @@ from PySide6.QtCore import Qt
 from analysis.frf import Frf
 from app.files.frf_file import save_frf
 from app.files.modes_file import load_modes, save_modes
+from app.report.identified import over_temperature
 from app.view.application import application
 from app.view.chart import Chart
 from app.view.folder import viewed
@@ -125,6 +126,20 @@ def test_change_against_the_cursor_stays_in_sight(window: RecordedWindow) -> Non
     for _, _, change in chart.curves:
         assert low <= np.nanmin(change)
         assert np.nanmax(change) <= high
+
+
+def test_change_reaches_as_far_as_the_lines_drawn(shown: Callable[[Any], Any], run: Path) -> None:
+    found = load_modes(run / "modes.h5")
+    track = found.track.copy()
+    track[:, 0] = [2, -1, 0, 0, 0]  # another mode, taken for this one at the lowest temperature
+    found = replace(found, track=track[:, :2])
+    save_modes(run / "modes.h5", found, MADE)
+    window = shown(RecordedWindow(viewed(run), LIGHT))
+    modes_page(window)
+    chart = window.centralWidget().findChild(Chart, "tracks-change")
+    assert isinstance(chart, Chart)
+    assert 5.0 < chart.viewRange()[1][1] < 20.0
+    assert 5.0 < over_temperature(found).axes[1].get_ylim()[1] < 20.0
 
 
 def test_the_page_reads_poles_as_was_chosen(shown: Callable[[Any], Any], run: Path) -> None:
