@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBox
 from analysis.drawn_lines import in_lines
 from analysis.identification.tracked_modes import TrackedModes
 from app.terminal.mode_rows import NUMBERS, READ_AS, SWEEP_HEADINGS, shown_poles, sweep_rows
+from app.terminal.with_sigma import with_sigma
 from app.view.chart import Chart
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
 from app.view.mode_table import ModeTable
@@ -220,7 +221,6 @@ class ModesPage(QWidget):
         if not np.isfinite(r.frequency_hz[row, j]):
             self._readout.setText(f"{place}: {status}")
             return
-        self._readout.setText(
-            f"{place}: {r.frequency_hz[row, j]:.2f} ± {r.sigma_frequency_hz[row, j]:.2f} Hz, "
-            f"η {100 * r.loss_factor[row, j]:.2f} ± {100 * r.sigma_loss_factor[row, j]:.2f} %, {status}"
-        )
+        f = with_sigma(float(r.frequency_hz[row, j]), float(r.sigma_frequency_hz[row, j]), "Hz")
+        eta = with_sigma(100 * float(r.loss_factor[row, j]), 100 * float(r.sigma_loss_factor[row, j]), "%")
+        self._readout.setText(f"{place}: {f}, η {eta}, {status}")
