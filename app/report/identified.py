@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.frf import Frf
 from analysis.drawn_lines import in_lines
+from analysis.frf import Frf
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.phase import drawn_phase
 from app.report.page import PageTable

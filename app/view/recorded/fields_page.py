@@ -155,7 +155,8 @@ class FieldsPage(QWidget):
             return
         self.shape.show_field(shapes[chosen].astype(complex))
         self.shape.setTitle(
-            f"mode {chosen + 1} of the panel above {low:.0f} Hz {at}: {f[chosen]:.1f} Hz, η {100 * eta[chosen]:.2f} %"
+            f"mode {chosen + 1} of the panel above {low:.0f} Hz {at}: {f[chosen]:.1f} Hz, "
+            f"η {100 * eta[chosen]:.2f} %"
         )
 
     def _show_field(self) -> None:

@@ -13,7 +13,7 @@ from app.view.nyquist import FINE
 from app.view.recorded.results import Results
 
 FEW = 0.02
-"""Share of lines outside an identified band that are not worth a word: mains lines at its ends are never fitted."""
+"""Share of lines outside an identified band that is not mentioned: mains lines at its ends are never fitted."""
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from analysis.material import MaterialLaws
 RIGID = 1.0
 """Hz; rigid motion stands below."""
 STILL = 0.02
-"""Share of the largest mode's rms deflection, below which a mode is no bending: the rotation of a free plate within its
-plane does not bend it, patches do not drive it, and a twin made for them puts it at tens of hertz."""
+"""Share of the largest mode's rms deflection, below which a mode is no bending: the rotation of a free plate
+within its plane is none, patches do not drive it, and a twin made for them puts it at tens of hertz."""
 
 
 @dataclass(frozen=True)

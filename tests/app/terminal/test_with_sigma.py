@@ -18,5 +18,7 @@ from app.terminal.with_sigma import with_sigma
         (3.0, math.inf, "V", "3 V"),
     ],
 )
-def test_a_value_has_the_digits_that_its_sigma_speaks_about(value: float, sigma: float, unit: str, words: str) -> None:
+def test_a_value_has_the_digits_that_its_sigma_speaks_about(
+    value: float, sigma: float, unit: str, words: str
+) -> None:
     assert with_sigma(value, sigma, unit) == words

@@ -173,7 +173,9 @@ def test_cuts_of_contrast_name_the_temperature_of_every_curve(
     assert [title.text for title in titles] == ["contrast at 20 °C", "spot error at 20 °C"]
     window.cursors.temperature = 31.0
     exception = "of 20 °C everywhere, at 40 °C"
-    assert [title.text for title in titles] == [f"{what} at 30 °C; {exception}" for what in ("contrast", "spot error")]
+    assert [title.text for title in titles] == [
+        f"{what} at 30 °C; {exception}" for what in ("contrast", "spot error")
+    ]
     cuts = {label: y for label, _, y in page._cuts[0].curves}
     np.testing.assert_array_equal(cuts[exception], found.fixed.contrast[2])
     assert set(cuts["of each temperature"]) == {0.3}
