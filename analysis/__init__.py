@@ -22,6 +22,7 @@
 ``estimation``        H1, H2, Hv and hammer tests: signals of any test to FRFs
 ``frf``               FRFs of a campaign, coherence and variance per line
 ``phase``             phase of an FRF as a curve that can be drawn
+``drawn_lines``       curves with gaps, without points to which no line leads
 ``still_ringing``     responses that have not come to rest where their record ends
 ``chosen_actuator``   sweeps of one of several actuators
 ``mains``             lines that mains hum takes

@@ -81,7 +81,7 @@ def puzzle_experiment() -> "tuple[Experiment, dict[str, dict[str, float]]]":
 
 def put_in() -> "Iterator[tuple[str, str]]":
     """Yield the effects hidden in the last campaign's plate, with values and units."""
-    from app.terminal.gap import with_sigma
+    from app.terminal.with_sigma import with_sigma
     from simulation.effects.library import LIBRARY
 
     experiment, effects = puzzle_experiment()

@@ -1,7 +1,7 @@
 """A plate as declared, drawn: outline, holes, zones, supports, patches, points, and where any of it is wrong."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,10 @@ from analysis.patch import Patch
 from analysis.plate import Plate
 from app.report.style import BAND, MEASURED, MODEL, drawing, panels
 
+DRIVEN, READ = "#d55e00", "#0072b2"
+"""Colours of points that are driven, and of points that are measured."""
+MANY = 60
+"""Points from which on their names are printed small."""
 MARKS = {"string": "v", "cable": "D"}
 HELD = {
     "clamped": "#222222",
@@ -36,6 +40,8 @@ class Pieces:
         With their names.
     points : tuple of (str, (float, float))
         Strings, cables and supports at points.
+    drives, read : tuple of (str, (float, float))
+        Points that are driven and that are measured, with the names of their channels.
     held : tuple of (str, Curve)
         Parts of edges, with the kind of support.
     mesh : tuple of Curve
@@ -47,39 +53,41 @@ class Pieces:
     zones: tuple[Curve, ...] = ()
     patches: tuple[tuple[str, tuple[Curve, ...]], ...] = ()
     points: tuple[tuple[str, Point], ...] = ()
+    drives: tuple[tuple[str, Point], ...] = ()
+    read: tuple[tuple[str, Point], ...] = ()
     held: tuple[tuple[str, Curve], ...] = ()
     loose: tuple[Curve, ...] = ()
     mesh: tuple[Curve, ...] = ()
 
 
-def pieces_of(plate: Plate, patches: Iterable[Patch], points: Iterable[tuple[str, Point]] = ()) -> Pieces:
-    """Take the pieces of a declaration that is right.
-
-    Parameters
-    ----------
-    plate : Plate
-    patches : iterable of Patch
-    points : iterable of (str, (float, float))
-        Further points with their names, m.
-
-    Returns
-    -------
-    Pieces
-        To be drawn.
-    """
+def pieces_of(plate: Plate, patches: Iterable[Patch]) -> Pieces:
+    """Take the pieces of a plate that is declared rightly, to be drawn."""
     loops = (plate.loop, *plate.hole_loops)
-    supports = [(support.kind, support.point) for support in plate.supported_points() if support.point]
     return Pieces(
-        plate.loop.curves,
-        tuple(curve for loop in plate.hole_loops for curve in loop.curves),
-        tuple(curve for loop in plate.zone_loops for curve in loop.curves),
-        tuple((patch.id, patch.loop.curves) for patch in patches),
-        (*points, *supports),
-        tuple(
+        outline=plate.loop.curves,
+        holes=tuple(curve for loop in plate.hole_loops for curve in loop.curves),
+        zones=tuple(curve for loop in plate.zone_loops for curve in loop.curves),
+        patches=tuple((patch.id, patch.loop.curves) for patch in patches),
+        points=tuple((support.kind, support.point) for support in plate.supported_points() if support.point),
+        held=tuple(
             (edge.support.kind, loops[edge.loop].curves[k].part(first, last))
             for edge in plate.supported_edges()
             for k, first, last in edge.pieces
         ),
+    )
+
+
+def pieces_of_experiment(experiment: Experiment) -> Pieces:
+    """Take the pieces of an experiment: its plate, strings, cables, forces and motions."""
+    plate, pieces = experiment.plate, pieces_of(experiment.plate, experiment.patch)
+    named = (("string", experiment.string), ("cable", experiment.cable))
+    attached = [(name, one.point) for name, items in named for one in items]
+    channels = [channel for sensor in experiment.sensor for channel in sensor.channels(plate)]
+    return replace(
+        pieces,
+        points=(*attached, *pieces.points),
+        drives=tuple((drive.id, drive.point) for drive in experiment.drive),
+        read=tuple((channel.id, channel.footprint.point) for channel in channels if channel.footprint),
     )
 
 
@@ -103,6 +111,8 @@ def picture(pieces: Pieces, wrong: Sequence[Point] = ()) -> Figure:
         for name in dict.fromkeys(name for name, _ in pieces.points):
             places = np.array([place for other, place in pieces.points if other == name])
             axes.plot(*places.T, MARKS.get(name, "P"), color=HELD.get(name, MEASURED), ms=7, label=name)
+        _named(axes, pieces.read, "measured", marker="o", color=READ)
+        _named(axes, pieces.drives, "driven", marker="*", color=DRIVEN)
         if wrong:
             places = np.array(wrong)
             axes.plot(*places.T, "o", mfc="none", mec=MODEL, mew=2.2, ms=22, label="wrong here")
@@ -129,15 +139,6 @@ def plate_words(plate: Plate) -> str:
     )
 
 
-def experiment_points(experiment: Experiment) -> list[tuple[str, Point]]:
-    """Points of strings, cables, forces and motions, with their names."""
-    named = (("string", experiment.string), ("cable", experiment.cable))
-    held = [(name, attached.point) for name, items in named for attached in items]
-    drives = [(drive.id, drive.point) for drive in experiment.drive]
-    read = [(sensor.id, place) for sensor in experiment.sensor for place in sensor.places(experiment.plate)]
-    return [*held, *drives, *read]
-
-
 def transducer_rows(experiment: Experiment) -> list[tuple[str, str]]:
     """Say what drives and senses besides patches, and where."""
     rows = [("drive", f"{d.id}: {d.kind} at {d.point[0]:g}, {d.point[1]:g} m, {d.side}") for d in experiment.drive]
@@ -151,6 +152,20 @@ def transducer_rows(experiment: Experiment) -> list[tuple[str, str]]:
 
 def _along(curves: Sequence[Curve]) -> Real:
     return np.vstack([curve.at(np.linspace(0.0, 1.0, 49)) for curve in curves])
+
+
+def _named(axes: Axes, named: Sequence[tuple[str, Point]], label: str, *, marker: str, color: str) -> None:
+    """Mark points and print their names beside them."""
+    if not named:
+        return
+    few, above = len(named) <= MANY, marker == "*"  # a point may be driven and measured
+    size = (13 if above else 5) if few else 3
+    axes.plot(*np.array([place for _, place in named]).T, marker, color=color, ms=size, ls="", label=label)
+    offset, side = ((4, 5), "bottom") if above else ((4, -3), "top")
+    for name, place in named:
+        axes.annotate(
+            name, place, offset, textcoords="offset points", va=side, color=color, fontsize=8 if few else 5
+        )
 
 
 def _lines(axes: Axes, curves: Sequence[Curve], label: str, **look: Any) -> None:

@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from analysis.drawn_lines import in_lines
 from analysis.frf import Frf
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.phase import drawn_phase
@@ -26,7 +27,7 @@ def mode_table(tracked: TrackedModes) -> PageTable:
 
 
 def overlay(frf: Frf, tracked: TrackedModes, channel: int = 0) -> Figure:
-    """Draw one measured FRF, its synthesis from poles and residues, and what each mode adds.
+    """Draw one measured FRF, its synthesis from poles and residues in the band identified, and the modes.
 
     Parameters
     ----------
@@ -42,10 +43,12 @@ def overlay(frf: Frf, tracked: TrackedModes, channel: int = 0) -> Figure:
     """
     row = drawn(tracked)
     modes = tracked.modes[row]
-    rebuilt = modes.synthesis(frf.frequency)[channel]
+    low, high = modes.band
+    lines = frf.frequency[(frf.frequency >= low) & (frf.frequency <= high)]
+    rebuilt = modes.synthesis(lines)[channel]
     figure, axes = panels(2, 1, height=5.4, sharex=True, height_ratios=[2, 1])
     axes[0].semilogy(frf.frequency, np.abs(frf.h[row, channel]), color=MEASURED, lw=1.8, label="measured")
-    axes[0].semilogy(frf.frequency, np.abs(rebuilt), color=MODEL, lw=1.0, label="from poles and residues")
+    axes[0].semilogy(lines, np.abs(rebuilt), color=MODEL, lw=1.0, label="from poles and residues")
     axes[0].set_ylim(0.5 * float(np.percentile(np.abs(frf.h[row, channel]), 0.5)), None)
     reading = modes.reading()
     for f, real, sure in zip(reading.frequency_hz, modes.real, modes.sure, strict=True):
@@ -54,9 +57,10 @@ def overlay(frf: Frf, tracked: TrackedModes, channel: int = 0) -> Figure:
     legend_below(figure, title="vertical lines: modes, solid if kept and confirmed, dotted if weak or unconfirmed")
     noise = np.sqrt(frf.variance[row, channel])
     axes[1].plot(*drawn_phase(frf.frequency, frf.h[row, channel], noise), color=MEASURED, lw=1.8)
-    axes[1].plot(*drawn_phase(frf.frequency, rebuilt), color=MODEL, lw=1.0)
+    axes[1].plot(*drawn_phase(lines, rebuilt), color=MODEL, lw=1.0)
     count = int(modes.real.sum())
-    title = f"{tracked.temperature[row]:.1f} °C: {count} modes, misfit {100 * modes.misfit:.2f} %"
+    place = f"{tracked.temperature[row]:.1f} °C, {low:.0f} to {high:.0f} Hz"
+    title = f"{place}: {count} modes, misfit {100 * modes.misfit:.2f} %"
     axes[0].set(ylabel=f"|H| {frf.label(channel)}", title=title)
     axes[1].set(ylabel="phase [°]")
     frequency_axis(axes[1])
@@ -70,13 +74,13 @@ def over_temperature(tracked: TrackedModes) -> Figure:
     order = np.argsort(tracked.temperature, kind="stable")
     temperature = tracked.temperature[order]
     reference = int(np.argmin(np.abs(tracked.temperature - REFERENCE)))
+    change = in_lines(100 * (reading.frequency_hz[order] / reading.frequency_hz[reference] - 1))
     for j in range(tracked.track.shape[1]):
         f, zeta = reading.frequency_hz[order, j], 100 * reading.damping_ratio[order, j]
         spread = 200 * reading.sigma_damping_ratio[order, j]
         (line,) = axes[0].plot(temperature, f, ".-", ms=3, lw=0.8)
         hidden = ~(spread < 0.3 * zeta)  # what is hardly known would hide what is known
-        relative = 100 * (f / reading.frequency_hz[reference, j] - 1)
-        axes[1].plot(temperature, relative, color=line.get_color(), lw=0.9)
+        axes[1].plot(temperature, change[:, j], color=line.get_color(), lw=0.9)
         zeta[hidden] = np.nan
         axes[2].errorbar(temperature, zeta, spread, color=line.get_color(), lw=0.8, marker=".", ms=3)
     axes[0].set(ylabel="frequency [Hz]", title="tracked modes")

@@ -14,11 +14,11 @@ from app.files.bad_file import ResultFileError
 from app.files.laws_file import TwinFrf, load_laws, load_updated
 from app.files.modes_file import load_modes
 from app.report import identified, measured, paper, updated
-from app.report.declared import experiment_points, picture, pieces_of, plate_words, transducer_rows
+from app.report.declared import picture, pieces_of_experiment, plate_words, transducer_rows
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture
-from app.terminal.gap import with_sigma
 from app.terminal.mode_rows import READ_AS
 from app.terminal.update import gains_text
+from app.terminal.with_sigma import with_sigma
 
 
 def measurement_section(experiment: Experiment, frf: Frf) -> list[Item]:
@@ -28,8 +28,8 @@ def measurement_section(experiment: Experiment, frf: Frf) -> list[Item]:
         Picture(
             "declared",
             "What was declared?",
-            picture(pieces_of(experiment.plate, experiment.patch, experiment_points(experiment))),
-            "Outline, patches and what holds the plate.",
+            picture(pieces_of_experiment(experiment)),
+            "Outline, patches, what holds the plate, and the points driven and measured, named as their channels.",
         ),
         *(
             Picture(

@@ -51,14 +51,14 @@ def pieces_declared(wrong: Misplaced) -> Pieces:
         if _is_point(item.get("point"))
     ]
     return Pieces(
-        outline,
-        tuple(curve for item in _tables(plate.get("hole")) for curve in _curves(item)),
-        tuple(curve for item in _tables(plate.get("zone")) for curve in _curves(item)),
-        tuple(patches),
-        tuple(points),
-        _held(plate, outline),
-        wrong.loose,
-        _cell_sides(plate.get("mesh")),
+        outline=outline,
+        holes=tuple(curve for item in _tables(plate.get("hole")) for curve in _curves(item)),
+        zones=tuple(curve for item in _tables(plate.get("zone")) for curve in _curves(item)),
+        patches=tuple(patches),
+        points=tuple(points),
+        held=_held(plate, outline),
+        loose=wrong.loose,
+        mesh=_cell_sides(plate.get("mesh")),
     )
 
 

@@ -6,6 +6,7 @@
 ``campaign_ending``      how an acquired campaign ended: record, line, exit status
 ``modes``                modes as JSON, as tables and in one line
 ``mode_rows``            modes of one sweep as rows of words
+``with_sigma``           a value as far as its standard deviation lets it be known
 ``update``               estimates of model updating as JSON, as a table and in one line
 ``focusing``             focusing over temperature as JSON, as a table, notes and one line
 ``compensation``         methods of compensation as JSON, as a table and in one line

@@ -1,9 +1,10 @@
 """gap.json in words: tables on the screen, and sentences for the report."""
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+from app.terminal.with_sigma import with_sigma
 
 Record = Mapping[str, Any]
 
@@ -43,33 +44,6 @@ def named(effect: Record) -> str:
 def estimate(parameter: Record) -> str:
     """Value, standard deviation to two digits, and unit; the value to the same decimal."""
     return with_sigma(parameter["value"], parameter["sigma"], parameter["unit"])
-
-
-def with_sigma(value: float, sigma: float, unit: str = "1") -> str:
-    """Return value, standard deviation to two digits, and unit; the value to the same decimal.
-
-    Parameters
-    ----------
-    value : float
-    sigma : float
-        Of the same unit; not printed unless above 0.
-    unit : str
-        Not printed where it is 1.
-
-    Returns
-    -------
-    str
-    """
-    unit = "" if unit == "1" else f" {unit}"
-    if not sigma > 0.0:
-        return f"{value:.4g}{unit}"
-    decimals = 1 - math.floor(math.log10(sigma))
-    if 0 <= decimals <= 6:
-        return f"{value:.{decimals}f} ± {sigma:.{decimals}f}{unit}"
-    power = math.floor(math.log10(max(abs(value), sigma)))
-    decimals = max(decimals + power, 0)
-    scale = 10.0**power
-    return f"({value / scale:.{decimals}f} ± {sigma / scale:.{decimals}f})e{power}{unit}"
 
 
 def gap_closed(part: Record) -> str:

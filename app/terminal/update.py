@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from analysis.channel import Channel
 from analysis.material import MaterialLaws
 from analysis.updated import GOOD_MISFIT, Updated
+from app.terminal.with_sigma import with_sigma
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -16,7 +17,7 @@ def gains_text(updated: Updated, inputs: Sequence[Channel]) -> str:
     """Say the gain of every input, with its standard deviation: ``14.3000 ± 0.0020 V/V``; names if several."""
     name = "{} " if len(inputs) > 1 else ""
     return ", ".join(
-        f"{name.format(one.id)}{gain:.4f} ± {sigma:.4f} {one.gain_unit}"
+        name.format(one.id) + with_sigma(gain, sigma, one.gain_unit)
         for one, gain, sigma in zip(inputs, updated.gains, updated.sigma_gains, strict=True)
     )
 

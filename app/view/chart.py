@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt, SignalInstance
 from PySide6.QtWidgets import QSizePolicy
 
 from analysis.arrays import Real
+from analysis.drawn_lines import in_lines
 from app.view.log_axis import LogAxis
 from app.view.map import Map
 from app.view.theme import Color, Theme
@@ -121,7 +122,7 @@ class Chart(pyqtgraph.PlotWidget):
         Parameters
         ----------
         x, low, high : (n,) array_like
-            In the units of the axes; points that are not finite are left out.
+            In the units of the axes; NaN leaves a gap.
         color : Color
         label : str
 
@@ -131,10 +132,11 @@ class Chart(pyqtgraph.PlotWidget):
             Both edges and the filling.
         """
         known = np.isfinite(np.asarray(low, float)) & np.isfinite(np.asarray(high, float))
-        x, low, high = (np.asarray(values, float)[known] for values in (x, low, high))
+        low, high = (in_lines(np.where(known, np.asarray(values, float), np.nan)) for values in (low, high))
         shade = pyqtgraph.mkColor(color)
         shade.setAlpha(55)
-        edges = [self.plot(x, y, pen=None) for y in (low, high)]
+        unseen = pyqtgraph.mkPen(None)  # pen=None would make no path to fill
+        edges = [self.plot(x, y, pen=unseen, connect="finite") for y in (low, high)]
         for edge, side in zip(edges, ("low", "high"), strict=True):
             edge.opts["label"] = f"{label}, {side}"
         fill = pyqtgraph.FillBetweenItem(*edges, brush=shade)
@@ -147,10 +149,8 @@ class Chart(pyqtgraph.PlotWidget):
 
         Parameters
         ----------
-        x, y : (n,) array_like
-            In the units of the axes.
-        reach : (n,) array_like
-            Of a bar to either side, in the unit of y.
+        x, y, reach : (n,) array_like
+            In the units of the axes; reach of a bar to either side.
         color : Color
 
         Returns

@@ -78,11 +78,12 @@ class Fields:
     def modes(self, temperature: float) -> tuple[Real, Real, Real]:
         """Natural frequencies, Hz, loss factors and shapes of the lowest modes at a temperature, degrees Celsius.
 
-        As far as the band of the twin goes, beyond which it is not certified; one at least.
+        Within the band of the twin, outside of which it is not certified; none where there is none.
         """
-        f, eta, shapes = self.plate.lowest(temperature, MODES)
-        within = max(1, int(np.searchsorted(f, self.panel.filters.twin_band[1])))
-        return f[:within], eta[:within], shapes[:within]
+        f, eta, shapes = self.plate.lowest(temperature, self.plate.deflection.shape[1])
+        low, high = self.panel.filters.twin_band
+        within = np.flatnonzero((f >= low) & (f <= high))[:MODES]
+        return f[within], eta[within], shapes[within]
 
     def focused(self, temperature: float, frequency: float, *, fixed: bool) -> tuple[float, float, Complex]:
         """Field of the filters at the nearest temperature and line.

@@ -147,10 +147,15 @@ class FieldsPage(QWidget):
 
     def _show_shape(self) -> None:
         f, eta, shapes = self._modes
-        chosen = self._mode_choice.currentIndex()
+        low, high = self._panel.filters.twin_band
+        chosen, at = self._mode_choice.currentIndex(), f"at {self._cursors.temperature:.1f} °C"
+        if chosen < 0:
+            self.shape.show_field(np.zeros(self.shape.deflection.shape, complex))
+            self.shape.setTitle(f"no mode of the panel from {low:.0f} to {high:.0f} Hz {at}")
+            return
         self.shape.show_field(shapes[chosen].astype(complex))
         self.shape.setTitle(
-            f"mode {chosen + 1} of the panel at {self._cursors.temperature:.1f} °C: {f[chosen]:.1f} Hz, "
+            f"mode {chosen + 1} of the panel above {low:.0f} Hz {at}: {f[chosen]:.1f} Hz, "
             f"η {100 * eta[chosen]:.2f} %"
         )
 

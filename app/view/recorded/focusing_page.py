@@ -14,6 +14,8 @@ from app.view.map_chart import MapChart
 from app.view.theme import Theme, one_sided
 
 CONTRAST, SPOT = "contrast", "spot error [% of Lx]"
+ROOM = 1.3
+"""Upper end of the axis of contrast: the names of the curves stand above 1, where there is no curve."""
 
 
 class FocusingPage(QWidget):
@@ -92,8 +94,8 @@ class FocusingPage(QWidget):
         for chart in (*self._maps, *self._cuts):
             chart.follow("x", cursors.frequency, cursors.frequency_moved, to_frequency)
             chart.getAxis("left").setWidth(58)
-        self._cuts[0].legend(columns=3, offset=(8, -8))
-        self._cuts[0].setYRange(0.0, 1.0)
+        self._cuts[0].legend(columns=3, offset=(8, 2))
+        self._cuts[0].setYRange(0.0, ROOM, padding=0.0)
         self._cuts[1].setYRange(0.0, worst)
         self._curves = {}
         for number, (name, (at, _, reached)) in enumerate(self._found.items()):
@@ -112,26 +114,31 @@ class FocusingPage(QWidget):
             chart.setTitle(f"{title}, {self._choice.currentText()}")
 
     def _cut(self) -> None:
-        """Draw every kind of filters at the temperature nearest to the cursor."""
+        """Draw every kind of filters at the temperature nearest to the cursor at which it was assessed."""
+        shown = {}
         for name, (temperature, frequency, aim) in self._found.items():
             row = int(np.abs(temperature - self._cursors.temperature).argmin())
             self._curves[name][0].setData(frequency, aim.contrast[row])
             self._curves[name][1].setData(frequency, 100 * aim.spot_error[row])
+            shown[name] = float(temperature[row])
+        nearest = min(shown.values(), key=lambda at: abs(at - self._cursors.temperature))
+        elsewhere = {name: f"{name}, at {at:g} °C" for name, at in shown.items() if at != nearest}
+        for name, curves in self._curves.items():
+            for curve in curves:
+                curve.opts["label"] = elsewhere.get(name, name)
         for chart, what in zip(self._cuts, ("contrast", "spot error"), strict=True):
-            chart.setTitle(f"{what} at {temperature[row]:g} °C")
+            chart.setTitle("; ".join([f"{what} at {nearest:g} °C", *elsewhere.values()]))
 
 
 def _aims(focusing: Focusing, compensation: Compensation | None) -> dict[str, tuple[Real, Real, Aim]]:
-    """Temperatures, lines and what is reached there, by kind of filters."""
-    found = {
-        "of each temperature": (focusing.temperature, focusing.frequency, focusing.direct),
-        f"of {focusing.reference_temperature:g} °C everywhere": (
-            focusing.temperature,
-            focusing.frequency,
-            focusing.fixed,
-        ),
-    }
+    """Temperatures, lines and what is reached there, by kind of filters.
+
+    Filters of each temperature are assessed by `flexura compensate`, too, often at more temperatures.
+    """
+    own, fixed = ((focusing.temperature, focusing.frequency, aim) for aim in (focusing.direct, focusing.fixed))
+    more = {}
     if compensation is not None:
         at, lines = compensation.aim_temperature, compensation.frequency
-        found["of the networks"] = (at, lines, compensation.network_aim)
-    return found
+        own = (at, lines, compensation.direct_aim) if len(at) > len(focusing.temperature) else own
+        more["of the networks"] = (at, lines, compensation.network_aim)
+    return {"of each temperature": own, f"of {focusing.reference_temperature:g} °C everywhere": fixed} | more

@@ -5,6 +5,7 @@ from PySide6.QtWidgets import QGridLayout, QWidget
 
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
+from app.terminal.with_sigma import with_sigma
 from app.view.chart import Chart
 from app.view.cursors import TEMPERATURE, Cursors
 from app.view.theme import Theme
@@ -118,4 +119,5 @@ class LawsPage(QWidget):
             value = float(getattr(self._laws.at(here), name)[0]) / unit
             sigma = float(getattr(self._laws.sigma(here), name)[0]) / unit
             symbol, _, rest = label.partition(" [")
-            chart.setTitle(f"{title}: {symbol} = {value:.4g} ± {sigma:.2g} {rest.rstrip(']')} at {here[0]:.1f} °C")
+            found = with_sigma(value, sigma, rest.rstrip("]") or "1")
+            chart.setTitle(f"{title}: {symbol} = {found} at {here[0]:.1f} °C")

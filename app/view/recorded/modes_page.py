@@ -4,8 +4,10 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
+from analysis.drawn_lines import in_lines
 from analysis.identification.tracked_modes import TrackedModes
 from app.terminal.mode_rows import NUMBERS, READ_AS, SWEEP_HEADINGS, shown_poles, sweep_rows
+from app.terminal.with_sigma import with_sigma
 from app.view.chart import Chart
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
 from app.view.mode_table import ModeTable
@@ -190,9 +192,7 @@ class ModesPage(QWidget):
             known = 2 * sigma_eta < KNOWN * eta
             eta = np.where(known, eta, np.nan)
             self._charts[0].band(temperature, f - 2 * sigma_f, f + 2 * sigma_f, color, name)
-            self._charts[2].band(
-                temperature[known], (eta - 2 * sigma_eta)[known], (eta + 2 * sigma_eta)[known], color, name
-            )
+            self._charts[2].band(temperature, eta - 2 * sigma_eta, eta + 2 * sigma_eta, color, name)
             items = [
                 (self._charts[0].curve(temperature, f, name, color, width=THIN, points=True), color),
                 (self._charts[1].curve(temperature, f, name, color, width=THIN), color),
@@ -206,10 +206,10 @@ class ModesPage(QWidget):
         self._charts[2].setYRange(0.0, 1.15 * float(np.nanpercentile(np.concatenate(known), 98.0)), padding=0.0)
 
     def _change(self) -> None:
-        rows = self._rows
+        f = self._reading.frequency_hz
+        change = in_lines(100 * (f[self._rows] / f[self._row] - 1))
         for j, items in enumerate(self._lines):
-            f = self._reading.frequency_hz[:, j]
-            items[1][0].setData(self._tracked.temperature[rows], 100 * (f[rows] / f[self._row] - 1))  # type: ignore[attr-defined]
+            items[1][0].setData(self._tracked.temperature[self._rows], change[:, j])  # type: ignore[attr-defined]
         self._charts[1].fit()
 
     def _tell(self) -> None:
@@ -221,7 +221,6 @@ class ModesPage(QWidget):
         if not np.isfinite(r.frequency_hz[row, j]):
             self._readout.setText(f"{place}: {status}")
             return
-        self._readout.setText(
-            f"{place}: {r.frequency_hz[row, j]:.2f} ± {r.sigma_frequency_hz[row, j]:.2f} Hz, "
-            f"η {100 * r.loss_factor[row, j]:.2f} ± {100 * r.sigma_loss_factor[row, j]:.2f} %, {status}"
-        )
+        f = with_sigma(float(r.frequency_hz[row, j]), float(r.sigma_frequency_hz[row, j]), "Hz")
+        eta = with_sigma(100 * float(r.loss_factor[row, j]), 100 * float(r.sigma_loss_factor[row, j]), "%")
+        self._readout.setText(f"{place}: {f}, η {eta}, {status}")

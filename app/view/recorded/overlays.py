@@ -12,6 +12,9 @@ from analysis.identification.tracked_modes import TrackedModes
 from app.view.nyquist import FINE
 from app.view.recorded.results import Results
 
+FEW = 0.02
+"""Share of lines outside an identified band that is not mentioned: mains lines at its ends are never fitted."""
+
 
 @dataclass(frozen=True)
 class Computed:
@@ -39,7 +42,10 @@ class Computed:
 
 @dataclass(frozen=True)
 class Identified:
-    """FRFs rebuilt from poles and residues where they are looked at: all of a long campaign would take seconds."""
+    """FRFs rebuilt from poles and residues where they are looked at: all of a long campaign would take seconds.
+
+    NaN outside the band that was identified, where they hold no longer.
+    """
 
     frequency: Real
     modes: TrackedModes
@@ -62,10 +68,19 @@ class Identified:
         """Several sweeps at one frequency, (R, K)."""
         return np.array([self._rebuilt(int(row), np.array([frequency]))[:, 0] for row in rows])
 
+    def narrower(self, row: int) -> tuple[float, float] | None:
+        """Band of a sweep that was identified, Hz, if more than a few lines at the ends are outside."""
+        if self.places[row] < 0:
+            return None
+        low, high = self.modes.modes[int(self.places[row])].band
+        return (low, high) if ((self.frequency < low) | (self.frequency > high)).mean() > FEW else None
+
     def _rebuilt(self, row: int, frequency: Real) -> Complex:
         if self.places[row] < 0:
             return np.full((len(self.modes.channels), len(frequency)), complex(np.nan, np.nan))
-        return self.modes.modes[int(self.places[row])].synthesis(frequency)
+        modes = self.modes.modes[int(self.places[row])]
+        inside = (frequency >= modes.band[0]) & (frequency <= modes.band[1])
+        return np.where(inside, modes.synthesis(frequency), complex(np.nan, np.nan))
 
 
 Answer = Identified | Computed

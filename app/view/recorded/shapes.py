@@ -12,6 +12,9 @@ from analysis.material import MaterialLaws
 
 RIGID = 1.0
 """Hz; rigid motion stands below."""
+STILL = 0.02
+"""Share of the largest mode's rms deflection, below which a mode is no bending: the rotation of a free plate
+within its plane is none, patches do not drive it, and a twin made for them puts it at tens of hertz."""
 
 
 @dataclass(frozen=True)
@@ -51,14 +54,16 @@ class Shapes:
         return float(law.youngs_modulus[0]), float(law.poisson_ratio[0]), float(law.loss_factor[0])
 
     def lowest(self, temperature: float, count: int) -> tuple[Real, Real, Real]:
-        """Natural frequencies (m,), Hz, loss factors (m,) and shapes (m, X, Y) of the lowest elastic modes.
+        """Natural frequencies (m,), Hz, loss factors (m,) and shapes (m, X, Y) of the lowest bending modes.
 
         `count` of them, less those of rigid motion.
         """
         values, shapes = self.modes(*self.constants(temperature), count)
-        elastic = values.real > (2.0 * np.pi * RIGID) ** 2
-        values, found = values[elastic], (self.deflection @ shapes[:, elastic]).T
-        return np.sqrt(values.real) / (2.0 * np.pi), values.imag / values.real, self.on_grid(found)
+        found = (self.deflection @ shapes).T
+        level = np.linalg.norm(found, axis=1)
+        bending = (values.real > (2.0 * np.pi * RIGID) ** 2) & (level > STILL * level.max())
+        values = values[bending]
+        return np.sqrt(values.real) / (2.0 * np.pi), values.imag / values.real, self.on_grid(found[bending])
 
     def on_grid(self, values: NDArray[Any]) -> NDArray[Any]:
         """Values at the points (..., K) as (..., X, Y); NaN off the plate."""

@@ -9,7 +9,7 @@ from analysis.frf import Frf
 from app.view.chart import Chart
 from app.view.cursors import FREQUENCY
 from app.view.parts import PartsChoice, decibels
-from app.view.recorded.overlays import Answer
+from app.view.recorded.overlays import Answer, Identified
 from app.view.theme import Theme
 
 DEVIATION = "standard deviation"
@@ -88,4 +88,7 @@ class SweepCut:
         curve.setVisible(deviation)
         curve.setData(frf.frequency, spread / np.sqrt(2.0) if self._display.cartesian else decibels(spread))
         self._trust.setData(frf.frequency, frf.coherence[row, channel])
-        self.above.setTitle(f"at {frf.temperature[row]:.2f} °C, on the way {frf.direction[row]}")
+        bands = [answer.narrower(row) for answer in shown.values() if isinstance(answer, Identified)]
+        identified = [f"identified from {band[0]:.0f} to {band[1]:.0f} Hz" for band in bands if band is not None]
+        place = f"at {frf.temperature[row]:.2f} °C, on the way {frf.direction[row]}"
+        self.above.setTitle("; ".join([place, *identified]))

@@ -2,12 +2,15 @@
 
 import csv
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from app.files.frf_file import load_frf
 from app.files.modes_file import load_modes
+from app.report.identified import overlay
 from app.report.page import PageTable, Paragraph, Picture, Section
 from app.report.sections import sections
 from tests.app.modal_test.conftest import typed
@@ -69,6 +72,19 @@ def test_the_report_reads_poles_as_modes_csv_does(tmp_path: Path) -> None:
         assert row[5] == f"{100 * float(written[row[0]]['loss_factor']):#.4g}"
     words = [item.text for item in parts["Identification"].items if isinstance(item, Paragraph)]
     assert "viscous" in words[0]
+
+
+def test_the_synthesis_is_drawn_in_the_band_that_was_identified(run: Path) -> None:
+    _, frf = load_frf(run / "frf.h5")
+    found = load_modes(run / "modes.h5")
+    low, high = float(frf.frequency[5]), float(frf.frequency[-40])
+    cut = replace(found, modes=tuple(replace(modes, band=(low, high)) for modes in found.modes))
+    above, below = overlay(frf, cut).axes
+    measured, rebuilt, *_ = above.lines
+    assert measured.get_xdata()[-1] == frf.frequency[-1]
+    assert (rebuilt.get_xdata()[0], rebuilt.get_xdata()[-1]) == (low, high)
+    assert below.lines[1].get_xdata()[-1] == high
+    assert f"{low:.0f} to {high:.0f} Hz: " in above.get_title()
 
 
 def test_the_paper_is_not_mentioned(parts: dict[str, Section]) -> None:

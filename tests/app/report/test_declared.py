@@ -1,12 +1,14 @@
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from analysis.patch import Patch
 from analysis.plate import Plate
+from analysis.transducers import Drive, Sensor
 from app.files.misplaced import Misplaced
-from app.report.declared import picture, pieces_of, plate_words
+from app.report.declared import picture, pieces_of, pieces_of_experiment, plate_words
 from app.report.refused import pieces_declared
 
 DECLARED: dict[str, Any] = {
@@ -44,6 +46,32 @@ def test_the_picture_shows_every_piece_and_rings_the_fault() -> None:
     low, high = axes.get_xlim()
     assert low < 0.0
     assert high > 0.4
+
+
+def test_points_driven_and_measured_differ_and_have_the_names_of_their_channels() -> None:
+    pieces = pieces_of(Plate.model_validate(DECLARED["plate"]), [])
+    grid = Sensor(id="L", kind="velocity", grid=(5, 4), margin=0.02)
+    channels = grid.channels(Plate.model_validate(DECLARED["plate"]))
+    experiment = SimpleNamespace(
+        plate=Plate.model_validate(DECLARED["plate"]),
+        patch=(),
+        string=(),
+        cable=(),
+        drive=(Drive(id="shaker", kind="force", point=(0.25, 0.15)),),
+        sensor=(grid,),
+    )
+    drawn = pieces_of_experiment(experiment)  # type: ignore[arg-type]
+    assert (drawn.outline, drawn.points) == (pieces.outline, pieces.points)
+    (axes,) = picture(drawn).axes
+    lines = {line.get_label(): line for line in axes.lines}
+    driven, measured = lines["driven"], lines["measured"]
+    assert driven.get_marker() != measured.get_marker()
+    assert driven.get_color() != measured.get_color()
+    assert measured.get_xydata().tolist() == [list(c.footprint.point) for c in channels if c.footprint]
+    named = {text.get_text(): text.xy for text in axes.texts}
+    assert len(channels) > 10
+    assert named["L10"] == channels[9].footprint.point  # type: ignore[union-attr]
+    assert named["shaker"] == (0.25, 0.15)
 
 
 @pytest.mark.parametrize(

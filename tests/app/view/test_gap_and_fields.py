@@ -2,7 +2,9 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,7 @@ from PySide6.QtCore import QPointF, Qt
 
 from analysis.estimates import FittedLaws
 from analysis.experiment import Plate
+from analysis.focusing.aim import Aim
 from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.grid import Grid
 from analysis.focusing.methods import compare
@@ -150,6 +153,39 @@ def test_maps_and_cuts_of_contrast_follow_choice_and_cursor(
     np.testing.assert_allclose(cuts["of 20 °C everywhere"], 100 * found.fixed.spot_error[2])
 
 
+def test_cuts_of_contrast_name_the_temperature_of_every_curve(
+    opened: Callable[[Path], RecordedWindow], focused_run: Path
+) -> None:
+    window = opened(focused_run)
+    assert window.results.focusing is not None
+    found = window.results.focusing[1]
+    at = np.array([0.0, 10.0, 20.0, 30.0, 40.0])
+    own, learned = (
+        Aim(np.full((5, len(found.frequency)), level), np.zeros((5, len(found.frequency))), found.direct.response)
+        for level in (0.3, 0.2)
+    )
+    compensated = SimpleNamespace(
+        aim_temperature=at, frequency=found.frequency, direct_aim=own, network_aim=learned
+    )
+    page = FocusingPage(found, compensated, window.cursors, LIGHT)  # type: ignore[arg-type]
+    titles = [cut.plotItem.titleLabel for cut in page._cuts]
+    window.cursors.temperature = 20.0
+    assert [title.text for title in titles] == ["contrast at 20 °C", "spot error at 20 °C"]
+    window.cursors.temperature = 31.0
+    exception = "of 20 °C everywhere, at 40 °C"
+    assert [title.text for title in titles] == [
+        f"{what} at 30 °C; {exception}" for what in ("contrast", "spot error")
+    ]
+    cuts = {label: y for label, _, y in page._cuts[0].curves}
+    np.testing.assert_array_equal(cuts[exception], found.fixed.contrast[2])
+    assert set(cuts["of each temperature"]) == {0.3}
+    names = page._cuts[0].plotItem.legend
+    page.resize(1200, 900)
+    page.grab()
+    low = page._cuts[0].plotItem.vb.mapSceneToView(names.sceneBoundingRect().bottomLeft()).y()
+    assert low > 1.0
+
+
 def test_the_field_shown_has_the_contrast_its_filters_were_judged_by(
     opened: Callable[[Path], RecordedWindow], focused_run: Path, qtbot: Any
 ) -> None:
@@ -187,10 +223,36 @@ def test_modes_are_offered_as_far_as_the_twin_is_certified(
     assert page.fields is not None
     every, _, shapes = page.fields.plate.lowest(20.0, 24)
     f, eta, offered = page.fields.modes(20.0)
-    assert 2 < len(f) < len(every)
-    assert f[-1] <= PANEL.filters.twin_band[1] < every[len(f)]
+    low, high = PANEL.filters.twin_band
+    within = (every >= low) & (every <= high)
+    assert 2 < within.sum() < len(every)
+    np.testing.assert_array_equal(f, every[within])
     assert len(eta) == page._mode_choice.count() == len(f)
-    np.testing.assert_array_equal(offered, shapes[: len(f)])
+    np.testing.assert_array_equal(offered, shapes[within])
+
+
+def test_modes_below_the_twins_band_and_motion_within_the_plane_are_no_modes(
+    opened: Callable[[Path], RecordedWindow], focused_run: Path, qtbot: Any
+) -> None:
+    page = fields_page(opened(focused_run), qtbot)
+    assert page.fields is not None
+    low, high = PANEL.filters.twin_band
+    frequency = np.array([0.4, 0.9 * low, 1.01 * low, 80.0, 150.0, 1.01 * high])
+    level = np.array([1.0, 1.0, 1.0, 1e-3, 0.5, 1.0])  # that at 80 Hz bends nothing
+
+    def modes(*_: object) -> tuple[Complex, Real]:
+        return (2.0 * np.pi * frequency) ** 2 * (1.0 + 0.05j), np.eye(len(ORDERS))[:, : len(level)] * level
+
+    page.fields = replace(page.fields, plate=replace(page.fields.plate, modes=modes))
+    np.testing.assert_allclose(page.fields.modes(20.0)[0], [1.01 * low, 150.0])
+    page._refresh()
+    assert page._mode_choice.count() == 2
+    frequency[[2, 4]] = 5000.0
+    page._refresh()
+    assert page._mode_choice.count() == 0
+    assert page.shape.plotItem.titleLabel.text.startswith("no mode of the panel from 46 to 468 Hz")
+    assert not page.shape.deflection.any()
+    page.step(1)
 
 
 def test_fields_turn_stand_still_and_are_exported_as_seen(

@@ -1,6 +1,7 @@
 """The window on a recorded campaign, driven as a hand would."""
 
 import csv
+import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from dataclasses import replace
@@ -226,7 +227,10 @@ def test_a_law_is_read_at_the_cursor_and_estimates_that_did_not_settle_are_marke
     assert isinstance(window.page(2), LawsPage)
     window.cursors.temperature = 20.0
     law = chart(window, "law-youngs-modulus")
-    assert "E = 2.4 ±" in law.plotItem.titleLabel.text
+    value, sigma, unit = re.search(r"E = (\S+) ± (\S+) (\S+) at 20.0 °C", law.plotItem.titleLabel.text).groups()  # type: ignore[union-attr]
+    assert float(value) == pytest.approx(2.4, abs=1e-3)
+    assert len(value.split(".")[1]) == len(sigma.split(".")[1]) > 2
+    assert unit == "GPa"
     curves = {label: (x, y) for label, x, y in law.curves}
     assert curves["not settled"][0].tolist() == [40.0]
     assert (curves["updated twin, high"][1] > curves["updated twin, low"][1]).all()

@@ -15,6 +15,7 @@ from PySide6.QtCore import Qt
 from analysis.frf import Frf
 from app.files.frf_file import save_frf
 from app.files.modes_file import load_modes, save_modes
+from app.report.identified import over_temperature
 from app.view.application import application
 from app.view.chart import Chart
 from app.view.folder import viewed
@@ -127,6 +128,20 @@ def test_change_against_the_cursor_stays_in_sight(window: RecordedWindow) -> Non
         assert np.nanmax(change) <= high
 
 
+def test_change_reaches_as_far_as_the_lines_drawn(shown: Callable[[Any], Any], run: Path) -> None:
+    found = load_modes(run / "modes.h5")
+    track = found.track.copy()
+    track[:, 0] = [2, -1, 0, 0, 0]  # another mode, taken for this one at the lowest temperature
+    found = replace(found, track=track[:, :2])
+    save_modes(run / "modes.h5", found, MADE)
+    window = shown(RecordedWindow(viewed(run), LIGHT))
+    modes_page(window)
+    chart = window.centralWidget().findChild(Chart, "tracks-change")
+    assert isinstance(chart, Chart)
+    assert 5.0 < chart.viewRange()[1][1] < 20.0
+    assert 5.0 < over_temperature(found).axes[1].get_ylim()[1] < 20.0
+
+
 def test_the_page_reads_poles_as_was_chosen(shown: Callable[[Any], Any], run: Path) -> None:
     save_modes(run / "modes.h5", load_modes(run / "modes.h5").read_as("viscous"), MADE)
     application()
@@ -200,6 +215,28 @@ def test_the_nyquist_plane_follows_both_cursors_and_what_is_laid_over(window: Re
     assert set(curves(page.nyquist)) == {"measured", "cursor"}
     window.cursors.temperature = 20.0
     assert curves(page.nyquist)["cursor"][0][0] == page._frf.h[2, 0, line].real
+
+
+def test_poles_and_residues_are_drawn_in_the_band_that_was_identified(
+    shown: Callable[[Any], Any], run: Path
+) -> None:
+    found = load_modes(run / "modes.h5")
+    cut = tuple(replace(modes, band=(100.0, 600.0)) for modes in found.modes)
+    save_modes(run / "modes.h5", replace(found, modes=cut), MADE)
+    window = shown(RecordedWindow(viewed(run), LIGHT))
+    page = frf_page(window)
+    for name in ("from poles and residues", "updated twin"):
+        frequency, level = curves(page.cut.above)[name]
+        known = frequency[np.isfinite(level)]
+        assert (known[0], known[-1]) == (100.0, 600.0 if name == "from poles and residues" else 898.0)
+    assert page.cut.above.plotItem.titleLabel.text.endswith("identified from 100 to 600 Hz")
+    window.cursors.frequency = 800.0
+    along = curves(page._along_t)
+    assert np.isfinite(along["measured"][0]).all()
+    assert not np.isfinite(along["from poles and residues"][0]).any()
+    page.grab()
+    page.choices.overlays["from poles and residues"].setChecked(False)
+    assert page.cut.above.plotItem.titleLabel.text.endswith("on the way up")
 
 
 def test_the_coherence_has_the_frequencies_of_the_cut_above(window: RecordedWindow, qtbot: Any) -> None:

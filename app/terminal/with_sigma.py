@@ -1,0 +1,30 @@
+"""A value as far as its standard deviation lets it be known."""
+
+import math
+
+
+def with_sigma(value: float, sigma: float, unit: str = "1") -> str:
+    """Return value, standard deviation to two digits, and unit; the value to the same decimal.
+
+    Parameters
+    ----------
+    value : float
+    sigma : float
+        Of the same unit; not printed unless above 0 and finite.
+    unit : str
+        Not printed where it is 1.
+
+    Returns
+    -------
+    str
+    """
+    unit = "" if unit == "1" else f" {unit}"
+    if not 0.0 < sigma < math.inf:
+        return f"{value:.4g}{unit}"
+    decimals = 1 - math.floor(math.log10(sigma))
+    if 0 <= decimals <= 6:
+        return f"{value:.{decimals}f} ± {sigma:.{decimals}f}{unit}"
+    power = math.floor(math.log10(max(abs(value), sigma)))
+    decimals = max(decimals + power, 0)
+    scale = 10.0**power
+    return f"({value / scale:.{decimals}f} ± {sigma / scale:.{decimals}f})e{power}{unit}"
