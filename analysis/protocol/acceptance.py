@@ -111,7 +111,7 @@ def _wrong_temperature(sweep: Sweep, set_point: SweepSetPoint, protocol: Acquisi
 
 def _overload(overloaded: NDArray[np.bool_], protocol: AcquisitionProtocol) -> Iterator[str]:
     for channel in np.flatnonzero(overloaded):
-        name = "the drive's input" if channel == 0 else protocol.response(channel - 1)
+        name = "the drive's input" if channel == 0 else protocol.response(int(channel) - 1)
         yield f"{name} is overloaded: lower the level or widen the input's range"
 
 
