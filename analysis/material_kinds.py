@@ -82,8 +82,8 @@ DENSITIES = MappingProxyType(
 """Of the unfilled material, kg/m3."""
 
 DENSITY_RANGE = (0.5, 2.0)
-"""Share of the usual density that a plate may have. Fillers make a polymer up to 1.7 times as dense (talc or chalk,
-40 %: 1.4; barium sulphate, 50 %: 1.7); perforations and foam that are not declared make a plate lighter."""
+"""Share of the usual density that a plate may have. Fillers make a polymer up to 1.7 times as dense (40 % of
+talc: 1.4, 50 % of barium sulphate: 1.7); perforations and foam that are not declared make a plate lighter."""
 
 ANY_DENSITY = (20.0, 25_000.0)
 """Of a plate whose kind is not declared, kg/m3."""

@@ -134,8 +134,8 @@ class Sensor(Sparse):
             most = 0.5 * (high - low)
             if count > 1 and self.margin >= most:
                 raise GeometryError(
-                    f"sensor {self.id!r}: margin {self.margin:g} m; allowed 0 to less than {most:.3g} m, half of the "
-                    f"plate's {2 * most:.3g} m along {axis}: lessen margin"
+                    f"sensor {self.id!r}: margin {self.margin:g} m; allowed 0 to less than {most:.3g} m, half of "
+                    f"the plate's {2 * most:.3g} m along {axis}: lessen margin"
                 )
 
 
