@@ -159,6 +159,7 @@ def show(panel: Panel, focusing: Focusing) -> None:
         "peak: any audio within ±1",
         header_style="bold",
         box=SIMPLE_HEAD,
+        show_edge=False,
         padding=(0, 1, 0, 0),
     )
     headings = ("°C", "mean", "worst", "uncut", "area", "dB", "ripple", "phase", f"peak {unit}")
@@ -168,7 +169,7 @@ def show(panel: Panel, focusing: Focusing) -> None:
     normalised = area_normalised(direct.contrast, focusing.target_share)
     for t, temperature in enumerate(focusing.temperature):
         table.add_row(
-            f"{temperature:g}",
+            f"{temperature:.4g}",
             *_both(direct.contrast[t]),
             f"{focusing.uncut.contrast[t].min():.3f}",
             f"{normalised[t].mean():.3f}",

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from app.files.compensation_file import load_compensation
+from app.files.filter_files import load_focusing
 from app.stages.panel_laws import said_of_range
 from app.terminal.compensation import _percent, show
 from app.terminal.focusing import notes
+from app.terminal.focusing import show as show_focusing
 
 
 def lossy(design: str) -> tuple[Any, Any]:
@@ -85,11 +87,29 @@ def test_the_table_of_methods_has_whole_words_in_80_columns(
     assert max(len(line) for line in printed.splitlines()) <= 80
 
 
-def test_focus_says_where_the_laws_end(
-    small_run: Any, tmp_path: Any, run_flexura: Any
-) -> None:
+def test_focus_says_where_the_laws_end(small_run: Any, tmp_path: Any, run_flexura: Any) -> None:
     panel = tmp_path / "panel.toml"
     text = small_run.panel.read_text()
     panel.write_text(text.replace("[filters]\n", "[filters]\noperating_range = [-20.0, 80.0]\n"))
     _, _, said = run_flexura("focus", small_run.folder, "--panel", panel, "--out", tmp_path / "run")
     assert "note: the laws cover 0 to 60 °C only" in said
+
+
+def test_the_table_of_temperatures_has_whole_words_in_80_columns(
+    small_run: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Filters far below the displacement asked for, up to the odd temperature at which laws end."""
+    monkeypatch.setenv("COLUMNS", "80")
+    panel, found, _ = load_focusing(small_run.folder / "filters.h5")
+    own = found.direct
+    weak: Any = SimpleNamespace(
+        contrast=own.contrast,
+        level=np.full_like(own.contrast, -26.4),
+        level_ripple=np.full(len(own.contrast), 19.5),
+        phase_error=np.full(len(own.contrast), 30.8),
+    )
+    show_focusing(panel, replace(found, temperature=found.temperature + 0.025, direct=weak))
+    printed = capsys.readouterr().out
+    assert "…" not in printed
+    assert "ripple" in printed
+    assert max(len(line) for line in printed.splitlines()) <= 80
