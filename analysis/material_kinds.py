@@ -8,7 +8,8 @@ Sources: J. E. Mark (ed.), Physical Properties of Polymers Handbook, 2nd ed. (20
 G. Williams, Anelastic and Dielectric Effects in Polymeric Solids (1967) for moduli and loss peaks of PP, PE, PMMA,
 PC, PVC, PA; J. Karger-Kocsis (ed.), Polypropylene: An A-Z Reference (1999) for PP with 20 to 40 % of short glass;
 ASM Handbook vol. 1 and 2 (1990) for metals; L. Cremer, M. Heckl, B. A. T. Petersson, Structure-Borne Sound, 3rd
-ed. (2005), chapter 4, for loss factors of metals and glass; EN 572-1 (2012) for soda-lime glass.
+ed. (2005), chapter 4, for loss factors of metals and glass; EN 572-1 (2012) for soda-lime glass. Densities: the
+same handbooks; W. D. Callister, Materials Science and Engineering, 8th ed. (2010), table B.1.
 """
 
 from types import MappingProxyType
@@ -58,3 +59,39 @@ KINDS = MappingProxyType(
         "glass": MaterialBox((55e9, 90e9), (0.17, 0.27), (4e-4, 0.03)),
     }
 )
+
+DENSITIES = MappingProxyType(
+    {
+        "polypropylene": 905.0,
+        "pp-gf": 1130.0,
+        "polyethylene": 950.0,
+        "pmma": 1190.0,
+        "abs": 1050.0,
+        "polycarbonate": 1200.0,
+        "pvc": 1400.0,
+        "polyamide": 1140.0,
+        "aluminium": 2700.0,
+        "magnesium": 1770.0,
+        "titanium": 4430.0,
+        "brass": 8500.0,
+        "copper": 8940.0,
+        "steel": 7850.0,
+        "glass": 2500.0,
+    }
+)
+"""Of the unfilled material, kg/m3."""
+
+DENSITY_RANGE = (0.5, 2.0)
+"""Share of the usual density that a plate may have. Fillers make a polymer up to 1.7 times as dense (40 % of
+talc: 1.4, 50 % of barium sulphate: 1.7); perforations and foam that are not declared make a plate lighter."""
+
+ANY_DENSITY = (20.0, 25_000.0)
+"""Of a plate whose kind is not declared, kg/m3."""
+
+
+def density_range(kind: Kind | None) -> tuple[float, float]:
+    """Return the lowest and highest density that a plate of a material may have, kg/m3."""
+    if kind is None:
+        return ANY_DENSITY
+    low, high = DENSITY_RANGE
+    return low * DENSITIES[kind], high * DENSITIES[kind]

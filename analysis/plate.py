@@ -17,6 +17,7 @@ from analysis.geometry.loop import Loop
 from analysis.geometry.relations import TOUCH, just_inside
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox, MaterialLaws
+from analysis.material_kinds import density_range
 from analysis.outline import AnyOutline, AnyZone, RectangleOutline
 from analysis.plate_material import PlateMaterial
 from analysis.plate_parts import check_parts
@@ -204,11 +205,13 @@ class Plate(Sparse):
 
     @model_validator(mode="after")
     def _plausible(self) -> Self:
-        if not 20.0 <= self.density <= 25_000.0:
+        kind = None if self.material is None else self.material.kind
+        low, high = density_range(kind)
+        if not low <= self.density <= high:
             raise ValueError(
                 f"mass {self.mass:g} kg over the plate's volume gives a density of {self.density:.4g} kg/m3; "
-                f"allowed 20 to 25000: mass inconsistent with the area, {self.area:.4g} m2, and the thickness, "
-                f"{self.thickness:g} m (lengths in m, mass in kg?)"
+                f"allowed {low:g} to {high:g}{f' for {kind}' if kind else ''}: mass inconsistent with the area, "
+                f"{self.area:.4g} m2, and the thickness, {self.thickness:g} m (lengths in m, mass in kg?)"
             )
         thickest = max(self.thickness, *(zone.thickness for zone in self.zone), 0.0)
         if thickest > min(self.length_x, self.length_y) / 5.0:

@@ -120,12 +120,23 @@ class Sensor(Sparse):
 
     def check(self, plate: Plate) -> None:
         """Raise GeometryError unless all of it lies on the plate."""
+        self._check_margin(plate)
         channels = self.channels(plate)
         if not channels:
             raise GeometryError(f"sensor {self.id!r}: no point of its grid is on the plate; lessen margin")
         for footprint in (channel.footprint for channel in channels):
             if footprint is not None:
                 check_footprint(plate, f"sensor {self.id!r}", footprint.point, footprint.radius)
+
+    def _check_margin(self, plate: Plate) -> None:
+        """Refuse a margin of half a side or more, which would turn the grid inside out."""
+        for axis, count, low, high in zip("xy", self.grid or (), *plate.bounds, strict=False):
+            most = 0.5 * (high - low)
+            if count > 1 and self.margin >= most:
+                raise GeometryError(
+                    f"sensor {self.id!r}: margin {self.margin:g} m; allowed 0 to less than {most:.3g} m, half of "
+                    f"the plate's {2 * most:.3g} m along {axis}: lessen margin"
+                )
 
 
 def check_footprint(plate: Plate, name: str, point: Point, radius: float) -> None:

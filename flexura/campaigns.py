@@ -18,6 +18,7 @@ from app.files.run_folder import writable_folder
 from app.stages import gap as gap_stage
 from app.stages import identify as identify_stage
 from app.stages import update as update_stage
+from app.stages.identify_options import Method, Wanted
 from app.terminal.progress import progress as bars
 from app.twins.campaign_model import start_of
 
@@ -46,7 +47,7 @@ def identify(
     *,
     band: tuple[float, float] | None = None,
     damping: Damping = "hysteretic",
-    method: identify_stage.Method = "auto",
+    method: Method = "auto",
     twin: File | None = None,
     actuator: str | None = None,
     mains: float = 50.0,
@@ -86,7 +87,7 @@ def identify(
     app.files.bad_file.ResultFileError
         For a campaign, a band or a run folder that cannot be used.
     """
-    wanted = identify_stage.Wanted(Settings(mains=mains), damping, method, band, actuator)
+    wanted = Wanted(Settings(mains=mains), damping, method, band, actuator)
     campaign, run = _loaded(campaign), _run(out)
     with computing(shown=progress) as report:
         found = identify_stage.compute(campaign, wanted, report, None if twin is None else Path(twin))

@@ -26,6 +26,7 @@
 ``pole_residue``           the model: columns, derivatives, synthesis
 ``pole_products``          inner products of the model's columns, by partial fractions
 ``residual_terms``         contribution of the modes outside the band
+``band``                   frequency lines in which modes are looked for
 ``measured``               measured FRFs of one condition, with variances if known
 ``lines``                  measured lines with their weights
 ``weighted_lines``         sums over weighted lines, for the inner products of pole columns

@@ -88,7 +88,7 @@ def signal_faults(
         One sentence per fault; empty for good signals.
     """
     signals = (
-        *_overload(overloaded),
+        *_overload(overloaded, protocol),
         *_damaged_drive(drive, played, level, sample_rate, protocol),
         *_silence(drive, responses, protocol),
     )
@@ -109,9 +109,9 @@ def _wrong_temperature(sweep: Sweep, set_point: SweepSetPoint, protocol: Acquisi
             yield f"{where} moved by {drift:.2f} K during the sweep; at most {protocol.limits.drift:g} K allowed"
 
 
-def _overload(overloaded: NDArray[np.bool_]) -> Iterator[str]:
+def _overload(overloaded: NDArray[np.bool_], protocol: AcquisitionProtocol) -> Iterator[str]:
     for channel in np.flatnonzero(overloaded):
-        name = "the drive's input" if channel == 0 else f"response {channel}"
+        name = "the drive's input" if channel == 0 else protocol.response(int(channel) - 1)
         yield f"{name} is overloaded: lower the level or widen the input's range"
 
 
@@ -148,7 +148,7 @@ def _damaged_drive(
 
 def _silence(drive: Recorded, responses: Recorded, protocol: AcquisitionProtocol) -> Iterator[str]:
     least = protocol.limits.silence
-    named = [(f"response {number}", response) for number, response in enumerate(responses, 1)]
+    named = [(protocol.response(number), response) for number, response in enumerate(responses)]
     if protocol.measured_force:
         named.insert(0, ("the force", drive))
     for name, signal in named:
@@ -164,10 +164,10 @@ def _incoherence(
         return
     grid = np.fft.rfftfreq(drive.shape[1], 1.0 / sample_rate)
     inside = (grid >= protocol.sweep.band[0]) & (grid <= protocol.sweep.band[1])
-    for number, response in enumerate(responses, 1):
+    for number, response in enumerate(responses):
         middle = float(np.median(h1(drive, response)[2][inside]))
         if not middle >= protocol.limits.coherence:
             yield (
-                f"response {number} is not coherent over the repeats: median {middle:.3f} over the band, "
-                f"at least {protocol.limits.coherence:g} wanted"
+                f"{protocol.response(number)} is not coherent over the repeats: median {middle:.3f} over the "
+                f"band, at least {protocol.limits.coherence:g} wanted"
             )

@@ -25,6 +25,8 @@ class AcquisitionProtocol:
         Whether what is recorded of the drive is the force on the plate, not the generator's own voltage.
     settling : float
         Silence before every repeat, in which sensors settle, s.
+    responses : tuple of str
+        What messages call the responses: sensor and terminal. Empty where they are numbered.
     """
 
     sweep: SweepSettings
@@ -32,11 +34,16 @@ class AcquisitionProtocol:
     limits: Limits
     measured_force: bool = False
     settling: float = 0.0
+    responses: tuple[str, ...] = ()
 
     @property
     def legs(self) -> tuple[Leg, ...]:
         """Every sweep asked for."""
         return legs(self.programme, self.sweep)
+
+    def response(self, number: int) -> str:
+        """Name a response, from 0, for people."""
+        return f"response {self.responses[number] if self.responses else number + 1}"
 
     @property
     def count(self) -> int:

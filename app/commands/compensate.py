@@ -173,7 +173,7 @@ def _from_laws(
     """Prepare the compensation of a panel from material laws."""
     from analysis.compensation.settings import suited_nodes
     from app.stages.panel_inputs import method_for, panel_for
-    from app.stages.panel_laws import effects_left_out, laws_for, range_of
+    from app.stages.panel_laws import effects_left_out, laws_for, range_of, said_of_range
 
     spacing, place, across = wanted
     if place is not None and typed("spacing"):
@@ -183,9 +183,7 @@ def _from_laws(
     followed = method_for(method, panel, beside)  # type: ignore[arg-type]
     low, high = range_of(declared, laws, laws_path)
     _check_temperatures(wanted, training, (low, high))
-    notes = [] if twin is None else effects_left_out(twin)
-    if (low, high) != declared.filters.operating_range:
-        notes.append(f"the laws cover {low:g} to {high:g} °C only")
+    notes = [*said_of_range(declared, (low, high)), *([] if twin is None else effects_left_out(twin))]
 
     from app.stages import compensate
 

@@ -138,13 +138,14 @@ def _from_laws(
     import numpy as np
 
     from app.stages.panel_inputs import panel_of
-    from app.stages.panel_laws import effects_left_out, laws_for, range_of, within
+    from app.stages.panel_laws import effects_left_out, laws_for, range_of, said_of_range, within
 
     declared, panel_path = panel_of(panel, changes)
     laws_path, laws, beside = laws_for(run, twin, "focus")
     low, high = range_of(declared, laws, laws_path)
     named = within(np.array(sorted(set(temperatures))), laws, laws_path) if temperatures else None
-    notes = [] if twin is None else effects_left_out(twin)
+    notes = said_of_range(declared, (low, high)) if named is None else []
+    notes += [] if twin is None else effects_left_out(twin)
 
     from app.stages import focus
     from app.stages.uncorrected_filters import uncorrected_laws

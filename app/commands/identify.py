@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
@@ -15,7 +15,7 @@ from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from analysis.identification.reading import Damping
-    from app.stages.identify import Method, Wanted
+    from app.stages.identify_options import Method, Wanted
 
 MEASURED = Existing("allowed: a campaign's folder, a test's declaration (test.toml), or a universal file")
 EXAMPLES = """\b
@@ -23,6 +23,7 @@ Examples:
   flexura identify plate --out plate-run
   flexura identify plate --band 100 800 --json > modes.json
   flexura identify plate --twin plate-run
+  flexura identify plate --export frfs.uff --temperature 20
   flexura identify frfs.uff --shared-poles --out plate-run --damping viscous
   flexura identify test.toml --out beam-run
 """
@@ -47,6 +48,7 @@ Examples:
 @click.option("--band", nargs=2, type=click.FloatRange(min=0.0), metavar="LOW HIGH", help="Hz (default: all).")
 @click.option("--shared-poles", is_flag=True, help="FRFS.uff: one structure, one set of poles, and its shapes.")
 @click.option("--export", type=PATH, metavar="FRFS.uff", help="Write CAMPAIGN's FRFs as a universal file, too.")
+@click.option("--temperature", type=float, help="With --export: only the sweep nearest to it, °C (default: all).")
 @click.option(
     "--actuator", metavar="ID", help="CAMPAIGN: of several that drove in turn, whose sweeps (the first)."
 )
@@ -67,6 +69,7 @@ def command(
     band: tuple[float, float] | None,
     shared_poles: bool,
     export: Path | None,
+    temperature: float | None,
     twin: Path | None,
     actuator: str | None,
     out: Path | None,
@@ -86,7 +89,12 @@ def command(
 
     if band is not None and not band[0] < band[1]:
         raise click.BadParameter(f"{band[0]:g} {band[1]:g}: LOW must be below HIGH", param_hint="--band")
-    options = partial(_wanted, mains, damping, method, band, actuator)
+    if temperature is not None and export is None:
+        raise click.BadParameter(
+            "chooses the sweep that --export writes; add --export", param_hint="--temperature"
+        )
+    chosen = {"damping": damping, "method": method, "band": band, "actuator": actuator}
+    options = partial(_wanted, mains, temperature=temperature, **chosen)
     if actuator is not None and not (campaign.is_dir() and not declares_test(campaign)):
         raise click.BadParameter("only a campaign has actuators that drive in turn", param_hint="--actuator")
     if declares_test(campaign):
@@ -128,14 +136,12 @@ def _refuse_for_universal(twin: Path | None, shared_poles: bool, export: Path | 
         raise click.BadParameter(message, param_hint="--out")
 
 
-def _wanted(
-    mains: float, damping: "Damping", method: "Method", band: tuple[float, float] | None, actuator: str | None
-) -> "Wanted":
+def _wanted(mains: float, **options: Any) -> "Wanted":
     """Return the options for the stage; called after the input is read, because importing the stage is slow."""
     from analysis.identification.settings import Settings
-    from app.stages.identify import Wanted
+    from app.stages.identify_options import Wanted
 
-    return Wanted(Settings(mains=mains), damping, method, band, actuator)
+    return Wanted(Settings(mains=mains), **options)
 
 
 def _campaign(
@@ -167,7 +173,8 @@ def _campaign(
     tracked = found.tracked
     seconds = time.perf_counter() - started
     output.result(lambda: campaign_record(tracked, seconds), lambda: show(tracked))
-    for note in (*found.frf.notes, *tracked.notes):
+    said = () if export is None else (identify.said_of_export(export, found, wanted.temperature),)
+    for note in (*found.frf.notes, *tracked.notes, *said):
         output.note(note)
     output.summary(f"{summary(tracked, seconds)}; results in {run}")
     if not any(modes.real.any() for modes in tracked.modes):
@@ -180,7 +187,7 @@ def _structure(path: Path, out: Path | None, options: "Callable[[], Wanted]", ou
     from app.files.run_folder import run_folder
     from app.files.uff58 import read_frfs
     from app.modal_test.declared_test import declared_frfs
-    from app.modal_test.frf_set import of_universal
+    from app.modal_test.universal_frfs import of_universal
 
     started = time.perf_counter()
     typed_mains = click.get_current_context().get_parameter_source("mains") is ParameterSource.COMMANDLINE

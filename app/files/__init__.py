@@ -49,6 +49,7 @@ Campaigns:
 ``one_actuator``          a recording of several actuators taken apart
 ``joined_campaign``       campaigns with an actuator each put together
 ``uff58``                 FRFs in universal files: ``uff_sets``, ``uff58_text``
+``uff_nodes``             coordinates in them
 ``uff_campaign``          FRFs of a campaign as universal files name them
 ========================  ===============================================================================
 

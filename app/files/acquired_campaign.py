@@ -21,11 +21,10 @@ from app.files.campaign_kind import is_campaign_folder
 from app.files.coverage import Place
 from app.files.folder_lock import writable
 from app.files.latest_repeat import LatestRepeat, save_latest
-from app.files.same_experiment import require_ours
+from app.files.same_experiment import REJECTED, changed_keys, put_log_aside, require_ours
 from app.files.sweep_file import Source, file_name, read_sweep_file, write_sweep
 from drivers.ni.cards import Record, go_on
 
-REJECTED = "rejected"
 SPARE = 50_000_000
 """Bytes of disk left free for the log and for whatever else lives there."""
 
@@ -180,7 +179,8 @@ def open_campaign(
     ----------
     folder : Path
     protocol : dict
-        Of `frozen_protocol`. It must be the very one a folder that is there was begun with.
+        Of `frozen_protocol`. It must be the very one a folder that is there was begun with, unless nothing was
+        measured: then that folder's protocol is replaced, and its log put aside.
     experiment : Experiment
     source : Source
     check, sensitivities : callable, Sensitivities
@@ -214,6 +214,9 @@ def _prepare(folder: Path, protocol: dict[str, Any]) -> None:
     require_ours(folder, protocol)
     if is_campaign_folder(folder):
         remove_unfinished(folder)
+        if changed_keys(folder, protocol):
+            put_log_aside(folder)
+            write_protocol(folder, protocol)
     else:
         folder.mkdir(exist_ok=True)
         write_protocol(folder, protocol)

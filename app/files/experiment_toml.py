@@ -74,7 +74,10 @@ class AcquiredExperiment(Sparse):
     def protocol(self) -> AcquisitionProtocol:
         """What is measured when."""
         forced, settling = bool(self.drive), self.cards.settling
-        return AcquisitionProtocol(self.sweep, self.programme, self.limits, forced, settling)
+        read = [patch.id for patch in self.patch if patch.role == "sensor"]
+        read += [channel.id for sensor in self.sensor for channel in sensor.channels(self.plate)]
+        named = tuple(f"{one} ({at})" for one, at in zip(read, self.cards.responses, strict=False))
+        return AcquisitionProtocol(self.sweep, self.programme, self.limits, forced, settling, named)
 
     @property
     def drive_gain(self) -> float:

@@ -1,12 +1,23 @@
-"""Whether a folder holds the campaign of this very experiment, so that it can be taken up again."""
+"""Whether a folder holds the campaign of this very experiment, so that it can be taken up again.
+
+An experiment may be changed as long as nothing was measured, as after a test shot that was too loud.
+"""
 
 from collections.abc import Mapping
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_folder import SWEEPS, read_protocol
 from app.files.campaign_kind import PROTOCOL, is_campaign_folder
+from app.files.events import NAME as EVENTS
+from app.files.events import read_events
+from app.files.latest_repeat import NAME as LATEST
+from app.files.readings import NAME as READINGS
+
+REJECTED = "rejected"
+"""Folder of the sweeps that were recorded, and found faulty."""
 
 LATER = {
     ".acquired.oven.rest_after": 1800.0,
@@ -20,15 +31,42 @@ def require_ours(folder: Path, protocol: Mapping[str, Any]) -> None:
     """Raise CampaignFileError if a folder holds something else than the campaign of this protocol."""
     ours = {PROTOCOL, f"{PROTOCOL}.part", SWEEPS}
     if is_campaign_folder(folder):
-        there, _ = read_protocol(folder)
-        different = _differences({part: there.get(part) for part in protocol}, dict(protocol))
-        if different:
+        different = changed_keys(folder, protocol)
+        if different and not may_change(folder):
             seen = f"holds a campaign begun with another experiment; different: {', '.join(different[:6])}"
             allowed = "a new folder, or this same experiment"
             raise CampaignFileError(folder, [Problem("", "", seen, allowed, "undo the change, or use --out")])
     elif folder.exists() and (not folder.is_dir() or {child.name for child in folder.iterdir()} - ours):
         allowed = "a new folder, or one this same experiment began"
         raise CampaignFileError(folder, [Problem("", "", "exists and is no campaign", allowed, "use --out")])
+
+
+def changed_keys(folder: Path, protocol: Mapping[str, Any]) -> list[str]:
+    """Return what differs between a protocol and that of a campaign folder, as the experiment's file names it."""
+    there, _ = read_protocol(folder)
+    return _differences({part: there.get(part) for part in protocol}, dict(protocol))
+
+
+def may_change(folder: Path) -> bool:
+    """Whether a campaign that a rig began holds no sweep, kept or rejected, and left its oven at rest."""
+    if "acquired" not in read_protocol(folder)[0]:
+        return False
+    measured = any(child.suffix == ".h5" for part in (SWEEPS, REJECTED) for child in (folder / part).glob("*"))
+    commands = [event["command"] for event in read_events(folder) if event.get("command")]
+    return not measured and commands[-1:] in ([], ["safe"])
+
+
+def put_log_aside(folder: Path) -> None:
+    """Rename the log and the readings of an experiment that was changed: ``events-1.jsonl``, ``readings-1.csv``.
+
+    A new log makes the campaign begin with its test shot. The last repeat recorded, which is only shown, goes.
+    """
+    (folder / LATEST).unlink(missing_ok=True)
+    for name in (EVENTS, READINGS):
+        stem, _, ending = name.partition(".")
+        kept = (folder / f"{stem}-{number}.{ending}" for number in count(1))
+        if (folder / name).exists():
+            (folder / name).rename(next(path for path in kept if not path.exists()))
 
 
 def _differences(there: dict[str, Any], asked: dict[str, Any]) -> list[str]:

@@ -1,12 +1,10 @@
 """Measured transfers of a panel: universal files (data sets 58, nodes from 15 or 2411) and HDF5."""
 
 import re
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyuff
 from numpy.typing import NDArray
 
 from analysis.estimation.transfer import MeasuredTransfer
@@ -16,6 +14,7 @@ from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
 from app.files.isolation import require_readable
 from app.files.uff58 import read_frfs
+from app.files.uff_nodes import read_nodes
 
 INTEGRATED = {"displacement": 0, "velocity": 1, "acceleration": 2}
 """Times a quantity has to be integrated to be a displacement."""
@@ -108,7 +107,7 @@ def _hdf5(path: Path) -> MeasuredTransfers:
 def _uff(path: Path, temperature: float) -> tuple[MeasuredTransfers, list[int]]:
     """Transfers of a universal file, and the nodes of the actuators."""
     frfs = read_frfs(path)
-    places = _nodes(path)
+    places = read_nodes(path)
     frequency = frfs[0].frequency
     for frf in frfs:
         if len(frf.frequency) != len(frequency) or not np.allclose(frf.frequency, frequency, rtol=1e-6):
@@ -136,7 +135,7 @@ def _uff(path: Path, temperature: float) -> tuple[MeasuredTransfers, list[int]]:
         taken[node, source] = frf.response
         place = (0, references.index(source), slice(None), responses.index(node))
         transfer[place], variance[place] = _displacement(frf)
-    points = np.array([places[node] for node in responses])
+    points = np.array([places[node][:2] for node in responses])
     return MeasuredTransfers(np.array([temperature]), points, frequency, transfer, variance), references
 
 
@@ -190,23 +189,3 @@ def _displacement(frf: MeasuredTransfer) -> tuple[NDArray[np.complex128], NDArra
     omega = 2.0 * np.pi * frf.frequency
     variance = np.zeros(frf.h.shape) if frf.variance is None else np.asarray(frf.variance / omega ** (2 * times))
     return np.asarray(sign * frf.h / (1j * omega) ** times), variance
-
-
-def _nodes(path: Path) -> dict[int, tuple[float, float]]:
-    """Where the nodes of data sets 15 and 2411 are, x and y, m."""
-    file = pyuff.UFF(str(path))
-    found: dict[int, tuple[float, float]] = {}
-    for number, kind in enumerate(np.atleast_1d(file.get_set_types())):
-        if int(kind) not in (15, 2411):
-            continue
-        try:
-            read: Any = file.read_sets(number)
-        except Exception as error:  # damage leads the library into whatever there is
-            raise ValueError(f"its data set of points ({int(kind)}) cannot be read; damaged?") from error
-        held: dict[str, Sequence[float]] = read[0] if isinstance(read, list) else read
-        nodes = zip(held["node_nums"], held["x"], held["y"], strict=True)
-        try:
-            found |= {int(n): (float(x), float(y)) for n, x, y in nodes}
-        except OverflowError as error:
-            raise ValueError(f"a node's number is no whole number ({error}); damaged?") from error
-    return found

@@ -1,7 +1,7 @@
 """FRFs in universal files (data set 58), the exchange format of modal software, through pyuff."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from app.files.measurements.columns import unused_name
 from app.files.measurements.formats import FORMATS
 from app.files.parsed_text import read_bytes
 from app.files.uff58_text import FRF_FUNCTION, QUANTITIES, frf_text
+from app.files.uff_nodes import nodes_text
 from app.files.uff_sets import data_sets
 
 COHERENCE_FUNCTIONS = (6, 26)
@@ -122,9 +123,19 @@ def _with_coherence(path: Path, frf: MeasuredTransfer, data: dict[str, Any] | No
         raise ResultFileError(f"{path}: {frf.name!r}: {error}; export the FRF alone, or correct it") from error
 
 
-def write_frfs(path: Path, frfs: Sequence[MeasuredTransfer]) -> None:
-    """Write FRFs as ASCII data sets 58, double precision, whole or not at all."""
-    write_text(path, "".join(frf_text(frf) for frf in frfs))
+def write_frfs(
+    path: Path, frfs: Sequence[MeasuredTransfer], points: Mapping[int, tuple[float, float, float]] | None = None
+) -> None:
+    """Write FRFs as ASCII data sets 58, double precision, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+    frfs : sequence of MeasuredTransfer
+    points : mapping of int to (float, float, float), optional
+        m; nodes that are known, which go before the FRFs as a data set 15.
+    """
+    write_text(path, nodes_text(points or {}) + "".join(frf_text(frf) for frf in frfs))
 
 
 def _as_dict(data: Any) -> dict[str, Any]:

@@ -4,18 +4,35 @@ The outputs are nodes 1, 2, ... in the order of the declaration, the inputs the 
 along z, out of the top face; what a patch does or reads has none, 0. Mains lines, never fitted, are in it too.
 """
 
+import numpy as np
+
 from analysis.channel import Channel
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import Experiment
 from analysis.frf import Frf
 
+OUTSIDE = 1.0
+"""K that a temperature asked for may lie beyond those measured: readings differ from the temperatures declared."""
 
-def campaign_frfs(experiment: Experiment, frf: Frf) -> list[MeasuredTransfer]:
-    """Return every sweep's FRFs, sweep by sweep, with names that distinguish them."""
+
+def campaign_frfs(experiment: Experiment, frf: Frf, sweep: int | None = None) -> list[MeasuredTransfer]:
+    """Return a sweep's FRFs, or every sweep's, sweep by sweep, with names that distinguish them.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    frf : Frf
+    sweep : int, optional
+        The only one, from 0.
+
+    Returns
+    -------
+    list of MeasuredTransfer
+    """
     inputs, outputs = experiment.inputs, experiment.outputs
     return [
         MeasuredTransfer(
-            name=f"{label} {temperature:.2f} C {direction} {level:g} {source.unit}",
+            name=f"{label} {sweep_name(frf, number)}",
             response=f"{node}:{_direction(output)}",
             reference=f"{len(outputs) + 1 + which}:{_direction(source)}",
             quantity=output.quantity,
@@ -24,14 +41,36 @@ def campaign_frfs(experiment: Experiment, frf: Frf) -> list[MeasuredTransfer]:
             reference_quantity=source.quantity,
             units=(output.unit, source.unit),
         )
-        for sweep, temperature, direction, level, which in zip(
-            frf.h, frf.temperature, frf.direction, frf.level, frf.driven_by, strict=True
-        )
+        for number, which in enumerate(frf.driven_by)
+        if sweep in (None, number)
         for source in (inputs[which],)
         for node, (output, label, h) in enumerate(
-            zip(outputs, experiment.labels(source), sweep, strict=True), start=1
+            zip(outputs, experiment.labels(source), frf.h[number], strict=True), start=1
         )
     ]
+
+
+def campaign_points(experiment: Experiment) -> dict[int, tuple[float, float, float]]:
+    """Return where forces act and motions are read, m, by node; a patch is no point and has none."""
+    channels = enumerate((*experiment.outputs, *experiment.inputs), start=1)
+    return {node: (*one.footprint.point, 0.0) for node, one in channels if one.footprint is not None}
+
+
+def sweep_name(frf: Frf, sweep: int) -> str:
+    """Say which sweep it is: ``20.01 C up 0.3 V``."""
+    level = f"{frf.level[sweep]:g} {frf.level_unit(sweep)}"
+    return f"{frf.temperature[sweep]:.2f} C {frf.direction[sweep]} {level}"
+
+
+def nearest_sweep(frf: Frf, temperature: float) -> int:
+    """Return the sweep nearest to a temperature in degrees Celsius, the first of several.
+
+    Raises ValueError where the campaign was not measured there.
+    """
+    low, high = float(frf.temperature.min()), float(frf.temperature.max())
+    if not low - OUTSIDE <= temperature <= high + OUTSIDE:
+        raise ValueError(f"--temperature {temperature:g} °C; the sweeps are from {low:.2f} to {high:.2f} °C")
+    return int(np.argmin(np.abs(frf.temperature - temperature)))
 
 
 def _direction(channel: Channel) -> str:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +11,8 @@ from analysis.estimation.coherence import without_information
 from analysis.estimation.quantities import frf_label, frf_name
 from analysis.estimation.segments import Segments
 from analysis.estimation.transfer import MeasuredTransfer
+from analysis.identification.band import lines_inside
 from app.files.bad_file import ResultFileError
-from app.files.provenance import sha256
 
 Position = tuple[float, float, float]
 
@@ -133,44 +132,6 @@ def said_of_coherence(transfers: Sequence[MeasuredTransfer]) -> list[str]:
     ]
 
 
-def _alive(transfers: Sequence[MeasuredTransfer]) -> tuple[list[MeasuredTransfer], list[str]]:
-    """FRFs that are not zero throughout, and a note for each other one; all of them where none is left."""
-    alive = [one for one in transfers if np.abs(one.h).any()]
-    if not alive:
-        return list(transfers), []
-    return alive, [
-        f"{one.name} ({one.response} / {one.reference}): zero on every line, a dead channel; left out"
-        for one in transfers
-        if not np.abs(one.h).any()
-    ]
-
-
-def of_universal(path: Path, transfers: list[MeasuredTransfer]) -> FrfSet:
-    """FRFs of a universal file as those of one structure.
-
-    Parameters
-    ----------
-    path : Path
-    transfers : list of MeasuredTransfer
-        Read from it; those that are zero throughout are left out, with a note.
-
-    Returns
-    -------
-    FrfSet
-
-    Raises
-    ------
-    ResultFileError
-        Where there are none, or their lines differ.
-    """
-    try:
-        alive, dead = _alive(transfers)
-        notes = (*dead, *said_of_coherence(alive))
-        return FrfSet(path.stem, tuple(alive), notes=notes, hashes={path.name: sha256(path)})
-    except ValueError as error:
-        raise ResultFileError(f"{path}: {error}") from error
-
-
 def cut(frfs: FrfSet, band: tuple[float, float] | None) -> FrfSet:
     """Return the FRFs inside a band.
 
@@ -191,12 +152,10 @@ def cut(frfs: FrfSet, band: tuple[float, float] | None) -> FrfSet:
     """
     if band is None:
         return frfs
-    inside = (frfs.frequency >= band[0]) & (frfs.frequency <= band[1])
-    if inside.sum() < 8:
-        raise ResultFileError(
-            f"{frfs.title}: {int(inside.sum())} lines from {band[0]:g} to {band[1]:g} Hz; at least 8 are needed. "
-            f"They reach from {frfs.frequency[0]:g} to {frfs.frequency[-1]:g} Hz: widen --band"
-        )
+    try:
+        inside = lines_inside(frfs.frequency, band)
+    except ValueError as error:
+        raise ResultFileError(f"{frfs.title}: {error}") from error
     parts = tuple(
         replace(
             one,

@@ -25,7 +25,7 @@ from app.modal_test.saved import load_frfs, save_frfs, save_stabilization, write
 from app.modal_test.without_windows import rebuilt, without_windows
 
 if TYPE_CHECKING:
-    from app.stages.identify import Wanted
+    from app.stages.identify_options import Wanted
 
 
 @dataclass(frozen=True)
@@ -137,8 +137,8 @@ def write_run(run: Path, found: TestModes, settings: Mapping[str, Any]) -> None:
     save_stabilization(run / "stabilization.h5", found.chart, made_from)
     write_modes_table(run / "modes.csv", found.modes, found.shapes)
     write_modes(run / "modes.uff", found.modes, found.shapes, frfs.points)
-    write_frfs(run / "frfs.uff", frfs.transfers)
-    write_frfs(run / "rebuilt.uff", _with_values(frfs.transfers, found.rebuilt()))
+    write_frfs(run / "frfs.uff", frfs.transfers, frfs.points)
+    write_frfs(run / "rebuilt.uff", _with_values(frfs.transfers, found.rebuilt()), frfs.points)
 
 
 def _with_values(transfers: tuple[MeasuredTransfer, ...], h: NDArray[np.complex128]) -> list[MeasuredTransfer]:

@@ -1,25 +1,17 @@
 """Identify stage: modes of a campaign, computed and saved, and modes of single FRFs of universal files."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, get_args
-
-import numpy as np
+from typing import Any
 
 from analysis.campaign import Campaign
 from analysis.chosen_actuator import sweeps_of_actuator
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import Experiment
 from analysis.frf import Frf, campaign_frf
-from analysis.identification.automatic import identify
 from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
-from analysis.identification.measured import Measured
-from analysis.identification.modes import Modes
-from analysis.identification.peak_picking import identify_by_peaks
-from analysis.identification.reading import Damping
 from analysis.identification.residual_terms import choices_for
-from analysis.identification.settings import Settings
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import sweep_measured, track
 from analysis.progress import Progress
@@ -29,90 +21,11 @@ from app.files.modes_file import save_modes, write_table
 from app.files.provenance import provenance, sha256
 from app.files.run_folder import run_file
 from app.files.uff58 import write_frfs
-from app.files.uff_campaign import campaign_frfs
+from app.files.uff_campaign import campaign_frfs, campaign_points, nearest_sweep, sweep_name
 from app.modal_test.frf_set import said_of_coherence
+from app.stages.identify_options import Wanted
 from app.terminal.modes import headline, modes_record, tables
 from app.terminal.notebook import as_html, as_text
-
-Method = Literal["auto", "peak-picking"]
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """Options of the identification.
-
-    Attributes
-    ----------
-    settings : Settings
-        Of the search.
-    damping : str
-        ``hysteretic`` or ``viscous`` reading of poles.
-    method : str
-        ``auto`` or ``peak-picking``.
-    band : (float, float) or None
-        Hz; None for all lines.
-    actuator : str or None
-        Which actuator's sweeps are used, if several drove the plate in turn; None for the first.
-    """
-
-    settings: Settings
-    damping: Damping
-    method: Method
-    band: tuple[float, float] | None
-    actuator: str | None = None
-
-    def __post_init__(self) -> None:
-        for name, choices in (("damping", get_args(Damping)), ("method", get_args(Method))):
-            if getattr(self, name) not in choices:
-                raise ValueError(f"{name} {getattr(self, name)!r}: {' or '.join(choices)}")
-        if self.band is not None and not 0.0 <= self.band[0] < self.band[1]:
-            raise ValueError(f"band {self.band[0]:g} to {self.band[1]:g} Hz: two frequencies, ascending, wanted")
-
-    def record(self) -> dict[str, Any]:
-        """Return the options in the form stored in a result file's provenance."""
-        return {
-            "method": self.method,
-            "damping": self.damping,
-            "band_hz": None if self.band is None else list(self.band),
-            "mains_hz": self.settings.mains,
-            "start_count": self.settings.start_count,
-            "most_count": self.settings.most_count,
-            **({} if self.actuator is None else {"actuator": self.actuator}),
-        }
-
-    def at_mains(self, mains: float) -> "Wanted":
-        """Return the options with another mains frequency, Hz."""
-        return replace(self, settings=replace(self.settings, mains=mains))
-
-    def cut(self, frf: Frf) -> Frf:
-        """Return a campaign's FRFs on the lines inside the band."""
-        if self.band is None:
-            return frf
-        inside = (frf.frequency >= self.band[0]) & (frf.frequency <= self.band[1])
-        return replace(
-            frf,
-            frequency=frf.frequency[inside],
-            h=frf.h[:, :, inside],
-            variance=frf.variance[:, :, inside],
-            coherence=frf.coherence[:, :, inside],
-            excluded=frf.excluded[inside],
-        )
-
-    def one_by_one(self) -> Callable[[Measured, Settings], Modes] | None:
-        """Return the method that identifies each sweep alone, or None where sweeps are fitted jointly."""
-        return identify_by_peaks if self.method == "peak-picking" else None
-
-    def identify(self, frfs: Sequence[MeasuredTransfer]) -> Modes:
-        """Identify FRFs with common poles and lines; ValueError if there is nothing to identify."""
-        terms = choices_for({frf.quantity for frf in frfs})
-        frequency = frfs[0].frequency
-        low, high = self.band or (0.0, np.inf)
-        inside = (frequency >= low) & (frequency <= high)
-        known = [frf.variance[inside] for frf in frfs if frf.variance is not None]
-        variance = np.array(known) if len(known) == len(frfs) else None
-        measured = Measured(frequency[inside], np.array([frf.h[inside] for frf in frfs]), variance)
-        settings = replace(self.settings, terms=terms)
-        return confirmed(measured, (self.one_by_one() or identify)(measured, settings)).read_as(self.damping)
 
 
 @dataclass(frozen=True)
@@ -164,12 +77,16 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | N
     Raises
     ------
     ResultFileError
-        For a sensor without signal, a band without lines, or laws of another campaign.
+        For a sensor without signal, a band without lines, a temperature to export that was not measured, or laws
+        of another campaign.
     """
     inputs = dict(campaign.hashes)
     try:
         every = campaign_frf(campaign, mains=wanted.settings.mains or 50.0)
         frf, expected = sweeps_of_actuator(every, wanted.actuator), None
+        inside = wanted.cut(frf)
+        if wanted.temperature is not None:
+            nearest_sweep(frf, wanted.temperature)
         if twin is not None:
             from app.twins.expected_modes import expected_modes
 
@@ -177,8 +94,8 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | N
             expected, inputs["laws.h5"] = expected_modes(campaign, laws, report), sha256(laws)
             expected = replace(expected, poles=expected.poles[every.driven_by == frf.driven_by[0]])
         settings = replace(wanted.settings, terms=choices_for(_quantities(campaign.experiment)))
-        tracked = track(wanted.cut(frf), settings, report, wanted.one_by_one(), expected)
-        tracked = _confirmed(wanted.cut(frf), tracked).read_as(wanted.damping)
+        tracked = track(inside, settings, report, wanted.one_by_one(), expected)
+        tracked = _confirmed(inside, tracked).read_as(wanted.damping)
     except ValueError as error:
         raise ResultFileError(f"{campaign.name}: {error}") from error
     return IdentifiedCampaign(frf, tracked, inputs, every)
@@ -211,7 +128,7 @@ def save(
     wanted : Wanted
         Stored in the provenance.
     export : Path, optional
-        Universal file for the FRFs.
+        Universal file for the FRFs: of the sweep nearest to the temperature wanted, or of all.
 
     Raises
     ------
@@ -221,9 +138,36 @@ def save(
     made_from = provenance(found.inputs, {"campaign": campaign.name} | wanted.record())
     save_frf(run / "frf.h5", campaign.experiment, found.every, made_from)  # as written by update and gap
     if export is not None:
-        write_frfs(export, campaign_frfs(campaign.experiment, found.frf))
+        sweep = None if wanted.temperature is None else nearest_sweep(found.frf, wanted.temperature)
+        frfs = campaign_frfs(campaign.experiment, found.frf, sweep)
+        write_frfs(export, frfs, campaign_points(campaign.experiment))
     save_modes(run / "modes.h5", found.tracked, made_from)
     write_table(run / "modes.csv", found.tracked)
+
+
+def said_of_export(export: Path, found: IdentifiedCampaign, temperature: float | None) -> str:
+    """Say which sweeps a universal file of the campaign holds.
+
+    Parameters
+    ----------
+    export : Path
+        The file.
+    found : IdentifiedCampaign
+    temperature : float or None
+        As wanted.
+
+    Returns
+    -------
+    str
+    """
+    if temperature is not None:
+        return f"{export}: FRFs of the sweep {sweep_name(found.frf, nearest_sweep(found.frf, temperature))}"
+    count = len(found.frf.temperature)
+    if count == 1:
+        return f"{export}: FRFs of one sweep"
+    return (
+        f"{export}: FRFs of {count} sweeps. For --shared-poles and focus --transfers write one: --temperature 20"
+    )
 
 
 def uff_records(frfs: Sequence[MeasuredTransfer], wanted: Wanted, report: Progress) -> list[dict[str, Any]]:

@@ -4,7 +4,7 @@ from analysis.mains import likely_mains
 from analysis.progress import Progress
 from app.modal_test.frf_set import FrfSet, cut
 from app.modal_test.modes_of_test import TestModes, identify_test, save_test
-from app.stages.identify import Wanted
+from app.stages.identify_options import Wanted
 
 save = save_test
 

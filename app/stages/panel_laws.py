@@ -96,6 +96,17 @@ def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, flo
         raise ResultFileError(f"{origin}: {error}; update a campaign that covers them") from error
 
 
+def said_of_range(panel: Panel, covered: tuple[float, float]) -> list[str]:
+    """Return a note where laws that cover `covered`, °C, do not reach over all of the panel's operating range."""
+    low, high = panel.filters.operating_range
+    if covered == (low, high):
+        return []
+    return [
+        f"the laws cover {covered[0]:g} to {covered[1]:g} °C only: no filters for the rest of the panel's "
+        f"operating_range, {low:g} to {high:g} °C; update a campaign that covers it"
+    ]
+
+
 def within(temperature: Real, laws: MaterialLaws, origin: Path) -> Real:
     """Return temperatures after checking that the laws cover all of them.
 

@@ -166,7 +166,7 @@ def show(found: Compensation) -> None:
         ("contrast, mean", [f"{c.mean():.3f}" for c in found.contrast]),
         ("contrast, worst line", [f"{c.min():.3f}" for c in found.contrast]),
         ("contrast lost, mean", [f"{c.mean(axis=1).max():.4f}" for c in found.contrast_loss]),
-        ("contrast lost, worst line", [f"{c:.4f}" for c in found.largest_loss]),
+        ("contrast lost, worst", [f"{c:.4f}" for c in found.largest_loss]),
         ("contrast by area, mean", [f"{area_normalised(c, share).mean():.3f}" for c in found.contrast]),
         ("phase error, °", [f"{c:.1f}" for c in found.phase_error]),
         ("level ripple, dB", [f"{c:.1f}" for c in found.level_ripple]),
@@ -174,7 +174,7 @@ def show(found: Compensation) -> None:
         ("kilobytes", [f"{c / 1e3:.0f}" for c in found.size]),
         ("multiplications, 10³", [f"{c / 1e3:.0f}" for c in found.update_cost]),
         ("time, s", [f"{c:.2f}" for c in found.seconds]),
-        ("relative error, %", [f"{_largest(found, m):.1g}" for m in range(len(found.methods))]),
+        ("relative error, %", [_percent(_largest(found, m)) for m in range(len(found.methods))]),
     ):
         table.add_row(figure, *values)
     Console().print(table)
@@ -221,16 +221,21 @@ def summary(found: Compensation, target: Path, seconds: float) -> str:
         return (
             f"{len(found.training_temperature)} temperatures measured; left out one by one from {t[0]:g} to "
             f"{t[-1]:g} °C, the networks lose at most {found.largest_loss[0]:.2g} of contrast (relative error "
-            f"{_largest(found, 0):.2g} % of energy); best here: {found.best}, recommended: {found.recommended}; "
-            f"{seconds:.1f} s; {target}"
+            f"{_percent(_largest(found, 0))} % of energy); best here: {found.best}, "
+            f"recommended: {found.recommended}; {seconds:.1f} s; {target}"
         )
     return (
         f"{len(found.training_temperature)} training temperatures, judged at {len(t)} from {t[0]:g} to {t[-1]:g} "
         f"°C: the networks lose at most {found.largest_loss[0]:.2g} of contrast (relative error "
-        f"{_largest(found, 0):.2g} % of energy); best here: {found.best}, "
+        f"{_percent(_largest(found, 0))} % of energy); best here: {found.best}, "
         f"recommended: {found.recommended}; {seconds:.1f} s; {target}"
     )
 
 
 def _largest(found: Compensation, method: int) -> float:
     return float(found.relative_error[method].max())
+
+
+def _percent(value: float) -> str:
+    """Two digits, and no exponent for large ones: 0.014, 2.1, 16, 230."""
+    return f"{value:.0f}" if value >= 10.0 else f"{value:.2g}"

@@ -74,6 +74,11 @@ def record(
     return said if uncorrected is None else said | {"with_uncorrected_laws": _means(uncorrected, share)}
 
 
+FOCUSED = 0.5
+"""Mean contrast below which more of the energy is outside the target than in it: no taps make up for actuators
+that cannot move the target alone. Panels with placed actuators reach 0.6 and more over their band."""
+
+
 def notes(panel: Panel, focusing: Focusing) -> list[str]:
     """Return what a user has to know before trusting the filters."""
     found = []
@@ -108,7 +113,27 @@ def notes(panel: Panel, focusing: Focusing) -> list[str]:
             f"actuator {actuator + 1} is held at its limit of {limits[actuator]:g} V (rated field times "
             "thickness): level or contrast is lost; ask for less displacement, or declare the patch's rated_field"
         )
-    return found
+    return [*found, *_unfocused(focusing)]
+
+
+def _unfocused(focusing: Focusing) -> list[str]:
+    """Say where filters do not focus, and what helps."""
+    contrast = focusing.direct.contrast.mean(axis=1)
+    worst = int(contrast.argmin())
+    if contrast[worst] >= FOCUSED:
+        return []
+    remedy = "take --method stif"
+    if focusing.method == "stif":
+        remedy = (
+            "move the actuators, use more of them, or lower the band: docs/guide/filters.md, "
+            "examples/place_actuators.py"
+        )
+    off = focusing.direct.spot_error[worst].mean()
+    return [
+        f"at {focusing.temperature[worst]:g} °C the filters do not focus: mean contrast {contrast[worst]:.2f}, "
+        f"more energy outside the target than in it; the largest amplitude is {off:.0%} of the plate's length "
+        f"off the target's centre. For contrast above {FOCUSED:g} {remedy}"
+    ]
 
 
 def correction(focusing: Focusing, lost: Aim | None) -> list[str]:
@@ -134,6 +159,7 @@ def show(panel: Panel, focusing: Focusing) -> None:
         "peak: any audio within ±1",
         header_style="bold",
         box=SIMPLE_HEAD,
+        show_edge=False,
         padding=(0, 1, 0, 0),
     )
     headings = ("°C", "mean", "worst", "uncut", "area", "dB", "ripple", "phase", f"peak {unit}")
@@ -143,7 +169,7 @@ def show(panel: Panel, focusing: Focusing) -> None:
     normalised = area_normalised(direct.contrast, focusing.target_share)
     for t, temperature in enumerate(focusing.temperature):
         table.add_row(
-            f"{temperature:g}",
+            f"{temperature:.4g}",
             *_both(direct.contrast[t]),
             f"{focusing.uncut.contrast[t].min():.3f}",
             f"{normalised[t].mean():.3f}",

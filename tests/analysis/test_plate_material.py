@@ -1,13 +1,14 @@
 """What a plate is made of: the ranges of known kinds, and nonsense refused with key, value and range."""
 
 import re
+from typing import Any
 
 import pytest
 from pydantic import ValidationError
 
 from analysis.experiment import Plate
 from analysis.material import MaterialBox
-from analysis.material_kinds import KINDS, THERMOPLASTIC
+from analysis.material_kinds import DENSITIES, KINDS, THERMOPLASTIC
 from analysis.plate_material import PlateMaterial, material_box
 
 SHEET = {"length_x": 0.24, "length_y": 0.19, "thickness": 0.003, "mass": 0.13}
@@ -47,6 +48,18 @@ def test_every_kind_can_be_modelled() -> None:
         assert 0.0 < box.youngs_modulus[0] < box.youngs_modulus[1]
         assert 0.0 < box.poisson_ratio[0] < box.poisson_ratio[1] < 0.5
         assert 0.0 < box.loss_factor[0] < box.loss_factor[1] < 1.0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_density_is_that_of_the_kind_filled_or_perforated(kind: Any) -> None:
+    """Half to twice the usual one: a mass in a wrong unit, or with one digit wrong, is refused."""
+    volume = 0.24 * 0.19 * 0.003
+    usual = DENSITIES[kind]
+    for share in (0.55, 1.0, 1.9):
+        Plate(**SHEET | {"mass": share * usual * volume}, material={"kind": kind})
+    for share in (0.45, 2.1, 10.0):
+        with pytest.raises(ValidationError, match=f"allowed {0.5 * usual:g} to {2 * usual:g} for {kind}: mass"):
+            Plate(**SHEET | {"mass": share * usual * volume}, material={"kind": kind})
 
 
 def test_numbers_replace_those_of_the_kind_and_survive_a_file() -> None:

@@ -115,6 +115,21 @@ def test_it_refuses(changes: dict[str, Any], message: str) -> None:
         declared(**changes)
 
 
+@pytest.mark.parametrize(
+    ("grid", "margin", "allowed"), [((3, 2), 0.1, "0.095 m"), ((3, 1), 0.12, "0.12 m"), ((5, 4), 0.2, "0.12 m")]
+)
+def test_a_margin_of_half_the_plate_turns_no_grid_inside_out(
+    grid: tuple[int, int], margin: float, allowed: str
+) -> None:
+    laser = {"id": "L", "kind": "velocity", "grid": grid, "margin": margin}
+    with pytest.raises(
+        ValidationError, match=f"sensor 'L': margin {margin:g} m; allowed 0 to less than {allowed}"
+    ):
+        declared(drive=[HAMMER], sensor=[laser])
+    if grid[1] == 1:  # of one point along y, the margin there does not count
+        assert len(declared(drive=[HAMMER], sensor=[laser | {"margin": 0.1}]).outputs) == 3
+
+
 def test_a_channel_has_one_place() -> None:
     with pytest.raises(ValueError, match="a patch or a footprint, and not both"):
         Channel("S1", "voltage")

@@ -26,7 +26,7 @@ from app.commands import acquire
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import frozen_protocol, write_protocol
-from app.files.events import read_events
+from app.files.events import append_event, read_events
 from app.files.experiment_toml import read_acquired_experiment
 from app.files.folder_lock import folder_lock
 from app.main import flexura, main
@@ -432,13 +432,14 @@ def test_a_rig_left_on_comes_to_rest_also_where_its_campaign_is_not_taken_up(
         (tmp_path / "mine-campaign.lock").mkdir()
     folder, recorded = tmp_path / "mine-campaign", declared.recorded(parts.rig().open_cards().sample_rate)
     write_protocol(folder, frozen_protocol(folder.name, recorded, {}, acquired))
+    append_event(folder, {"event": "oven", "command": "ramp", "target": 45.0})
     parts.rig().open_oven().ramp_to(45.0, 1.0)
     with pytest.raises(SystemExit) as left:
         main(["acquire", str(file), "--rig", "real"])
     assert left.value.code == 2
     assert REFUSED[refused] in capsys.readouterr().err
     assert not parts.body.regulating
-    assert [event["command"] for event in read_events(folder)] == ["safe"]
+    assert [event["command"] for event in read_events(folder)] == ["ramp", "safe"]
 
 
 def test_nothing_is_reduced_where_a_shot_cannot_succeed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,7 +21,8 @@ from app.files.uff58 import read_frfs, write_frfs
 from app.main import flexura
 from app.modal_test.modes_of_test import load_test
 from app.modal_test.without_windows import rebuilt
-from app.stages.identify import Wanted, uff_records
+from app.stages.identify import uff_records
+from app.stages.identify_options import Wanted
 from app.terminal.modes import modes_record, show_modes
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"

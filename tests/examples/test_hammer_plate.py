@@ -11,7 +11,8 @@ from analysis.identification.residual_terms import choices_for
 from analysis.identification.settings import Settings
 from app.files.campaign import load_campaign
 from app.main import flexura
-from app.stages.identify import Wanted, compute
+from app.stages.identify import compute
+from app.stages.identify_options import Wanted
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "examples" / "hammer-plate"

@@ -1,6 +1,7 @@
 """The folder a rig writes into."""
 
 import errno
+import json
 import os
 import shutil
 from collections.abc import Callable, Iterator
@@ -16,7 +17,7 @@ from analysis.protocol.set_points import SweepSetPoint
 from app.files.acquired_campaign import AcquiredCampaign, open_campaign
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
-from app.files.campaign_folder import frozen_protocol, sweep_paths
+from app.files.campaign_folder import frozen_protocol, read_protocol, sweep_paths
 from app.files.experiment_toml import read_acquired_experiment
 from app.files.folder_lock import folder_lock
 from app.files.sweep_file import Source, read_sweep_file
@@ -116,11 +117,39 @@ def test_a_damaged_sweep_is_named_not_measured_over(opened: Opened, tmp_path: Pa
 
 
 def test_another_experiment_is_refused_with_what_differs(opened: Opened) -> None:
-    with opened():
-        pass
+    with opened() as store:
+        store.keep(sweep(0), point(0), 1)
     simulation = read_acquired_experiment(EXAMPLE).model_dump(mode="json")["simulation"] | {"noise": 0.1}
     told = r"different: \[simulation\] noise, title; allowed"
     with pytest.raises(CampaignFileError, match=told), opened(title="another", simulation=simulation):
+        pass
+
+
+def test_an_experiment_may_change_while_nothing_was_measured(opened: Opened, tmp_path: Path) -> None:
+    """After a test shot that was too loud, say; the log then begins anew, and with it the test shot."""
+    folder = tmp_path / "campaign"
+    for number, title in enumerate(("first", "second", "third")):
+        with opened(title=title) as store:
+            assert store.events() == []
+            store.log({"event": "oven", "command": "safe", "leg": number})
+        assert read_protocol(folder)[0]["acquired"]["title"] == title
+    assert [read_events_of(folder / f"events-{n}.jsonl") for n in (1, 2)] == [[0], [1]]
+    with opened(title="third") as store:
+        assert len(store.events()) == 1
+
+
+def read_events_of(path: Path) -> list[int]:
+    return [json.loads(line)["leg"] for line in path.read_text().splitlines()]
+
+
+@pytest.mark.parametrize("why", ["a sweep was rejected", "the oven may be on"])
+def test_an_experiment_that_left_something_may_not_change(opened: Opened, why: str) -> None:
+    with opened() as store:
+        if why == "a sweep was rejected":
+            store.put_aside(sweep(0), point(0), 1, ["loud"])
+        else:
+            store.log({"event": "oven", "command": "ramp", "target": 40.0})
+    with pytest.raises(CampaignFileError, match="different: title"), opened(title="another"):
         pass
 
 
@@ -134,8 +163,8 @@ def test_a_campaign_begun_before_a_key_was_there_goes_on(opened: Opened) -> None
         "simulation": now["simulation"] | {"modules": slots},
     }
     assert set(now["simulation"]["modules"]) > set(slots)
-    with opened(**then):
-        pass
+    with opened(**then) as store:
+        store.keep(sweep(0), point(0), 1)
     with opened(oven=oven):
         pass
     with pytest.raises(CampaignFileError, match="rest_after"), opened(oven=oven | {"rest_after": 600.0}):

@@ -151,3 +151,12 @@ def test_a_folder_is_no_experiment() -> None:
         read_acquired_experiment(folder)
     with pytest.raises(CampaignFileError, match=r"examples: a folder; an experiment is a TOML file$"):
         read_acquired_experiment(folder.parent)
+
+
+def test_responses_are_named_by_sensor_and_terminal() -> None:
+    declared = read_acquired_experiment(FORCES)
+    protocol = declared.protocol
+    names = [output.id for output in declared.recorded(declared.sample_rate).outputs]
+    assert [protocol.response(n) for n in range(len(names))] == [
+        f"response {name} ({terminal})" for name, terminal in zip(names, declared.cards.responses, strict=True)
+    ]

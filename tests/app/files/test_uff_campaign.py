@@ -8,7 +8,8 @@ import pyuff
 from analysis.experiment import Experiment
 from analysis.frf import Frf
 from app.files.uff58 import read_frfs, write_frfs
-from app.files.uff_campaign import campaign_frfs
+from app.files.uff_campaign import campaign_frfs, campaign_points
+from app.files.uff_nodes import read_nodes
 
 FREQUENCY = 100.0 + 0.5 * np.arange(40)
 
@@ -59,13 +60,14 @@ def test_nodes_directions_quantities_and_units(tmp_path: Path) -> None:
         coherence=ones,
         excluded=np.zeros(40, bool),
         channels=("S1", "acc"),
+        level_units=("V",),
     )
     path = tmp_path / "frfs.uff"
-    write_frfs(path, campaign_frfs(declared(), frf))
+    write_frfs(path, campaign_frfs(declared(), frf), campaign_points(declared()))
     found = read_frfs(path)
     assert [one.name for one in found[:2]] == [
-        "S1/hammer [V/N] 20.00 C up 2 N",
-        "acc/hammer [m/s2/N] 20.00 C up 2 N",
+        "S1/hammer [V/N] 20.00 C up 2 V",
+        "acc/hammer [m/s2/N] 20.00 C up 2 V",
     ]
     assert [(one.response, one.reference) for one in found[2:]] == [("1:+0", "3:-3"), ("2:-3", "3:-3")]
     assert [(one.quantity, one.reference_quantity) for one in found[:2]] == [
@@ -74,6 +76,8 @@ def test_nodes_directions_quantities_and_units(tmp_path: Path) -> None:
     ]
     assert [one.units for one in found[:2]] == [("V", "N"), ("m/s2", "N")]
     np.testing.assert_allclose([one.h for one in found], h.reshape(4, 40), rtol=1e-10)
-    sets = pyuff.UFF(str(path)).read_sets()
+    assert read_nodes(path) == {2: (0.2, 0.1, 0.0), 3: (0.12, 0.1, 0.0)}
+    nodes, *sets = pyuff.UFF(str(path)).read_sets()
+    assert nodes["type"] == 15
     kinds = [(one["ordinate_spec_data_type"], one["orddenom_spec_data_type"]) for one in sets]
     assert kinds == [(1, 13), (12, 13)] * 2

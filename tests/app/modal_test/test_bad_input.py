@@ -166,7 +166,7 @@ def test_a_band_without_lines_and_words_that_do_not_fit(tmp_path: Path, run_flex
     path = declared(tmp_path, "frf", {"freq": LINES, "H": H}, FRF_CHANNELS)
     status, _, told = run_flexura("identify", path, "--band", 500, 600)
     assert status == 2
-    assert "They reach from 1 to 200 Hz: widen --band" in told
+    assert "Allowed: within 1 to 200 Hz, at least 8 Hz wide" in told
     for words in (("--shared-poles",), ("--export", "x.uff")):
         status, _, told = run_flexura("identify", path, *words)
         assert status == 2

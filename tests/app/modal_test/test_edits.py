@@ -15,7 +15,7 @@ from app.modal_test.edits import add_mode, drop_mode, edits_of
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import identify_test, load_test, save_test
 from app.modal_test.without_windows import freed
-from app.stages.identify import Wanted
+from app.stages.identify_options import Wanted
 from tests.app.modal_test.conftest import Beam, F, typed
 
 

@@ -1,5 +1,6 @@
 """The shot before a campaign on simulated cards: what it tells, and how soon it ends."""
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -50,6 +51,14 @@ def test_an_input_that_clips(world: World, monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(kind, "__call__", lambda plate, *arguments: 200.0 * answer(plate, *arguments))
     found, _ = shot(world)
     assert any("response 1 is overloaded" in fault for fault in found.faults)
+
+
+def test_a_response_is_named_by_its_sensor_and_terminal(world: World) -> None:
+    world.parts.server.inject(Faults(dead_inputs=frozenset({"cDAQ1Mod1/ai1"})))
+    cards = world.rig.open_cards()
+    found = fire(cards, replace(world.protocol, responses=("L8 (cDAQ1Mod1/ai1)",)))
+    cards.close()
+    assert any(fault.startswith("response L8 (cDAQ1Mod1/ai1) is silent") for fault in found.faults)
 
 
 def test_lost_cards_are_told_as_such(world: World) -> None:

@@ -1,0 +1,72 @@
+"""Coordinates of nodes in universal files: data set 15 is written, 15 and 2411 are read."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyuff
+
+NODE_SETS = (15, 2411)
+"""Nodes in single and in double precision."""
+
+Position = tuple[float, float, float]
+
+
+def nodes_text(points: Mapping[int, Position]) -> str:
+    """Return a data set 15, delimiters included; empty without nodes.
+
+    Parameters
+    ----------
+    points : mapping of int to (float, float, float)
+        m.
+
+    Returns
+    -------
+    str
+    """
+    if not points:
+        return ""
+    systems = f"{0:10d}" * 3  # global coordinates, no colour
+    nodes = [
+        f"{node:10d}{systems}" + "".join(f"{value:13.5e}" for value in place) for node, place in points.items()
+    ]
+    return "\n".join([f"{-1:6d}", f"{15:6d}{'':74}", *nodes, f"{-1:6d}"]) + "\n"
+
+
+def read_nodes(path: Path) -> dict[int, Position]:
+    """Read where the nodes of a universal file are, m.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    dict of int to (float, float, float)
+        Empty where the file has no coordinates.
+
+    Raises
+    ------
+    ValueError
+        For a data set of nodes that is damaged.
+    """
+    file = pyuff.UFF(str(path))
+    found: dict[int, Position] = {}
+    for number, kind in enumerate(np.atleast_1d(file.get_set_types())):
+        if int(kind) not in NODE_SETS:
+            continue
+        try:
+            read: Any = file.read_sets(number)
+        except Exception as error:  # damage leads the library into whatever there is
+            raise ValueError(f"its data set of points ({int(kind)}) cannot be read; damaged?") from error
+        held: dict[str, Sequence[float]] = read[0] if isinstance(read, list) else read
+        nodes = zip(*(held[name] for name in ("node_nums", "x", "y", "z")), strict=True)
+        try:
+            found |= {int(n): (float(x), float(y), float(z)) for n, x, y, z in nodes}
+        except OverflowError as error:
+            raise ValueError(f"a node's number is no whole number ({error}); damaged?") from error
+    for node, place in found.items():
+        if not np.isfinite(place).all():
+            raise ValueError(f"node {node} is at {place}; coordinates must be finite numbers, m")
+    return found
