@@ -10,7 +10,7 @@ from analysis.campaign import Campaign
 from analysis.frf import Frf
 from app.files.gap_file import GapFigures
 from app.report import focusing, gap, identified, measured, style, updated
-from app.report.declared import experiment_points, picture, pieces_of
+from app.report.declared import picture, pieces_of_experiment
 from app.stages.compensate import CompensatedPanel
 from app.stages.focus import FocusedPanel
 from app.stages.gap import GapComparison
@@ -64,8 +64,7 @@ def _checked(channel: int, value: Any, kind: str) -> int:
 
 
 def _plate(campaign: Campaign) -> Figure:
-    experiment = campaign.experiment
-    return picture(pieces_of(experiment.plate, experiment.patch, experiment_points(experiment)))
+    return picture(pieces_of_experiment(campaign.experiment))
 
 
 def _overlay(found: IdentifiedCampaign, channel: int = 0) -> Figure:
