@@ -13,11 +13,16 @@ from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.laws_file import effects_in_laws, load_updated
 from app.twins.campaign_twin import campaign_twin
+from simulation.twin.declared_plate import DeclaredPlate
+from simulation.twin.loaded_modes import LoadedModes
 from simulation.twin.local_solution import LocalSolution
+from simulation.twin.twin import Twin
 
 
 def expected_modes(campaign: Campaign, laws: Path, report: Progress) -> ExpectedModes:
-    """Poles of the campaign's twin with the material that ``flexura update`` found for every sweep.
+    """Poles of the campaign's twin, with its patches connected as in the measurement.
+
+    The material is that which ``flexura update`` found for every sweep.
 
     Parameters
     ----------
@@ -58,23 +63,40 @@ def expected_modes(campaign: Campaign, laws: Path, report: Progress) -> Expected
     for modulus, ratio, loss, reference in constants:
         here = LocalLaws.of_material(float(modulus), float(ratio), float(loss), reference=float(reference))
         found.append(twin.solved(twin.state(here, lines), lines))
-    return ExpectedModes(_named(found, temperature, laws))
+    modes = [_loaded(twin, solved, laws) for solved in found]
+    shapes = [solved.basis @ one.shapes for solved, one in zip(found, modes, strict=True)]
+    return ExpectedModes(_named([one.poles for one in modes], shapes, temperature))
 
 
-def _named(found: list[LocalSolution], temperature: NDArray[np.float64], laws: Path) -> NDArray[np.complex128]:
-    """Poles (T, J), a column for one mode: from each temperature to the next, modes go by their shapes."""
-    poles, shapes = [], []
-    for solved in found:
-        if solved.modal is None or solved.modal.count:
-            raise ResultFileError(
-                f"{laws}: the twin has dashpots, or its stiffness changes along the band: modes to expect are not "
-                "known. Identify without --twin"
-            )
-        own = 1j * np.sqrt(solved.modal.poles)
-        order = np.argsort(np.abs(own))
-        poles.append((-np.abs(own.real) + 1j * np.abs(own.imag))[order])
-        shape = solved.basis @ solved.modal.shapes[:, order]
-        shapes.append(shape / np.linalg.norm(shape, axis=0))
+def _loaded(twin: Twin[DeclaredPlate], solved: LocalSolution, laws: Path) -> LoadedModes:
+    """Modes of the plate with its patches connected, as measured."""
+    if solved.modal is None or solved.modal.count:
+        raise ResultFileError(
+            f"{laws}: the twin has dashpots, or its stiffness changes along the band: modes to expect are not "
+            "known. Identify without --twin"
+        )
+    return LoadedModes.of(solved, solved.modal, twin.instruments, twin.plate.capacitance)
+
+
+def _named(
+    poles: list[NDArray[np.complex128]], shapes: list[NDArray[np.complex128]], temperature: NDArray[np.float64]
+) -> NDArray[np.complex128]:
+    """Poles (T, J), a column for one mode: from each temperature to the next, modes go by their shapes.
+
+    Parameters
+    ----------
+    poles : list of (m,) ndarray
+        rad/s, by ascending magnitude.
+    shapes : list of (r, m) ndarray
+        In coordinates common to all temperatures.
+    temperature : (T,) ndarray
+        Degrees Celsius.
+
+    Returns
+    -------
+    (T, J) ndarray
+    """
+    shapes = [shape / np.linalg.norm(shape, axis=0) for shape in shapes]
     count = min(len(row) for row in poles)
     row = np.arange(count)
     named = np.empty((len(poles), count), dtype=complex)

@@ -13,6 +13,7 @@
 ``local_basis``         reduced coordinates for one state and band
 ``local_plate``         a plate's matrices in these coordinates
 ``local_solution``      responses over the band in these coordinates
+``loaded_modes``        free vibration with patches connected to inputs
 ``local_slopes``        derivatives of a state's matrices, in these coordinates
 ``sensitivity``         derivatives of responses, by adjoint fields or sums over modes
 ``derivatives``         derivatives of the recorded signals by material and effects

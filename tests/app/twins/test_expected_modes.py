@@ -18,20 +18,25 @@ TEMPERATURE = np.array([20.0, 30.0, 40.0])
 class CrossingTwin:
     """Three modes whose squares depend on Poisson's ratio, so that the last two cross."""
 
+    instruments = SimpleNamespace(connected=(), loads=())
+    plate = SimpleNamespace(capacitance=np.zeros(0))
+
     def __init__(self, dashpots: int = 0) -> None:
         self.dashpots = dashpots
 
     def state(self, laws: Any, _lines: Any) -> Any:
         return laws
 
-    def solved(self, laws: Any, _lines: Any) -> Any:
+    def solved(self, laws: Any, lines: Any) -> Any:
         ratio, loss = float(laws.poisson_ratio(laws.reference)), float(laws.loss_factor(laws.reference))
         squares = (2 * np.pi * np.array([100.0, 200.0 + 100.0 * (ratio - 0.3), 202.0])) ** 2
         order = np.argsort(squares)
+        shapes = np.eye(3)[:, order].astype(complex)
         modal = SimpleNamespace(
-            poles=squares[order] * (1 + 1j * loss), shapes=np.eye(3)[:, order].astype(complex), count=self.dashpots
+            poles=squares[order] * (1 + 1j * loss), shapes=shapes, inverse=shapes.T, count=self.dashpots
         )
-        return SimpleNamespace(modal=modal, basis=np.eye(3))
+        composite = SimpleNamespace(coupling=np.zeros((3, 0)))
+        return SimpleNamespace(modal=modal, basis=np.eye(3), composite=composite, frequency=np.array(lines))
 
 
 def prepared(
