@@ -182,8 +182,12 @@ def test_a_wrong_noise_is_said_and_does_not_change_the_verdict(solve):
 
 
 def test_a_numerical_error_too_large_is_refused():
-    with pytest.raises(ValueError, match=r"estimated error of 0\.5 % of the response, 0\.50 sigma"):
+    with pytest.raises(
+        ValueError, match=r"estimated error of 0\.5 % of the response, 0\.50 sigma.*sizes of the plate,"
+    ):
         NumericalFloor(error=5e-3, noise=0.01)
+    with pytest.raises(ValueError, match="sizes of plate and patches, or lower"):
+        NumericalFloor(error=5e-3, noise=0.01, patches=True)
     assert NumericalFloor(error=5e-3, noise=0.02).notes
     assert NumericalFloor(error=6e-4, noise=1e-3).notes == ()  # as near as converged solvers come to each other
 
