@@ -132,7 +132,7 @@ def compute(
         found = replace(found, notes=(*found.notes, *notes))
         claimed = {e.name: e.parameters for e in found.effects}
         if found.verdict == "unknown":
-            fitted = fit_twin(frf, plain.updated, model, protocol, executor, given)
+            fitted = fit_twin(frf, plain.updated, model, protocol, executor, given, floor=floor)
         else:
             fitted = FittedTwin(found.state, found.laws_after, found.sigma_gain, {**given, **claimed})
     return GapComparison(

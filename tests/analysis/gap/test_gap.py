@@ -192,6 +192,15 @@ def test_a_numerical_error_too_large_is_refused():
     assert NumericalFloor(error=6e-4, noise=1e-3).notes == ()  # as near as converged solvers come to each other
 
 
+def test_the_twins_own_error_widens_laws_and_gains_as_it_widens_effects(solve):
+    mass = {"effects": {"mass": {"grams": 1.0}}, "temperatures": (10.0, 14.0, 18.0)}
+    small, large = (solve(floor=NumericalFloor(error=e, noise=0.02), **mass)[0] for e in (0.0, 5e-3))
+    wider = large.effects[0].parameters[0].sigma / small.effects[0].parameters[0].sigma
+    assert wider > 1.5
+    assert large.laws_after.sigma / small.laws_after.sigma == pytest.approx(wider, rel=1e-3)
+    assert large.sigma_gain / small.sigma_gain == pytest.approx(wider, rel=1e-3)
+
+
 def test_the_same_input_gives_the_same_answer(solve):
     first, _ = solve(effects={"mass": {"grams": 0.5}}, temperatures=(10.0, 14.0))
     again, _ = solve(effects={"mass": {"grams": 0.5}}, temperatures=(10.0, 14.0))
