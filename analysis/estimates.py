@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Estimate:
-    """A parameter's value and one standard deviation, inflated where more than noise is left, SI."""
+    """A parameter's value and one standard deviation, inflated as those of `FittedLaws`, SI."""
 
     name: str
     value: float
@@ -25,7 +25,8 @@ class FittedLaws:
     temperature : (G,) ndarray
         Degrees Celsius.
     value, sigma : (G, 3) ndarray
-        log E [log Pa], nu and log eta, with standard deviations inflated where more than noise is left.
+        log E [log Pa], nu and log eta, with standard deviations inflated where more than noise is left, and by the
+        twin's own error.
     """
 
     temperature: NDArray[np.float64]

@@ -125,7 +125,7 @@ def _report(
         laws_before=_laws(sweeps, baseline),
         laws_after=_laws(sweeps, final),
         state=final.state,
-        sigma_gain=np.exp(final.state.log_gain) * final.sigma_log_gain * _inflation(final),
+        sigma_gain=np.exp(final.state.log_gain) * final.sigma_log_gain * final.spread(sweeps.overstated),
         candidates=_candidates(context, found),
         signatures=alone,
         steps=found.steps,
@@ -133,10 +133,6 @@ def _report(
         notes=notes,
         seconds=seconds,
     )
-
-
-def _inflation(fit: GapFit) -> float:
-    return float(np.sqrt(max(fit.total / fit.dof, 1.0)))
 
 
 def _agreement(context: SearchContext, fit: GapFit) -> Agreement:
@@ -150,7 +146,7 @@ def _agreement(context: SearchContext, fit: GapFit) -> Agreement:
 
 
 def _laws(sweeps: GapSweeps, fit: GapFit) -> FittedLaws:
-    return FittedLaws(sweeps.groups.reference, fit.state.laws, fit.law_sigma * _inflation(fit))
+    return FittedLaws(sweeps.groups.reference, fit.state.laws, fit.law_sigma * fit.spread(sweeps.overstated))
 
 
 def _named(context: SearchContext, found: SearchResult, name: str) -> NamedEffect:
@@ -160,7 +156,7 @@ def _named(context: SearchContext, found: SearchResult, name: str) -> NamedEffec
     gain = (fit.log_evidence - without.log_evidence) / context.sweeps.overstated
     unknown = unknown_evidence(context.sweeps, without.residual, without.state) / context.sweeps.overstated
     others = against(gain, rivals, unknown, fit.total / fit.dof)
-    spread = _inflation(fit) * float(np.sqrt(context.sweeps.overstated))
+    spread = fit.spread(context.sweeps.overstated)
     estimates = [
         Estimate(parameter, fit.state.effects[name][parameter], float(sigma) * spread, p.unit)
         for (effect, parameter), p, sigma in zip(fit.free.names, fit.free.cards, fit.sigma, strict=True)

@@ -11,6 +11,7 @@ from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
+from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.data.preparation import prepare, sweep_points
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import GapState, starting_state
@@ -75,6 +76,8 @@ def fit_twin(
     protocol: Protocol,
     executor: Executor,
     effects: Mapping[str, tuple[Estimate, ...]],
+    *,
+    floor: NumericalFloor | None = None,
 ) -> FittedTwin:
     """Fit laws and gains to all sweeps; the effects are held.
 
@@ -91,6 +94,8 @@ def fit_twin(
         Sweeps are linearised on it.
     effects : mapping of str to tuple of Estimate
         Those that are held.
+    floor : NumericalFloor, optional
+        Discretisation error of the twin; that of a converged twin by default.
 
     Returns
     -------
@@ -101,12 +106,12 @@ def fit_twin(
     ValueError
         As `analysis.gap.data.sweeps.prepare`.
     """
-    sweeps, _ = prepare(frf, protocol, plain)
+    sweeps, _ = prepare(frf, protocol, plain, floor=floor)
     fit = fit_gap(model, sweeps, starting_state(plain, sweeps.groups), (), executor)
-    inflation = float(np.sqrt(max(fit.total / fit.dof, 1.0)))
+    spread = fit.spread(sweeps.overstated)
     gain = np.exp(fit.state.log_gain)
-    laws = FittedLaws(sweeps.groups.reference, fit.state.laws, fit.law_sigma * inflation)
-    return FittedTwin(fit.state, laws, gain * fit.sigma_log_gain * inflation, effects)
+    laws = FittedLaws(sweeps.groups.reference, fit.state.laws, fit.law_sigma * spread)
+    return FittedTwin(fit.state, laws, gain * fit.sigma_log_gain * spread, effects)
 
 
 def corrected_twin(

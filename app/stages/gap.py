@@ -121,7 +121,7 @@ def compute(
     protocol = campaign.experiment.protocol
     report("numerical floor", 0.0)
     with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
-        floor = _floor(plain, twin)
+        floor = _floor(plain, twin, patches=bool(campaign.experiment.patch))
         found = find_gap(frf, plain.updated, model, protocol, executor, floor=floor, progress=report)
         not_tried = untried(campaign.experiment, folder)
         notes = (
@@ -132,7 +132,7 @@ def compute(
         found = replace(found, notes=(*found.notes, *notes))
         claimed = {e.name: e.parameters for e in found.effects}
         if found.verdict == "unknown":
-            fitted = fit_twin(frf, plain.updated, model, protocol, executor, given)
+            fitted = fit_twin(frf, plain.updated, model, protocol, executor, given, floor=floor)
         else:
             fitted = FittedTwin(found.state, found.laws_after, found.sigma_gain, {**given, **claimed})
     return GapComparison(
@@ -220,7 +220,8 @@ def _save_corrected_laws(
     )
 
 
-def _floor(plain: Updating, twin: Twin[EffectPlate]) -> NumericalFloor:
+def _floor(plain: Updating, twin: Twin[EffectPlate], *, patches: bool) -> NumericalFloor:
     """Return the error of the twin at the least damping found in the campaign."""
     least = max(float(plain.updated.material.loss_factor.min()), LEAST_LOSS)
-    return NumericalFloor(twin.plate.operators.numerical_error(least), float(np.median(plain.frf.noise_floor)))
+    error = twin.plate.operators.numerical_error(least)
+    return NumericalFloor(error, float(np.median(plain.frf.noise_floor)), patches)

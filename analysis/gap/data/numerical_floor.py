@@ -26,19 +26,23 @@ class NumericalFloor:
         Estimated error from the truncated finite-element space and from the model reduction.
     noise : float
         Standard deviation of one line of a sweep.
+    patches : bool
+        Whether the plate has patches; a refusal says to check their sizes, too.
     """
 
     error: float
     noise: float
+    patches: bool = False
 
     def __post_init__(self) -> None:
         rest = self.error / self.noise
+        parts = "plate and patches" if self.patches else "the plate"
         if self.error > MODEL_ERROR and rest > NUMERICAL_REST:
             raise ValueError(
                 f"the twin of this plate has an estimated error of {100 * self.error:.2g} % of the response, "
                 f"{rest:.2f} sigma of the noise; at most {NUMERICAL_REST:g} sigma or {100 * MODEL_ERROR:g} % "
-                "allowed, or effects would be named that are not there. Check the sizes of plate and patches, or "
-                "lower protocol.band"
+                "allowed, or effects would be named that are not there. Check the sizes of "
+                f"{parts}, or lower protocol.band"
             )
 
     @property

@@ -19,7 +19,7 @@ class GapFit:
     free : FreeParameters
         The effects' parameters that were fitted.
     covariance : (P, P) ndarray
-        Posterior covariance of the free parameters, everything else eliminated.
+        Posterior covariance of the free parameters, everything else eliminated, of the noise.
     information : (P, P) ndarray
         Its inverse without the prior.
     chi2 : (T, K) ndarray
@@ -35,9 +35,9 @@ class GapFit:
     residual, predicted : (T, K, n) complex ndarray
         Whitened residual, and the model's spline coefficients [V/V].
     sigma_log_gain : (I,) ndarray
-        Standard deviation of every input's log gain at fixed parameters; 0 where it was held.
+        Standard deviation of every input's log gain at fixed parameters, of the noise; 0 where it was held.
     law_sigma : (G, 3) ndarray
-        Standard deviations of log E, nu and log eta of the groups, gains and effects eliminated.
+        Standard deviations of log E, nu and log eta of the groups, gains and effects eliminated, of the noise.
     alone : (T, 4, 4) ndarray
         Information matrix of each sweep alone, for its log E, nu, log eta and log gain.
     settled : bool
@@ -69,6 +69,14 @@ class GapFit:
     def total(self) -> float:
         """chi2 over all sweeps, channels, readings and slopes."""
         return float(self.chi2.sum() + self.readings.sum() + self.tilts.sum())
+
+    def spread(self, overstated: float) -> float:
+        """Return the factor on all standard deviations for what is left beyond noise and for the twin's own error.
+
+        `overstated` is that of `analysis.gap.data.sweeps.GapSweeps`. The twin's error is common to all lines, and
+        changes laws and gains as well as the effects' parameters.
+        """
+        return float(np.sqrt(max(self.total / self.dof, 1.0) * overstated))
 
     @property
     def log_evidence(self) -> float:

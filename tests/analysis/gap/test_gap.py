@@ -182,10 +182,23 @@ def test_a_wrong_noise_is_said_and_does_not_change_the_verdict(solve):
 
 
 def test_a_numerical_error_too_large_is_refused():
-    with pytest.raises(ValueError, match=r"estimated error of 0\.5 % of the response, 0\.50 sigma"):
+    with pytest.raises(
+        ValueError, match=r"estimated error of 0\.5 % of the response, 0\.50 sigma.*sizes of the plate,"
+    ):
         NumericalFloor(error=5e-3, noise=0.01)
+    with pytest.raises(ValueError, match="sizes of plate and patches, or lower"):
+        NumericalFloor(error=5e-3, noise=0.01, patches=True)
     assert NumericalFloor(error=5e-3, noise=0.02).notes
     assert NumericalFloor(error=6e-4, noise=1e-3).notes == ()  # as near as converged solvers come to each other
+
+
+def test_the_twins_own_error_widens_laws_and_gains_as_it_widens_effects(solve):
+    mass = {"effects": {"mass": {"grams": 1.0}}, "temperatures": (10.0, 14.0, 18.0)}
+    small, large = (solve(floor=NumericalFloor(error=e, noise=0.02), **mass)[0] for e in (0.0, 5e-3))
+    wider = large.effects[0].parameters[0].sigma / small.effects[0].parameters[0].sigma
+    assert wider > 1.5
+    assert large.laws_after.sigma / small.laws_after.sigma == pytest.approx(wider, rel=1e-3)
+    assert large.sigma_gain / small.sigma_gain == pytest.approx(wider, rel=1e-3)
 
 
 def test_the_same_input_gives_the_same_answer(solve):

@@ -62,6 +62,18 @@ def test_elimination_equals_the_dense_solution(problem):
     assert head.predicted_decrease + head.gradient @ step == pytest.approx(gradient @ dense, rel=1e-6)
 
 
+def test_variances_of_laws_are_those_of_the_whole(problem):
+    sweeps, state, equations = problem
+    head = schur_complement(sweeps, equations, state)
+    matrix, _ = whole(sweeps, equations)
+    scale = 1.0 / np.sqrt(np.diag(matrix))
+    covariance = scale[:, None] * np.linalg.inv(matrix * scale[:, None] * scale) * scale
+    groups = len(sweeps.groups.reference)
+    laws = [OWN * group + law for group in range(groups) for law in range(3)]
+    sigma = np.sqrt(np.diag(covariance)[laws]).reshape(groups, 3)
+    assert head.law_sigma(np.linalg.inv(head.matrix)) == pytest.approx(sigma, rel=1e-3)
+
+
 def test_readings_of_a_group_move_against_each_other_only(problem):
     sweeps, state, equations = problem
     head = schur_complement(sweeps, equations, state)
