@@ -20,8 +20,8 @@ from analysis.identification.smooth_tracks import OWN_DAMPING, SmoothTracks
 from analysis.identification.sweep_fits import fit_sweeps
 
 BEYOND = 0.3
-"""See `parameters.BEYOND`; expected modes need no evidence of their own, so that more of them can be fitted. With 0.15
-a mode 15 % above the band of a disc was left out, and all loss factors were 10 % too high."""
+"""See `parameters.BEYOND`; expected modes need no evidence of their own, so that more of them can be fitted. With
+0.15 a mode 15 % above the band of a disc was left out, and all loss factors were 10 % too high."""
 
 FAR = 4.0
 """Standard deviations from the expected frequency beyond which a mode's number is doubtful."""
