@@ -117,7 +117,7 @@ def correlation(normalised: NDArray[np.complex128], reach: float) -> float:
 def shared_by_responses(
     normalised: NDArray[np.complex128], h: NDArray[np.complex128], correlation: float
 ) -> float:
-    """Return how many responses carry the information of one independent response: 1 to K.
+    """Count the responses that carry the information of one independent response.
 
     Noise of the measured force multiplies all responses by one factor. Divided by the phase of its response, it is
     the same in all of them; noise of the sensors is not. The number is that of equal eigenvalues of the matrix of
@@ -132,6 +132,11 @@ def shared_by_responses(
     correlation : float
         Number of lines that carry the information of one independent line: F of them correlate two independent
         responses by correlation/F, in the mean square.
+
+    Returns
+    -------
+    float
+        1 to K.
     """
     count, lines = normalised.shape
     turned = normalised * np.exp(-1j * np.angle(h))
