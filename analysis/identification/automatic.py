@@ -88,8 +88,8 @@ def _widest_search(measured: Measured, lines: Lines, settings: Settings) -> tupl
     found, started = _search(lines, count, settings)
     ended = False
     while WIDER * count <= min(settings.most_count, len(lines.frequency) // 6):
-        few = measured.reweighted(lines, found).correlation > CORRELATED
-        if not few and len(found.poles) <= FULL * count:
+        full = len(found.poles) > FULL * count
+        if not full and measured.reweighted(lines, found).correlation <= CORRELATED:
             break
         count = int(WIDER * count)
         wider, proposed = _search(lines, count, settings)

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.identification.band import LEAST_LINES
 from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.weighted_lines import WeightedLines
@@ -97,8 +98,10 @@ class Lines:
                 f"h {self.h.shape} and deviation {self.deviation.shape} must be (K, F) with "
                 f"F = {len(self.frequency)} frequencies"
             )
-        if len(self.frequency) < 8:
-            raise ValueError(f"{len(self.frequency)} frequency lines are too few to identify a pole; 8 needed")
+        if len(self.frequency) < LEAST_LINES:
+            raise ValueError(
+                f"{len(self.frequency)} frequency lines are too few to identify a pole; {LEAST_LINES} needed"
+            )
         if not self.frequency[0] > 0.0 or not (np.diff(self.frequency) > 0.0).all():
             raise ValueError("frequencies must ascend from above 0 Hz")
         if not np.isfinite(self.h).all():

@@ -1,6 +1,6 @@
 """Contribution of the modes outside the band: a few powers of s with real or complex coefficients."""
 
-from collections.abc import Collection
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,7 +86,7 @@ ACCELERANCE_CHOICES = (
 EVERY_CHOICE = (*CHOICES, *MOBILITY_CHOICES, *ACCELERANCE_CHOICES)
 
 
-def choices_for(quantities: Collection[str]) -> tuple[ResidualTerms, ...]:
+def choices_for(quantities: AbstractSet[str]) -> tuple[ResidualTerms, ...]:
     """Choices of residual terms for the quantities of the responses; all choices if they differ or are unknown.
 
     Each of `quantities` is ``displacement``, ``velocity``, ``acceleration`` or anything else for unknown.
@@ -96,7 +96,7 @@ def choices_for(quantities: Collection[str]) -> tuple[ResidualTerms, ...]:
         "velocity": (*CHOICES, *MOBILITY_CHOICES),
         "acceleration": (*CHOICES, *ACCELERANCE_CHOICES),
     }
-    return suited.get(next(iter(quantities)), EVERY_CHOICE) if len(set(quantities)) == 1 else EVERY_CHOICE
+    return suited.get(next(iter(quantities)), EVERY_CHOICE) if len(quantities) == 1 else EVERY_CHOICE
 
 
 def named(name: str) -> ResidualTerms:

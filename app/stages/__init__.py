@@ -5,7 +5,7 @@
 =========================  ================================================================
 ``acquire``                an experiment run on a rig into a campaign folder
 ``identify``               modes of a campaign or of single FRFs
-``identify_options``         what is wanted of it
+``identify_options``       what is wanted of it
 ``identify_structure``     modes and mode shapes of a test or of a universal file
 ``declaration_check``      declared plate compared with one sweep, before its twin is built
 ``update``                 E, nu, eta and gain of a campaign, and laws through them

@@ -149,9 +149,16 @@ class Instruments:
         (F, c, c) complex ndarray, F
         """
         total = np.moveaxis(compliance, -1, 0).astype(complex)
-        for k, (port, load) in enumerate(zip(self.connected, self.loads, strict=True)):
-            total[:, k, k] += load.across(capacitance[[port]], frequency)[0]
+        own = np.arange(len(self.connected))
+        total[:, own, own] += self.across(capacitance, frequency).T
         return total
+
+    def across(self, capacitance: Real, frequency: ArrayLike) -> Complex:
+        """Return Y of the connected ports, (c, F), F; `capacitance` (P,) is that of all patches, F."""
+        lines = np.atleast_1d(np.asarray(frequency, float))
+        loads = zip(self.connected, self.loads, strict=True)
+        found = [load.across(capacitance[[port]], lines)[0] for port, load in loads]
+        return np.reshape(found, (len(self.connected), lines.size)).astype(complex)
 
     def factors(self, frequency: ArrayLike) -> Complex:
         """-sign (j w)**n of every output on its port's (G x), (K, F); 0 for voltages."""

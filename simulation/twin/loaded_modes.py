@@ -56,12 +56,7 @@ class LoadedModes:
         connected = list(instruments.connected)
         force = modal.inverse @ solved.composite.coupling[:, connected]
         motion = solved.composite.coupling[:, connected].T @ modal.shapes
-        across = np.array(
-            [
-                load.across(capacitance[[port]], nodes)[0]
-                for port, load in zip(connected, instruments.loads, strict=True)
-            ]
-        ).reshape(-1, NODES)
+        across = instruments.across(capacitance, nodes)
         forms = [ModalForm.of(np.diag(modal.poles) + (force / y) @ motion) for y in across.T]
         roots = np.array([_upper(form.poles) for form in forms])
         own = np.abs(roots).mean(axis=0) / (2 * np.pi)
