@@ -99,6 +99,11 @@ class Protocol(Declared):
         return self.sweep_duration + self.tail
 
     @property
+    def spread(self) -> float:
+        """Standard deviation of the temperature over the repeats of a sweep, one directly after another, K."""
+        return self.ramp_rate / 60.0 * self.record * float(((self.repeats**2 - 1) / 12.0) ** 0.5)
+
+    @property
     def timing(self) -> SweepTiming | None:
         """When sweeps pass their frequencies; None where the taper is not declared."""
         if self.taper is None:

@@ -66,9 +66,29 @@ class LocalLaws:
         value = np.array([np.log(youngs_modulus), poisson_ratio, np.log(loss_factor)])
         return cls(reference, value, np.array(slope), np.zeros(3))
 
-    def tilted(self, slope: NDArray[np.float64], temperature: float) -> "LocalLaws":
-        """Add `slope` (3,), per K, to the slopes, turning the laws about `temperature`, degrees Celsius."""
-        return replace(self, value=self.value - slope * (temperature - self.reference), slope=self.slope + slope)
+    def tilted(
+        self, slope: NDArray[np.float64], curvature: NDArray[np.float64], temperature: float
+    ) -> "LocalLaws":
+        """Add a slope and a curvature, turning and bending the laws about a temperature.
+
+        Parameters
+        ----------
+        slope, curvature : (3,) ndarray
+            Per K and per K2.
+        temperature : float
+            Where values stay, and slopes change by `slope` alone, degrees Celsius.
+
+        Returns
+        -------
+        LocalLaws
+        """
+        away = temperature - self.reference
+        return replace(
+            self,
+            value=self.value - away * (slope - 0.5 * away * curvature),
+            slope=self.slope + slope - away * curvature,
+            curvature=self.curvature + curvature,
+        )
 
     def grown(self, expansion: float, dimensions_at: float) -> "LocalLaws":
         """Laws of a plate that keeps its dimensions and is as stiff as this one, which grows with temperature.

@@ -34,9 +34,9 @@ class Linearisation:
         V/V with one patch driven and others read.
     by_material : (3, K, F) complex ndarray
         By the laws' values: log E, nu, log eta.
-    by_slope : (3, K, F) complex ndarray
-        By the laws' slopes, per K, the laws being turned about the oven's temperature: what a lag or a gradient
-        makes of them, and zero without such an effect.
+    by_slope, by_curvature : (3, K, F) complex ndarray
+        By the laws' slopes, per K, and curvatures, per K2, the laws being turned and bent about the oven's
+        temperature: what a lag or a gradient makes of them, and zero without such an effect.
     by_temperature : (K, F) complex ndarray
         By the plate's temperature, all laws followed, 1/K.
     by_parameter : (P, K, F) complex ndarray
@@ -46,6 +46,7 @@ class Linearisation:
     transfer: Complex
     by_material: Complex
     by_slope: Complex
+    by_curvature: Complex
     by_temperature: Complex
     by_parameter: Complex
 

@@ -125,7 +125,7 @@ def _report(
         laws_before=_laws(sweeps, baseline),
         laws_after=_laws(sweeps, final),
         state=final.state,
-        sigma_gain=np.exp(final.state.log_gain) * final.sigma_log_gain * final.spread(sweeps.overstated),
+        sigma_gain=np.exp(final.state.log_gain) * final.stated.log_gain,
         candidates=_candidates(context, found),
         signatures=alone,
         steps=found.steps,
@@ -146,7 +146,7 @@ def _agreement(context: SearchContext, fit: GapFit) -> Agreement:
 
 
 def _laws(sweeps: GapSweeps, fit: GapFit) -> FittedLaws:
-    return FittedLaws(sweeps.groups.reference, fit.state.laws, fit.law_sigma * fit.spread(sweeps.overstated))
+    return FittedLaws(sweeps.groups.reference, fit.state.laws, fit.stated.laws)
 
 
 def _named(context: SearchContext, found: SearchResult, name: str) -> NamedEffect:
@@ -156,10 +156,10 @@ def _named(context: SearchContext, found: SearchResult, name: str) -> NamedEffec
     gain = (fit.log_evidence - without.log_evidence) / context.sweeps.overstated
     unknown = unknown_evidence(context.sweeps, without.residual, without.state) / context.sweeps.overstated
     others = against(gain, rivals, unknown, fit.total / fit.dof)
-    spread = fit.spread(context.sweeps.overstated)
+    sigmas = fit.stated.parameters
     estimates = [
-        Estimate(parameter, fit.state.effects[name][parameter], float(sigma) * spread, p.unit)
-        for (effect, parameter), p, sigma in zip(fit.free.names, fit.free.cards, fit.sigma, strict=True)
+        Estimate(parameter, fit.state.effects[name][parameter], float(sigma), p.unit)
+        for (effect, parameter), p, sigma in zip(fit.free.names, fit.free.cards, sigmas, strict=True)
         if effect == name
     ]
     return NamedEffect(

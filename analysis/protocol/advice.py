@@ -58,7 +58,8 @@ def change_within_sweep(duration: float, ramp_rate: float) -> tuple[str, ...]:
 def change_over_repeats(record: float, repeats: int, ramp_rate: float, sensitivity: float) -> tuple[str, ...]:
     """Warn where the repeats of a sweep, of which the mean is taken, are at temperatures too far apart.
 
-    To second order, that mean is lower at a resonance by the mean square of (dE/E) / eta over the repeats.
+    To second order, that mean is lower at a resonance by the mean square of (dE/E) / eta over the repeats. Model
+    updating takes this into account; what it leaves is about the square of it.
 
     Parameters
     ----------
@@ -78,13 +79,13 @@ def change_over_repeats(record: float, repeats: int, ramp_rate: float, sensitivi
     """
     apart = record * ramp_rate / 60.0
     change = (sensitivity * apart) ** 2 * (repeats**2 - 1) / 12.0
-    if change < LEAST_CHANGE:
+    if change**2 < LEAST_CHANGE:
         return ()
-    shorter = float((LEAST_CHANGE / change) ** 0.5)
+    shorter = float((LEAST_CHANGE**0.5 / change) ** 0.5)
     spread = apart * (repeats - 1)
     return (
         f"on a ramp of {ramp_rate:g} K/min the {repeats} repeats of a sweep spread over {spread:.2g} K: the "
-        f"mean over them lowers resonances by about {100 * change:.2g} %, and the loss factor is too high by "
-        f"up to that. A ramp of {shorter * ramp_rate:.2g} K/min or slower, or shorter records, keep it below "
-        f"{100 * LEAST_CHANGE:g} %",
+        f"mean over them lowers resonances by about {100 * change:.2g} %. update and gap take this into account "
+        f"to second order only: the loss factor may be wrong by {100 * change**2:.2g} %. A ramp of "
+        f"{shorter * ramp_rate:.2g} K/min or slower, or shorter records, keep it below {100 * LEAST_CHANGE:g} %",
     )

@@ -11,6 +11,7 @@ from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
+from analysis.gap.data.law_smoothness import LawSmoothness
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.data.preparation import prepare, sweep_points
 from analysis.gap.fitting.fit import fit_gap
@@ -108,10 +109,9 @@ def fit_twin(
     """
     sweeps, _ = prepare(frf, protocol, plain, floor=floor)
     fit = fit_gap(model, sweeps, starting_state(plain, sweeps.groups), (), executor)
-    spread = fit.spread(sweeps.overstated)
     gain = np.exp(fit.state.log_gain)
-    laws = FittedLaws(sweeps.groups.reference, fit.state.laws, fit.law_sigma * spread)
-    return FittedTwin(fit.state, laws, gain * fit.sigma_log_gain * spread, effects)
+    laws = FittedLaws(sweeps.groups.reference, fit.state.laws, fit.stated.laws)
+    return FittedTwin(fit.state, laws, gain * fit.stated.log_gain, effects)
 
 
 def corrected_twin(
@@ -136,15 +136,14 @@ def corrected_twin(
     CorrectedTwin
     """
     groups = TemperatureGroups.of(frf.temperature)
-    open_slopes = groups.slope_sigma(mean_laws(plain.material, groups))
-    local = groups.laws(fitted.state.laws)
+    local = LawSmoothness.of(groups.reference, mean_laws(plain.material, groups)).laws(fitted.state.laws)
     model = model.counted(local, fitted.state.effects)
     gain = np.exp(fitted.state.log_gain)
     answers, material = [], []
     for sweep, read in enumerate(sweep_points(frf, protocol)):
         group, reading = groups.of_sweep[sweep], read.temperature
         point = fitted.state.circumstances(sweep, read)
-        laws = local[group].tilted(fitted.state.tilt[group] * open_slopes[group], point.temperature)
+        laws = local[group].tilted(fitted.state.tilt[group], fitted.state.bend[group], point.temperature)
         answers.append(gain[point.source] * model.frf(laws, frf.frequency, fitted.state.effects, point))
         material.append([laws.youngs_modulus(reading), laws.poisson_ratio(reading), laws.loss_factor(reading)])
     h = np.array(answers)

@@ -127,7 +127,8 @@ def tied(box: MaterialBox, fits: Sequence[SweepFit], source: NDArray[np.int_]) -
         for p, one in zip(points, source, strict=True)
     ]
     laws = np.array([[np.log(e), nu, np.log(eta)] for e, nu, eta in rows])
-    return GapState(laws, np.zeros_like(laws), np.zeros(len(rows)), log_gain, {})
+    straight = np.zeros_like(laws)
+    return GapState(laws, straight, straight, np.zeros(len(rows)), log_gain, {})
 
 
 def middle_sweep(frf: Frf) -> int:
@@ -179,12 +180,12 @@ def _summary(frf: Frf, box: MaterialBox, sweeps: GapSweeps, fit: GapFit, fits: S
     within = np.array([sweep.chi2_within.sum() for sweep in sweeps.compressed])
     chi2_per_dof = (fit.chi2.sum(axis=1) + within) / (2 * sweeps.nodes.lines.size * len(frf.channels) - 4)
     # with one gain per input, a sweep's material has its own noise and a share of the gain's
-    sigma = fit.law_sigma * np.sqrt(np.maximum(chi2_per_dof, 1.0))[:, None]
+    sigma = fit.noise.laws * np.sqrt(np.maximum(chi2_per_dof, 1.0))[:, None]
     missed, power = sweep_powers(sweeps, fit)
     several = len(fit.state.log_gain) > 1
     means = [chi2_per_dof[frf.driven_by == one].mean() for one in range(len(fit.state.log_gain))]
     gain = np.exp(fit.state.log_gain)
-    gains = np.stack([gain, gain * fit.sigma_log_gain * np.sqrt(np.maximum(means, 1.0))], axis=1)
+    gains = np.stack([gain, gain * fit.noise.log_gain * np.sqrt(np.maximum(means, 1.0))], axis=1)
     return Updated(
         temperature=frf.temperature,
         material=Material(*materials.T),

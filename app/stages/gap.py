@@ -17,6 +17,7 @@ from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
 from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
+from analysis.updating.drift import without_spread
 from app.files.atomic import write_json
 from app.files.frf_file import save_frf
 from app.files.gap_file import GapFigures, save_gap
@@ -122,7 +123,8 @@ def compute(
     report("numerical floor", 0.0)
     with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
         floor = _floor(plain, twin, patches=bool(campaign.experiment.patch))
-        found = find_gap(frf, plain.updated, model, protocol, executor, floor=floor, progress=report)
+        steady = without_spread(frf, model, plain.updated, plain.laws, protocol, executor)
+        found = find_gap(steady, plain.updated, model, protocol, executor, floor=floor, progress=report)
         not_tried = untried(campaign.experiment, folder)
         notes = (
             *untimed(protocol),
@@ -132,7 +134,7 @@ def compute(
         found = replace(found, notes=(*found.notes, *notes))
         claimed = {e.name: e.parameters for e in found.effects}
         if found.verdict == "unknown":
-            fitted = fit_twin(frf, plain.updated, model, protocol, executor, given, floor=floor)
+            fitted = fit_twin(steady, plain.updated, model, protocol, executor, given, floor=floor)
         else:
             fitted = FittedTwin(found.state, found.laws_after, found.sigma_gain, {**given, **claimed})
     return GapComparison(

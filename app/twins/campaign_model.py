@@ -12,6 +12,7 @@ from analysis.effect_card import EffectCard
 from analysis.estimates import Estimate
 from analysis.experiment import Experiment
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
+from analysis.gap.data.law_smoothness import LawSmoothness
 from analysis.progress import Progress
 from analysis.updated import Updated
 from app.files.bad_file import ResultFileError
@@ -83,7 +84,8 @@ def campaign_model(
 def referred(twin: Twin[EffectPlate], plain: Updated) -> Twin[EffectPlate]:
     """Return a twin with strain energies referred to a campaign's laws at its temperature nearest `REFERENCE`."""
     groups = TemperatureGroups.of(plain.temperature)
-    laws = groups.laws(mean_laws(plain.material, groups))
+    values = mean_laws(plain.material, groups)
+    laws = LawSmoothness.of(groups.reference, values).laws(values)
     return twin.referred(min(laws, key=lambda law: abs(law.reference - REFERENCE)))
 
 

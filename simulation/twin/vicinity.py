@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +43,7 @@ class Vicinity:
         return self.states.at(self.point, self.laws, self.effects, self.frequency, energy)
 
     def linearisation(self, derivatives: Derivatives, tangents: Sequence[Tangent]) -> Linearisation:
-        """Differentiate the outputs by material, slopes, temperature and the effects' parameters `tangents`."""
+        """Differentiate the outputs by laws, temperature and the effects' parameters `tangents`."""
         response = derivatives.reading.response
 
         def by(**stepped: object) -> Complex:
@@ -58,14 +59,18 @@ class Vicinity:
             eta = 1j * float(here.laws.loss_factor(self.point.temperature))
             by_material = [by_modulus, by_ratio, eta / (1.0 + eta) * by_modulus]
             by_temperature = np.tensordot(here.laws.rates(self.point.temperature), by_material, 1)
-        # uniform plate at the oven's temperature: the derivatives with respect to the slopes vanish
-        follows = bool((here.temperature != self.point.temperature).any())
-        by_slope = [by(laws=self._turned(law)) if follows else np.zeros_like(response) for law in range(3)]
+        if np.ptp(here.temperature):
+            by_slope = [by(laws=self._tilted(1j * STEP * law, 0.0 * law)) for law in np.eye(3)]
+            by_curvature = [by(laws=self._tilted(0.0 * law, 1j * STEP * law)) for law in np.eye(3)]
+        else:  # the laws are asked at one temperature only
+            away = float(here.mean_temperature) - self.point.temperature
+            by_slope, by_curvature = ([share * row for row in by_material] for share in (away, 0.5 * away**2))
         by_parameter = [by(effects=self._stepped(tangent)) for tangent in tangents]
         return Linearisation(
             transfer=response,
             by_material=np.array(by_material),
             by_slope=np.array(by_slope),
+            by_curvature=np.array(by_curvature),
             by_temperature=by_temperature,
             by_parameter=np.array(by_parameter).reshape(len(tangents), *response.shape),
         )
@@ -75,8 +80,8 @@ class Vicinity:
         value[law] += 1j * STEP
         return replace(self.laws, value=value)
 
-    def _turned(self, law: int) -> LocalLaws:
-        return self.laws.tilted(1j * STEP * np.eye(3)[law], self.point.temperature)
+    def _tilted(self, slope: NDArray[Any], curvature: NDArray[Any]) -> LocalLaws:
+        return self.laws.tilted(slope, curvature, self.point.temperature)
 
     def _stepped(self, tangent: Tangent) -> StateEffects:
         name, parameter, absent = tangent

@@ -9,7 +9,7 @@ import pytest
 from analysis.frf import Frf
 from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.fit import fit_gap
-from analysis.gap.fitting.state import GapState
+from analysis.gap.fitting.state import plain_state
 from analysis.gap.search.confidence import equivalents
 from analysis.gap.search.confounding import signal_cosine
 from analysis.gap.search.score_test import score_test
@@ -80,7 +80,7 @@ def test_look_alikes_are_one_class(
     unity = np.zeros((count, 4, 4))
     updated = Updated(TEMPERATURE, material, material, unity, GAIN, 0.0, zeros, zeros, zeros, zeros, done)
     sweeps, _ = prepare(frf, twin.experiment.protocol, updated)
-    start = GapState(truth, np.zeros((count, 3)), zeros, np.log([GAIN]), {effect: values})
+    start = plain_state(sweeps.groups, truth, np.log([GAIN]), {effect: values})
     with ThreadPoolExecutor(2) as executor:
         fit = fit_gap(twin, sweeps, start, (effect,), executor)
         seen = score_test(twin, sweeps, fit, executor, effects=(alike, "orthotropy"))

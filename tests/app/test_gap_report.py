@@ -84,7 +84,7 @@ def explained() -> GapReport:
         laws_before=laws(0.01),
         laws_after=laws(0.0),
         state=GapState(
-            laws(0.0).value, np.zeros((2, 3)), np.zeros(4), np.array([2.8]), {"point_mass": {"mass": 7.9e-4}}
+            laws(0.0).value, *np.zeros((2, 2, 3)), np.zeros(4), np.array([2.8]), {"point_mass": {"mass": 7.9e-4}}
         ),
         sigma_gain=np.array([1e-3]),
         candidates=(

@@ -4,6 +4,7 @@
 ``compression``        one sweep as spline coefficients, without loss
 ``noise``              stated noise compared with the scatter between neighbouring lines, without a model
 ``groups``             sweeps at one nominal temperature, which share the laws there
+``law_smoothness``     how the laws run on from the groups' temperatures
 ``numerical_floor``    check that the twin's discretisation error is small enough
 ``sweeps``             the prepared campaign as one value
 ``preparation``        from FRFs to that value

@@ -9,6 +9,7 @@ from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.data.compression import CompressedSweep, Nodes, compress
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
+from analysis.gap.data.law_smoothness import LawSmoothness
 from analysis.gap.data.noise import NoiseCheck, check_noise
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.data.sweeps import GapSweeps
@@ -94,7 +95,8 @@ def apart(frf: Frf, material: Material) -> GapSweeps:
         stated = compressed(frf, FINER * sharpest(material))
     except ValueError:  # too few lines for splines: each line is a node
         stated = compressed(frf, EVERY_LINE)
-    return grouped(frf, stated, groups, mean_laws(material, groups))
+    rough = mean_laws(material, groups)
+    return grouped(frf, stated, groups, rough, smoothness=LawSmoothness.flat(groups.reference))
 
 
 def compressed(frf: Frf, loss_factor: float) -> list[CompressedSweep]:
@@ -116,6 +118,7 @@ def grouped(
     protocol: Protocol | None = None,
     reading_sigma: float = READING_SIGMA / np.sqrt(2.0),
     twin_error: float = MODEL_ERROR,
+    smoothness: LawSmoothness | None = None,
 ) -> GapSweeps:
     """Combine compressed sweeps and their groups into one value.
 
@@ -131,6 +134,8 @@ def grouped(
         As in `sweep_points`.
     reading_sigma, twin_error : float
         See `GapSweeps`.
+    smoothness : LawSmoothness, optional
+        By default that of laws through `rough`.
 
     Returns
     -------
@@ -147,7 +152,7 @@ def grouped(
         groups=groups,
         reading_sigma=reading_sigma,
         rough=rough,
-        slope_sigma=groups.slope_sigma(rough),
+        smoothness=smoothness or LawSmoothness.of(groups.reference, rough),
         twin_error=twin_error,
         rows=np.ones((len(sweeps), len(frf.channels), nodes.frequency.size), dtype=bool),
         original=np.arange(len(sweeps)),

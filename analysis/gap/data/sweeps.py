@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.data.compression import CompressedSweep, Nodes
 from analysis.gap.data.groups import TemperatureGroups
+from analysis.gap.data.law_smoothness import LawSmoothness
 from analysis.gap.thresholds import MODEL_ERROR_ALONG
 from analysis.sweep_point import SweepPoint
 
@@ -31,9 +32,9 @@ class GapSweeps:
     reading_sigma : float
         Standard deviation of a sweep's temperature reading, K.
     rough : (G, 3) ndarray
-        Approximate laws, from which the uncertainty of their slopes is computed.
-    slope_sigma : (G, 3) ndarray
-        Standard deviations of the laws' slopes, per K.
+        Approximate laws, from which `smoothness` is computed.
+    smoothness : LawSmoothness
+        Slopes and curvatures of the laws, given their values.
     twin_error : float
         Error of the twin common to all lines, as a share of rms|H|.
     rows : (T, K, n) bool ndarray
@@ -51,7 +52,7 @@ class GapSweeps:
     groups: TemperatureGroups
     reading_sigma: float
     rough: NDArray[np.float64]
-    slope_sigma: NDArray[np.float64]
+    smoothness: LawSmoothness
     twin_error: float
     rows: NDArray[np.bool_] = field(repr=False)
     original: NDArray[np.int_] = field(repr=False)
@@ -120,7 +121,7 @@ class GapSweeps:
             compressed=tuple(self.compressed[s] for s in kept),
             groups=groups,
             rough=rough,
-            slope_sigma=groups.slope_sigma(rough),
+            smoothness=LawSmoothness.of(groups.reference, rough),
             rows=self.rows[kept],
             original=self.original[kept],
         )

@@ -9,9 +9,9 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.bounded_step import bounded_step
-from analysis.gap.fitting.gap_fit import GapFit
-from analysis.gap.fitting.normal_equations import GLOBAL, LAWS, SweepEquations, linearise_all
-from analysis.gap.fitting.schur_complement import LocalStep, SchurComplement, WithoutGains, schur_complement
+from analysis.gap.fitting.gap_fit import GapFit, Uncertainty
+from analysis.gap.fitting.normal_equations import GLOBAL, VALUES, SweepEquations, linearise_all
+from analysis.gap.fitting.schur_complement import LocalStep, schur_complement
 from analysis.gap.fitting.state import FreeParameters, GapState, clipped_laws
 from analysis.gap.thresholds import MOST_STEPS, PREDICTION_MARGIN, SETTLED
 from analysis.twin_model import Tangent, TwinModel
@@ -32,7 +32,7 @@ class _Trial:
     equations: list[SweepEquations]
     objective: float
     readings: Real
-    tilts: Real
+    smoothness: float
     prior: float
 
 
@@ -113,12 +113,16 @@ def _descend(
             break
         passes += 1
         trial = _try(
-            model, sweeps, _moved(model, best.state, free, share * step, local.times(share)), free, executor
+            model,
+            sweeps,
+            _moved(model, sweeps, best.state, free, share * step, local.times(share)),
+            free,
+            executor,
         )
         if trial is not None and trial.objective <= best.objective:
             fallen = best.objective - trial.objective
             best, damping, share = trial, (0.0 if damping < 1e-3 else damping / 10.0), 1.0
-            # at a bound, or while the laws' slopes change with their values, predictions are not accurate
+            # at a bound predictions are not accurate
             if fallen < 0.3 * settled:
                 done = True
                 break
@@ -142,9 +146,10 @@ def _evaluate(
     equations = linearise_all(model, sweeps, state, tangents, executor)
     readings = (state.away / sweeps.reading_sigma) ** 2
     prior = free.penalty(free.read(state.effects))
-    tilts = (state.tilt**2).sum(1)
-    objective = sum(e.chi2 for e in equations) + float(readings.sum() + tilts.sum()) + prior
-    return _Trial(state, equations, objective, readings, tilts, prior)
+    errors = sweeps.smoothness.errors(state.tilt, state.bend)
+    smoothness = float(errors @ errors)
+    objective = sum(e.chi2 for e in equations) + float(readings.sum()) + smoothness + prior
+    return _Trial(state, equations, objective, readings, smoothness, prior)
 
 
 def _try(
@@ -177,16 +182,20 @@ def _step(
         moving = np.concatenate([head.seen & gain_free, ~free.shapes | standing])
         step = bounded_step(matrix, gradient, moving, low, high, damping)
     predicted_decrease = head.predicted_decrease + float(2.0 * gradient @ step - step @ matrix @ step)
-    return step, head.follow(step, sweeps.count), predicted_decrease
+    return step, head.parts(head.follow(step)), predicted_decrease
 
 
-def _moved(model: TwinModel, state: GapState, free: FreeParameters, step: Real, local: LocalStep) -> GapState:
+def _moved(
+    model: TwinModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, step: Real, local: LocalStep
+) -> GapState:
     gains = len(state.log_gain)
     values = free.read(state.effects) + step[gains:]
-    moved = state.laws + np.clip(local.laws, -LARGEST_STEP, LARGEST_STEP)
+    laws = clipped_laws(model.box, state.laws + np.clip(local.laws, -LARGEST_STEP, LARGEST_STEP))
+    tilt, bend = sweeps.smoothness.deviations(local.errors)
     return GapState(
-        laws=clipped_laws(model.box, moved),
-        tilt=state.tilt + local.tilt,
+        laws=laws,
+        tilt=state.tilt + tilt,
+        bend=state.bend + bend,
         away=state.away + local.away,
         log_gain=state.log_gain + step[:gains],
         effects=free.write(state.effects, np.clip(values, free.low, free.high)),
@@ -202,28 +211,28 @@ def _result(
     settled: bool,
     passes: int,
 ) -> GapFit:
-    head = schur_complement(sweeps, at.equations, at.state, frozen=not laws_free)
-    left = head.without_gains(gain_free)
-    covariance: Real = np.linalg.inv(left.matrix + np.diag(free.sigma**-2.0)).astype(np.float64)
     values = free.read(at.state.effects)
     wall = (values <= free.low) | (values >= free.high)
+    head = schur_complement(sweeps, at.equations, at.state, frozen=not laws_free)
     fitted = len(free.names) + int((head.seen & gain_free).sum())
     if laws_free:  # one error is fitted per reading: numbers and unknowns cancel
         fitted += 3 * len(sweeps.groups.size)
+    dof = float(sweeps.numbers - fitted)
+    excess = max((at.objective - at.prior) / dof, 1.0) * sweeps.overstated
+    stated = schur_complement(sweeps, at.equations, at.state, weight=1.0 / excess, frozen=not laws_free)
     return GapFit(
         state=at.state,
         free=free,
-        covariance=covariance,
-        information=left.matrix,
+        information=head.without_gains(gain_free).matrix,
+        noise=Uncertainty.of(head, free, gain_free),
+        stated=Uncertainty.of(stated, free, gain_free),
         chi2=np.array([(np.abs(e.residual) ** 2).sum(-1) for e in at.equations]),
         readings=at.readings if laws_free else np.zeros(sweeps.count),
-        tilts=at.tilts if laws_free else np.zeros(len(at.tilts)),
-        dof=float(sweeps.numbers - fitted),
+        smoothness=at.smoothness if laws_free else 0.0,
+        dof=dof,
         prior=at.prior,
         residual=np.array([e.residual for e in at.equations]),
         predicted=np.array([e.predicted for e in at.equations]),
-        sigma_log_gain=np.sqrt(np.diag(left.covariance)),
-        law_sigma=_law_sigma(head, left, covariance),
         alone=np.array([_alone(e, p.source) for e, p in zip(at.equations, sweeps.points, strict=True)]),
         settled=settled,
         on_wall=tuple(name for name, there in zip(free.names, wall, strict=True) if there),
@@ -231,14 +240,7 @@ def _result(
     )
 
 
-def _law_sigma(head: SchurComplement, left: WithoutGains, covariance: Real) -> Real:
-    """Return standard deviations (G, 3) of the groups' laws, including those from gains and effects."""
-    # covariance of gains at fixed parameters, then the parameters' share through the gains' lever
-    handed = -left.lever @ covariance
-    return head.law_sigma(np.block([[left.covariance - handed @ left.lever.T, handed], [handed.T, covariance]]))
-
-
 def _alone(equations: SweepEquations, source: int) -> Real:
     """Return a sweep's information matrix of its material and its gain, (4, 4)."""
-    columns = [*range(LAWS.stop), GLOBAL + source]
+    columns = [*range(VALUES.stop), GLOBAL + source]
     return equations.matrix[np.ix_(columns, columns)]

@@ -1,12 +1,41 @@
 """Result of a fit of laws, readings, gain and effects."""
 
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
+from analysis.gap.fitting.schur_complement import SchurComplement
 from analysis.gap.fitting.state import FreeParameters, GapState
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """Standard deviations of a fit, everything else eliminated.
+
+    Attributes
+    ----------
+    parameters : (P,) ndarray
+        Of the free parameters of effects, by their priors too.
+    laws : (G, 3) ndarray
+        Of log E, nu and log eta of the groups.
+    log_gain : (I,) ndarray
+        Of every input; 0 where it was held.
+    """
+
+    parameters: Real
+    laws: Real
+    log_gain: Real
+
+    @classmethod
+    def of(cls, head: SchurComplement, free: FreeParameters, gain_free: bool) -> Self:
+        """Take them from the normal equations at the end of a fit."""
+        left = head.without_gains(gain_free)
+        joint = left.joint(np.asarray(np.linalg.inv(left.matrix + np.diag(free.sigma**-2.0))))
+        deviation = np.sqrt(np.diag(joint))
+        return cls(deviation[head.gains :], head.law_sigma(joint), deviation[: head.gains])
 
 
 @dataclass(frozen=True)
@@ -18,26 +47,23 @@ class GapFit:
     state : GapState
     free : FreeParameters
         The effects' parameters that were fitted.
-    covariance : (P, P) ndarray
-        Posterior covariance of the free parameters, everything else eliminated, of the noise.
     information : (P, P) ndarray
-        Its inverse without the prior.
+        Of the data on the free parameters, everything else eliminated.
+    noise, stated : Uncertainty
+        By the noise; and by what is left beyond it and the twin's own error too. These are common to all lines,
+        and change laws and gains as well as the effects' parameters.
     chi2 : (T, K) ndarray
         Of the nodes.
     readings : (T,) ndarray
         chi2 of the temperature readings, which are data too: a thermal lag shows only there.
-    tilts : (G,) ndarray
-        chi2 of the laws' slopes against those estimated from neighbouring temperatures.
+    smoothness : float
+        chi2 of the laws' derivatives against the likeliest ones for their values.
     dof : float
         Number of real data less fitted unknowns.
     prior : float
         Minus twice the log prior of the parameters, up to a constant.
     residual, predicted : (T, K, n) complex ndarray
         Whitened residual, and the model's spline coefficients [V/V].
-    sigma_log_gain : (I,) ndarray
-        Standard deviation of every input's log gain at fixed parameters, of the noise; 0 where it was held.
-    law_sigma : (G, 3) ndarray
-        Standard deviations of log E, nu and log eta of the groups, gains and effects eliminated, of the noise.
     alone : (T, 4, 4) ndarray
         Information matrix of each sweep alone, for its log E, nu, log eta and log gain.
     settled : bool
@@ -49,17 +75,16 @@ class GapFit:
 
     state: GapState
     free: FreeParameters
-    covariance: Real
     information: Real
+    noise: Uncertainty
+    stated: Uncertainty
     chi2: Real
     readings: Real
-    tilts: Real
+    smoothness: float
     dof: float
     prior: float
     residual: NDArray[np.complex128] = field(repr=False)
     predicted: NDArray[np.complex128] = field(repr=False)
-    sigma_log_gain: Real
-    law_sigma: Real
     alone: Real
     settled: bool
     on_wall: tuple[tuple[str, str], ...]
@@ -67,25 +92,12 @@ class GapFit:
 
     @property
     def total(self) -> float:
-        """chi2 over all sweeps, channels, readings and slopes."""
-        return float(self.chi2.sum() + self.readings.sum() + self.tilts.sum())
-
-    def spread(self, overstated: float) -> float:
-        """Return the factor on all standard deviations for what is left beyond noise and for the twin's own error.
-
-        `overstated` is that of `analysis.gap.data.sweeps.GapSweeps`. The twin's error is common to all lines, and
-        changes laws and gains as well as the effects' parameters.
-        """
-        return float(np.sqrt(max(self.total / self.dof, 1.0) * overstated))
+        """chi2 over all sweeps, channels, readings and derivatives of the laws."""
+        return float(self.chi2.sum() + self.readings.sum()) + self.smoothness
 
     @property
     def log_evidence(self) -> float:
         """Laplace's approximation, up to a constant common to all sets of effects on the same sweeps."""
-        scaled = np.eye(len(self.covariance)) + self.free.sigma[:, None] ** 2 * self.information
-        occam = float(np.linalg.slogdet(scaled)[1]) if len(self.covariance) else 0.0
+        scaled = np.eye(len(self.information)) + self.free.sigma[:, None] ** 2 * self.information
+        occam = float(np.linalg.slogdet(scaled)[1]) if len(self.information) else 0.0
         return -0.5 * (self.total + self.prior + occam)
-
-    @property
-    def sigma(self) -> Real:
-        """Standard deviations of the free parameters, (P,)."""
-        return np.sqrt(np.diag(self.covariance))

@@ -1,7 +1,8 @@
 """Whitened least squares of every sweep at one state.
 
-Columns of a sweep: log E, nu and log eta of its group, their slopes, the plate's temperature, log gain of every
-input, then parameters of effects. The gains of inputs that did not drive the sweep have columns of zeros.
+Columns of a sweep: log E, nu and log eta at its temperature, their slopes and curvatures, the plate's temperature,
+log gain of every input, then parameters of effects. The gains of inputs that did not drive the sweep have columns
+of zeros.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,8 +21,8 @@ from analysis.twin_model import Tangent, TwinModel
 
 Made = TypeVar("Made")
 
-LAWS, SLOPES, TEMPERATURE, GLOBAL = slice(0, 3), slice(3, 6), 6, 7
-"""Indices of the columns: unknowns of a group, unknown of a sweep, and first unknown of the campaign."""
+VALUES, LAWS, TEMPERATURE, GLOBAL = slice(0, 3), slice(0, 9), 9, 10
+"""Indices of the columns: laws without and with derivatives, unknown of a sweep, first unknown of the campaign."""
 
 
 @dataclass(frozen=True)
@@ -30,9 +31,9 @@ class SweepEquations:
 
     Attributes
     ----------
-    matrix : (7 + I + P, 7 + I + P) ndarray
+    matrix : (10 + I + P, 10 + I + P) ndarray
         J'J of the whitened columns, of I inputs and P parameters.
-    gradient : (7 + I + P,) ndarray
+    gradient : (10 + I + P,) ndarray
         J'r.
     residual : (K, n) complex ndarray
         Data less model in units of noise, real and imaginary part each; zero where left out.
@@ -57,7 +58,7 @@ class WhitenedSweep:
 
     Attributes
     ----------
-    white : (8 + I + P, K, n) complex ndarray
+    white : (11 + I + P, K, n) complex ndarray
         The columns, and after them the residual.
     predicted : (K, n) complex ndarray
         As in `SweepEquations`.
@@ -74,7 +75,7 @@ class WhitenedSweep:
         return SweepEquations(products[:-1, :-1], products[:-1, -1], self.white[-1].copy(), self.predicted)
 
     def after(self, step: Real) -> NDArray[np.complex128]:
-        """Residual (K, n) after a step (7 + I + P,), to first order."""
+        """Residual (K, n) after a step (10 + I + P,), to first order."""
         left: NDArray[np.complex128] = self.white[-1] - np.tensordot(step, self.white[:-1], 1)
         return left
 
@@ -104,7 +105,7 @@ def linearise_all(
     ValueError
         Where the model refuses the state: outside its box, or an effect outside its certified range.
     """
-    laws = sweeps.groups.laws(state.laws)
+    laws = sweeps.smoothness.laws(state.laws)
     model = model.counted(laws, state.effects)
 
     def linearised(sweep: int) -> SweepEquations:
@@ -140,7 +141,7 @@ def whiten_all(
     ValueError
         As `linearise_all`.
     """
-    laws = sweeps.groups.laws(state.laws)
+    laws = sweeps.smoothness.laws(state.laws)
     model = model.counted(laws, state.effects)
 
     def whitened(sweep: int) -> WhitenedSweep:
@@ -170,15 +171,13 @@ def _whitened(
     moved = state.circumstances(sweep, point)
     frequency = sweeps.nodes.frequency
     group = sweeps.groups.of_sweep[sweep]
-    sigma = sweeps.slope_sigma[group]
-    # a slope turned about the oven's own temperature changes only the effects that use it (lag, gradient); turned
-    # about the group's reference it would be collinear with errors of the readings
-    local_laws = laws[group].tilted(state.tilt[group] * sigma, moved.temperature)
-    line = model.linearise(local_laws, frequency, state.effects, moved, tangents)
-    slopes = sigma[:, None, None] * line.by_slope
+    # errors of the slopes about the oven's own temperature change only the effects that use them (lag, gradient);
+    # about the group's reference they would be collinear with errors of the readings
+    near = laws[group].tilted(state.tilt[group], state.bend[group], moved.temperature)
+    line = model.linearise(near, frequency, state.effects, moved, tangents)
     driving = np.arange(len(state.log_gain)) == point.source
     gain = float(np.exp(state.log_gain[point.source]))
-    local = np.concatenate([line.by_material, slopes, line.by_temperature[None]])
+    local = np.concatenate([line.by_material, line.by_slope, line.by_curvature, line.by_temperature[None]])
     splines = gain * sweeps.nodes.coefficients(
         np.concatenate(
             [local, driving[:, None, None] * line.transfer, line.by_parameter, np.zeros_like(line.transfer)[None]]

@@ -1,65 +1,38 @@
 """Schur complement of the normal equations of all sweeps.
 
-Laws and their slopes belong to a group of sweeps, temperatures to a sweep, gains and effects to the campaign:
-eliminating group by group leaves a small matrix for gains and effects, in which each effect keeps only the part
-that is independent of laws and readings. A reading error common to all sweeps of a group is equivalent to a change
-of the laws at the group's mean reading; so only contrasts of the errors are unknowns.
+Laws belong to a group of sweeps, temperatures to a sweep, gains and effects to the campaign: eliminating laws and
+temperatures leaves a small matrix for gains and effects, in which each effect keeps only the part that is
+independent of laws and readings. The laws' derivatives follow from the values at all temperatures, up to errors
+that are unknowns too, see `LawSmoothness`. A reading error common to all sweeps of a group is equivalent to a
+change of the laws at the group's mean reading; so only contrasts of the errors are unknowns.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, helmert
 
 from analysis.arrays import Mask, Real
 from analysis.gap.data.sweeps import GapSweeps
-from analysis.gap.fitting.normal_equations import GLOBAL, LAWS, SLOPES, TEMPERATURE, SweepEquations
+from analysis.gap.fitting.normal_equations import GLOBAL, LAWS, TEMPERATURE, SweepEquations
 from analysis.gap.fitting.state import GapState
 
-OWN = 6
-"""Unknowns of every group: three laws and their slopes; contrasts of its readings follow."""
 RIDGE = 1e-12
 """Ridge relative to a unit diagonal, for material constants that no line depends on."""
 
 
 @dataclass(frozen=True)
-class Block:
-    """Elimination of one group's unknowns, with what is needed to compute them later.
-
-    Attributes
-    ----------
-    members : (m,) int ndarray
-        Its sweeps.
-    contrasts : (m, m - 1) ndarray
-        Orthonormal contrasts of its readings.
-    lever : (q, I + P) ndarray
-        Minus the derivative of its unknowns with respect to gains and effects.
-    own : (q,) ndarray
-        Their step at fixed gains and effects.
-    variance : (q,) ndarray
-        At fixed gains and effects.
-    """
-
-    members: NDArray[np.int_]
-    contrasts: Real
-    lever: Real
-    own: Real
-    variance: Real
-
-
-@dataclass(frozen=True)
 class LocalStep:
-    """Steps of laws (G, 3), of slopes (G, 3) in their standard deviations, and of temperatures (T,)."""
+    """Steps of laws (G, 3), of errors of their derivatives as in `LawSmoothness`, and of temperatures (T,)."""
 
     laws: Real
-    tilt: Real
+    errors: Real
     away: Real
 
     def times(self, share: float) -> "LocalStep":
         """Return the steps scaled by `share`."""
-        return LocalStep(share * self.laws, share * self.tilt, share * self.away)
+        return LocalStep(share * self.laws, share * self.errors, share * self.away)
 
 
 @dataclass(frozen=True)
@@ -82,6 +55,11 @@ class WithoutGains:
     covariance: Real
     lever: Real
 
+    def joint(self, parameters: Real) -> Real:
+        """Covariance of log gains and parameters (I + P, I + P), when the latter's is `parameters`."""
+        across = -self.lever @ parameters
+        return np.block([[self.covariance - across @ self.lever.T, across], [across.T, parameters]])
+
 
 @dataclass(frozen=True)
 class SchurComplement:
@@ -89,8 +67,8 @@ class SchurComplement:
 
     Attributes
     ----------
-    gains : int
-        Number I of inputs.
+    gains, groups : int
+        Number I of inputs, and number G of groups.
     matrix : (I + P, I + P) ndarray
         Schur complement for the log gains and the effects' parameters.
     gradient : (I + P,) ndarray
@@ -98,24 +76,38 @@ class SchurComplement:
         `matrix` before the elimination: the size of each column.
     predicted_decrease : float
         Predicted decrease of chi2 by the eliminated unknowns alone.
-    blocks : tuple of Block
+    columns : (T, 10, N) ndarray
+        Derivative of each sweep's own columns, of `SweepEquations`, by the eliminated unknowns: the laws of every
+        group, the errors of their derivatives, and orthonormal contrasts of the readings of each group.
+    lever : (N, I + P) ndarray
+        Minus the derivative of the eliminated unknowns with respect to gains and effects; zero for those that are
+        held.
+    own : (N,) ndarray
+        Their step at fixed gains and effects.
+    variance : (N,) ndarray
+        At fixed gains and effects.
     """
 
     gains: int
+    groups: int
     matrix: Real
     gradient: Real
     raw: Real
     predicted_decrease: float
-    blocks: tuple[Block, ...] = field(repr=False)
+    columns: Real = field(repr=False)
+    lever: Real = field(repr=False)
+    own: Real = field(repr=False)
+    variance: Real = field(repr=False)
 
-    def follow(self, step: Real, sweeps: int) -> LocalStep:
-        """Return the steps of the eliminated unknowns for a `step` (I + P,) of gains and effects."""
-        local = [block.own - block.lever @ step for block in self.blocks]
-        away = np.zeros(sweeps)
-        for block, steps in zip(self.blocks, local, strict=True):
-            if len(steps) > OWN:
-                away[block.members] = block.contrasts @ steps[OWN:]
-        return LocalStep(np.array([x[LAWS] for x in local]), np.array([x[SLOPES] for x in local]), away)
+    def follow(self, step: Real) -> Real:
+        """Return the step (N,) of the eliminated unknowns for a `step` (I + P,) of gains and effects."""
+        return np.asarray(self.own - self.lever @ step)
+
+    def parts(self, local: Real) -> LocalStep:
+        """Split a step (N,) of the eliminated unknowns."""
+        contrasts = len(self.columns) - self.groups
+        laws, errors, _ = np.split(local, [3 * self.groups, len(local) - contrasts])
+        return LocalStep(laws.reshape(-1, 3), errors, self.columns[:, TEMPERATURE] @ local)
 
     @property
     def seen(self) -> Mask:
@@ -135,9 +127,9 @@ class SchurComplement:
 
     def law_sigma(self, joint: Real) -> Real:
         """Return standard deviations (G, 3) of the laws when gains and effects have covariance `joint`."""
-        variance = [b.variance[LAWS] + ((b.lever[LAWS] @ joint) * b.lever[LAWS]).sum(1) for b in self.blocks]
-        sigma: Real = np.sqrt(np.array(variance))
-        return sigma
+        lever = self.lever[: 3 * self.groups]
+        variance = self.variance[: 3 * self.groups] + ((lever @ joint) * lever).sum(axis=1)
+        return np.asarray(np.sqrt(variance)).reshape(-1, 3)
 
 
 def schur_complement(
@@ -145,11 +137,12 @@ def schur_complement(
     equations: Sequence[SweepEquations],
     state: GapState,
     *,
+    weight: float = 1.0,
     damping: float = 0.0,
     frozen: bool = False,
     readings: bool = True,
 ) -> SchurComplement:
-    """Eliminate laws, slopes and readings of every group.
+    """Eliminate the laws with their derivatives, and the readings.
 
     Parameters
     ----------
@@ -157,64 +150,70 @@ def schur_complement(
     equations : sequence of SweepEquations
         One per sweep, at `state`.
     state : GapState
+    weight : float
+        Of the data against the priors: less than 1 if their errors are larger than stated.
     damping : float
-        Levenberg-Marquardt damping on the diagonals of the groups' blocks.
+        Levenberg-Marquardt damping on the diagonal of the eliminated unknowns.
     frozen : bool
         Whether laws and temperatures are held: nothing is eliminated.
     readings : bool
-        If False, temperatures and slopes are taken as known: only laws are eliminated.
+        If False, temperatures and the laws' derivatives, given their values, are taken as known: only laws are
+        eliminated.
 
     Returns
     -------
     SchurComplement
     """
-    size = len(equations[0].gradient) - GLOBAL
-    matrix = sum((e.matrix[GLOBAL:, GLOBAL:] for e in equations), np.zeros((size, size)))
-    gradient = sum((e.gradient[GLOBAL:] for e in equations), np.zeros(size))
-    raw, predicted_decrease, blocks = matrix, 0.0, []
-    for group, tilt in enumerate(state.tilt):
-        members = np.flatnonzero(sweeps.groups.of_sweep == group)
-        mine = [equations[int(s)] for s in members]
-        contrasts = helmert(len(members)).T if len(members) > 1 else np.zeros((1, 0))
-        local, coupling, pull = _group(mine, contrasts, state.away[members], tilt, sweeps.reading_sigma)
-        if frozen:
-            blocks.append(Block(members, contrasts, 0.0 * coupling, 0.0 * pull, 0.0 * pull))
-            continue
-        if not readings:
-            local[OWN:] = local[:, OWN:] = local[SLOPES] = local[:, SLOPES] = 0.0
-            coupling[OWN:] = coupling[SLOPES] = 0.0
-            local += np.diag((np.diag(local) == 0.0).astype(float))
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(local), 1e-300))
-        unit = local * scale[:, None] * scale + (RIDGE + damping) * np.eye(len(local))
-        factor = cho_factor(unit)
-        solved = scale[:, None] * cho_solve(factor, scale[:, None] * np.column_stack([coupling, pull]))
-        lever, own = solved[:, :-1], solved[:, -1]
-        matrix = matrix - coupling.T @ lever
-        gradient = gradient - coupling.T @ own
-        predicted_decrease += float(pull @ own)
-        variance = scale**2 * np.diag(cho_solve(factor, np.eye(len(local))))
-        blocks.append(Block(members, contrasts, lever, own, variance))
+    columns = _columns(sweeps, state)
+    size, common = columns.shape[2], len(equations[0].gradient) - GLOBAL
+    matrix, gradient = np.zeros((size, size)), np.zeros(size)
+    coupling, raw, direct = np.zeros((size, common)), np.zeros((common, common)), np.zeros(common)
+    for own, e in zip(columns, equations, strict=True):
+        seen, pulled = weight * e.matrix, weight * e.gradient
+        matrix += own.T @ seen[:GLOBAL, :GLOBAL] @ own
+        coupling += own.T @ seen[:GLOBAL, GLOBAL:]
+        gradient += own.T @ pulled[:GLOBAL]
+        raw += seen[GLOBAL:, GLOBAL:]
+        direct += pulled[GLOBAL:]
+    # priors: the errors of the derivatives are standard normal, those of the readings have one sigma
+    values, errors = 3 * len(sweeps.groups.size), sweeps.smoothness.errors(state.tilt, state.bend)
+    contrasts = columns[:, TEMPERATURE, values + errors.size :]
+    now = np.concatenate([np.zeros(values), errors, contrasts.T @ state.away])
+    precision = np.repeat([0.0, 1.0, sweeps.reading_sigma**-2], [values, errors.size, contrasts.shape[1]])
+    moving = 0 if frozen else len(precision) if readings else values
+    local, pull = (matrix + np.diag(precision))[:moving, :moving], (gradient - precision * now)[:moving]
+    coupling = coupling[:moving]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(local), 1e-300))
+    unit = local * scale[:, None] * scale + (RIDGE + damping) * np.eye(moving)
+    known = scale[:, None] * np.column_stack([coupling, pull, np.eye(moving)])
+    solved = scale[:, None] * cho_solve(cho_factor(unit), known) if moving else known
+    lever, own_step = solved[:, :common], solved[:, common]
+    left = raw - coupling.T @ lever
+    held = len(precision) - moving
     return SchurComplement(
-        len(state.log_gain), 0.5 * (matrix + matrix.T), gradient, raw, predicted_decrease, tuple(blocks)
+        gains=len(state.log_gain),
+        groups=len(sweeps.groups.size),
+        matrix=0.5 * (left + left.T),
+        gradient=direct - coupling.T @ own_step,
+        raw=raw,
+        predicted_decrease=float(pull @ own_step),
+        columns=columns,
+        lever=np.pad(lever, ((0, held), (0, 0))),
+        own=np.pad(own_step, (0, held)),
+        variance=np.pad(np.diag(solved[:, common + 1 :]), (0, held)),
     )
 
 
-def _group(
-    equations: Sequence[SweepEquations], contrasts: Real, away: Real, tilt: Real, reading_sigma: float
-) -> tuple[Real, Real, Real]:
-    """Return matrix of a group's own unknowns, their coupling to the common ones, and their gradient."""
-    size = OWN + contrasts.shape[1]
-    local, pull = np.zeros((size, size)), np.zeros(size)
-    coupling = np.zeros((size, len(equations[0].gradient) - GLOBAL))
-    for e, row in zip(equations, contrasts, strict=True):
-        spread = np.zeros((GLOBAL, size))
-        spread[:OWN, :OWN] = np.eye(OWN)
-        spread[TEMPERATURE, OWN:] = row
-        local += spread.T @ e.matrix[:GLOBAL, :GLOBAL] @ spread
-        coupling += spread.T @ e.matrix[:GLOBAL, GLOBAL:]
-        pull += spread.T @ e.gradient[:GLOBAL]
-    local[SLOPES, SLOPES] += np.eye(3)
-    pull[SLOPES] -= tilt
-    local[OWN:, OWN:] += np.eye(size - OWN) / reading_sigma**2
-    pull[OWN:] -= contrasts.T @ away / reading_sigma**2
-    return local, coupling, pull
+def _columns(sweeps: GapSweeps, state: GapState) -> Real:
+    """Differentiate each sweep's own columns by the eliminated unknowns, (T, 10, N)."""
+    groups, smoothness = sweeps.groups, sweeps.smoothness
+    laws, contrasts = 3 * len(groups.size) + smoothness.unknowns, sweeps.count - len(groups.size)
+    found = np.zeros((sweeps.count, GLOBAL, laws + contrasts))
+    for sweep, (group, point) in enumerate(zip(groups.of_sweep, sweeps.points, strict=True)):
+        temperature = state.circumstances(sweep, point).temperature
+        found[sweep, LAWS, :laws] = smoothness.seen(group, temperature - groups.reference[group])
+    first = laws
+    for group, size in enumerate(groups.size):
+        found[groups.of_sweep == group, TEMPERATURE, first : first + size - 1] = helmert(size).T
+        first += size - 1
+    return found

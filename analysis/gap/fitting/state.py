@@ -21,8 +21,8 @@ class GapState:
     ----------
     laws : (G, 3) ndarray
         log E [log Pa], nu and log eta at the groups' references.
-    tilt : (G, 3) ndarray
-        Errors of the laws' slopes, in their standard deviations.
+    tilt, bend : (G, 3) ndarray
+        Errors of the slopes and curvatures that follow from `laws`, per K and per K2.
     away : (T,) ndarray
         True temperature less reading, K.
     log_gain : (I,) ndarray
@@ -33,6 +33,7 @@ class GapState:
 
     laws: NDArray[np.float64]
     tilt: NDArray[np.float64]
+    bend: NDArray[np.float64]
     away: NDArray[np.float64]
     log_gain: NDArray[np.float64]
     effects: Mapping[str, Values]
@@ -53,7 +54,13 @@ class GapState:
     def restricted(self, groups: Sequence[int], sweeps: Sequence[int]) -> "GapState":
         """Return the state of some groups and sweeps only."""
         kept = list(groups)
-        return replace(self, laws=self.laws[kept], tilt=self.tilt[kept], away=self.away[list(sweeps)])
+        return replace(
+            self,
+            laws=self.laws[kept],
+            tilt=self.tilt[kept],
+            bend=self.bend[kept],
+            away=self.away[list(sweeps)],
+        )
 
     def corrected(
         self, groups: TemperatureGroups, before: "GapState", after: "GapState", few: TemperatureGroups
@@ -61,7 +68,7 @@ class GapState:
         """Change laws, gain and effects as a fit to `few` groups changed them from `before` to `after`.
 
         The laws' changes are interpolated over temperature: they are smooth even where the laws themselves are
-        not. Errors of the readings start at zero.
+        not. All errors start at zero.
 
         Parameters
         ----------
@@ -79,20 +86,39 @@ class GapState:
         GapState
         """
         change = after.laws - before.laws
-        laws = [np.interp(groups.reference, few.reference, column) for column in change.T]
-        return GapState(
-            laws=self.laws + np.array(laws).T,
-            tilt=np.zeros_like(self.tilt),
-            away=np.zeros_like(self.away),
-            log_gain=self.log_gain + after.log_gain - before.log_gain,
-            effects=after.effects,
-        )
+        changes = [np.interp(groups.reference, few.reference, column) for column in change.T]
+        log_gain = self.log_gain + after.log_gain - before.log_gain
+        return plain_state(groups, self.laws + np.array(changes).T, log_gain, after.effects)
 
 
 def starting_state(updated: Updated, groups: TemperatureGroups) -> GapState:
     """State without effects from a model updating of the same sweeps; groups take the mean of their sweeps."""
-    laws = mean_laws(updated.material, groups)
-    return GapState(laws, np.zeros_like(laws), np.zeros(len(groups.of_sweep)), np.log(updated.gains), {})
+    return plain_state(groups, mean_laws(updated.material, groups), np.log(updated.gains), {})
+
+
+def plain_state(
+    groups: TemperatureGroups,
+    laws: NDArray[np.float64],
+    log_gain: NDArray[np.float64],
+    effects: Mapping[str, Values],
+) -> GapState:
+    """State without errors of the laws' derivatives and of the readings.
+
+    Parameters
+    ----------
+    groups : TemperatureGroups
+    laws : (G, 3) ndarray
+        log E [log Pa], nu and log eta at the groups' references.
+    log_gain : (I,) ndarray
+    effects : mapping
+        Values of each effect that is on.
+
+    Returns
+    -------
+    GapState
+    """
+    straight = np.zeros_like(laws)
+    return GapState(laws, straight, straight, np.zeros(len(groups.of_sweep)), log_gain, effects)
 
 
 def clipped_laws(box: MaterialBox, laws: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.fitting.normal_equations import LAWS, SLOPES, TEMPERATURE, whiten_all
+from analysis.gap.fitting.normal_equations import whiten_all
 from analysis.gap.fitting.residual_map import cell_sigma
 from analysis.gap.fitting.schur_complement import schur_complement
 from analysis.gap.search.candidate import Candidate
@@ -65,11 +65,6 @@ def _first_order(
         step[begin : begin + len(candidate.step)] = candidate.step
         step[:gains] = alone.covariance @ head.gradient[:gains] - alone.lever @ step[gains:]
         begin += len(candidate.step)
-        local = head.follow(step, sweeps.count)
-        residual = []
-        for sweep, (group, whitened) in enumerate(zip(sweeps.groups.of_sweep, white, strict=True)):
-            own = np.zeros(TEMPERATURE + 1)
-            own[LAWS], own[SLOPES], own[TEMPERATURE] = local.laws[group], local.tilt[group], local.away[sweep]
-            residual.append(whitened.after(np.concatenate([own, step])))
-        left.append(np.array(residual))
+        own = head.columns @ head.follow(step)
+        left.append(np.array([w.after(np.concatenate([mine, step])) for w, mine in zip(white, own, strict=True)]))
     return left

@@ -12,7 +12,7 @@ from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.data.preparation import prepare
-from analysis.gap.fitting.state import GapState
+from analysis.gap.fitting.state import plain_state
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox
 from analysis.sweep_point import SweepPoint
@@ -123,18 +123,15 @@ class ToyPlate:
         def at(point=point, laws=laws, effects=effects):
             return self.transfer(point, laws, effects, frequency)
 
-        by_material = []
-        for law in range(3):
-            shift = STEP * np.eye(3)[law]
-            pair = [
-                type(laws)(laws.reference, laws.value + s * shift, laws.slope, laws.curvature) for s in (1, -1)
-            ]
-            by_material.append((at(laws=pair[0]) - at(laws=pair[1])) / (2 * STEP))
-        by_slope = []
-        for law in range(3):
-            tilt = 1e-5 * np.eye(3)[law]
-            up, down = (laws.tilted(s * tilt, point.temperature) for s in (1, -1))
-            by_slope.append((at(laws=up) - at(laws=down)) / 2e-5)
+        def by(changed):
+            return np.array([(at(laws=changed(s)) - at(laws=changed(-s))) / (2 * STEP) for s in STEP * np.eye(3)])
+
+        flat = np.zeros(3)
+        by_laws = (
+            by(lambda s: replace(laws, value=laws.value + s)),
+            by(lambda s: laws.tilted(s, flat, point.temperature)),
+            by(lambda s: laws.tilted(flat, s, point.temperature)),
+        )
         warm, cold = (replace(point, temperature=point.temperature + s * 1e-3) for s in (1, -1))
         by_parameter = []
         for name, parameter, values in tangents:
@@ -146,8 +143,7 @@ class ToyPlate:
         transfer = at()
         return Linearisation(
             transfer,
-            np.array(by_material),
-            np.array(by_slope),
+            *by_laws,
             (at(point=warm) - at(point=cold)) / 2e-3,
             np.array(by_parameter).reshape(-1, *transfer.shape),
         )
@@ -253,7 +249,7 @@ def record(
 def start_near(groups, *, off=0.005, inputs=1):
     """Start as model updating would give it: right to half a percent."""
     laws = true_laws(groups.reference) + off * np.array([1.0, 0.2, 2.0])
-    return GapState(laws, np.zeros_like(laws), np.zeros(len(groups.of_sweep)), np.log(GAINS[:inputs]) + off, {})
+    return plain_state(groups, laws, np.log(GAINS[:inputs]) + off, {})
 
 
 def updated(frf, *, off=0.004):

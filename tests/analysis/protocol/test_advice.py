@@ -33,9 +33,10 @@ def test_repeats_on_a_slow_ramp_or_of_a_metal_need_no_advice() -> None:
 
 
 def test_the_mean_of_repeats_at_several_temperatures_is_lower_by_what_is_said() -> None:
-    (said,) = change_over_repeats(10.4, 3, 3.0, STIFFNESS_CHANGE / LOSS_FACTOR)
-    assert "the 3 repeats of a sweep spread over 1 K" in said
-    apart = 10.4 * 3.0 / 60.0
+    assert change_over_repeats(10.4, 3, 3.0, STIFFNESS_CHANGE / LOSS_FACTOR) == ()
+    (said,) = change_over_repeats(20.0, 3, 3.0, STIFFNESS_CHANGE / LOSS_FACTOR)
+    assert "the 3 repeats of a sweep spread over 2 K" in said
+    apart = 20.0 * 3.0 / 60.0
 
     def response(temperature: float) -> complex:
         stiffness = np.exp(-STIFFNESS_CHANGE * temperature) * (1.0 + 1j * LOSS_FACTOR)
@@ -44,4 +45,4 @@ def test_the_mean_of_repeats_at_several_temperatures_is_lower_by_what_is_said() 
     mean = sum(response(n * apart) for n in (-1, 0, 1)) / 3
     lower = 100.0 * (1.0 - abs(mean) / abs(response(0.0)))
     stated = float(said.split("by about ")[1].split(" %")[0])
-    assert stated == pytest.approx(lower, rel=0.1)
+    assert stated == pytest.approx(lower, rel=0.2)

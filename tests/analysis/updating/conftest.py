@@ -59,7 +59,7 @@ class AffineModes:
         nothing = np.zeros((0, *transfer.shape), complex)
         by_material = slopes * np.array([e, 1.0, eta])[:, None, None]
         by_temperature = np.tensordot(laws.rates(laws.reference), by_material, 1)
-        return Linearisation(transfer, by_material, 0.0 * by_material, by_temperature, nothing)
+        return Linearisation(transfer, by_material, 0.0 * by_material, 0.0 * by_material, by_temperature, nothing)
 
     def measured(
         self,

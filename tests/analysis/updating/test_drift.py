@@ -11,7 +11,7 @@ from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.material import Material
 from analysis.material_table import laws_through
-from analysis.updating.drift import drift_of_frfs, sweep_laws
+from analysis.updating.drift import drift_of_frfs, sweep_laws, without_spread
 from analysis.updating.laws import fit_laws
 from analysis.updating.update import update
 
@@ -61,11 +61,40 @@ def test_laws_put_in_are_found_from_drifting_sweeps(twin) -> None:
     assert off(found.material)[1] < 0.3 * off(steady.material)[1]
 
 
+def averaged(twin, protocol: Protocol) -> Frf:
+    """One sweep at each temperature, the mean over repeats that follow each other on the ramp."""
+    rows = LAWS.at(TEMPERATURE)
+    constants = zip(rows.youngs_modulus, rows.poisson_ratio, rows.loss_factor, strict=True)
+    still = twin.measured(TEMPERATURE, constants, GAIN, np.random.default_rng(5), 0.0005)
+    place = np.arange(protocol.repeats) - 0.5 * (protocol.repeats - 1)
+    away = protocol.ramp_rate / 60.0 * protocol.record * place
+    mean = [
+        np.mean([twin.frf(LAWS.local(t + a), still.frequency) for a in away], axis=0)
+        - twin.frf(LAWS.local(t), still.frequency)
+        for t in TEMPERATURE
+    ]
+    return replace(still, h=still.h + GAIN * np.array(mean))
+
+
+def test_a_mean_over_repeats_on_a_ramp_does_not_look_like_damping(twin) -> None:
+    protocol = PROTOCOL.model_copy(update={"taper": None, "repeats": 3})
+    frf, true = averaged(twin, protocol), LAWS.at(TEMPERATURE)
+    first = update(frf, twin)
+    with ThreadPoolExecutor(2) as executor:
+        laws = fit_laws(TEMPERATURE, first.material, first.sigma, temperature_range=(0.0, 60.0))
+        corrected = without_spread(frf, twin, first, laws, protocol, executor)
+        np.testing.assert_array_equal(without_spread(frf, twin, first, None, protocol, executor).h, frf.h)
+    found = update(corrected, twin)
+    before, after = (float(np.mean(u.material.loss_factor / true.loss_factor - 1.0)) for u in (first, found))
+    assert before > 1e-3
+    assert abs(after) < 0.1 * before
+
+
 def test_nothing_is_known_of_the_drift_without_taper_or_ramp(twin) -> None:
     frf = recorded(twin, PROTOCOL)
     updated = update(frf, twin)
     with ThreadPoolExecutor(2) as executor:
-        for change in ({"taper": None}, {"ramp_rate": 0.0}):
+        for change in ({"taper": None, "repeats": 1}, {"ramp_rate": 0.0}):
             protocol = PROTOCOL.model_copy(update=change)
             assert drift_of_frfs(frf, twin, updated, LAWS, protocol, executor) is None
 

@@ -197,7 +197,12 @@ def test_derivatives_follow_the_energy_with_every_other_effect_on(twin: Twin[Eff
         )
         check(
             line.by_slope[law],
-            lambda d, unit=unit: twin.frf(LAWS.tilted(d * unit, POINT.temperature), lines, on, POINT),
+            lambda d, unit=unit: twin.frf(LAWS.tilted(d * unit, 0.0 * unit, POINT.temperature), lines, on, POINT),
+            1e-4,
+        )
+        check(
+            line.by_curvature[law],
+            lambda d, unit=unit: twin.frf(LAWS.tilted(0.0 * unit, d * unit, POINT.temperature), lines, on, POINT),
             1e-4,
         )
     check(

@@ -96,9 +96,9 @@ def test_derivatives_by_every_parameter(twin):
             assert min(errors) < 1.0, (name, parameter.name)
 
 
-def test_derivatives_by_material_temperature_and_slopes(twin):
+@pytest.mark.parametrize("on", [{"thermal_lag": {"tau": 120.0}}, {"draught_gradient": {"gx": 3.0, "gy": -2.0}}])
+def test_derivatives_by_laws_and_temperature(twin, on):
     exact = replace(twin, reach=np.inf)
-    on = {"thermal_lag": {"tau": 120.0}}
     line = exact.linearise(LAWS, LINES[::6], on, POINT)
     for law in range(3):
         d = 1e-5 * np.eye(3)[law]
@@ -108,9 +108,12 @@ def test_derivatives_by_material_temperature_and_slopes(twin):
         )
         quotient = (8.0 * (one - other) - (two - third)) / 12e-4
         assert np.abs(line.by_material[law] - quotient).max() < 1e-6 * np.abs(quotient).max()
-        up, down = (exact.frf(LAWS.tilted(s * d, POINT.temperature), LINES[::6], on, POINT) for s in (1, -1))
-        quotient = (up - down) / 2e-5
-        assert np.abs(line.by_slope[law] - quotient).max() < 1e-5 * np.abs(quotient).max()
+        flat = np.zeros(3)
+        for found, one in ((line.by_slope, (d, flat)), (line.by_curvature, (flat, d))):
+            moved = (LAWS.tilted(*(s * part for part in one), POINT.temperature) for s in (1, -1))
+            up, down = (exact.frf(laws, LINES[::6], on, POINT) for laws in moved)
+            quotient = (up - down) / 2e-5
+            assert np.abs(found[law] - quotient).max() < 1e-5 * np.abs(quotient).max()
     up, down = (
         exact.frf(LAWS, LINES[::6], on, replace(POINT, temperature=POINT.temperature + s * 1e-3)) for s in (1, -1)
     )

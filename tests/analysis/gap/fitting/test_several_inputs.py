@@ -30,27 +30,27 @@ def fits(toy, pool):
 
 def test_laws_gains_and_the_effect_come_out_within_their_errors(toy, fits):
     sweeps, (joint, *_), _ = fits
-    pull = (joint.state.laws - toy.laws(sweeps.groups.reference)) / joint.law_sigma
+    pull = (joint.state.laws - toy.laws(sweeps.groups.reference)) / joint.noise.laws
     assert joint.settled
     assert np.sqrt(np.mean(pull**2)) < 1.6
     off = joint.state.log_gain - np.log(toy.gains)
-    assert (np.abs(off) < 5.0 * joint.sigma_log_gain).all()
-    assert joint.state.effects["mass"]["grams"] == pytest.approx(1.5, abs=4.0 * joint.sigma[0])
+    assert (np.abs(off) < 5.0 * joint.noise.log_gain).all()
+    assert joint.state.effects["mass"]["grams"] == pytest.approx(1.5, abs=4.0 * joint.noise.parameters[0])
 
 
 def test_two_inputs_tell_more_than_either(fits):
     _, (joint, *alone), _ = fits
     for one in alone:
-        assert joint.sigma[0] < 0.95 * one.sigma[0]
-        assert (joint.law_sigma < one.law_sigma).all()
+        assert joint.noise.parameters[0] < 0.95 * one.noise.parameters[0]
+        assert (joint.noise.laws < one.noise.laws).all()
 
 
 def test_the_gain_of_an_input_that_drove_no_sweep_stays(toy, fits):
     _, (_, first, second), (_, start, _) = fits
     assert first.state.log_gain[1] == start.log_gain[1]
-    assert first.sigma_log_gain[1] == second.sigma_log_gain[0] == 0.0
+    assert first.noise.log_gain[1] == second.noise.log_gain[0] == 0.0
     assert first.dof == pytest.approx(second.dof)
-    assert first.state.log_gain[0] == pytest.approx(np.log(toy.gains[0]), abs=5.0 * float(first.sigma_log_gain[0]))
+    assert first.state.log_gain[0] == pytest.approx(np.log(toy.gains[0]), abs=5.0 * float(first.noise.log_gain[0]))
 
 
 def test_the_effect_is_named_from_both_inputs(toy, pool):
