@@ -165,16 +165,13 @@ def schur_complement(
     SchurComplement
     """
     columns = _columns(sweeps, state)
-    size, common = columns.shape[2], len(equations[0].gradient) - GLOBAL
-    matrix, gradient = np.zeros((size, size)), np.zeros(size)
-    coupling, raw, direct = np.zeros((size, common)), np.zeros((common, common)), np.zeros(common)
-    for own, e in zip(columns, equations, strict=True):
-        seen, pulled = weight * e.matrix, weight * e.gradient
-        matrix += own.T @ seen[:GLOBAL, :GLOBAL] @ own
-        coupling += own.T @ seen[:GLOBAL, GLOBAL:]
-        gradient += own.T @ pulled[:GLOBAL]
-        raw += seen[GLOBAL:, GLOBAL:]
-        direct += pulled[GLOBAL:]
+    data = weight * np.array([e.matrix for e in equations])
+    pulls = weight * np.array([e.gradient for e in equations])
+    every = columns.reshape(-1, columns.shape[2]).T
+    matrix = every @ (data[:, :GLOBAL, :GLOBAL] @ columns).reshape(every.T.shape)
+    coupling = every @ data[:, :GLOBAL, GLOBAL:].reshape(every.shape[1], -1)
+    gradient = every @ pulls[:, :GLOBAL].ravel()
+    raw, direct = data[:, GLOBAL:, GLOBAL:].sum(axis=0), pulls[:, GLOBAL:].sum(axis=0)
     # priors: the errors of the derivatives are standard normal, those of the readings have one sigma
     values, errors = 3 * len(sweeps.groups.size), sweeps.smoothness.errors(state.tilt, state.bend)
     contrasts = columns[:, TEMPERATURE, values + errors.size :]
@@ -187,6 +184,7 @@ def schur_complement(
     unit = local * scale[:, None] * scale + (RIDGE + damping) * np.eye(moving)
     known = scale[:, None] * np.column_stack([coupling, pull, np.eye(moving)])
     solved = scale[:, None] * cho_solve(cho_factor(unit), known) if moving else known
+    common = len(direct)
     lever, own_step = solved[:, :common], solved[:, common]
     left = raw - coupling.T @ lever
     held = len(precision) - moving
