@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 
-Numbers = TypeVar("Numbers", Real, Complex)
+Frequencies = TypeVar("Frequencies", Real, Complex)
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class SweepTiming:
     duration: float
     record: float
 
-    def passed_at(self, frequency: Numbers) -> Numbers:
+    def passed_at(self, frequency: Frequencies) -> Frequencies:
         """When the sweep passes frequencies (F,), Hz, real or continued to complex ones; s from its beginning."""
         low, high = self.band
         inner = self.duration - 2.0 * self.taper
@@ -42,7 +42,7 @@ class SweepTiming:
             return np.asarray(self.taper + inner * (frequency - low) / (high - low))
         return np.asarray(self.taper + inner * np.log(frequency / low) / np.log(high / low))
 
-    def after_middle(self, frequency: Numbers) -> Numbers:
+    def after_middle(self, frequency: Frequencies) -> Frequencies:
         """When the sweep passes frequencies (F,), Hz; s from the middle of the record.
 
         It is so for the mean over all repeats, too, in which the middle is that of all records.
