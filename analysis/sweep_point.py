@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.arrays import Real
-from analysis.sweep_timing import SweepTiming
+from analysis.sweep_timing import Frequencies, SweepTiming
 
 
 @dataclass(frozen=True)
@@ -38,6 +37,6 @@ class SweepPoint:
         """Whether the temperature at each frequency is known to differ from the sweep's mean."""
         return self.timing is not None and self.rate != 0.0
 
-    def drift(self, frequency: Real) -> Real:
+    def drift(self, frequency: Frequencies) -> Frequencies:
         """Temperature when the sweep passes frequencies (F,), Hz, less its mean, K."""
-        return np.zeros(len(frequency)) if self.timing is None else self.rate * self.timing.after_middle(frequency)
+        return np.zeros_like(frequency) if self.timing is None else self.rate * self.timing.after_middle(frequency)

@@ -1,11 +1,13 @@
 """When a sine sweep passes its frequencies."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 
-from analysis.arrays import Real
+from analysis.arrays import Complex, Real
+
+Frequencies = TypeVar("Frequencies", Real, Complex)
 
 
 @dataclass(frozen=True)
@@ -32,15 +34,15 @@ class SweepTiming:
     duration: float
     record: float
 
-    def passed_at(self, frequency: Real) -> Real:
-        """When the sweep passes frequencies (F,), Hz; s from its beginning."""
+    def passed_at(self, frequency: Frequencies) -> Frequencies:
+        """When the sweep passes frequencies (F,), Hz, real or continued to complex ones; s from its beginning."""
         low, high = self.band
         inner = self.duration - 2.0 * self.taper
         if self.kind == "linear":
             return np.asarray(self.taper + inner * (frequency - low) / (high - low))
         return np.asarray(self.taper + inner * np.log(frequency / low) / np.log(high / low))
 
-    def after_middle(self, frequency: Real) -> Real:
+    def after_middle(self, frequency: Frequencies) -> Frequencies:
         """When the sweep passes frequencies (F,), Hz; s from the middle of the record.
 
         It is so for the mean over all repeats, too, in which the middle is that of all records.

@@ -20,6 +20,7 @@
 ``modes``                  poles, residues and residual terms of one sweep; synthesis of its FRFs
 ``common_factor``          factor by which temperature shifts all frequencies of a sweep
 ``tracked_modes``          modes of all sweeps and their tracks
+``stated_temperature``     modes at the temperature stated for a sweep, where the sine passed them at another
 ``leakage``                leakage of windowed segments, taken out of modes
 ``reading``                frequency and damping of a pole, hysteretic or viscous
 ``status``                 which poles are modes of the plate, and why the others are not

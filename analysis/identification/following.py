@@ -128,6 +128,7 @@ class Followed:
             known = next(t for t in self.nearest(sweep) if np.isfinite(self.place[t, j, 0]))
             step = (self.place[sweep] - self.place[known])[self.guide]
             place[j] = self.place[known, j] + _middle(step[np.isfinite(step[:, 0])])
+            place[j, 1] = min(place[j, 1], np.log(MOST_DAMPED))
         return place
 
     def _add(self, sweep: int, place: NDArray[np.float64], mode: bool) -> None:

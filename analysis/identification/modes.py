@@ -39,7 +39,7 @@ class Modes:
     Attributes
     ----------
     poles : (J,) complex ndarray
-        rad/s, by rising frequency; all that the model needs, modes of the plate or not.
+        rad/s, by rising frequency; all that the model needs, modes of the plate or not. `synthesis` takes these.
     residues : (K, J) complex ndarray
         FRF unit times rad/s.
     covariance : (J, 2, 2) ndarray
@@ -62,6 +62,9 @@ class Modes:
         refits were made.
     damping : str
         How `reading` reads poles unless it is told: ``hysteretic`` or ``viscous``.
+    corrected : (J,) complex ndarray or None
+        `poles` at the temperature stated for the sweep, where a sine on a ramp is known to have passed them at
+        another one. `covariance` is then that of these.
     """
 
     poles: NDArray[np.complex128]
@@ -77,6 +80,7 @@ class Modes:
     rejected: tuple[Rejected, ...] = ()
     confirmation: tuple[str, ...] = ()
     damping: Damping = "hysteretic"
+    corrected: NDArray[np.complex128] | None = None
 
     def __post_init__(self) -> None:
         count, responses = len(self.poles), self.residues.shape[0]
@@ -84,6 +88,7 @@ class Modes:
             "residues": (responses, count),
             "covariance": (count, 2, 2),
             "coefficients": (responses, len(self.terms.powers)),
+            "stated_poles": (count,),
         }
         for name, shape in wanted.items():
             if getattr(self, name).shape != shape:
@@ -99,8 +104,14 @@ class Modes:
             raise ValueError(f"{count} poles need as many confirmations, of {CONFIRMATIONS} or nothing")
         if self.damping not in get_args(Damping):
             raise ValueError(f"damping {self.damping!r}: {' or '.join(get_args(Damping))}")
-        if (self.poles.real >= 0.0).any() or (self.poles.imag <= 0.0).any():
-            raise ValueError("poles must be stable and in the upper half plane")
+        for poles in (self.poles, self.stated_poles):
+            if (poles.real >= 0.0).any() or (poles.imag <= 0.0).any():
+                raise ValueError("poles must be stable and in the upper half plane")
+
+    @property
+    def stated_poles(self) -> NDArray[np.complex128]:
+        """Poles at the temperature stated for the sweep, (J,), rad/s: `corrected`, or `poles` as fitted."""
+        return self.poles if self.corrected is None else self.corrected
 
     @property
     def real(self) -> NDArray[np.bool_]:
@@ -156,7 +167,7 @@ class Modes:
 
     def reading(self, damping: Damping | None = None) -> PoleReading:
         """Frequency, damping ratio and loss factor of every pole, with standard deviations."""
-        return read_poles(self.poles, self.covariance, damping or self.damping)
+        return read_poles(self.stated_poles, self.covariance, damping or self.damping)
 
     def read_as(self, damping: Damping) -> "Modes":
         """Return the same modes, read in another way."""

@@ -61,10 +61,10 @@ class TrackedModes:
 
     @property
     def poles(self) -> NDArray[np.complex128]:
-        """Poles (T, J), rad/s, NaN where absent."""
+        """Poles (T, J), rad/s, at the temperatures stated for the sweeps, NaN where absent."""
         gathered = np.full(self.track.shape, complex(np.nan, np.nan))
         for t, j, n in self._present():
-            gathered[t, j] = self.modes[t].poles[n]
+            gathered[t, j] = self.modes[t].stated_poles[n]
         return gathered
 
     @property

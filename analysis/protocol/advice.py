@@ -49,9 +49,8 @@ def change_within_sweep(duration: float, ramp_rate: float) -> tuple[str, ...]:
     longest = LEAST_CHANGE / by_second
     return (
         f"on a ramp of {ramp_rate:g} K/min a sweep of {duration:g} s spreads over {rate * duration:.2g} K, which "
-        f"changes resonances of a soft polymer by {100 * change:.2g} % of their peaks: identification takes the "
-        f"temperature as steady and misses them by that. {longest:.2g} s or less, or a slower ramp, keep it below "
-        f"{100 * LEAST_CHANGE:g} %",
+        f"changes resonances of a soft polymer by {100 * change:.2g} % of their peaks; {longest:.2g} s or less, "
+        f"or a slower ramp, keep it below {100 * LEAST_CHANGE:g} %",
     )
 
 

@@ -121,7 +121,7 @@ def _advise(declared: "AcquiredExperiment", kind: "RigKind", output: Output) -> 
     if kind != "simulated" and not declared.oven.expires:
         output.note("this oven continues if the computer fails: see docs/guide/real-hardware.md on oven.program")
     for sentence in change_within_sweep(declared.sweep.duration, declared.programme.ramp_rate):
-        output.note(sentence)
+        output.note(f"{sentence}. From three temperatures on, it is taken into account, to first order")
 
 
 @contextmanager

@@ -39,6 +39,7 @@ class _Sweep:
     rejected_statuses: tuple[str, ...]
     confirmation: tuple[str, ...] = ()
     damping: str = ""
+    corrected: NDArray[np.complex128] | None = None
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class _Track:
 
 
 ARRAYS = ("poles", "residues", "covariance", "coefficients")
-SHARED = (*ARRAYS, "status", "reason", "band", "misfit", "lines", "confirmation", "damping")
+SHARED = (*ARRAYS, "status", "reason", "band", "misfit", "lines", "confirmation", "damping", "corrected")
 
 
 def save_modes(

@@ -11,7 +11,7 @@
 ``update``                 E, nu, eta and gain of a campaign, and laws through them
 ``gap``                    comparison of a campaign with its twin
 ``gap_notes``                effects that were not tried, and the error of the twin
-``drift_notes``              drift of the temperature that the twin does not follow
+``drift_notes``              drift of the temperature that is not taken into account
 ``issued_twin``            twin file that the gap stage writes
 ``focus``                  filters of a panel over temperature
 ``compensate``             networks and other methods that predict these filters, compared

@@ -1,4 +1,4 @@
-"""Notes on the drift of the temperature within and between repeats, where the twin does not follow it."""
+"""Notes on the drift of the temperature within and between repeats, where it is not followed."""
 
 from analysis.experiment import Protocol
 from analysis.material import MaterialLaws
@@ -11,8 +11,7 @@ def untimed(protocol: Protocol) -> tuple[str, ...]:
     """Return a note where the temperature drifts within sweeps and no taper tells when they pass a frequency."""
     drift = change_within_sweep(protocol.sweep_duration, protocol.ramp_rate) if protocol.timing is None else ()
     return tuple(
-        f"{words}; with protocol.taper in the declaration, update and gap take the drift into account"
-        for words in drift
+        f"{words}; with protocol.taper in the declaration, the drift is taken into account" for words in drift
     )
 
 

@@ -10,8 +10,10 @@ from analysis.chosen_actuator import sweeps_of_actuator
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import Experiment
 from analysis.frf import Frf, campaign_frf
+from analysis.gap.data.preparation import sweep_points
 from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
 from analysis.identification.residual_terms import choices_for
+from analysis.identification.stated_temperature import at_stated_temperature
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import sweep_measured, track
 from analysis.progress import Progress
@@ -23,6 +25,7 @@ from app.files.run_folder import run_file
 from app.files.uff58 import write_frfs
 from app.files.uff_campaign import campaign_frfs, campaign_points, nearest_sweep, sweep_name
 from app.modal_test.frf_set import said_of_coherence
+from app.stages.drift_notes import untimed
 from app.stages.identify_options import Wanted
 from app.terminal.modes import headline, modes_record, tables
 from app.terminal.notebook import as_html, as_text
@@ -96,6 +99,9 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | N
         settings = replace(wanted.settings, terms=choices_for(_quantities(campaign.experiment)))
         tracked = track(inside, settings, report, wanted.one_by_one(), expected)
         tracked = _confirmed(inside, tracked).read_as(wanted.damping)
+        protocol = campaign.experiment.protocol
+        tracked = at_stated_temperature(tracked, sweep_points(inside, protocol), protocol.spread)
+        tracked = replace(tracked, notes=(*tracked.notes, *untimed(protocol)))
     except ValueError as error:
         raise ResultFileError(f"{campaign.name}: {error}") from error
     return IdentifiedCampaign(frf, tracked, inputs, every)

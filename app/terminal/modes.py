@@ -28,7 +28,7 @@ def modes_record(modes: Modes) -> dict[str, Any]:
     rejected: list[dict[str, Any]] = []
     for j, (status, reason, other) in enumerate(zip(modes.status, modes.reason, modes.overlapped, strict=True)):
         values: dict[str, Any] = {name: _finite(getattr(reading, name)[j]) for name in FIELDS}
-        values["pole_rad_s"] = [float(modes.poles[j].real), float(modes.poles[j].imag)]
+        values["pole_rad_s"] = [float(modes.stated_poles[j].real), float(modes.stated_poles[j].imag)]
         values["overlaps_hz"] = float(reading.frequency_hz[other]) if other >= 0 else None
         judged = {"status": status, "confirmation": modes.confirmed_word(j) or None, "reason": reason}
         (found if modes.real[j] else rejected).append(values | judged)

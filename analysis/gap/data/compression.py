@@ -14,7 +14,6 @@ then W'OW is banded, and so is the Cholesky factor that turns c - H into indepen
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.interpolate import BSpline
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded, solve_banded
 from scipy.sparse import csr_array
 
@@ -72,6 +71,8 @@ class Nodes:
         ValueError
             For fewer lines than nodes.
         """
+        from scipy.interpolate import BSpline
+
         # below this frequency nodes would have to be closer than the lines: there each line is a node
         sharp = float(np.clip(2.0 * per_half_width * LINES_PER_NODE * spacing / loss_factor, lines[0], lines[-1]))
         single = lines[lines < sharp]

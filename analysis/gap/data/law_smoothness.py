@@ -20,7 +20,7 @@ deviations: what is less uncertain follows from the values."""
 
 @dataclass(frozen=True)
 class LawSmoothness:
-    """Derivatives of log E, nu and log eta at G temperatures, first all slopes, then all curvatures.
+    """Derivatives of L laws at G temperatures, first all slopes, then all curvatures.
 
     They are those of a Gaussian process about a straight line of any height and slope (Rasmussen and Williams,
     Gaussian Processes for Machine Learning, 2006, sections 2.7 and 9.4). Given the values v, they are
@@ -30,61 +30,65 @@ class LawSmoothness:
     ----------
     temperature : (G,) ndarray
         Degrees Celsius.
-    by_values : (3, 2G, G) ndarray
+    by_values : (L, 2G, G) ndarray
         Derivative of the derivatives of each law by its values, 1/K and 1/K2.
-    root : tuple of three (2G, R) ndarray
+    root : tuple of L (2G, R) ndarray
         Of each law: root of the covariance of its derivatives at fixed values, per K and per K2. R is the number
         of combinations that are uncertain; 0 where all temperatures are the same, and the derivatives are zero.
     """
 
     temperature: Real
     by_values: Real = field(repr=False)
-    root: tuple[Real, Real, Real] = field(repr=False)
+    root: tuple[Real, ...] = field(repr=False)
 
     @classmethod
     def of(cls, temperature: Real, values: Real) -> Self:
-        """Take the size of the laws' deviation from straight lines from approximate `values` (G, 3)."""
+        """Take the size of the laws' deviation from straight lines from approximate `values` (G, L)."""
         if not np.ptp(temperature):
-            return cls.flat(temperature)
+            return cls.flat(temperature, values.shape[1])
         found = [_derivatives(temperature, value) for value in values.T]
-        roots = [_root(covariance) for _, covariance in found]
-        return cls(temperature, np.array([by_values for by_values, _ in found]), (roots[0], roots[1], roots[2]))
+        roots = tuple(_root(covariance) for _, covariance in found)
+        return cls(temperature, np.array([by_values for by_values, _ in found]), roots)
 
     @classmethod
-    def flat(cls, temperature: Real) -> Self:
+    def flat(cls, temperature: Real, laws: int = 3) -> Self:
         """Laws that do not change near each temperature: for sweeps that have nothing to do with each other."""
         count = len(temperature)
-        nothing = np.zeros((2 * count, 0))
-        return cls(temperature, np.zeros((3, 2 * count, count)), (nothing, nothing, nothing))
+        return cls(temperature, np.zeros((laws, 2 * count, count)), laws * (np.zeros((2 * count, 0)),))
 
     @property
     def unknowns(self) -> int:
-        """Number of the uncertain combinations of all three laws."""
+        """Number of the uncertain combinations of all laws."""
         return sum(root.shape[1] for root in self.root)
 
+    @property
+    def slope_sigma(self) -> Real:
+        """Standard deviations (G, L) of the slopes at fixed values, per K."""
+        return np.stack([np.sqrt((root[: len(self.temperature)] ** 2).sum(axis=1)) for root in self.root], axis=1)
+
     def derivatives(self, values: Real) -> tuple[Real, Real]:
-        """Likeliest slopes and curvatures, each (G, 3), of laws through `values` (G, 3)."""
+        """Likeliest slopes and curvatures, each (G, L), of laws through `values` (G, L)."""
         slope, curvature = np.split(np.einsum("ldg,gl->dl", self.by_values, values), 2)
         return slope, curvature
 
     def deviations(self, errors: Real) -> tuple[Real, Real]:
-        """Return how far slopes and curvatures, each (G, 3), are from these for `errors` z (`unknowns`,)."""
+        """Return how far slopes and curvatures, each (G, L), are from these for `errors` z (`unknowns`,)."""
         parts = np.split(errors, np.cumsum([root.shape[1] for root in self.root])[:-1])
         slope, curvature = np.split(np.stack([r @ z for r, z in zip(self.root, parts, strict=True)], axis=1), 2)
         return slope, curvature
 
     def errors(self, slope: Real, curvature: Real) -> Real:
-        """Return the errors z (`unknowns`,) of `deviations` (G, 3) of slopes and curvatures."""
+        """Return the errors z (`unknowns`,) of `deviations` (G, L) of slopes and curvatures."""
         rows = np.concatenate([slope, curvature]).T
         return np.concatenate([_inverse(root) @ row for root, row in zip(self.root, rows, strict=True)])
 
     def laws(self, values: Real) -> list[LocalLaws]:
-        """Local laws through `values` (G, 3), with the likeliest derivatives."""
+        """Return log E, nu and log eta through `values` (G, 3), with the likeliest derivatives."""
         rows = zip(self.temperature, values, *self.derivatives(values), strict=True)
         return [LocalLaws(float(t), value, slope, curvature) for t, value, slope, curvature in rows]
 
     def seen(self, group: int, away: float) -> Real:
-        """Differentiate what a sweep sees of the laws by the unknowns.
+        """Differentiate what a sweep sees of log E, nu and log eta by the unknowns.
 
         Parameters
         ----------

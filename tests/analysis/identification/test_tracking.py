@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from analysis.frf import Frf
 from analysis.identification.common_factor import common_factor
+from analysis.identification.following import MOST_DAMPED, Followed
 from analysis.identification.lines import Lines
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.pole_residue import synthesis
@@ -272,3 +273,14 @@ def test_deviations_hold_what_the_stated_noise_does_not() -> None:
             away.append((read.frequency_hz[t, j] - truth[t, f]) / read.sigma_frequency_hz[t, j])
     assert np.mean(np.abs(away) < 1.96) > 0.85
     assert 0.7 < np.std(away) < 1.4
+
+
+def test_background_that_a_sweep_lacks_stays_a_pole_where_damping_rises() -> None:
+    """One sweep found it with a damping ratio of 0.45; at the next all modes are damped three times as much."""
+    place = np.log(
+        np.array([[[600.0, 0.02], [900.0, 0.02], [1200.0, 0.45]], [[580.0, 0.06], [870.0, 0.06], [1, 1]]])
+    )
+    place[1, 2] = np.nan
+    known = Followed(np.array([20.0, 30.0]), NONE, place, np.array([True, True, False]), [0, 1])
+    assert np.exp(known.filled(1)[2, 1]) <= MOST_DAMPED
+    np.testing.assert_allclose(known.filled(1)[:2], place[1, :2])

@@ -1,0 +1,138 @@
+"""Poles at the temperature stated for their sweep, where the sine passed them at another one.
+
+On a ramp a sine passes each frequency f at a temperature T + d(f) of its own. A pole lambda(T) of the plate then
+appears at p = lambda(T + d(p / 2 pi j)), with the drift d continued to complex frequencies: its real part moves
+the pole along its track, its imaginary part, the drift over a half width, stretches the resonance. To first order
+lambda(T) = p (1 - s d), with s = d log lambda / dT from the pole's own track. Residues change by the share
+s f dd/df, alike for all sensors; they stay as fitted.
+
+The repeats of a sweep, of which the mean is taken, have temperatures of their own. With their variance v the
+mean is R/x + v (s lambda)**2 R/x**3 to second order, x = j w - lambda. In the sense of least squares over all
+w, 1/x**3 is nearest to a change of 1/x by a wider pole: the damping ratio zeta appears too large by the share v
+(s/zeta)**2.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from analysis.arrays import Real, Whole
+from analysis.gap.data.groups import TemperatureGroups
+from analysis.gap.data.law_smoothness import LawSmoothness
+from analysis.identification.modes import Modes
+from analysis.identification.parameters import LARGEST_DAMPING, to_parameters, to_poles
+from analysis.identification.tracked_modes import TrackedModes
+from analysis.protocol.advice import STIFFNESS_CHANGE
+from analysis.sweep_point import SweepPoint
+
+
+def at_stated_temperature(
+    tracked: TrackedModes, points: Sequence[SweepPoint], spread: float = 0.0
+) -> TrackedModes:
+    """Correct poles to the temperatures stated for their sweeps.
+
+    Parameters
+    ----------
+    tracked : TrackedModes
+        As fitted.
+    points : sequence of SweepPoint
+        Of its sweeps, with the drift of the temperature where it is known.
+    spread : float
+        Standard deviation of the temperature over the repeats of a sweep, K.
+
+    Returns
+    -------
+    TrackedModes
+        With `Modes.corrected`, and the uncertainty of the slopes in `Modes.covariance`. Sweeps without drift are
+        left as they are; so are those of a direction with one temperature only, which tells no slope: a note says
+        so where it may matter.
+    """
+    modes, notes = list(tracked.modes), list(tracked.notes)
+    for way in dict.fromkeys(tracked.direction):  # at one reading the plate may be warmer on the way down
+        leg = np.array([t for t, one in enumerate(tracked.direction) if one == way])
+        drifting = [t for t in leg.tolist() if (points[t].drifts or spread) and len(modes[t].poles)]
+        groups = TemperatureGroups.of(tracked.temperature[leg])
+        known = _slopes(_tracks(tracked, leg, groups), groups.reference) if drifting else None
+        if known is None:
+            notes.extend(_said(way, [(modes[t], points[t]) for t in drifting]))
+            continue
+        for t in drifting:
+            group, column = groups.of_sweep[leg == t][0], _columns(tracked, t)
+            modes[t] = _corrected(modes[t], points[t], spread, *known[:, group, column])
+    return replace(tracked, modes=tuple(modes), notes=tuple(notes))
+
+
+def _tracks(tracked: TrackedModes, leg: Whole, groups: TemperatureGroups) -> Real:
+    """Log |pole| and log damping ratio of tracks, mean of the sweeps of each group, (G, J, 2); NaN if absent."""
+    place = np.full((len(leg), tracked.track.shape[1], 2), np.nan)
+    for row, t in enumerate(leg):
+        there = tracked.track[t] >= 0
+        place[row, there] = to_parameters(tracked.modes[t].poles)[tracked.track[t, there]]
+    count = groups.total(np.isfinite(place).astype(float))
+    return np.asarray(groups.total(np.nan_to_num(place)) / np.where(count > 0.0, count, np.nan))
+
+
+def _slopes(place: Real, temperature: Real) -> Real | None:
+    """Slopes of tracks (G, J, 2) over temperature, per K, and their standard deviations, (2, G, J + 1, 2).
+
+    The last column, and tracks that only one temperature shows, have the median of the other tracks, with their
+    spread for a standard deviation. None where no track has a slope.
+    """
+    found = np.full((2, len(place), place.shape[1] + 1, 2), np.nan)
+    for j, column in enumerate(place.swapaxes(0, 1)):
+        there = np.isfinite(column[:, 0])
+        if there.sum() > 1:
+            smoothness = LawSmoothness.of(temperature[there], column[there])
+            found[0, there, j], found[1, there, j] = (
+                smoothness.derivatives(column[there])[0],
+                smoothness.slope_sigma,
+            )
+    known = np.isfinite(found[0, :, :, 0])
+    if not known.any():
+        return None
+    for g, here in enumerate(known):
+        slope, sigma = found[:, g, here] if here.any() else found[:, known]
+        found[0, g, ~here] = np.median(slope, axis=0)
+        found[1, g, ~here] = np.hypot(slope.std(axis=0), np.median(sigma, axis=0))
+    return found
+
+
+def _columns(tracked: TrackedModes, t: int) -> Whole:
+    """Track of each pole of a sweep; -1, the last column of the slopes, for poles without one."""
+    column = np.full(len(tracked.modes[t].poles), -1)
+    there = np.flatnonzero(tracked.track[t] >= 0)
+    column[tracked.track[t, there]] = there
+    return column
+
+
+def _corrected(modes: Modes, point: SweepPoint, spread: float, slope: Real, sigma: Real) -> Modes:
+    """Correct the poles (J,) of a sweep with the slopes of log |pole| and log damping ratio, (J, 2), per K."""
+    place, drift = to_parameters(modes.poles), point.drift(modes.poles / 2j / np.pi)
+    zeta = np.exp(place[:, 1])
+    turn = zeta / np.sqrt(1.0 - zeta**2)  # of the pole's angle in the plane, by its log damping ratio
+    change = (slope[:, 0] + 1j * turn * slope[:, 1]) * drift
+    wider = np.log1p((spread * slope[:, 0] / zeta) ** 2)
+    # neighbours and the weights of a fit change what the mean over repeats makes of a pole by half of it
+    error = np.hypot(np.abs(drift)[:, None] * sigma, 0.5 * wider[:, None] * [0.0, 1.0])
+    covariance = modes.covariance + (error**2)[:, :, None] * np.eye(2)
+    place -= np.column_stack([change.real, change.imag / turn + wider])
+    place[:, 1] = np.minimum(place[:, 1], np.log(LARGEST_DAMPING))  # where a track jumps, its slope is no slope
+    return replace(modes, corrected=to_poles(place), covariance=covariance)
+
+
+def _said(way: str, sweeps: Sequence[tuple[Modes, SweepPoint]]) -> list[str]:
+    """Return a note on sweeps left uncorrected, if a soft polymer would change by more than is stated."""
+    away = 0.0
+    for modes, point in sweeps:
+        reading, real = modes.reading(), np.flatnonzero(modes.real)
+        drift = np.abs(point.drift(reading.frequency_hz[real]))
+        matters = 0.5 * STIFFNESS_CHANGE * drift * reading.frequency_hz[real] > reading.sigma_frequency_hz[real]
+        away = max(away, drift[matters].max(initial=0.0))
+    if not away:
+        return []
+    return [
+        f"one temperature on the way {way}: frequencies are those at the temperatures when the sine passed, up "
+        f"to {away:.2g} K off ({50 * STIFFNESS_CHANGE * away:.2g} % of those of a soft polymer); from two "
+        "temperatures on they are corrected"
+    ]
