@@ -100,6 +100,17 @@ def test_answers_as_the_oscillator_does(plate: TwinPlate, drift: float) -> None:
         assert np.linalg.norm(in_band(still[0]) - in_band(truth)) / np.linalg.norm(in_band(truth)) > 2 * error
 
 
+def test_between_two_nodes_a_resonance_is_as_high_as_at_them(plate: TwinPlate) -> None:
+    drive = drive_signal(SWEEP, 1.0, RATE)
+    grid = np.fft.rfftfreq(drive.size, 1.0 / RATE)
+    lines = grid[(grid > 110.0) & (grid < 1400.0)]
+    for temperature in (20.0, 20.03, 20.1, 20.17):
+        answer = plate(drive, RATE, np.full(drive.size, temperature))
+        steady = Oscillator()(SweepPoint(temperature, 0.0, 1.0), lines)[0]
+        found = in_band(answer[0]) / in_band(2.0 * drive)
+        assert np.abs(found - steady).max() < 1e-4 * np.abs(steady).max()
+
+
 def test_each_frequency_is_measured_at_the_temperature_at_its_time() -> None:
     """The FRF of a record is that at steady temperatures, at each line the one when the sweep passed it."""
     drive, rate = drive_signal(SWEEP, 1.0, RATE), 0.02
@@ -150,7 +161,7 @@ def test_what_follows_the_level_alone_is_asked_once_for_all_rates() -> None:
     for kelvin in (0.01, -0.02):
         plate(drive, RATE, 20.03 + np.linspace(0.0, kelvin, drive.size))
     assert {point.rate for point in asked.asked} == {0.0}
-    assert len(asked.asked) == 2
+    assert len(asked.asked) == 4
     assert asked.asked[0].level == pytest.approx(np.abs(drive).max(), rel=5e-3)
 
 
@@ -159,7 +170,7 @@ def test_where_nothing_follows_them_one_response_serves_every_rate_and_level(pla
     plate(drive, RATE, 20.03 + np.linspace(0.0, 0.01, drive.size))
     plate(2.0 * drive, RATE, 20.03 - np.linspace(0.0, 0.01, drive.size))
     assert isinstance(plate.transfer, Oscillator)
-    assert [point.temperature for point in plate.transfer.asked] == [20.0, 20.1]
+    assert [point.temperature for point in plate.transfer.asked] == [19.8, 20.0, 20.2, 20.4]
 
 
 def test_a_plate_at_rest_stays_silent(plate: TwinPlate) -> None:
