@@ -52,28 +52,16 @@ def drift_of_frfs(
     Returns
     -------
     (T, K, F) complex ndarray or None
-        To first order in the drift within a sweep, to second in that between its repeats; None where neither is
-        known to occur.
+        To second order in the drift within a sweep and between its repeats; None where neither is known to occur.
     """
-    points = sweep_points(frf, protocol)
-    if not any(point.drifts for point in points) and not protocol.spread:
-        return None
-
-    def change(law: LocalLaws, point: SweepPoint) -> NDArray[np.complex128]:
-        by_temperature = model.linearise(law, frf.frequency, NO_EFFECTS, point).by_temperature
-        within = point.drift(frf.frequency) * by_temperature
-        between = 0.5 * protocol.spread**2 * _second(by_temperature, frf.frequency, law)
-        return np.asarray(updated.gains[point.source] * (within + between))
-
-    return np.array(list(executor.map(change, sweep_laws(updated, laws), points)))
+    orders = _orders(frf, model, updated, laws, protocol, executor)
+    return None if orders is None else orders.sum(axis=1)
 
 
-def without_spread(
+def to_first_order(
     frf: Frf, model: TwinModel, updated: Updated, laws: MaterialLaws | None, protocol: Protocol, executor: Executor
 ) -> Frf:
-    """Correct means over the repeats of a sweep to FRFs at their mean temperature.
-
-    It is the second part of `drift_of_frfs`, for twins that follow the drift within a sweep themselves.
+    """Take the second order of the drift out of FRFs, for twins that follow its first order themselves.
 
     Parameters
     ----------
@@ -91,9 +79,26 @@ def without_spread(
     -------
     Frf
     """
-    untimed = protocol.model_copy(update={"taper": None})
-    spread = None if laws is None else drift_of_frfs(frf, model, updated, laws, untimed, executor)
-    return frf if spread is None else replace(frf, h=frf.h - spread)
+    orders = None if laws is None else _orders(frf, model, updated, laws, protocol, executor)
+    return frf if orders is None else replace(frf, h=frf.h - orders[:, 1])
+
+
+def _orders(
+    frf: Frf, model: TwinModel, updated: Updated, laws: MaterialLaws, protocol: Protocol, executor: Executor
+) -> Complex | None:
+    """First and second order of the drift, (T, 2, K, F); None where none is known to occur."""
+    points = sweep_points(frf, protocol)
+    if not any(point.drifts for point in points) and not protocol.spread:
+        return None
+
+    def change(law: LocalLaws, point: SweepPoint) -> Complex:
+        by_temperature = model.linearise(law, frf.frequency, NO_EFFECTS, point).by_temperature
+        away = point.drift(frf.frequency)
+        squared = away**2 + protocol.spread**2  # mean over the repeats
+        second = 0.5 * squared * _second(by_temperature, frf.frequency, law)
+        return np.asarray(updated.gains[point.source] * np.array([away * by_temperature, second]))
+
+    return np.array(list(executor.map(change, sweep_laws(updated, laws), points)))
 
 
 def _second(by_temperature: Complex, frequency: Real, law: LocalLaws) -> Complex:

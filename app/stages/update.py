@@ -19,7 +19,7 @@ from analysis.protocol.advice import unresolved
 from analysis.sweep_point import SweepPoint
 from analysis.updated import Updated
 from analysis.updating.corrected_twin import corrected_twin, fit_twin, reached
-from analysis.updating.drift import drift_of_frfs, sweep_laws, without_spread
+from analysis.updating.drift import drift_of_frfs, sweep_laws, to_first_order
 from analysis.updating.laws import fit_laws
 from analysis.updating.outlier_sweeps import outlier_sweeps
 from analysis.updating.polarity import polarity_corrected
@@ -204,7 +204,7 @@ def _updated_under_effects(
     model = HeldEffects(twin, start.twin.effects)
     report("laws under effects", 0.0)
     with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
-        steady = without_spread(frf, model, plain, plain_laws(campaign, plain), protocol, executor)
+        steady = to_first_order(frf, model, plain, plain_laws(campaign, plain), protocol, executor)
         fitted = fit_twin(steady, plain, model, protocol, executor, given)
     found = corrected_twin(frf, plain, model, protocol, fitted)
     report("laws under effects", 1.0)

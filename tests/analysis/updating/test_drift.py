@@ -11,7 +11,7 @@ from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.material import Material
 from analysis.material_table import laws_through
-from analysis.updating.drift import drift_of_frfs, sweep_laws, without_spread
+from analysis.updating.drift import drift_of_frfs, sweep_laws, to_first_order
 from analysis.updating.laws import fit_laws
 from analysis.updating.update import update
 
@@ -82,8 +82,8 @@ def test_a_mean_over_repeats_on_a_ramp_does_not_look_like_damping(twin) -> None:
     first = update(frf, twin)
     with ThreadPoolExecutor(2) as executor:
         laws = fit_laws(TEMPERATURE, first.material, first.sigma, temperature_range=(0.0, 60.0))
-        corrected = without_spread(frf, twin, first, laws, protocol, executor)
-        np.testing.assert_array_equal(without_spread(frf, twin, first, None, protocol, executor).h, frf.h)
+        corrected = to_first_order(frf, twin, first, laws, protocol, executor)
+        np.testing.assert_array_equal(to_first_order(frf, twin, first, None, protocol, executor).h, frf.h)
     found = update(corrected, twin)
     before, after = (float(np.mean(u.material.loss_factor / true.loss_factor - 1.0)) for u in (first, found))
     assert before > 1e-3
