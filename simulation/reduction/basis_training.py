@@ -30,16 +30,21 @@ class BasisTraining:
     lines: int = 200
     rounds: int = 3
 
-    def materials(self, box: MaterialBox) -> list[tuple[float, float]]:
-        """(E, nu) that cover the box: the softest, which has most modes, at every nu; others between two nu.
+    def materials(self, box: MaterialBox) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+        """(E, nu) that cover the box: those of Krylov spaces, and those at which their modes are corrected.
 
-        A stiffer plate moves nearly as a soft one does at a lower frequency.
+        The first are the softest, which has most modes, at every nu of a grid. A stiffer plate moves nearly as a
+        soft one does at a lower frequency. The second are the softest between two nu and, at ever larger E, by
+        turns those between and those of the grid.
         """
         (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
         steps_e = 2 * int(np.ceil(np.log(e1 / e0) / np.log(self.modulus_ratio) - 1e-6))
         cells_n = int(np.ceil((n1 - n0) / self.poisson_step - 1e-6))
         n = np.linspace(n0, n1, cells_n + 1)
-        between = 0.5 * (n[1:] + n[:-1]) if cells_n else n
-        soft = [(e0, y) for y in n]
-        stiffer = [(x, y) for x in np.geomspace(e0, e1, steps_e + 1)[1:] for y in between]
-        return [(float(x), float(y)) for x, y in soft + stiffer]
+        between = 0.5 * (n[1:] + n[:-1])
+        odd = between if cells_n else n
+        stiffer = [
+            (x, y) for k, x in enumerate(np.geomspace(e0, e1, steps_e + 1)[1:]) for y in (n if k % 2 else odd)
+        ]
+        soft, corrected = ([(e0, y) for y in values] for values in (n, between))
+        return [(float(x), float(y)) for x, y in soft], [(float(x), float(y)) for x, y in corrected + stiffer]

@@ -27,7 +27,7 @@ def held_out(box: MaterialBox, attempt: int) -> list[Constants]:
     are most numerous and sharpest.
     """
     (e0, e1), (n0, n1), (h0, h1) = box.youngs_modulus, box.poisson_ratio, box.loss_factor
-    sides = [(e0, n0 + 0.55 * (n1 - n0), h0), (e1, n0 + 0.45 * (n1 - n0), h0)] if attempt == 0 else []
+    sides = [(e0, n0 + 0.37 * (n1 - n0), h0), (e1, n0 + 0.45 * (n1 - n0), h0)] if attempt == 0 else []
     cube = _scattered(DRAWN, np.random.default_rng(attempt))
     within = [(e0 * (e1 / e0) ** a, n0 + b * (n1 - n0), h0 + c * (h1 - h0)) for a, b, c in cube]
     return [(float(e), float(n), float(h)) for e, n, h in sides + within]

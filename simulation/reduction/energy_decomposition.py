@@ -28,6 +28,10 @@ training nu may lie inside it at other nu: without the margin errors there are 1
 FIELD_LINES = 5
 """The field is compared at every so-many-th line."""
 
+DEPENDENT = 1e-6
+"""Vectors are left out whose part outside the others is below this share of them. Its square, in the Gram matrix,
+is a hundred times the rounding error."""
+
 LEAST_LOSS = 1e-4
 """Smallest loss factor of training: without damping the response at resonance is infinite."""
 
@@ -47,35 +51,6 @@ def training_loss(box: MaterialBox) -> float:
     return max(box.loss_factor[0], LEAST_LOSS)
 
 
-def orthonormal(vectors: Real, weight: csr_matrix, cutoff: float) -> Real:
-    """Orthonormal columns for the inner product x' W y, directions below `cutoff` left out.
-
-    Parameters
-    ----------
-    vectors : (n, k) ndarray
-    weight : (n, n) sparse matrix
-        W, symmetric and positive definite.
-    cutoff : float
-        Smallest singular value kept of the vectors, each first made of norm 1, over the largest.
-
-    Returns
-    -------
-    (n, N) ndarray
-        N is at most k.
-    """
-    weighed = weight @ vectors
-    norm = np.sqrt(np.einsum("ni,ni->i", vectors, weighed))
-    gram = (vectors.T @ weighed) / np.outer(norm, norm)
-    for attempt in range(2):  # the second pass corrects rounding errors of the Gram matrix
-        values, basis = np.linalg.eigh(0.5 * (gram + gram.T))
-        kept = values > cutoff**2 * values[-1]
-        basis = basis[:, kept] / np.sqrt(values[kept])
-        vectors = vectors @ (basis / norm[:, None])
-        if attempt == 0:
-            gram, norm = vectors.T @ (weight @ vectors), np.ones(vectors.shape[1])
-    return vectors
-
-
 def mass_orthonormal(vectors: Real, energy: csr_matrix, mass: csr_matrix) -> Real:
     """Columns that span the same space, orthonormal in the mass; nearly dependent ones are left out.
 
@@ -91,7 +66,11 @@ def mass_orthonormal(vectors: Real, energy: csr_matrix, mass: csr_matrix) -> Rea
     (n, N) ndarray
         N is at most k.
     """
-    vectors = orthonormal(vectors, energy, cutoff=1e-6)
+    weighed = energy @ vectors
+    norm = np.sqrt(np.einsum("ni,ni->i", vectors, weighed))
+    values, basis = np.linalg.eigh((vectors.T @ weighed) / np.outer(norm, norm))
+    kept = values > DEPENDENT**2 * values[-1]
+    vectors = vectors @ (basis[:, kept] / np.outer(norm, np.sqrt(values[kept])))
     root = scipy.linalg.cholesky(vectors.T @ (mass @ vectors), lower=True)
     return np.asarray(vectors @ np.linalg.inv(root).T)
 

@@ -3,7 +3,6 @@
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from analysis.arrays import Real
 from analysis.material import MaterialBox
@@ -15,7 +14,13 @@ WORKERS = 2
 
 
 def projected(
-    model: ShellModel, vectors: Real, box: MaterialBox, band: tuple[float, float], dashpots: Real
+    model: ShellModel,
+    vectors: Real,
+    box: MaterialBox,
+    band: tuple[float, float],
+    dashpots: Real,
+    *,
+    known: ReducedModel | None = None,
 ) -> ReducedModel:
     """Galerkin model on given vectors; its error is not measured yet.
 
@@ -30,6 +35,8 @@ def projected(
         Hz.
     dashpots : (n, q) ndarray
         Columns whose product is the damping matrix, truncated to its significant part.
+    known : ReducedModel, optional
+        Projection onto the first of the vectors, which is not repeated.
 
     Returns
     -------
@@ -37,16 +44,15 @@ def projected(
         Its error is infinite.
     """
 
-    def of(matrix: csr_matrix) -> Real:
-        small = vectors.T @ (matrix @ vectors)
-        return np.asarray(0.5 * (small + small.T))
+    def of(name: str) -> Real:
+        before = getattr(known, name) if known else np.zeros((0, 0))
+        return bordered(before, vectors.T @ (getattr(model, name) @ vectors[:, len(before) :]))
 
+    names = ("stiffness_1", "stiffness_2", "stiffness_patch")
     with ThreadPoolExecutor(WORKERS) as executor:
-        first, second, patches = executor.map(of, (model.stiffness_1, model.stiffness_2, model.stiffness_patch))
+        stiffnesses = dict(zip(names, executor.map(of, names), strict=True))
     return ReducedModel(
-        stiffness_1=first,
-        stiffness_2=second,
-        stiffness_patch=patches,
+        **stiffnesses,
         coupling=vectors.T @ model.coupling,
         capacitance=model.capacitance,
         box=box,
@@ -54,3 +60,14 @@ def projected(
         error=float("inf"),
         dashpots=vectors.T @ dashpots,
     )
+
+
+def bordered(gram: Real, columns: Real) -> Real:
+    """Symmetric matrix (k, k) with the last columns (k + s, s), and rows, added."""
+    old, new = len(gram), columns.shape[1]
+    grown = np.empty((old + new, old + new))
+    grown[:old, :old] = gram
+    grown[:old, old:] = columns[:old]
+    grown[old:, :old] = columns[:old].T
+    grown[old:, old:] = 0.5 * (columns[old:] + columns[old:].T)
+    return grown

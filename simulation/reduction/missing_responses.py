@@ -44,11 +44,14 @@ def missing_directions(vectors: Real, matrices: StateMatrices, band: tuple[float
     """
     stiffness = matrices.plate + matrices.patches
     shifts = 2 * np.pi * np.array(SHIFTS) * band[1]
-    chains = [
-        Chain(factorize(stiffness - shift**2 * matrices.mass), matrices.mass, matrices.coupling)
-        for shift in shifts
-    ]
-    new = np.hstack([chain.extend(BLOCKS)[0] for chain in chains])
+    new = np.hstack(  # one chain after the other: the factors of both would be the largest arrays of the reduction
+        [
+            Chain(factorize(stiffness - shift**2 * matrices.mass), matrices.mass, matrices.coupling).extend(
+                BLOCKS
+            )[0]
+            for shift in shifts
+        ]
+    )
     both = np.hstack([vectors, new])
     mass, elastic = both.T @ (matrices.mass @ both), both.T @ (stiffness @ both)
     responses = _responses(elastic, mass, both.T @ matrices.coupling, band)

@@ -1,12 +1,13 @@
 """Reduction of a plate over a box of materials and a band, with a measured error.
 
-Two steps. Rational Krylov spaces at a few materials give candidate vectors, fast to compute but too many. A proper
-orthogonal decomposition of responses computed with those candidates, over the whole box, keeps about half of them.
-The full model is solved only to measure the error.
+Three steps. Rational Krylov spaces at the softest materials give candidate vectors, and the modes computed with
+them are corrected at further materials. A proper orthogonal decomposition of responses computed with all
+candidates, over the whole box, keeps the leading directions. The full model is solved only to measure the error.
 """
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,6 +28,7 @@ from simulation.reduction.energy_decomposition import (
 )
 from simulation.reduction.galerkin import projected
 from simulation.reduction.missing_responses import extended_basis
+from simulation.reduction.mode_corrections import mode_corrections
 from simulation.reduction.rational_krylov import material_space
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.shell_model import ShellModel
@@ -96,11 +98,16 @@ def reduce(
     with threadpool_limits(WORKERS, user_api="blas"):  # large products, one after the other
         vectors = mass_orthonormal(vectors, energy, model.mass)
 
-    def on(basis: Real, responses: Real) -> ReducedModel:
-        found = projected(model, basis, box, band, columns(model.damping, responses))
+    def on(basis: Real, responses: Real, known: ReducedModel | None = None) -> ReducedModel:
+        found = projected(model, basis, box, band, columns(model.damping, responses), known=known)
         return replace(found, deflection=probe[counted] @ basis, points=places[counted])
 
     larger = on(vectors, responses)
+    missing = _corrections(model, vectors, larger, lines, training, report)
+    if missing.size:
+        with threadpool_limits(WORKERS, user_api="blas"):
+            vectors = extended_basis(vectors, missing, energy, model.mass, 2.0 * tail)
+        larger = on(vectors, responses, larger)
     report(STAGE, 0.65)
     basis = decomposition(larger, lines, 0.25 * training.tolerance)
     small, vectors = larger.restricted(basis), vectors @ basis
@@ -115,7 +122,7 @@ def reduce(
         responses = np.hstack([responses, found])
         found = found / np.sqrt(np.einsum("ni,ni->i", found, energy @ found))
         vectors = extended_basis(vectors, found, energy, model.mass, tail)
-        small = on(vectors, responses)
+        small = on(vectors, responses, small)
     raise RuntimeError(
         f"the reduced model's error is {error:.2g} after {training.rounds} rounds; allowed {training.tolerance:g}"
     )
@@ -143,12 +150,12 @@ def _candidates(
     training: BasisTraining,
     report: Progress,
 ) -> Real:
-    """Krylov vectors (n, N) of all training materials.
+    """Krylov vectors (n, N) of the softest materials.
 
     Two shifts each, near the ends of the band: a third factorization costs as much as twenty more vectors.
     """
     shifts = band[0] + np.array(SHIFTS) * (band[1] - band[0])
-    materials = training.materials(box)
+    materials = training.materials(box)[0]
 
     def space(constants: tuple[float, float]) -> Real:
         return material_space(
@@ -164,8 +171,33 @@ def _candidates(
     with ThreadPoolExecutor(WORKERS) as executor:
         for k, found in enumerate(executor.map(space, materials)):
             spaces.append(found)
-            report(STAGE, 0.6 * (k + 1) / len(materials))
+            report(STAGE, 0.4 * (k + 1) / len(materials))
     return np.hstack(spaces)
+
+
+def _corrections(
+    model: ShellModel,
+    vectors: Real,
+    candidate: ReducedModel,
+    lines: Real,
+    training: BasisTraining,
+    report: Progress,
+) -> Real:
+    """Missing parts (n, s) of the modes at all materials without Krylov vectors."""
+    materials = training.materials(candidate.box)[1]
+    loss = training_loss(candidate.box)
+
+    def missing(constants: tuple[float, float]) -> Real:
+        return mode_corrections(
+            model, vectors, candidate, constants, lines=lines, loss_factor=loss, tolerance=training.tolerance
+        )
+
+    parts = [np.zeros((model.size, 0))]
+    with ThreadPoolExecutor(WORKERS) as executor:
+        for k, found in enumerate(executor.map(missing, materials)):
+            parts.append(found)
+            report(STAGE, 0.45 + 0.15 * (k + 1) / len(materials))
+    return np.hstack(parts)
 
 
 def _damped_responses(
@@ -184,4 +216,4 @@ def _damped_responses(
         return np.reshape([found.real, found.imag], (2, model.size, -1)).transpose(1, 0, 2).reshape(model.size, -1)
 
     with ThreadPoolExecutor(WORKERS) as executor:
-        return np.hstack(list(executor.map(responses, training.materials(box))))
+        return np.hstack(list(executor.map(responses, chain(*training.materials(box)))))
