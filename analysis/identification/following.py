@@ -157,10 +157,14 @@ def follow(known: Followed, sweep: int, measured: Measured, usual: float, settin
     blocks = averaged(lines)
     start, moving = known.predicted(sweep)
     if not moving:
-        active = active_in(start, lines.frequency, known.beyond)
-        start[:, 0] += np.log(common_factor(blocks, to_poles(start[active]), known.terms)[0])
+        start[:, 0] += _common_step(blocks, start, known)
     found = _held(blocks, start, known)
-    if _left(lines, found, known) > AFRESH * usual:
+    poor = _left(lines, found, known) > AFRESH * usual
+    if poor and moving:  # the trend may have changed
+        start[:, 0] += _common_step(blocks, start, known)
+        found = _held(blocks, start, known)
+        poor = _left(lines, found, known) > AFRESH * usual
+    if poor:
         _afresh(known, sweep, start, identify(measured, settings))
         found = _held(blocks, known.filled(sweep), known)
     known.done.append(sweep)
@@ -175,6 +179,12 @@ def follow(known: Followed, sweep: int, measured: Measured, usual: float, settin
             break
         found = added
     known.place[sweep] = found.place[0]
+
+
+def _common_step(blocks: Lines, start: NDArray[np.float64], known: Followed) -> float:
+    """Shift of log |lambda| of all poles (J, 2) that explains a sweep best."""
+    active = active_in(start, blocks.frequency, known.beyond)
+    return float(np.log(common_factor(blocks, to_poles(start[active]), known.terms)[0]))
 
 
 def _held(blocks: Lines, start: NDArray[np.float64], known: Followed) -> JointFit:
