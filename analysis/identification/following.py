@@ -23,6 +23,7 @@ from analysis.identification.modes import Modes
 from analysis.identification.parameters import BEYOND, active_in, to_parameters, to_poles
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.resolution import unresolved
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 
@@ -215,7 +216,8 @@ def _with_new_pole(known: Followed, sweep: int, lines: Lines, blocks: Lines, fou
     place = np.concatenate([known.place[sweep], to_parameters(pole)])
     with_it = replace(known, place=place[None], mode=np.append(known.mode, False))
     tried = _held(blocks, place, with_it)
-    if misfit - tried.projections[0].misfit < penalty:
+    projection = tried.projections[0]
+    if misfit - projection.misfit < penalty or unresolved(lines, projection.poles, projection.residues).any():
         return None
     new, others = tried.place[0, -1], tried.place[0, :-1, 1][known.guide]
     inside = lines.frequency[0] < np.exp(new[0]) / (2.0 * np.pi) < lines.frequency[-1]

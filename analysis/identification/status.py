@@ -53,7 +53,7 @@ def judge(
     """
     gain = support(fitted, lines)
     share, least = _shares(lines, fitted)
-    lesser = unresolved(fitted.poles, fitted.projection.residues, lines.spacing)
+    lesser = unresolved(lines, fitted.poles, fitted.projection.residues)
     limit = _damping_limit(lines, fitted)
     shared = np.zeros(len(gain)) if lines.damping is None else lines.damping.shared(fitted.poles)
     verdicts = [
