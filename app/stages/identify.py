@@ -10,7 +10,8 @@ from analysis.chosen_actuator import sweeps_of_actuator
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import Experiment
 from analysis.frf import Frf, campaign_frf
-from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
+from analysis.identification.confirmation import confirmed
+from analysis.identification.neighbouring_sweeps import confirmed_by_neighbours
 from analysis.identification.residual_terms import choices_for
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import sweep_measured, track
