@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from analysis.identification.bic import pole_penalty, support
 from analysis.identification.harmonics import needle_hum
 from analysis.identification.lines import Lines
+from analysis.identification.missing import residual
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.resolution import heights, unresolved
 
@@ -18,6 +19,13 @@ WEAK_DAMPING = 0.3
 UNRESOLVED = "too close to a taller peak for the lines to separate them, or its leakage"
 
 POSSIBLY_TWO = "{:.2g} times the damping of the modes around it: possibly two unresolved modes"
+
+NOT_ONE_POLE = "; {:.2g} times the noise is left at its peak: more than one mode, or one that changed meanwhile"
+
+LEFT_AT_PEAK, FEWEST_AT_PEAK = 2.0, 5
+"""Residual within the half-power bandwidth, in standard deviations of the noise, from which one pole does not
+describe a peak, and values needed to say so. Noise alone reaches it in five values with a probability of 1e-5, and
+three repeats tell its standard deviation within a tenth."""
 
 OUTSTANDING = 8.0
 """Damping ratio, in multiples of the median of all poles in the band, above which a pole is background too."""
@@ -55,13 +63,14 @@ def judge(
     share, least = _shares(lines, fitted)
     lesser = unresolved(lines, fitted.poles, fitted.projection.residues)
     limit = _damping_limit(lines, fitted)
+    left = _left_at_peaks(lines, fitted)
     shared = np.zeros(len(gain)) if lines.damping is None else lines.damping.shared(fitted.poles)
     verdicts = [
         _verdict(lines, pole, bool(fitted.stuck[j]), mains, limit, gain[j])
         or (("computational", UNRESOLVED) if lesser[j] else None)
         or _weakness(lines, pole, gain[j], float(np.sqrt(spread[j, 1, 1])), share[j] / least[j])
         or (("weak", POSSIBLY_TWO.format(shared[j])) if shared[j] else None)
-        or ("kept", f"BIC would rise by {gain[j]:.0f} without it")
+        or ("kept", f"BIC would rise by {gain[j]:.0f} without it{NOT_ONE_POLE.format(left[j]) if left[j] else ''}")
         for j, pole in enumerate(fitted.poles)
     ]
     return tuple(status for status, _ in verdicts), tuple(reason for _, reason in verdicts)
@@ -91,6 +100,17 @@ def _shares(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray
             noise = np.sqrt((lines.deviation[:, near] ** 2).sum(0).mean()) / size
             least[j] = np.clip(noise, *SMALLEST_SHARE)
     return share, least
+
+
+def _left_at_peaks(lines: Lines, fitted: PoleFit) -> NDArray[np.float64]:
+    """Residual at every peak over the noise there, (J,); 0 where it is no larger than noise may be."""
+    ratio = np.abs(residual(lines, fitted) / lines.deviation) ** 2
+    found = np.zeros(len(fitted.poles))
+    for j, pole in enumerate(fitted.poles):
+        at_peak = ratio[:, np.abs(2.0 * np.pi * lines.frequency - pole.imag) <= -pole.real]
+        if at_peak.size >= FEWEST_AT_PEAK:
+            found[j] = np.sqrt(at_peak.mean())
+    return np.where(found > LEFT_AT_PEAK, found, 0.0)
 
 
 def _verdict(
