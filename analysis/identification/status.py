@@ -6,7 +6,6 @@ from numpy.typing import NDArray
 from analysis.identification.bic import pole_penalty, support
 from analysis.identification.harmonics import needle_hum
 from analysis.identification.lines import Lines
-from analysis.identification.missing import residual
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.resolution import heights, unresolved
 
@@ -39,7 +38,11 @@ of the lines; a smaller peak cannot be distinguished from curvature of the backg
 
 
 def judge(
-    lines: Lines, fitted: PoleFit, mains: float | None, spread: NDArray[np.float64]
+    lines: Lines,
+    fitted: PoleFit,
+    mains: float | None,
+    spread: NDArray[np.float64],
+    left: NDArray[np.complex128],
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Status and reason of every pole of a fit.
 
@@ -53,6 +56,8 @@ def judge(
         Mains frequency, Hz.
     spread : (J, 2, 2) ndarray
         Covariance of every pole's log |pole| and log damping ratio.
+    left : (K, F) complex ndarray
+        Residual of the fit.
 
     Returns
     -------
@@ -63,14 +68,14 @@ def judge(
     share, least = _shares(lines, fitted)
     lesser = unresolved(lines, fitted.poles, fitted.projection.residues)
     limit = _damping_limit(lines, fitted)
-    left = _left_at_peaks(lines, fitted)
+    remark = _said_of_peaks(lines, fitted.poles, left)
     shared = np.zeros(len(gain)) if lines.damping is None else lines.damping.shared(fitted.poles)
     verdicts = [
         _verdict(lines, pole, bool(fitted.stuck[j]), mains, limit, gain[j])
         or (("computational", UNRESOLVED) if lesser[j] else None)
         or _weakness(lines, pole, gain[j], float(np.sqrt(spread[j, 1, 1])), share[j] / least[j])
         or (("weak", POSSIBLY_TWO.format(shared[j])) if shared[j] else None)
-        or ("kept", f"BIC would rise by {gain[j]:.0f} without it{NOT_ONE_POLE.format(left[j]) if left[j] else ''}")
+        or ("kept", f"BIC would rise by {gain[j]:.0f} without it{remark[j]}")
         for j, pole in enumerate(fitted.poles)
     ]
     return tuple(status for status, _ in verdicts), tuple(reason for _, reason in verdicts)
@@ -102,15 +107,16 @@ def _shares(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray
     return share, least
 
 
-def _left_at_peaks(lines: Lines, fitted: PoleFit) -> NDArray[np.float64]:
-    """Residual at every peak over the noise there, (J,); 0 where it is no larger than noise may be."""
-    ratio = np.abs(residual(lines, fitted) / lines.deviation) ** 2
-    found = np.zeros(len(fitted.poles))
-    for j, pole in enumerate(fitted.poles):
-        at_peak = ratio[:, np.abs(2.0 * np.pi * lines.frequency - pole.imag) <= -pole.real]
-        if at_peak.size >= FEWEST_AT_PEAK:
-            found[j] = np.sqrt(at_peak.mean())
-    return np.where(found > LEFT_AT_PEAK, found, 0.0)
+def _said_of_peaks(lines: Lines, poles: NDArray[np.complex128], left: NDArray[np.complex128]) -> list[str]:
+    """Remark on every peak where the residual is larger than noise may be, else nothing."""
+    said = []
+    for pole in poles:
+        band = (pole.imag + pole.real * np.array([1.0, -1.0])) / (2.0 * np.pi)
+        near = slice(*np.searchsorted(lines.frequency, band))
+        ratio = np.abs(left[:, near] / lines.deviation[:, near])
+        excess = float(np.sqrt(np.mean(ratio**2))) if ratio.size >= FEWEST_AT_PEAK else 0.0
+        said.append(NOT_ONE_POLE.format(excess) if excess > LEFT_AT_PEAK else "")
+    return said
 
 
 def _verdict(
