@@ -82,7 +82,7 @@ def unresolved(lines: Lines, poles: NDArray[np.complex128], residues: NDArray[np
         leaked = (width[others] < narrow) & (apart < REACH) & (height[j] < small * height[others])
         close = (apart < CLOSEST) & (narrower < narrowest_pair)
         standing[j] = not (leaked | close).any() and not any(
-            _like_one(poles[[i, j]], residues[:, [i, j]], lines.shift)
+            _like_one(lines, poles[[i, j]], residues[:, [i, j]])
             or _one_that_moves(poles[[i, j]], residues[:, [i, j]])
             for i in others[apart < COINCIDENT * narrower]
         )
@@ -90,13 +90,14 @@ def unresolved(lines: Lines, poles: NDArray[np.complex128], residues: NDArray[np
     return lesser
 
 
-def _like_one(pair: NDArray[np.complex128], residues: NDArray[np.complex128], shift: float) -> bool:
+def _like_one(lines: Lines, pair: NDArray[np.complex128], residues: NDArray[np.complex128]) -> bool:
     """Whether two close poles, with residues (K, 2), differ from one by less than one that is not quite steady."""
     together, product = np.abs(residues.sum(axis=1)), np.abs(residues.prod(axis=1))
     half_width = -pair.real.max()
     difference = (abs(pair[0] - pair[1]) / half_width) ** 2
     difference *= np.linalg.norm(product / np.maximum(together, np.finfo(float).tiny))
-    least = SMALLEST_DIFFERENCE + (shift * abs(pair[0]) / half_width) ** 2
+    moved = lines.shift * abs(pair[0]) / half_width  # over the repeats, and while it rings in one of 1/spacing s
+    least = SMALLEST_DIFFERENCE + moved**2 + 1.25 * moved * lines.spacing / half_width
     return bool(difference < least * np.linalg.norm(together))
 
 
