@@ -55,6 +55,11 @@ class Frf:
     repeats_dof : (T,) int ndarray or None
         Degrees of freedom that a sweep's repeats give the variance of one line, before it is averaged over lines;
         0 for one repeat. None where they are not known.
+    at_rest : bool
+        Whether all responses came to rest within their records, which have no window.
+    shift : (T,) ndarray or None
+        By how much all frequencies moved over the repeats of each sweep, see `analysis.repeat_shift`; None where
+        that is not known.
     """
 
     temperature: NDArray[np.float64]
@@ -73,6 +78,8 @@ class Frf:
     source: NDArray[np.int_] | None = None
     sources: tuple[str, ...] = ()
     repeats_dof: NDArray[np.int_] | None = None
+    at_rest: bool = False
+    shift: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         shape = (len(self.temperature), len(self.channels), len(self.frequency))
@@ -165,6 +172,7 @@ class Frf:
             coherence=self.coherence[kept],
             source=None if self.source is None else self.source[kept],
             repeats_dof=None if self.repeats_dof is None else self.repeats_dof[kept],
+            shift=None if self.shift is None else self.shift[kept],
         )
 
     def turned(self, inverted: Sequence[str], source: int = 0) -> "Frf":
@@ -195,7 +203,7 @@ def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
     frequency, record = grid[lines], samples / rate
     frf = _all_sweeps(campaign, lines, frequency, mains_lines(frequency, mains, record))
     if rings := still_ringing(campaign):  # leakage has lines of its own, some where a hum would have them
-        return replace(frf, notes=(*frf.notes, rings))
+        return replace(frf, notes=(*frf.notes, rings), at_rest=False)
     rough = np.array([[single_repeat_power(h) for h in sweep] for sweep in frf.h])
     hums = other_fundamentals(frequency, rough / np.maximum(frf.variance, np.finfo(float).tiny), frf.excluded)
     if not hums:
@@ -218,7 +226,7 @@ def _all_sweeps(
         if sweep.drive.shape[1] != samples:
             raise ValueError(f"sweep {sweep.step} has {sweep.drive.shape[1]} samples, the first one {samples}")
         rows.append(sweep_h1(sweep, lines, excluded, names, notes))
-    h, variance, coherence, repeats_dof = (np.array(part) for part in zip(*rows, strict=True))
+    h, variance, coherence, repeats_dof, shift = (np.array(part) for part in zip(*rows, strict=True))
     return Frf(
         temperature=np.array([s.temperature for s in campaign.sweeps]),
         direction=tuple(s.direction for s in campaign.sweeps),
@@ -236,4 +244,6 @@ def _all_sweeps(
         source=np.array([s.source for s in campaign.sweeps]) if len(inputs) > 1 else None,
         sources=tuple(one.id for one in inputs) if len(inputs) > 1 else (),
         repeats_dof=repeats_dof,
+        at_rest=True,
+        shift=shift,
     )

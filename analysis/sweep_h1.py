@@ -10,6 +10,7 @@ from analysis.campaign import Sweep
 from analysis.h1 import bad_repeats, h1_of_spectra, repeats_dof, spectra
 from analysis.local_rational import rough_power
 from analysis.noise_power import noise_power
+from analysis.repeat_shift import repeat_shift
 
 
 class SweepH1(NamedTuple):
@@ -21,12 +22,15 @@ class SweepH1(NamedTuple):
         As in `analysis.frf.Frf`.
     repeats_dof : int
         Degrees of freedom of the variance at a line, before it is averaged over neighbouring lines.
+    shift : float
+        See `analysis.repeat_shift`.
     """
 
     h: NDArray[np.complex128]
     variance: NDArray[np.float64]
     coherence: NDArray[np.float64]
     repeats_dof: int
+    shift: float
 
 
 def sweep_h1(
@@ -71,4 +75,7 @@ def sweep_h1(
         # the noise of the signals is smooth over frequency; divided by a drive that dips at resonances it is not
         variance_rows.append(noise_power(power * drive, h, excluded) / (len(good) * drive))
         coherence_rows.append(np.clip(coherence, 0.0, 1.0))
-    return SweepH1(np.array(h_rows), np.array(variance_rows), np.array(coherence_rows), repeats_dof(len(good)))
+    shift = repeat_shift(answers[:, good] / u[good], lines.start)
+    return SweepH1(
+        np.array(h_rows), np.array(variance_rows), np.array(coherence_rows), repeats_dof(len(good)), shift
+    )

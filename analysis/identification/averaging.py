@@ -103,4 +103,6 @@ def _at_gauss_points(lines: Lines, length: NDArray[np.intp]) -> Lines:
         correlation=lines.correlation,
         shared=lines.shared,
         damping=lines.damping,
+        at_rest=lines.at_rest,
+        shift=lines.shift,
     )

@@ -6,7 +6,7 @@ are changed a little, modes do not. All refits start from the poles found and ru
 cost a fraction of the search.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +20,6 @@ from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.order import eliminate
 from analysis.identification.pole_search import fit
-from analysis.identification.tracked_modes import TrackedModes
 
 SHIFT = 0.05
 """Share of the band that is cut off at its lower, then at its upper end."""
@@ -66,7 +65,7 @@ def confirmed(measured: Measured, modes: Modes) -> Modes:
     ValueError
         If fewer than 8 lines are left.
     """
-    lines = _weighed(measured, modes)
+    lines = weighed(measured, modes)
     prior = DampingPrior.estimated(modes.poles, np.sqrt(modes.covariance[:, 1, 1]), lines.band)
     blocks = averaged(replace(lines, damping=prior))
     lost: list[list[str]] = [[] for _ in modes.poles]
@@ -95,76 +94,8 @@ def confirmed(measured: Measured, modes: Modes) -> Modes:
     return replace(modes, confirmation=verdicts, reason=reasons)
 
 
-def confirmed_by_neighbours(tracked: TrackedModes, measured: Sequence[Measured]) -> TrackedModes:
-    """Confirm the modes of a campaign by its other sweeps, which are independent measurements.
-
-    Sweeps fitted jointly, or with a twin, contain modes that only other sweeps show. So a sweep shows a mode only
-    if BIC of its own lines supports it.
-
-    Parameters
-    ----------
-    tracked : TrackedModes
-    measured : sequence of Measured
-        The sweeps that they were identified from.
-
-    Returns
-    -------
-    TrackedModes
-        A mode is confirmed where its sweep and the next colder or the next hotter one of the same level and
-        direction show it; where a sweep has no such neighbour, `confirmation` is left as it is.
-
-    Raises
-    ------
-    ValueError
-        If fewer than 8 lines of a sweep are left.
-    """
-    runs: dict[tuple[str, float], list[int]] = {}
-    for t in np.argsort(tracked.temperature, kind="stable").tolist():
-        runs.setdefault((tracked.direction[t], float(tracked.level[t])), []).append(t)
-    shown = _shown(tracked, measured)
-    modes = list(tracked.modes)
-    for run in runs.values():
-        for place, t in enumerate(run):
-            beside = [run[n] for n in (place - 1, place + 1) if 0 <= n < len(run)]
-            if beside:
-                modes[t] = _beside(tracked, shown, t, beside)
-    return replace(tracked, modes=tuple(modes))
-
-
-def _shown(tracked: TrackedModes, measured: Sequence[Measured]) -> NDArray[np.bool_]:
-    """Whether BIC of each sweep's own lines supports each mode: (T, J) ndarray."""
-    shown = np.zeros(tracked.track.shape, dtype=bool)
-    for t, (modes, own) in enumerate(zip(tracked.modes, measured, strict=True)):
-        blocks = averaged(_weighed(own, modes))
-        paid = modes.real & (support(fit(blocks, modes.poles, modes.terms, max_iterations=0), blocks) > 0.0)
-        there = tracked.track[t] >= 0
-        shown[t, there] = paid[tracked.track[t, there]]
-    return shown
-
-
-def _beside(tracked: TrackedModes, shown: NDArray[np.bool_], t: int, beside: list[int]) -> Modes:
-    """Confirm the modes of one sweep that both it and a neighbouring sweep show."""
-    modes = tracked.modes[t]
-    names = " nor at ".join(f"{tracked.temperature[n]:.1f} °C" for n in beside)
-    lacking = dict.fromkeys(range(len(modes.poles)), f"not found at {names}")
-    for j in np.flatnonzero(tracked.track[t] >= 0):
-        if not shown[t, j]:
-            lacking[int(tracked.track[t, j])] = "the lines of this sweep alone do not pay for it"
-        elif shown[beside, j].any():
-            del lacking[int(tracked.track[t, j])]
-    return replace(
-        modes,
-        confirmation=tuple(
-            ("unconfirmed" if n in lacking else "confirmed") if real else "" for n, real in enumerate(modes.real)
-        ),
-        reason=tuple(
-            f"{why}; {lacking[n]}" if n in lacking and modes.real[n] else why for n, why in enumerate(modes.reason)
-        ),
-    )
-
-
-def _weighed(measured: Measured, modes: Modes) -> Lines:
-    """All lines used in the fit, weighted by the residual of the modes."""
+def weighed(measured: Measured, modes: Modes) -> Lines:
+    """Return all lines used in the fit, weighted by the residual of the modes."""
     kept = measured.without(modes.left_out(measured.frequency))
     return kept.weighed(kept.h - modes.synthesis(kept.frequency), modes.poles)
 

@@ -130,9 +130,9 @@ def judged(
     if spread is None:
         every = covariance(last, lines)
         spread = np.array([every[j : j + 2, j : j + 2] for j in range(0, len(every), 2)]).reshape(-1, 2, 2)
-    status, reason = judge(lines, last, settings.mains, spread)
-    order = np.argsort(last.poles.imag)
     left = residual(lines, last)
+    status, reason = judge(lines, last, settings.mains, spread, left)
+    order = np.argsort(last.poles.imag)
     modes = Modes(
         poles=last.poles[order],
         residues=last.projection.residues[:, order],

@@ -23,6 +23,7 @@ from analysis.identification.modes import Modes
 from analysis.identification.parameters import BEYOND, active_in, to_parameters, to_poles
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.resolution import unresolved
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 
@@ -158,10 +159,14 @@ def follow(known: Followed, sweep: int, measured: Measured, usual: float, settin
     blocks = averaged(lines)
     start, moving = known.predicted(sweep)
     if not moving:
-        active = active_in(start, lines.frequency, known.beyond)
-        start[:, 0] += np.log(common_factor(blocks, to_poles(start[active]), known.terms)[0])
+        start[:, 0] += _common_step(blocks, start, known)
     found = _held(blocks, start, known)
-    if _left(lines, found, known) > AFRESH * usual:
+    poor = _left(lines, found, known) > AFRESH * usual
+    if poor and moving:  # the trend may have changed
+        start[:, 0] += _common_step(blocks, start, known)
+        found = _held(blocks, start, known)
+        poor = _left(lines, found, known) > AFRESH * usual
+    if poor:
         _afresh(known, sweep, start, identify(measured, settings))
         found = _held(blocks, known.filled(sweep), known)
     known.done.append(sweep)
@@ -176,6 +181,12 @@ def follow(known: Followed, sweep: int, measured: Measured, usual: float, settin
             break
         found = added
     known.place[sweep] = found.place[0]
+
+
+def _common_step(blocks: Lines, start: NDArray[np.float64], known: Followed) -> float:
+    """Shift of log |lambda| of all poles (J, 2) that explains a sweep best."""
+    active = active_in(start, blocks.frequency, known.beyond)
+    return float(np.log(common_factor(blocks, to_poles(start[active]), known.terms)[0]))
 
 
 def _held(blocks: Lines, start: NDArray[np.float64], known: Followed) -> JointFit:
@@ -206,7 +217,8 @@ def _with_new_pole(known: Followed, sweep: int, lines: Lines, blocks: Lines, fou
     place = np.concatenate([known.place[sweep], to_parameters(pole)])
     with_it = replace(known, place=place[None], mode=np.append(known.mode, False))
     tried = _held(blocks, place, with_it)
-    if misfit - tried.projections[0].misfit < penalty:
+    projection = tried.projections[0]
+    if misfit - projection.misfit < penalty or unresolved(lines, projection.poles, projection.residues).any():
         return None
     new, others = tried.place[0, -1], tried.place[0, :-1, 1][known.guide]
     inside = lines.frequency[0] < np.exp(new[0]) / (2.0 * np.pi) < lines.frequency[-1]

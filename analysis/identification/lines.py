@@ -81,6 +81,10 @@ class Lines:
         `noise.shared_by_responses`; 1 where their errors are independent.
     damping : DampingPrior, optional
         Prior of the modes' damping ratios, added to the misfit of a fit.
+    at_rest : bool
+        Whether they come from records without a window, at the end of which the response was at rest.
+    shift : float
+        Relative standard deviation of all frequencies while the lines were measured, see `analysis.repeat_shift`.
     """
 
     frequency: NDArray[np.float64]
@@ -91,6 +95,8 @@ class Lines:
     correlation: float = 1.0
     shared: float = 1.0
     damping: DampingPrior | None = None
+    at_rest: bool = False
+    shift: float = 0.0
 
     def __post_init__(self) -> None:
         if self.h.ndim != 2 or self.h.shape[1] != len(self.frequency) or self.deviation.shape != self.h.shape:

@@ -24,11 +24,17 @@ class Measured:
         One drive, K responses.
     variance : (K, F) ndarray or None
         E|h - H|^2; None, or not above zero on some line, where it is not known.
+    at_rest : bool
+        Whether they come from records without a window, at the end of which the response was at rest.
+    shift : float
+        Relative standard deviation of all frequencies over the repeats, see `analysis.repeat_shift`.
     """
 
     frequency: NDArray[np.float64]
     h: NDArray[np.complex128]
     variance: NDArray[np.float64] | None = None
+    at_rest: bool = False
+    shift: float = 0.0
 
     @property
     def known(self) -> bool:
@@ -38,12 +44,12 @@ class Measured:
     def without(self, spoilt: NDArray[np.bool_]) -> "Measured":
         """Leave out lines (F,)."""
         variance = None if self.variance is None else self.variance[:, ~spoilt]
-        return Measured(self.frequency[~spoilt], self.h[:, ~spoilt], variance)
+        return replace(self, frequency=self.frequency[~spoilt], h=self.h[:, ~spoilt], variance=variance)
 
     def lines(self) -> Lines:
         """Lines weighted by the variance if it is known, by the roughness along frequency otherwise."""
         deviation = np.sqrt(self.variance) if self.known and self.variance is not None else roughness(self.h)
-        return Lines(self.frequency, self.h, pooled(deviation))
+        return Lines(self.frequency, self.h, pooled(deviation), at_rest=self.at_rest, shift=self.shift)
 
     def reweighted(self, lines: Lines, fitted: PoleFit) -> Lines:
         """Lines with weights from a fit's residual, unless the variance is known, and with its correlations."""

@@ -128,7 +128,7 @@ def add_missing(lines: Lines, blocks: Lines, fitted: PoleFit, *, most: int = 6) 
         if not better:
             return fitted
         trial = min(better, key=lambda t: t.projection.misfit)
-        if unresolved(trial.poles, trial.projection.residues, lines.spacing).any():
+        if unresolved(lines, trial.poles, trial.projection.residues).any():
             return fitted
         fitted = trial
     return fitted

@@ -97,7 +97,7 @@ def eliminate(lines: Lines, fitted: PoleFit, *, candidates: int = 3) -> PoleFit:
     PoleFit
     """
     free = _at(lines, fitted.poles[~fitted.stuck | _outstanding(lines, fitted)], fitted.terms)
-    lesser = unresolved(free.poles, free.projection.residues, lines.spacing)
+    lesser = unresolved(lines, free.poles, free.projection.residues)
     best = fit(lines, free.poles[~lesser], fitted.terms, tolerance=ROUGH, max_iterations=8)
     best = _without_unsupported(lines, best)
     while True:
@@ -116,7 +116,7 @@ def _outstanding(lines: Lines, fitted: PoleFit) -> NDArray[np.bool_]:
 
 def drop_unresolved(lines: Lines, fitted: PoleFit) -> PoleFit:
     """Drop poles that the lines cannot separate and refit the others, until all can be separated."""
-    while (lesser := unresolved(fitted.poles, fitted.projection.residues, lines.spacing)).any():
+    while (lesser := unresolved(lines, fitted.poles, fitted.projection.residues)).any():
         fitted = fit(lines, fitted.poles[~lesser], fitted.terms, tolerance=ROUGH, max_iterations=8)
     return fitted
 

@@ -19,6 +19,13 @@ UNRESOLVED = "too close to a taller peak for the lines to separate them, or its 
 
 POSSIBLY_TWO = "{:.2g} times the damping of the modes around it: possibly two unresolved modes"
 
+NOT_ONE_POLE = "; {:.2g} times the noise is left at its peak: more than one mode, or one that changed meanwhile"
+
+LEFT_AT_PEAK, FEWEST_AT_PEAK = 2.0, 5
+"""Residual within the half-power bandwidth, in standard deviations of the noise, from which one pole does not
+describe a peak, and values needed to say so. Noise alone reaches it in five values with a probability of 1e-5, and
+three repeats tell its standard deviation within a tenth."""
+
 OUTSTANDING = 8.0
 """Damping ratio, in multiples of the median of all poles in the band, above which a pole is background too."""
 
@@ -31,7 +38,11 @@ of the lines; a smaller peak cannot be distinguished from curvature of the backg
 
 
 def judge(
-    lines: Lines, fitted: PoleFit, mains: float | None, spread: NDArray[np.float64]
+    lines: Lines,
+    fitted: PoleFit,
+    mains: float | None,
+    spread: NDArray[np.float64],
+    left: NDArray[np.complex128],
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Status and reason of every pole of a fit.
 
@@ -45,6 +56,8 @@ def judge(
         Mains frequency, Hz.
     spread : (J, 2, 2) ndarray
         Covariance of every pole's log |pole| and log damping ratio.
+    left : (K, F) complex ndarray
+        Residual of the fit.
 
     Returns
     -------
@@ -53,15 +66,16 @@ def judge(
     """
     gain = support(fitted, lines)
     share, least = _shares(lines, fitted)
-    lesser = unresolved(fitted.poles, fitted.projection.residues, lines.spacing)
+    lesser = unresolved(lines, fitted.poles, fitted.projection.residues)
     limit = _damping_limit(lines, fitted)
+    remark = _said_of_peaks(lines, fitted.poles, left)
     shared = np.zeros(len(gain)) if lines.damping is None else lines.damping.shared(fitted.poles)
     verdicts = [
         _verdict(lines, pole, bool(fitted.stuck[j]), mains, limit, gain[j])
         or (("computational", UNRESOLVED) if lesser[j] else None)
         or _weakness(lines, pole, gain[j], float(np.sqrt(spread[j, 1, 1])), share[j] / least[j])
         or (("weak", POSSIBLY_TWO.format(shared[j])) if shared[j] else None)
-        or ("kept", f"BIC would rise by {gain[j]:.0f} without it")
+        or ("kept", f"BIC would rise by {gain[j]:.0f} without it{remark[j]}")
         for j, pole in enumerate(fitted.poles)
     ]
     return tuple(status for status, _ in verdicts), tuple(reason for _, reason in verdicts)
@@ -91,6 +105,18 @@ def _shares(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray
             noise = np.sqrt((lines.deviation[:, near] ** 2).sum(0).mean()) / size
             least[j] = np.clip(noise, *SMALLEST_SHARE)
     return share, least
+
+
+def _said_of_peaks(lines: Lines, poles: NDArray[np.complex128], left: NDArray[np.complex128]) -> list[str]:
+    """Remark on every peak where the residual is larger than noise may be, else nothing."""
+    said = []
+    for pole in poles:
+        band = (pole.imag + pole.real * np.array([1.0, -1.0])) / (2.0 * np.pi)
+        near = slice(*np.searchsorted(lines.frequency, band))
+        ratio = np.abs(left[:, near] / lines.deviation[:, near])
+        excess = float(np.sqrt(np.mean(ratio**2))) if ratio.size >= FEWEST_AT_PEAK else 0.0
+        said.append(NOT_ONE_POLE.format(excess) if excess > LEFT_AT_PEAK else "")
+    return said
 
 
 def _verdict(

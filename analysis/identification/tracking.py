@@ -33,7 +33,13 @@ modes with the others and is identified by itself. Sweeps of one plate stay belo
 def sweep_measured(frf: Frf, sweep: int) -> Measured:
     """Usable lines of one sweep, with their variance."""
     used = ~frf.excluded
-    return Measured(frf.frequency[used], frf.h[sweep][:, used], frf.variance[sweep][:, used])
+    return Measured(
+        frf.frequency[used],
+        frf.h[sweep][:, used],
+        frf.variance[sweep][:, used],
+        at_rest=frf.at_rest,
+        shift=0.0 if frf.shift is None else float(frf.shift[sweep]),
+    )
 
 
 def track(

@@ -11,7 +11,8 @@ from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import Experiment
 from analysis.frf import Frf, campaign_frf
 from analysis.gap.data.preparation import sweep_points
-from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
+from analysis.identification.confirmation import confirmed
+from analysis.identification.neighbouring_sweeps import confirmed_by_neighbours
 from analysis.identification.residual_terms import choices_for
 from analysis.identification.stated_temperature import at_stated_temperature
 from analysis.identification.tracked_modes import TrackedModes

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from analysis.identification.automatic import identify
-from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
+from analysis.identification.bic import support
+from analysis.identification.confirmation import confirmed
 from analysis.identification.finishing import finish
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
+from analysis.identification.neighbouring_sweeps import confirmed_by_neighbours
 from analysis.identification.pole_search import fit
 from analysis.identification.residual_terms import EVERY_CHOICE, REAL_E_F, choices_for
 from analysis.identification.settings import Settings
@@ -134,6 +136,25 @@ def test_a_mode_that_only_the_model_of_a_sweep_holds_confirms_nothing() -> None:
     assert [modes.confirmation for modes in judged] == [("confirmed", "unconfirmed")] * 3
     assert judged[0].reason[1].endswith("the lines of this sweep alone do not pay for it")
     assert judged[1].reason[1].endswith("not found at 20.0 °C")
+
+
+def test_a_second_pole_inside_a_peak_is_not_confirmed_by_that_of_the_next_sweep(
+    case: SyntheticFrf,
+) -> None:
+    """With the first pole held the misfit rises a lot without the second; refitted, one pole is enough."""
+    measured = Measured(case.frequency, case.h[None], np.full((1, len(case.h)), case.deviation**2))
+    second = case.poles[4] + 0.1j * -case.poles[4].real
+    poles = np.sort_complex(np.append(case.poles, second))
+    fitted = fit(measured.lines(), poles, REAL_E_F, max_iterations=0)
+    modes, _ = finish(measured, measured.lines(), fitted, Settings())
+    modes = replace(modes, status=("kept",) * len(modes.poles))
+    two = replace(sweeps([[0, 1]] * 2), modes=(modes, modes), track=np.array([[*range(11)]] * 2))
+    gain = support(fit(measured.lines(), modes.poles, modes.terms, max_iterations=0), measured.lines())
+    inside = np.argsort(np.abs(modes.poles - case.poles[4]))[:2]
+    assert (gain[inside] > 0.0).all()
+    words = np.array(confirmed_by_neighbours(two, [measured, measured]).modes[0].confirmation)
+    assert sorted(words[inside]) == ["confirmed", "unconfirmed"]
+    assert (np.delete(words, inside) == "confirmed").all()
 
 
 def test_a_lone_sweep_is_not_judged_by_others() -> None:

@@ -1,10 +1,23 @@
-import numpy as np
+from dataclasses import replace
 
-from analysis.identification.resolution import heights, unresolved
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification import resolution
+from analysis.identification.lines import Lines
+from analysis.identification.resolution import heights
 
 
 def at(f: float, half_width: float) -> complex:
     return 2 * np.pi * complex(-half_width, f)
+
+
+def unresolved(
+    poles: NDArray[np.complex128], residues: NDArray[np.complex128], spacing: float, at_rest: bool = False
+) -> NDArray[np.bool_]:
+    frequency = 90.0 + spacing * np.arange(16)
+    lines = Lines(frequency, np.ones((1, 16), complex), np.ones((1, 16)), at_rest=at_rest)
+    return resolution.unresolved(lines, poles, residues)
 
 
 def test_height_is_what_a_lone_peak_shows() -> None:
@@ -49,3 +62,37 @@ def test_a_mode_whose_frequency_moves_between_responses_is_not_two() -> None:
     assert not unresolved(poles, np.column_stack([shape, other]).astype(complex), 0.01).any()
     apart = np.array([at(100.0, 1.0), at(101.0, 1.0)])
     assert not unresolved(apart, residues, 0.01).any()
+
+
+def test_two_narrow_modes_may_be_closer_than_two_lines_if_the_response_came_to_rest() -> None:
+    """Without a window every line is exact; what is at rest within the record is wider than 1.1 lines."""
+    poles = np.array([at(100.0, 0.2), at(100.1, 0.2)])
+    residues = np.array([[1.0, 2.0]], complex)
+    np.testing.assert_array_equal(unresolved(poles, residues, 0.1), [True, False])
+    assert not unresolved(poles, residues, 0.1, at_rest=True).any()
+    np.testing.assert_array_equal(unresolved(poles, residues, 0.2, at_rest=True), [True, False])
+
+
+def test_two_poles_that_hardly_differ_from_one_are_one() -> None:
+    """At equal residues they differ by the square of half their distance in half widths."""
+    for half, one in ((0.028, True), (0.036, False)):
+        poles = np.array([at(100.0 - half, 1.0), at(100.0 + half, 1.0)])
+        between, s = poles.mean(), 2j * np.pi * 100.0
+        left = (1.0 / (s - poles)).sum() / (2.0 / (s - between)) - 1.0
+        assert (abs(left) < 1e-3) == one
+        assert unresolved(poles, np.array([[1.0, 1.0001]], complex), 0.01).any() == one
+    split = np.array([at(100.0, 1.0), at(100.02, 1.0)])  # with opposite residues they have a shape of their own
+    assert not unresolved(split, np.array([[50.0, -49.0]], complex), 0.01).any()
+
+
+def test_a_mode_that_moves_over_the_repeats_is_not_two() -> None:
+    """The mean over three repeats is smoothed by their standard deviation; a fit takes this for two poles."""
+    moves = 0.2 * np.sqrt(1.5)  # Hz from one repeat to the next: a standard deviation of 0.2 half widths
+    s, pole = 2j * np.pi * np.array([99.0, 100.0, 101.0]), at(100.0, 1.0)
+    smoothed = np.mean([1.0 / (s - pole - 2j * np.pi * step * moves) for step in (-1, 0, 1)], axis=0)
+    two = np.array([pole - 0.4j * np.pi, pole + 0.4j * np.pi])
+    np.testing.assert_allclose((0.5 / (s - two[:, None])).sum(axis=0), smoothed, rtol=1e-3)
+    lines = Lines(98.5 + 0.2 * np.arange(16), np.ones((1, 16), complex), np.ones((1, 16)))
+    residues = np.array([[1.0, 1.0001]], complex)
+    assert not resolution.unresolved(lines, two, residues).any()
+    assert resolution.unresolved(replace(lines, shift=2e-3), two, residues).any()
