@@ -3,6 +3,7 @@
 import numpy as np
 
 from analysis.arrays import Real, Whole
+from analysis.geometry.relations import TOUCH
 from simulation.meshing.plate_mesh import CURVE_DEGREE, PlateMesh
 from simulation.shell.cells import QUAD_EDGES, TRIANGLE_EDGES, quad_functions, triangle_functions
 
@@ -106,7 +107,8 @@ def inverse_of(mesh: PlateMesh, number: Whole, points: Real, triangles: bool) ->
     place : (K, 2) ndarray
         Reference coordinates.
     off : (K,) ndarray
-        0 within the cell; else in reference coordinates, above 1 where no place was found.
+        0 within the cell and where it touches the point; else in reference coordinates, above 1 where no place was
+        found.
     """
     place = np.full((len(points), 2), 1.0 / 3.0) if triangles else np.zeros((len(points), 2))
     for _ in range(8):
@@ -117,10 +119,15 @@ def inverse_of(mesh: PlateMesh, number: Whole, points: Real, triangles: bool) ->
         miss_x, miss_y = (points - x).T
         step = np.stack([d * miss_x - b * miss_y, a * miss_y - c * miss_x], axis=1) / det[:, None]
         place = np.clip(place + step, -1.3, 1.3)
-    x, _ = map_places(mesh, number, place.T, triangles)
+    x, jacobian = map_places(mesh, number, place.T, triangles)
     away = np.hypot(*(points - x).T) / np.maximum(np.abs(points).max(), 1e-12)
     if triangles:
         off = np.maximum(0.0, np.maximum(-place.min(axis=1), place.sum(axis=1) - 1.0))
+        inner = np.maximum(place, 0.0)
+        inner /= np.maximum(inner.sum(axis=1, keepdims=True), 1.0)
     else:
         off = np.maximum(0.0, np.abs(place).max(axis=1) - 1.0)
+        inner = np.clip(place, -1.0, 1.0)
+    outside = np.hypot(*np.einsum("qad,qd->aq", jacobian, place - inner))
+    off[outside <= TOUCH] = 0.0  # a cell may be thinner than a thousand times this
     return place, np.asarray(off + np.where(away > 1e-7, 1.0 + away, 0.0))

@@ -5,6 +5,7 @@ import pytest
 from scipy.sparse.linalg import spsolve
 
 from analysis.geometry import shapes
+from analysis.geometry.relations import TOUCH
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.plate_mesh import CURVE_DEGREE, PlateMesh, edges_of
 from simulation.shell.lobatto import lobatto
@@ -167,6 +168,20 @@ def test_points_on_edges_and_corners_are_found(borders):
     corners = space.values(mesh.points)[:, : len(mesh.points)]
     assert np.abs(corners - np.eye(len(mesh.points))).max() < 1e-8
     assert np.abs(local).max() < 1.0 + 1e-3
+
+
+@pytest.mark.parametrize("borders", [STRAIGHT, CURVED])
+def test_points_that_touch_the_plate_are_on_it(borders):
+    """The declaration counts them as such; strips along edges are thin."""
+    space = ShapeSpace.on(mesh_plate(borders, 0.0008), 3)
+    edge = next(border.loop for border in borders if border.kind == "outline")
+    middle, along = edge.over_sides(np.arange(len(edge.polygon)), np.full(len(edge.polygon), 0.47))
+    outward = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
+    near = middle + 0.9 * TOUCH * outward
+    assert (space.locate(near)[0] >= 0).all()
+    assert np.abs(space.values(near) - space.values(middle)).max() < 5e-3
+    with pytest.raises(ValueError, match="off the plate"):
+        space.locate(middle + 20.0 * TOUCH * outward)
 
 
 def test_points_off_the_plate_are_refused_with_the_place():
