@@ -77,14 +77,14 @@ def unresolved(lines: Lines, poles: NDArray[np.complex128], residues: NDArray[np
     height = heights(poles, residues)
     place = poles.imag / (2.0 * np.pi * lines.spacing)
     width = -poles.real / (2.0 * np.pi * lines.spacing)
+    narrow = NARROWEST_AT_REST if lines.at_rest else NARROW
     exact = lines.at_rest & (lines.shift * np.abs(poles) < STEADY * -poles.real)
-    narrow = np.where(exact, NARROWEST_AT_REST, NARROW)
     standing = np.zeros(len(poles), dtype=bool)
     for j in np.argsort(height)[::-1]:
         others = np.flatnonzero(standing)
         apart, narrower = np.abs(place[others] - place[j]), np.minimum(width[others], width[j])
         small = NEEDLE_SMALL if width[j] < 1.0 else SMALL
-        leaked = (width[others] < narrow[others]) & (apart < REACH) & (height[j] < small * height[others])
+        leaked = (width[others] < narrow) & (apart < REACH) & (height[j] < small * height[others])
         narrowest = np.where(exact[others] & exact[j], NARROWEST_AT_REST, NARROWEST_PAIR)
         close = (apart < CLOSEST) & (narrower < narrowest)
         standing[j] = not (leaked | close).any() and not any(
