@@ -17,8 +17,9 @@ from simulation.reduction.galerkin import bordered
 from simulation.shell.factors import factorize
 from simulation.shell.shell_model import ShellModel
 
-STEPS = 2
-"""Number of blocks added to every chain between two checks of convergence."""
+STEPS = 4
+"""Number of blocks added to every chain between two checks of convergence: two may add nothing to the transfers
+between the loads although modes are still missing."""
 
 CONVERGED = 10.0
 """Chains are long enough at a change of the transfers by this many times the tolerance: the blocks that cause

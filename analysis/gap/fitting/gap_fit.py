@@ -31,7 +31,19 @@ class Uncertainty:
 
     @classmethod
     def of(cls, head: SchurComplement, free: FreeParameters, gain_free: bool) -> Self:
-        """Take them from the normal equations at the end of a fit."""
+        """Take them from the normal equations at the end of a fit.
+
+        Parameters
+        ----------
+        head : SchurComplement
+        free : FreeParameters
+        gain_free : bool
+            Whether the gains were fitted.
+
+        Returns
+        -------
+        Uncertainty
+        """
         left = head.without_gains(gain_free)
         joint = left.joint(np.asarray(np.linalg.inv(left.matrix + np.diag(free.sigma**-2.0))))
         deviation = np.sqrt(np.diag(joint))
