@@ -199,12 +199,13 @@ def _updated_under_effects(
 ) -> Updating:
     """Fit with the effects of a twin file held at their values; sweeps at one temperature share E, nu and eta."""
     protocol = campaign.experiment.protocol
-    frf, _, plain = _fitted(campaign, mains, report)
+    without = updated_twin(campaign, mains, report)
+    frf, plain = without.frf, without.updated
     twin, given = campaign_model(campaign.experiment, plain, report, start, folder)
     model = HeldEffects(twin, start.twin.effects)
     report("laws under effects", 0.0)
     with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
-        steady = to_first_order(frf, model, plain, plain_laws(campaign, plain), protocol, executor)
+        steady = to_first_order(frf, model, plain, without.laws, protocol, executor)
         fitted = fit_twin(steady, plain, model, protocol, executor, given)
     found = corrected_twin(frf, plain, model, protocol, fitted)
     report("laws under effects", 1.0)
