@@ -156,14 +156,15 @@ def _found_again(lines: Lines, modes: Modes) -> NDArray[np.bool_]:
     free = list(range(len(poles)))
     for j in np.flatnonzero(modes.real):
         pole = modes.poles[j]
-        near = [n for n in free if _same(pole, poles[n])]
+        near = [n for n in free if same_mode(pole, poles[n])]
         if near:
             found[j] = True
             free.remove(min(near, key=lambda n: abs(poles[n] - pole)))
     return found
 
 
-def _same(one: complex, other: complex) -> bool:
+def same_mode(one: complex, other: complex) -> bool:
+    """Whether two poles, rad/s, differ by no more than `SAME_FREQUENCY` and `SAME_DAMPING` of the first."""
     zeta = -one.real / abs(one), -other.real / abs(other)
     close = abs(one.imag - other.imag) <= SAME_FREQUENCY * -one.real
     return close and abs(zeta[1] / zeta[0] - 1.0) <= SAME_DAMPING

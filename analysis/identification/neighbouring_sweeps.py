@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
-from analysis.identification.bic import bic, support
-from analysis.identification.confirmation import weighed
+from analysis.identification.bic import bic, misfit_worth, support
+from analysis.identification.confirmation import same_mode, weighed
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.order import ROUGH, attempt
-from analysis.identification.pole_search import fit
+from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.resolution import COINCIDENT
 from analysis.identification.tracked_modes import TrackedModes
 
@@ -68,20 +68,45 @@ def _shown(tracked: TrackedModes, measured: Sequence[Measured]) -> NDArray[np.bo
 
 
 def _paid(blocks: Lines, modes: Modes) -> NDArray[np.bool_]:
-    """Modes (J,) that BIC of a sweep's own lines supports.
+    """Modes (J,) that a sweep's own lines support: BIC with all others held, and both tests below."""
+    held = fit(blocks, modes.poles, modes.terms, max_iterations=0)
+    paid: NDArray[np.bool_] = modes.real & (support(held, blocks) > 0.0)
+    free, moved = _free(blocks, modes, held)
+    return _without_doubles(blocks, modes, free, paid & ~moved)
+
+
+def _free(blocks: Lines, modes: Modes, held: PoleFit) -> tuple[PoleFit, NDArray[np.bool_]]:
+    """Fit of a sweep alone, and which modes (J,) its lines put elsewhere.
+
+    A pole held on its track may stand for what the model lacks: a mode out of band, the movement of a peak while
+    it is measured. A fit of the sweep alone then moves it to where it explains that best. Noise moves poles, too:
+    n log(misfit) falls by one, on average, for each of the 2J numbers of the poles. The fit counts only from twice
+    that fall on, as in Akaike's information criterion, and is not made where derivatives promise less.
+    """
+    count = len(modes.poles)
+    target = misfit_worth(blocks, bic(held, blocks) - 2.0 * (2 * count), count, modes.terms)
+    free = fit(blocks, modes.poles, modes.terms, tolerance=ROUGH, target=target)
+    if free.projection.misfit > target:
+        return held, np.zeros(count, dtype=bool)
+    free = fit(blocks, free.poles, modes.terms, tolerance=ROUGH)
+    pairs = zip(modes.poles.tolist(), free.poles.tolist(), strict=True)
+    return free, ~np.array([same_mode(one, other) for one, other in pairs])
+
+
+def _without_doubles(blocks: Lines, modes: Modes, free: PoleFit, paid: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Modes of `paid` (J,) less those whose peak one pole less describes as well.
 
     With all others held, each of two poles at one peak seems indispensable. If the frequency of one is not known
     to differ from that of the other, it is supported only if BIC rises without it after a refit.
     """
-    gain = support(fit(blocks, modes.poles, modes.terms, max_iterations=0), blocks)
-    paid: NDArray[np.bool_] = modes.real & (gain > 0.0)
     place, sigma = np.log(np.abs(modes.poles)), np.sqrt(modes.covariance[:, 0, 0])
     half_width = -modes.poles.real / np.abs(modes.poles)
     apart = np.abs(place[:, None] - place) + np.where(np.eye(len(place), dtype=bool), np.inf, 0.0)
     double = paid & (apart < np.minimum(UNSURE * sigma, COINCIDENT * half_width)[:, None]).any(axis=1)
     if not double.any():
         return paid
-    best, left = fit(blocks, modes.poles, modes.terms, tolerance=ROUGH, max_iterations=3), np.arange(len(place))
+    paid = paid.copy()
+    best, left = fit(blocks, free.poles, modes.terms, tolerance=ROUGH, max_iterations=3), np.arange(len(place))
     for j in sorted(np.flatnonzero(double), key=lambda j: -sigma[j] / half_width[j]):
         others = left[left != j]
         if not (apart[j, others] < COINCIDENT * half_width[j]).any():

@@ -6,19 +6,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from analysis.identification.automatic import identify
 from analysis.identification.bic import support
 from analysis.identification.confirmation import confirmed
 from analysis.identification.finishing import finish
+from analysis.identification.finishing import judged as with_status
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.neighbouring_sweeps import confirmed_by_neighbours
-from analysis.identification.pole_search import fit
+from analysis.identification.pole_residue import synthesis
+from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.residual_terms import EVERY_CHOICE, REAL_E_F, choices_for
 from analysis.identification.settings import Settings
 from analysis.identification.synthetic import SyntheticFrf, crowded, r10
 from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.variable_projection import project
 from tests.analysis.identification.test_modes import modes as two_poles
 
 BEAM = Path(__file__).resolve().parents[4] / "shared" / "data" / "real" / "beam_roving_hammer"
@@ -148,13 +152,54 @@ def test_a_second_pole_inside_a_peak_is_not_confirmed_by_that_of_the_next_sweep(
     fitted = fit(measured.lines(), poles, REAL_E_F, max_iterations=0)
     modes, _ = finish(measured, measured.lines(), fitted, Settings())
     modes = replace(modes, status=("kept",) * len(modes.poles))
-    two = replace(sweeps([[0, 1]] * 2), modes=(modes, modes), track=np.array([[*range(11)]] * 2))
     gain = support(fit(measured.lines(), modes.poles, modes.terms, max_iterations=0), measured.lines())
     inside = np.argsort(np.abs(modes.poles - case.poles[4]))[:2]
     assert (gain[inside] > 0.0).all()
+    two = two_sweeps(measured, modes)
     words = np.array(confirmed_by_neighbours(two, [measured, measured]).modes[0].confirmation)
     assert sorted(words[inside]) == ["confirmed", "unconfirmed"]
     assert (np.delete(words, inside) == "confirmed").all()
+
+
+def two_sweeps(measured: Measured, modes: Modes) -> TrackedModes:
+    """Two sweeps that show the same modes."""
+    return replace(sweeps([[0, 1]] * 2), modes=(modes, modes), track=np.array([[*range(len(modes.poles))]] * 2))
+
+
+def modes_at(measured: Measured, poles: NDArray[np.complex128]) -> tuple[Modes, NDArray[np.bool_]]:
+    """Modes at given poles, all kept, and which of them BIC supports with the others held."""
+    lines = measured.lines()
+    at = PoleFit(project(lines, poles, REAL_E_F), REAL_E_F, 0, True, np.zeros(len(poles), dtype=bool))
+    return replace(with_status(lines, at, Settings())[0], status=("kept",) * len(poles)), support(at, lines) > 0.0
+
+
+def test_a_pole_that_its_own_sweep_puts_elsewhere_is_not_confirmed() -> None:
+    """A track holds a pole within the band, and BIC supports it; the lines need it at 640 Hz, beyond the band."""
+    f, zeta = np.array([200.0, 320.0, 450.0, 640.0]), 0.02
+    poles = 2 * np.pi * f * (-zeta + 1j * np.sqrt(1 - zeta**2))
+    frequency = np.arange(100.0, 550.0, 0.25)
+    h = synthesis(
+        frequency, poles, -1j * f[None] * np.array([1.0, 1.0, 3.0, 3.0]), REAL_E_F, np.zeros((1, 2), complex)
+    )
+    noise, rng = 1e-3 * np.abs(h).max(), np.random.default_rng(1)
+    h = h + noise * (rng.normal(size=h.shape) + 1j * rng.normal(size=h.shape)) / np.sqrt(2.0)
+    measured = Measured(frequency, h, np.full(h.shape, noise**2))
+    modes, shown = modes_at(measured, poles * np.array([1.0, 1.0, 1.0, 535.0 / 640.0]))
+    assert shown.all()
+    words = confirmed_by_neighbours(two_sweeps(measured, modes), [measured, measured]).modes[0].confirmation
+    assert words == ("confirmed", "confirmed", "confirmed", "unconfirmed")
+
+
+def test_noise_moves_no_mode_from_its_track() -> None:
+    """Of forty modes that overlap some move by half widths in a fit of one FRF: its noise decides."""
+    crowd = crowded(np.random.default_rng(1000))
+    measured = Measured(crowd.frequency, crowd.h[None], np.full((1, len(crowd.h)), crowd.deviation**2))
+    free = fit(measured.lines(), crowd.poles, REAL_E_F)
+    assert (np.abs(free.poles - crowd.poles) > -crowd.poles.real).any()
+    modes, shown = modes_at(measured, crowd.poles)
+    assert shown.sum() > 20
+    words = confirmed_by_neighbours(two_sweeps(measured, modes), [measured, measured]).modes[0].confirmation
+    assert [word == "confirmed" for word in words] == shown.tolist()
 
 
 def test_a_lone_sweep_is_not_judged_by_others() -> None:
