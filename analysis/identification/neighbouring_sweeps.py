@@ -90,7 +90,7 @@ def _free(blocks: Lines, modes: Modes, held: PoleFit) -> tuple[PoleFit, NDArray[
         return held, np.zeros(count, dtype=bool)
     free = fit(blocks, free.poles, modes.terms, tolerance=ROUGH)
     pairs = zip(modes.poles.tolist(), free.poles.tolist(), strict=True)
-    return free, ~np.array([same_mode(one, other) for one, other in pairs])
+    return free, np.array([not same_mode(one, other) for one, other in pairs], dtype=bool)
 
 
 def _without_doubles(blocks: Lines, modes: Modes, free: PoleFit, paid: NDArray[np.bool_]) -> NDArray[np.bool_]:
