@@ -1,4 +1,8 @@
-"""How far resonances move over the repeats of a sweep, which follow each other while the temperature drifts."""
+"""How far resonances move over the repeats of a sweep, which follow each other while the temperature drifts.
+
+Identification takes it from here, before and without tracks. `Protocol.spread`, in kelvins, is for twins, whose
+derivative by temperature is known: model updating and the gap correct all lines with it, not only the poles.
+"""
 
 import numpy as np
 

@@ -6,10 +6,10 @@ the pole along its track, its imaginary part, the drift over a half width, stret
 lambda(T) = p (1 - s d), with s = d log lambda / dT from the pole's own track. Residues change by the share
 s f dd/df, alike for all sensors; they stay as fitted.
 
-The repeats of a sweep, of which the mean is taken, have temperatures of their own. With their variance v the
-mean is R/x + v (s lambda)**2 R/x**3 to second order, x = j w - lambda. In the sense of least squares over all
-w, 1/x**3 is nearest to a change of 1/x by a wider pole: the damping ratio zeta appears too large by the share v
-(s/zeta)**2.
+The repeats of a sweep, of which the mean is taken, have temperatures of their own. If the frequencies move over
+them with the relative standard deviation u (`analysis.repeat_shift`), the mean is R/x + (u lambda)**2 R/x**3 to
+second order, x = j w - lambda. In the sense of least squares over all w, 1/x**3 is nearest to a change of 1/x by a
+wider pole: the damping ratio zeta appears too large by the share (u/zeta)**2.
 """
 
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ from analysis.sweep_point import SweepPoint
 
 
 def at_stated_temperature(
-    tracked: TrackedModes, points: Sequence[SweepPoint], spread: float = 0.0
+    tracked: TrackedModes, points: Sequence[SweepPoint], shift: Real | None = None
 ) -> TrackedModes:
     """Correct poles to the temperatures stated for their sweeps.
 
@@ -38,20 +38,22 @@ def at_stated_temperature(
         As fitted.
     points : sequence of SweepPoint
         Of its sweeps, with the drift of the temperature where it is known.
-    spread : float
-        Standard deviation of the temperature over the repeats of a sweep, K.
+    shift : (T,) ndarray, optional
+        Relative standard deviation of all frequencies over the repeats of each sweep.
 
     Returns
     -------
     TrackedModes
-        With `Modes.corrected`, and the uncertainty of the slopes in `Modes.covariance`. Sweeps without drift are
-        left as they are; so are those of a direction with one temperature only, which tells no slope: a note says
-        so where it may matter.
+        With `Modes.corrected`, and the uncertainty of the corrections in `Modes.covariance`. Poles stay at the
+        temperatures of their lines where there is no drift, or in a direction with one temperature only, which
+        tells no slope: a note says so where it may matter.
     """
     modes, notes = list(tracked.modes), list(tracked.notes)
+    if shift is not None:
+        modes = [_of_one_repeat(*one) for one in zip(modes, shift.tolist(), strict=True)]
     for way in dict.fromkeys(tracked.direction):  # at one reading the plate may be warmer on the way down
         leg = np.array([t for t, one in enumerate(tracked.direction) if one == way])
-        drifting = [t for t in leg.tolist() if (points[t].drifts or spread) and len(modes[t].poles)]
+        drifting = [t for t in leg.tolist() if points[t].drifts and len(modes[t].poles)]
         groups = TemperatureGroups.of(tracked.temperature[leg])
         known = _slopes(_tracks(tracked, leg, groups), groups.reference) if drifting else None
         if known is None:
@@ -59,7 +61,7 @@ def at_stated_temperature(
             continue
         for t in drifting:
             group, column = groups.of_sweep[leg == t][0], _columns(tracked, t)
-            modes[t] = _corrected(modes[t], points[t], spread, *known[:, group, column])
+            modes[t] = _corrected(modes[t], points[t], *known[:, group, column])
     return replace(tracked, modes=tuple(modes), notes=tuple(notes))
 
 
@@ -106,17 +108,27 @@ def _columns(tracked: TrackedModes, t: int) -> Whole:
     return column
 
 
-def _corrected(modes: Modes, point: SweepPoint, spread: float, slope: Real, sigma: Real) -> Modes:
+def _of_one_repeat(modes: Modes, shift: float) -> Modes:
+    """Correct the damping of a sweep for the mean over its repeats."""
+    if not shift:
+        return modes
+    place = to_parameters(modes.poles)
+    wider = np.log1p((shift / np.exp(place[:, 1])) ** 2)
+    place[:, 1] -= wider
+    # neighbours and the weights of a fit change what the mean over repeats makes of a pole by half of it
+    covariance = modes.covariance + np.square(0.5 * wider)[:, None, None] * np.diag([0.0, 1.0])
+    return replace(modes, corrected=to_poles(place), covariance=covariance)
+
+
+def _corrected(modes: Modes, point: SweepPoint, slope: Real, sigma: Real) -> Modes:
     """Correct the poles (J,) of a sweep with the slopes of log |pole| and log damping ratio, (J, 2), per K."""
-    place, drift = to_parameters(modes.poles), point.drift(modes.poles / 2j / np.pi)
+    place, drift = to_parameters(modes.stated_poles), point.drift(modes.poles / 2j / np.pi)
     zeta = np.exp(place[:, 1])
     turn = zeta / np.sqrt(1.0 - zeta**2)  # of the pole's angle in the plane, by its log damping ratio
     change = (slope[:, 0] + 1j * turn * slope[:, 1]) * drift
-    wider = np.log1p((spread * slope[:, 0] / zeta) ** 2)
-    # neighbours and the weights of a fit change what the mean over repeats makes of a pole by half of it
-    error = np.hypot(np.abs(drift)[:, None] * sigma, 0.5 * wider[:, None] * [0.0, 1.0])
+    error = np.abs(drift)[:, None] * sigma
     covariance = modes.covariance + (error**2)[:, :, None] * np.eye(2)
-    place -= np.column_stack([change.real, change.imag / turn + wider])
+    place -= np.column_stack([change.real, change.imag / turn])
     place[:, 1] = np.minimum(place[:, 1], np.log(LARGEST_DAMPING))  # where a track jumps, its slope is no slope
     return replace(modes, corrected=to_poles(place), covariance=covariance)
 

@@ -101,7 +101,7 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | N
         tracked = track(inside, settings, report, wanted.one_by_one(), expected)
         tracked = _confirmed(inside, tracked).read_as(wanted.damping)
         protocol = campaign.experiment.protocol
-        tracked = at_stated_temperature(tracked, sweep_points(inside, protocol), protocol.spread)
+        tracked = at_stated_temperature(tracked, sweep_points(inside, protocol), inside.shift)
         tracked = replace(tracked, notes=(*tracked.notes, *untimed(protocol)))
     except ValueError as error:
         raise ResultFileError(f"{campaign.name}: {error}") from error

@@ -5,12 +5,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.data.preparation import sweep_points
+from analysis.identification.parameters import to_parameters
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.stated_temperature import at_stated_temperature
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import track
+from analysis.repeat_shift import repeat_shift
 from tests.sweeps_on_a_ramp import PROTOCOL, drifting, modes_at, on_a_ramp
 
 
@@ -54,17 +57,52 @@ def test_the_stretch_of_resonances_is_taken_out_of_the_damping() -> None:
     assert rms(errors(stated)[0])[1] < 0.1 * rms(errors(seen)[0])[1]
 
 
-def test_the_mean_over_repeats_does_not_look_like_damping() -> None:
-    frf, protocol = on_a_ramp(noise=1e-4), PROTOCOL.model_copy(update={"repeats": 4})
+def over_repeats(frf: Frf, protocol: Protocol) -> tuple[Frf, NDArray[np.float64]]:
+    """FRFs of the mean over four repeats on the ramp, and by how much frequencies move over them, (T,)."""
     points = sweep_points(frf, protocol)
     away = protocol.ramp_rate / 60.0 * protocol.record * np.array([-1.5, -0.5, 0.5, 1.5])
-    every = [drifting(frf, [replace(p, temperature=p.temperature + a) for p in points]) for a in away]
-    seen = track(replace(frf, h=frf.h + np.mean(every, axis=0) - drifting(frf, points)))
-    plain, stated = (at_stated_temperature(seen, points, spread) for spread in (0.0, protocol.spread))
+    every = np.array([drifting(frf, [replace(p, temperature=p.temperature + a) for p in points]) for a in away])
+    # every sweep's repeats as ratios (K, R, F) on lines from 100 Hz
+    shift = np.array([repeat_shift(every[:, t].swapaxes(0, 1), 100) for t in range(len(points))])
+    return replace(frf, h=frf.h + every.mean(axis=0) - drifting(frf, points)), shift
+
+
+def test_the_mean_over_repeats_does_not_look_like_damping() -> None:
+    frf, shift = over_repeats(on_a_ramp(noise=1e-4), PROTOCOL)
+    points, seen = sweep_points(frf, PROTOCOL), track(frf)
+    plain, stated = (at_stated_temperature(seen, points, known) for known in (None, shift))
     before, after = (float(errors(one)[0][1].mean()) for one in (plain, stated))
     assert before > 3e-4
     assert abs(after) < 0.4 * before
     assert rms(errors(stated)[1])[1] < 1.4 < rms(errors(plain)[1])[1]
+
+
+def test_the_movement_over_repeats_is_that_of_the_modes() -> None:
+    """Their slopes at 30 degrees times the temperatures' standard deviation, 0.41 K."""
+    frf = on_a_ramp()
+    _, shift = over_repeats(frf, PROTOCOL)
+    near, sigma = frf.temperature[6] + np.array([-0.01, 0.01]), PROTOCOL.model_copy(update={"repeats": 4}).spread
+    slopes = np.log(modes_at(near[1:])[0] / modes_at(near[:1])[0])[0] / 0.02
+    assert sigma == pytest.approx(0.41, abs=0.001)
+    assert np.abs(slopes * sigma).min() < shift[6] < np.abs(slopes * sigma).max()
+
+
+def test_damping_of_a_single_temperature_is_corrected_for_the_mean_over_repeats() -> None:
+    """It takes no slope."""
+    frf, shift = over_repeats(on_a_ramp(noise=1e-4), PROTOCOL)
+    alone = replace(
+        frf,
+        temperature=frf.temperature[:1],
+        direction=("up",),
+        level=frf.level[:1],
+        h=frf.h[:1],
+        variance=frf.variance[:1],
+        coherence=frf.coherence[:1],
+    )
+    seen = track(alone)
+    (modes,) = at_stated_temperature(seen, sweep_points(alone, PROTOCOL), shift[:1]).modes
+    place, stated = (to_parameters(poles)[:, 1] for poles in (modes.poles, modes.stated_poles))
+    np.testing.assert_allclose(place - stated, np.log1p((shift[0] / np.exp(place)) ** 2), rtol=1e-9)
 
 
 def test_sweeps_identified_one_by_one_are_corrected_along_their_tracks() -> None:
