@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from analysis.identification.automatic import identify
 from analysis.identification.averaging import averaged
@@ -234,12 +233,13 @@ def _middle(steps: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _as_fit(found: JointFit, terms: ResidualTerms) -> PoleFit:
-    projection = found.projections[0]
-    return PoleFit(projection, terms, 0, True, np.zeros(len(projection.poles), dtype=bool))
+    return PoleFit(found.projections[0], terms, 0, True, np.zeros(int(found.active.sum()), dtype=bool))
 
 
 def _afresh(known: Followed, sweep: int, start: NDArray[np.float64], fresh: Modes) -> None:
     """Take a sweep's poles from an identification of its own, and match them to the predicted ones nearby."""
+    from scipy.optimize import linear_sum_assignment  # its import takes long, and a new start is seldom needed
+
     place = to_parameters(fresh.poles)
     away = np.abs(start[:, None, 0] - place[None, :, 0]) / np.exp(place[None, :, 1])
     for j, n in zip(*linear_sum_assignment(np.minimum(away, 10.0)), strict=True):

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from analysis.frf import Frf
 from analysis.identification.modes import Modes
@@ -75,6 +74,8 @@ def enter(done: NamedModes, t: int, temperature: float, modes: Modes, factor: fl
     -------
     None
     """
+    from scipy.optimize import linear_sum_assignment  # its import takes long; joint fits need no labels
+
     labels = np.full(len(modes.poles), -1, dtype=np.int64)
     known = list(done.seen)
     candidates = [int(n) for n in np.flatnonzero(modes.real)]

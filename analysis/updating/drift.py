@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from analysis.arrays import Complex, Real
 from analysis.experiment import Protocol
@@ -107,5 +106,7 @@ def _second(by_temperature: Complex, frequency: Real, law: LocalLaws) -> Complex
     All resonances move with the root of E, and they change what is seen near them by far the most: the transfer
     depends on frequency over root of E.
     """
+    from scipy.interpolate import CubicSpline  # not needed by the verbs that import this module for its notes
+
     along = CubicSpline(frequency, by_temperature, axis=-1)(frequency, 1)
     return np.asarray(-0.5 * float(law.rates(law.reference)[0]) * frequency * along)
