@@ -4,7 +4,7 @@ A plate over a range of materials:
 
 =========================  ================================================================
 ``rational_krylov``        candidate vectors
-``mode_corrections``       vectors that correct the modes at further materials
+``mode_corrections``       vectors that correct the modes at further materials, and the errors of these modes
 ``damped_modes``           real modes, a fast approximation for training
 ``resonance_lines``        frequency lines, including those on narrow resonances
 ``energy_decomposition``   proper orthogonal decomposition of the candidate vectors

@@ -16,7 +16,8 @@ class BasisTraining:
     tolerance : float
         Error allowed, relative to a transfer's rms over the band.
     modulus_ratio, poisson_step : float
-        Largest gaps between training materials along E (a ratio, of every other one) and nu.
+        Largest gaps between training materials along E (a ratio) and nu. With two steps from 0.8 to 4 GPa in
+        place of the three of 1.72, errors between them are three to ten times as large.
     lines : int
         Number of frequencies at which responses are compared and decomposed.
     rounds : int
@@ -25,26 +26,31 @@ class BasisTraining:
     """
 
     tolerance: float = 1e-4
-    modulus_ratio: float = 5.0
+    modulus_ratio: float = 1.72
     poisson_step: float = 0.2
     lines: int = 200
     rounds: int = 3
 
-    def materials(self, box: MaterialBox) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-        """(E, nu) that cover the box: those of Krylov spaces, and those at which their modes are corrected.
+    def materials(self, box: MaterialBox) -> list[list[tuple[float, float]]]:
+        """(E, nu) that cover the box: those of Krylov spaces, then those of every round of corrections of modes.
 
         The first are the softest, which has most modes, at every nu of a grid. A stiffer plate moves nearly as a
-        soft one does at a lower frequency. The second are the softest between two nu and, at ever larger E, by
-        turns those between and those of the grid.
+        soft one does at a lower frequency. The others are the softest between two nu and, at ever larger E, by
+        turns those between and those of the grid, which the stiffest are. The stiffer half is corrected after the
+        softer one, from which less is missing then.
         """
         (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
-        steps_e = 2 * int(np.ceil(np.log(e1 / e0) / np.log(self.modulus_ratio) - 1e-6))
-        cells_n = int(np.ceil((n1 - n0) / self.poisson_step - 1e-6))
-        n = np.linspace(n0, n1, cells_n + 1)
+        levels = np.geomspace(e0, e1, self._steps(e1 / e0) + 1)[1:]
+        cells = int(np.ceil((n1 - n0) / self.poisson_step - 1e-6))
+        n = np.linspace(n0, n1, cells + 1)
         between = 0.5 * (n[1:] + n[:-1])
-        odd = between if cells_n else n
-        stiffer = [
-            (x, y) for k, x in enumerate(np.geomspace(e0, e1, steps_e + 1)[1:]) for y in (n if k % 2 else odd)
-        ]
-        soft, corrected = ([(e0, y) for y in values] for values in (n, between))
-        return [(float(x), float(y)) for x, y in soft], [(float(x), float(y)) for x, y in corrected + stiffer]
+        from_stiffest = [n if k % 2 == 0 or not cells else between for k in range(len(levels))]
+        stiffer = [(x, y) for x, values in zip(levels, reversed(from_stiffest), strict=True) for y in values]
+        corrected = [(e0, y) for y in between] + stiffer
+        half = (len(corrected) + 1) // 2
+        groups = [[(e0, y) for y in n], corrected[:half], corrected[half:]]
+        return [[(float(x), float(y)) for x, y in group] for group in groups if group]
+
+    def _steps(self, ratio: float) -> int:
+        """Return the number of steps along E: at least two, for metals too, whose resonances are sharp."""
+        return max(2, int(np.ceil(np.log(ratio) / np.log(self.modulus_ratio) - 1e-6))) if ratio > 1.0 else 0

@@ -1,11 +1,14 @@
 """Error of a reduced model, measured against the full one outside the training set."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 
 import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.material import MaterialBox
+from simulation.reduction.energy_decomposition import BEYOND, training_loss
+from simulation.reduction.mode_corrections import mode_corrections
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.reduction.resonance_lines import root_mean_square
 from simulation.shell.shell_model import ShellModel
@@ -16,25 +19,43 @@ WORKERS = 2
 """Materials solved at a time."""
 DRAWN = 3
 """Number of random materials in the box at each attempt."""
-HALTON = (2, 3, 5)
-"""Bases of Halton's sequence along E, nu and eta."""
+HALTON = (2, 3)
+"""Bases of Halton's sequence along E and nu."""
 
 
-def held_out(box: MaterialBox, attempt: int) -> list[Constants]:
-    """(E, nu, eta) between the training materials, three of them random, new ones at each attempt.
+@dataclass(frozen=True)
+class MeasuredError:
+    """Error of a reduced model, and what to add to its vectors (n unknowns) if it is too large.
 
-    The first attempt also uses the box's softest and stiffest materials at the smallest damping, where resonances
-    are most numerous and sharpest.
+    Attributes
+    ----------
+    error : float
+        As `ReducedModel.error`.
+    seen : (n, S) complex ndarray
+        Responses of the full model: minus the displacements per volt.
+    missing : (n, s) ndarray
+        See `ModeCorrections`.
     """
-    (e0, e1), (n0, n1), (h0, h1) = box.youngs_modulus, box.poisson_ratio, box.loss_factor
-    sides = [(e0, n0 + 0.37 * (n1 - n0), h0), (e1, n0 + 0.45 * (n1 - n0), h0)] if attempt == 0 else []
-    cube = _scattered(DRAWN, np.random.default_rng(attempt))
-    within = [(e0 * (e1 / e0) ** a, n0 + b * (n1 - n0), h0 + c * (h1 - h0)) for a, b, c in cube]
-    return [(float(e), float(n), float(h)) for e, n, h in sides + within]
+
+    error: float
+    seen: Complex
+    missing: Real
+
+
+def held_out(box: MaterialBox, attempt: int) -> list[tuple[float, float]]:
+    """(E, nu) between the training materials, three of them random, new ones at each attempt.
+
+    The first attempt also uses the box's softest material, where resonances are most numerous, and a stiffest one.
+    """
+    (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
+    sides = [(e0, n0 + 0.37 * (n1 - n0)), (e1, n0)] if attempt == 0 else []
+    square = _scattered(DRAWN, np.random.default_rng(attempt))
+    within = [(e0 * (e1 / e0) ** a, n0 + b * (n1 - n0)) for a, b in square]
+    return [(float(e), float(n)) for e, n in sides + within]
 
 
 def _scattered(count: int, rng: np.random.Generator) -> Real:
-    """Points (count, 3) of the unit cube, far from each other: Halton's sequence, shifted at random.
+    """Points (count, 2) of the unit square, far from each other: Halton's sequence, shifted at random.
 
     Written here, because importing SciPy's takes a second.
     """
@@ -47,56 +68,61 @@ def _scattered(count: int, rng: np.random.Generator) -> Real:
 
 
 def measured_error(
-    model: ShellModel, small: ReducedModel, candidate: ReducedModel, lines: Real, attempt: int
-) -> tuple[float, Complex]:
-    """Measure the error of `small` at the held-out materials.
+    model: ShellModel, small: ReducedModel, vectors: Real, lines: Real, attempt: int, tolerance: float
+) -> MeasuredError:
+    """Measure the error of `small` at the held-out materials, with the least damping, where it is largest.
 
-    The full model is solved for each material at the frequency, of the even `lines` and those on narrow
-    resonances, where `small` differs most from the `candidate` it was selected from; for a random material also at
-    a random frequency in the band or, where resonances are narrow, on their flanks. Errors are those of
-    `ReducedModel.error`.
+    The full model is solved for each material at the resonance where the corrections of the modes say that the
+    error is largest, and for the first random one also at a random frequency on the flanks of resonances.
 
     Parameters
     ----------
     model : ShellModel
         The full model, of n unknowns.
     small : ReducedModel
-    candidate : ReducedModel
+    vectors : (n, r) ndarray
+        Of its coordinates.
     lines : (F,) ndarray, Hz
         Evenly spaced over the band.
     attempt : int
         Number of the attempt, which is the seed of random materials and frequencies.
+    tolerance : float
+        Of the error.
 
     Returns
     -------
-    error : float
-    seen : (n, S) complex ndarray
-        The full model's responses there: minus the displacements per volt.
+    MeasuredError
     """
-    rng = np.random.default_rng(100 + attempt)
+    loss = training_loss(small.box)
     materials = held_out(small.box, attempt)
-    generators = [np.random.default_rng(seed) for seed in rng.integers(2**32, size=len(materials))]
+    rng = np.random.default_rng(100 + attempt)
 
-    def at(place: int) -> tuple[float, Complex]:
-        material, rng, also_drawn = materials[place], generators[place], place >= len(materials) - DRAWN
-        *moduli, loss = material
-        modes, of_candidate = small.damped_modes(*moduli), candidate.damped_modes(*moduli)
-        places = modes.lines(loss, lines)
-        form, ports = small.modal_form(*material), small.coupling
+    def at(place: int) -> MeasuredError:
+        moduli = materials[place]
+        found = mode_corrections(
+            model, vectors, small, moduli, lines=lines, loss_factor=loss, tolerance=tolerance, beyond=BEYOND
+        )
+        places = small.damped_modes(*moduli).lines(loss, lines)
+        within = (found.frequency > lines[0]) & (found.frequency < lines[-1])
+        worst = found.frequency[np.where(within, found.error, 0.0).argmax()] if within.any() else lines[-1]
+        drawn = rng.choice(places) if place == len(materials) - DRAWN else worst
+        chosen = np.unique([worst, drawn])
+        full = model.responses(*moduli, loss, chosen)
+        form, ports = small.modal_form(*moduli, loss), small.coupling
         rms = root_mean_square(form.compliance(ports, ports, places), places)[..., None]
-        departure = np.abs(modes.transfers(places, loss) - of_candidate.transfers(places, loss)) / rms
-        flanks = np.setdiff1d(places, lines)
-        drawn = rng.choice(flanks) if flanks.size else rng.uniform(*small.band)
-        chosen = np.array([places[departure.max(axis=(0, 1)).argmax()], drawn][: 2 if also_drawn else 1])
-        full = model.responses(*material, chosen)
-        transfer = np.einsum("ni,nkf->ikf", model.coupling, full)
-        wrong = np.abs(form.compliance(ports, ports, chosen) - transfer) / rms
-        worst = max(float(wrong.max()), _field_error(model, small, material, chosen, full, places))
-        return worst, full.reshape(model.size, -1)
+        wrong = (
+            np.abs(form.compliance(ports, ports, chosen) - np.einsum("ni,nkf->ikf", model.coupling, full)) / rms
+        )
+        error = max(float(wrong.max()), _field_error(model, small, (*moduli, loss), chosen, full, places))
+        return MeasuredError(error, full.reshape(model.size, -1), found.missing)
 
     with ThreadPoolExecutor(WORKERS) as executor:
-        found = list(executor.map(at, reversed(range(len(materials)))))  # the random ones first: they take longest
-    return max(worst for worst, _ in found), np.hstack([seen for _, seen in found])
+        parts = list(executor.map(at, reversed(range(len(materials)))))  # the random ones first: they take longest
+    return MeasuredError(
+        max(part.error for part in parts),
+        np.hstack([part.seen for part in parts]),
+        np.hstack([part.missing for part in parts]),
+    )
 
 
 def _field_error(

@@ -91,7 +91,8 @@ def reduce_with_effects(
     probe = model.footprint_rows(acting)
     missing = _missing(full, basis.vectors, probe[: len(attached) + FEW].T, measured, box, band, report)
     energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
-    vectors = extended_basis(basis.vectors, missing, energy, model.mass, TAIL * _finer(box))
+    gram = basis.vectors.T @ (energy @ basis.vectors)
+    vectors = extended_basis(basis.vectors, missing, energy, model.mass, TAIL * _finer(box), gram=gram)
     done = [0.6]
 
     def step() -> None:

@@ -69,7 +69,9 @@ def missing_directions(vectors: Real, matrices: StateMatrices, band: tuple[float
     return np.asarray(new @ directions - vectors @ (inner @ directions))
 
 
-def extended_basis(vectors: Real, missing: Real, energy: csr_matrix, mass: csr_matrix, tail: float) -> Real:
+def extended_basis(
+    vectors: Real, missing: Real, energy: csr_matrix, mass: csr_matrix, tail: float, *, gram: Real
+) -> Real:
     """Basis of vectors and the leading missing directions, orthonormal in the mass.
 
     Parameters
@@ -81,16 +83,20 @@ def extended_basis(vectors: Real, missing: Real, energy: csr_matrix, mass: csr_m
     energy, mass : (n, n) sparse matrix
     tail : float
         Largest share of a state's responses left out.
+    gram : (r, r) ndarray
+        Energies of the vectors.
 
     Returns
     -------
     (n, r + k) ndarray
         The given vectors first.
     """
-    weighed = energy @ vectors
-    rest = missing - vectors @ np.linalg.solve(vectors.T @ weighed, weighed.T @ missing)
-    values, basis = leading(rest.T @ (energy @ rest), tail)
-    rest = rest @ (basis / np.sqrt(values))
+    weighed = energy @ missing
+    shared = vectors.T @ weighed
+    within = np.linalg.solve(gram, shared)
+    values, basis = leading(missing.T @ weighed - shared.T @ within, tail)
+    basis = basis / np.sqrt(values)
+    rest = missing @ basis - vectors @ (within @ basis)
     rest = rest - vectors @ (vectors.T @ (mass @ rest))
     root = scipy.linalg.cholesky(_symmetric(rest.T @ (mass @ rest)))
     return np.hstack([vectors, scipy.linalg.solve_triangular(root, rest.T, trans="T").T])

@@ -38,6 +38,8 @@ WORKERS = 2
 """Number of materials solved at a time, in threads: sparse factorization releases the interpreter lock."""
 SHIFTS = (0.1, 0.9)
 """Shifts in the band at which a material's stiffness is factorized."""
+FIELD_SHARE = 0.15
+"""Share of the truncation error allowed for transfers alone, where the field is certified too."""
 DAMPED_LINES = 16
 """Number of frequencies per material at which a plate with dashpots is solved."""
 
@@ -90,8 +92,9 @@ def reduce(
     places = np.asarray(() if points is None else points, float).reshape(-1, 2)
     probe = model.deflection(places)
     counted = slice(None) if field_certified else slice(0)
-    # the error of transfers is the square of the truncation error over the loss factor
-    tail = 0.5 * float(np.sqrt(training.tolerance * training_loss(box)))
+    # transfers: the square of the truncation error over the loss factor; fields are linear in it
+    share = FIELD_SHARE if len(places[counted]) else 1.0
+    tail = share * float(np.sqrt(training.tolerance * training_loss(box)))
     responses = _damped_responses(model, box, band, training)
     energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
     vectors = np.hstack([_candidates(model, box, band, lines, training, report), responses])
@@ -102,29 +105,34 @@ def reduce(
         found = projected(model, basis, box, band, columns(model.damping, responses), known=known)
         return replace(found, deflection=probe[counted] @ basis, points=places[counted])
 
-    larger = on(vectors, responses)
-    missing = _corrections(model, vectors, larger, lines, training, report)
-    if missing.size:
+    def extended(basis: Real, missing: Real, known: ReducedModel, least: float) -> Real:
+        gram = known.stiffness(*middle(box), 0.0).real + energy_shift(band) * np.eye(known.size)
         with threadpool_limits(WORKERS, user_api="blas"):
-            vectors = extended_basis(vectors, missing, energy, model.mass, 2.0 * tail)
+            return extended_basis(basis, missing, energy, model.mass, least, gram=gram)
+
+    larger = on(vectors, responses)
+    for k, materials in enumerate(training.materials(box)[1:]):
+        missing = _corrections(model, vectors, larger, materials, lines, training)
+        vectors = extended(vectors, missing, larger, tail)
         larger = on(vectors, responses, larger)
-    report(STAGE, 0.65)
+        report(STAGE, 0.5 + 0.1 * k)
     basis = decomposition(larger, lines, 0.25 * training.tolerance)
     small, vectors = larger.restricted(basis), vectors @ basis
     report(STAGE, 0.7)
     for attempt in range(training.rounds):
-        error, seen = measured_error(model, small, larger, lines, attempt)
-        if error <= training.tolerance:
+        measured = measured_error(model, small, vectors, lines, attempt, training.tolerance)
+        if measured.error <= training.tolerance:
             report(STAGE, 1.0)
-            return replace(small, error=error, deflection=probe @ vectors, points=places), vectors
+            return replace(small, error=measured.error, deflection=probe @ vectors, points=places), vectors
         report(STAGE, 0.8 + 0.05 * attempt)
-        found = np.hstack([seen.real, seen.imag])
-        responses = np.hstack([responses, found])
-        found = found / np.sqrt(np.einsum("ni,ni->i", found, energy @ found))
-        vectors = extended_basis(vectors, found, energy, model.mass, tail)
+        seen = np.hstack([measured.seen.real, measured.seen.imag])
+        responses = np.hstack([responses, seen])
+        seen = seen / np.sqrt(np.einsum("ni,ni->i", seen, energy @ seen))
+        vectors = extended(vectors, np.hstack([measured.missing, seen]), small, tail)
         small = on(vectors, responses, small)
     raise RuntimeError(
-        f"the reduced model's error is {error:.2g} after {training.rounds} rounds; allowed {training.tolerance:g}"
+        f"the reduced model's error is {measured.error:.2g} after {training.rounds} rounds; "
+        f"allowed {training.tolerance:g}"
     )
 
 
@@ -179,25 +187,20 @@ def _corrections(
     model: ShellModel,
     vectors: Real,
     candidate: ReducedModel,
+    materials: list[tuple[float, float]],
     lines: Real,
     training: BasisTraining,
-    report: Progress,
 ) -> Real:
-    """Missing parts (n, s) of the modes at all materials without Krylov vectors."""
-    materials = training.materials(candidate.box)[1]
+    """Missing parts (n, s) of the modes at some materials."""
     loss = training_loss(candidate.box)
 
     def missing(constants: tuple[float, float]) -> Real:
         return mode_corrections(
             model, vectors, candidate, constants, lines=lines, loss_factor=loss, tolerance=training.tolerance
-        )
+        ).missing
 
-    parts = [np.zeros((model.size, 0))]
     with ThreadPoolExecutor(WORKERS) as executor:
-        for k, found in enumerate(executor.map(missing, materials)):
-            parts.append(found)
-            report(STAGE, 0.45 + 0.15 * (k + 1) / len(materials))
-    return np.hstack(parts)
+        return np.hstack(list(executor.map(missing, materials)))
 
 
 def _damped_responses(
@@ -216,4 +219,4 @@ def _damped_responses(
         return np.reshape([found.real, found.imag], (2, model.size, -1)).transpose(1, 0, 2).reshape(model.size, -1)
 
     with ThreadPoolExecutor(WORKERS) as executor:
-        return np.hstack(list(executor.map(responses, chain(*training.materials(box)))))
+        return np.hstack(list(executor.map(responses, chain.from_iterable(training.materials(box)))))
