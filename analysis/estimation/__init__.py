@@ -3,6 +3,7 @@
 =========================  ==================================================================
 ``quantities``             force, acceleration, pressure, ...: units, and the names of their ratios
 ``recording``              signals of one run, checked
+``excitation``             blows, periods, bursts, sweeps or noise, and the segments that fit them
 ``windows``                windows over segments, force and exponential windows, and what those do to poles
 ``segments``               what windowed segments make of a resonance
 ``spectra``                auto and cross spectra of all channels, from segments or blocks

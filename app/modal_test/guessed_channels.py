@@ -89,13 +89,6 @@ def guessed_channels(file: Path, columns: Columns, said: NewTest) -> dict[str, d
     return {name: _channel(name, columns, said) for name in columns.values} | _of_unnamed(columns, said)
 
 
-def guessed_kind(channels: Mapping[str, Mapping[str, Any]], said: NewTest) -> str:
-    """Return the kind of test: as said, ``frf`` where the roles are those of FRFs, or else ``hammer``."""
-    roles = {channel["role"] for channel in channels.values()}
-    frfs = "frequency" in roles and ("frf" in roles or {"real", "imaginary"} <= roles)
-    return said.kind or ("frf" if frfs else "hammer")
-
-
 def guessed_frf_units(columns: Columns, channels: Mapping[str, Mapping[str, Any]]) -> tuple[str, str] | None:
     """Return the units of response and reference that the file gives with its FRFs, ``g/N``, if it does."""
     for name, channel in channels.items():

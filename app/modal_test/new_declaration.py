@@ -18,10 +18,10 @@ from app.modal_test.guessed_channels import (
     NewTest,
     guessed_channels,
     guessed_frf_units,
-    guessed_kind,
     guessed_rate,
     lacking_calibration,
 )
+from app.modal_test.guessed_kind import guessed_kind, guessed_segments
 from app.modal_test.points_table import points_of_table
 
 TEST_HEAD = """What this test is; see the guide, "A modal test". Correct what was guessed:
@@ -64,7 +64,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     if groups:
         columns = columns.of_group(groups[0])
     channels = guessed_channels(files[0], columns, said)
-    kind = guessed_kind(channels, said)
+    kind = guessed_kind(columns, channels, said)
     if kind == "frf":
         unused = {
             name: {"role": "unused"} for name, one in channels.items() if one["role"] in ("drive", "response")
@@ -72,9 +72,10 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
         channels |= unused
     roles = [str(channel["role"]) for channel in channels.values()]
     if kind != "frf" and "drive" not in roles:
+        frfs = "; of FRFs export complex values, or real and imaginary parts" if "frequency" in roles else ""
         raise ResultFileError(
             f"{files[0]}: none of its channels is called like a drive; name it with --drive NAME=SENSITIVITY. It "
-            f"holds: {', '.join(list(columns.values)[:20])}"
+            f"holds: {', '.join(list(columns.values)[:20])}{frfs}"
         )
     nodes = 0
     for channel in channels.values():
@@ -87,9 +88,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     table |= guessed_rate(columns, said, roles) | {"channels": channels}
     if kind == "hammer":
         table["hammer"] = {"pretrigger": 0.005, "exponential": 1.0}
-    elif kind == "continuous":
-        table["segments"] = {"seconds": 2.0, "window": "hann", "overlap": 0.5}
-    else:
+    elif kind == "frf":
         table["frf"] = dict(
             zip(
                 ("response", "reference"),
@@ -107,6 +106,9 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     ]
     if said.points is not None:
         table["points"] = points_of_table(said.points)
+    if kind == "continuous":
+        test = checked(target, table, ModalTest)
+        table["segments"] = guessed_segments(files[0].name, columns, test)
     declared = checked(target, table, ModalTest)
     _write(target, toml_text(table, TEST_HEAD))
     missing = {name: lacking_calibration(one, columns.units.get(name)) for name, one in channels.items()}
