@@ -59,7 +59,7 @@ def test_whole_periods_and_sweeps_are_cut_by_no_segment(
     text = declared.read_text(encoding="utf-8")
     declared.write_text(text.replace(f"seconds = {seconds}", "seconds = 2.0"), encoding="utf-8")
     result = typed("identify", declared, "--out", tmp_path / "cut")
-    assert result.exit_code == 2
+    assert result.exit_code != 0
     assert f"set segments.seconds = {seconds:g}" in " ".join(result.output.split())
 
 
