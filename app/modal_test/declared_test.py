@@ -20,12 +20,15 @@ from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns
 from app.files.modal_test_toml import NAME, ModalTest, RecordOfTest, dof, read_modal_test
 from app.files.provenance import sha256
-from app.modal_test.frf_set import FrfSet, Position, said_of_coherence
+from app.modal_test.frf_set import FrfSet, Position, require_one_of_each, said_of_coherence
 from app.modal_test.given_frfs import given_frfs
 from app.modal_test.signals import SignalsOfFile, signals
 
 Runs = dict[tuple[tuple[str, str], ...], list[tuple[str, SignalsOfFile]]]
 """Names and signals of the files, by the places of their channels."""
+
+PLACES = "say where each was measured, by `at` of its channels or of its record (flexura new test: --roving)"
+"""What to do with several FRFs between the same ends."""
 
 
 def declared_frfs(path: Path, report: Progress) -> FrfSet:
@@ -68,6 +71,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     report("read", 1.0)
     points: dict[int, Position] = {int(node): place for node, place in test.points.items()}
     try:
+        require_one_of_each(transfers, PLACES)
         return FrfSet(
             title=test.title or file.parent.resolve().name,
             transfers=tuple(transfers),

@@ -132,6 +132,21 @@ def said_of_coherence(transfers: Sequence[MeasuredTransfer]) -> list[str]:
     ]
 
 
+def require_one_of_each(transfers: Sequence[MeasuredTransfer], remedy: str) -> None:
+    """Raise ValueError, with the remedy, where two FRFs of a quantity have the same ends; node 0 names none."""
+    seen: dict[tuple[str, str, str], MeasuredTransfer] = {}
+    for one in transfers:
+        if one.response.startswith("0:") or one.reference.startswith("0:"):
+            continue
+        pair = one.response, one.reference, one.quantity
+        if pair in seen:
+            raise ValueError(
+                f"node {one.response} answers node {one.reference} more than once, as {seen[pair].name!r} and "
+                f"{one.name!r}; {remedy}"
+            )
+        seen[pair] = one
+
+
 def cut(frfs: FrfSet, band: tuple[float, float] | None) -> FrfSet:
     """Return the FRFs inside a band.
 

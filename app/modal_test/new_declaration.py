@@ -77,13 +77,13 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
             f"{files[0]}: none of its channels is called like a drive; name it with --drive NAME=SENSITIVITY. It "
             f"holds: {', '.join(list(columns.values)[:20])}{frfs}"
         )
-    nodes = 0
-    for channel in channels.values():
-        if channel["role"] in ("response", "frf"):
-            nodes += 1
-            channel["at"] = f"{nodes}:+z"
-        elif channel["role"] == "drive":
-            channel["at"] = "1:+z"
+    free = [f"{node}:+z" for node in range(1, len(channels) + len(columns.places) + 1)]
+    free = [place for place in free if place not in columns.places.values()]
+    for roles_of_end in (("response", "frf"), ("drive",)):
+        nodes = iter(free)
+        for name, channel in channels.items():
+            if channel["role"] in roles_of_end:
+                channel["at"] = columns.places.get(name) or next(nodes)
     table: dict[str, Any] = {"format": FORMAT, "title": said.title or target.resolve().parent.name, "kind": kind}
     table |= guessed_rate(columns, said, roles) | {"channels": channels}
     if kind == "hammer":

@@ -27,6 +27,8 @@ class Columns:
         Single numbers of the file, among them perhaps a sample rate.
     channels : dict of str to str
         Names without the group before them, of those columns that have it there because groups share names.
+    places : dict of str to str
+        Node and direction, ``5:+z``, of those columns for which the file gives them.
     """
 
     values: dict[str, NDArray[Any]]
@@ -34,6 +36,7 @@ class Columns:
     rates: dict[str, float] = field(default_factory=dict)
     scalars: dict[str, float] = field(default_factory=dict)
     channels: dict[str, str] = field(default_factory=dict)
+    places: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.values:

@@ -1,6 +1,7 @@
 """Time responses in universal files (data set 58, function type 1), through pyuff, by node and direction."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +34,7 @@ def read(path: Path) -> Columns:
     columns: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
     rates: dict[str, float] = {}
+    places: dict[str, str] = {}
     for data in held:
         if int(data["func_type"]) != TIME:
             continue
@@ -47,6 +49,8 @@ def read(path: Path) -> Columns:
             )
         columns[name] = np.asarray(values.real, dtype=float)
         rates[name] = float((len(time) - 1) / (time[-1] - time[0]))
+        if place := _place(data):
+            places[name] = place
         unit = str(data.get("ordinate_axis_units_lab", "")).strip()
         if unit and unit != "NONE":
             units[name] = unit
@@ -54,4 +58,12 @@ def read(path: Path) -> Columns:
         raise ValueError(
             "no time response (data set 58, function type 1); for FRFs type: flexura identify FILE.uff"
         )
-    return Columns(columns, units, rates)
+    return Columns(columns, units, rates, places=places)
+
+
+def _place(data: dict[str, Any]) -> str:
+    """Node and direction of a response as in declarations, ``5:+z``; empty where it is not along an axis."""
+    node, direction = int(data.get("rsp_node", 0)), int(data.get("rsp_dir", 0))
+    if node < 1 or not 1 <= abs(direction) <= 3:
+        return ""
+    return f"{node}:{'+' if direction > 0 else '-'}{'xyz'[abs(direction) - 1]}"

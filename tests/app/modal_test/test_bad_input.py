@@ -202,3 +202,13 @@ def test_an_unknown_unit_of_frfs_is_named_with_its_key(tmp_path: Path, run_flexu
     status, _, told = run_flexura("identify", path)
     assert status == 2
     assert "frf.response: unit 'furlong' is not known; allowed: V, mV" in told
+
+
+def test_two_frfs_between_the_same_ends_are_refused(tmp_path: Path, run_flexura: Flexura) -> None:
+    """Their residues would share one place of the shapes."""
+    channels = FRF_CHANNELS | {"H2": '{ role = "frf", at = "1:+z" }'}
+    path = declared(tmp_path, "frf", {"freq": LINES, "H": H, "H2": -H}, channels)
+    status, _, told = run_flexura("identify", path)
+    assert status == 2
+    assert "node 1:+3 answers node 1:+3 more than once" in told
+    assert "say where each was measured, by `at`" in told

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
+from pyuff import UFF
+from pyuff.datasets.dataset_58 import prepare_58
 
 from app.files.modal_test_toml import read_modal_test
 from app.modal_test.declared_test import declared_frfs
@@ -135,3 +137,24 @@ def test_what_a_channel_lacks_is_said_as_it_is(
     status, _, err = run_flexura("new", "test", tmp_path / "a.csv")
     assert status == 0
     assert f"note: channel {lacks}" in err
+
+
+def test_nodes_and_directions_of_a_universal_file_are_declared(tmp_path: Path, run_flexura: Flexura) -> None:
+    """Responses were numbered in their order, so that shapes stood at the wrong nodes."""
+    time = np.arange(64) / 1000.0
+    for node, direction, unit in ((7, -3, "N"), (12, 1, "m/s2"), (3, 3, "m/s2"), (0, 0, "m/s2")):
+        UFF(str(tmp_path / "a.uff")).write_sets(
+            prepare_58(
+                binary=0, func_type=1, rsp_node=node, rsp_dir=direction, ref_node=1, ref_dir=3,
+                data=np.sin(300.0 * time), x=time, id1="run",
+                rsp_ent_name="NONE", ref_ent_name="NONE",
+                abscissa_spacing=1, abscissa_inc=1e-3,
+                abscissa_spec_data_type=17, ordinate_spec_data_type=12, ordinate_axis_units_lab=unit,
+                orddenom_spec_data_type=0,
+            ),
+            "add",
+        )  # fmt: skip
+    status, _, err = run_flexura("new", "test", tmp_path / "a.uff", "-q")
+    assert status == 0, err
+    channels = read_modal_test(tmp_path / "test.toml").channels
+    assert [one.at for one in channels.values()] == ["7:-z", "12:+x", "3:+z", "1:+z"]
