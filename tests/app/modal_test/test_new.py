@@ -43,6 +43,24 @@ def test_volts_without_a_sensitivity_are_named(tmp_path: Path, beam: Beam, run_f
     assert 'channels.Acc: in V, and no sensitivity; give sensitivity, for example "100 mV/g"' in err
 
 
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("Nm", "Hammer=Nm: unit 'Nm' is not known; allowed: V, mV"),
+        ("0 mV/N", "Hammer=0 mV/N: sensitivity '0 mV/N': a number other than 0"),
+        ("5 pC/N", "Hammer=5 pC/N: sensitivity '5 pC/N' gives pC, but the file is in V"),
+    ],
+)
+def test_a_calibration_that_is_none_is_refused_at_once(
+    tmp_path: Path, beam: Beam, run_flexura: Flexura, given: str, message: str
+) -> None:
+    hammer_files(tmp_path, beam, seconds=1.0, count=1).unlink()
+    status, _, err = run_flexura("new", "test", tmp_path / "point1.csv", "--drive", f"Hammer={given}")
+    assert status == 2
+    assert message in err
+    assert not (tmp_path / "test.toml").exists()
+
+
 def test_tables_of_single_frfs_are_declared_with_a_moved_hammer(tmp_path: Path, run_flexura: Flexura) -> None:
     for name in ("a.txt", "b.txt"):
         np.savetxt(tmp_path / name, np.random.default_rng(0).random((9, 3)), header="Freq Real Imag", comments="")
