@@ -106,7 +106,22 @@ def welch(recording: SampledSignals, segment: float, window: Shape = "hann", ove
 
 
 def segment_starts(samples: int, length: int, overlap: float) -> NDArray[np.intp]:
-    """First samples of the segments of `length` that fit into a recording, (S,) ndarray of int."""
+    """Return where the segments of a recording begin.
+
+    Parameters
+    ----------
+    samples : int
+        Of the recording.
+    length : int
+        Of a segment, samples.
+    overlap : float
+        Share of a segment that the next one begins with.
+
+    Returns
+    -------
+    (S,) ndarray of int
+        First sample of each segment that fits in.
+    """
     return np.arange(0, samples - length + 1, max(round(length * (1.0 - overlap)), 1))
 
 

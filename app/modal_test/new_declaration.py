@@ -22,6 +22,7 @@ from app.modal_test.guessed_channels import (
     lacking_calibration,
 )
 from app.modal_test.guessed_kind import guessed_kind, guessed_segments
+from app.modal_test.guessed_places import guessed_places
 from app.modal_test.points_table import points_of_table
 
 TEST_HEAD = """What this test is; see the guide, "A modal test". Correct what was guessed:
@@ -77,13 +78,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
             f"{files[0]}: none of its channels is called like a drive; name it with --drive NAME=SENSITIVITY. It "
             f"holds: {', '.join(list(columns.values)[:20])}{frfs}"
         )
-    free = [f"{node}:+z" for node in range(1, len(channels) + len(columns.places) + 1)]
-    free = [place for place in free if place not in columns.places.values()]
-    for roles_of_end in (("response", "frf"), ("drive",)):
-        nodes = iter(free)
-        for name, channel in channels.items():
-            if channel["role"] in roles_of_end:
-                channel["at"] = columns.places.get(name) or next(nodes)
+    channels = guessed_places(channels, columns)
     table: dict[str, Any] = {"format": FORMAT, "title": said.title or target.resolve().parent.name, "kind": kind}
     table |= guessed_rate(columns, said, roles) | {"channels": channels}
     if kind == "hammer":

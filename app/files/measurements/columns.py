@@ -70,13 +70,13 @@ class Columns:
 
 
 def of_array(name: str, array: NDArray[Any]) -> dict[str, NDArray[Any]]:
-    """Columns of an array of one or two axes, the longer one that of samples; of two: ``H[1]``, ``H[2]``, ...
+    """Columns of an array, its longest axis that of samples: ``H[1]``, ``H[2]``, ...; of FRFs ``H[2,1]``, too.
 
     Parameters
     ----------
     name : str
     array : (N,), (C, N) or (N, C) ndarray
-        Axes of length 1 do not count.
+        Axes of length 1 do not count. Complex ones may have three: responses before references.
 
     Returns
     -------
@@ -92,6 +92,14 @@ def of_array(name: str, array: NDArray[Any]) -> dict[str, NDArray[Any]]:
     squeezed = np.squeeze(array)
     if squeezed.ndim == 1:
         return {name: np.asarray(squeezed, dtype=kind)}
+    if squeezed.ndim == 3 and kind is complex:
+        squeezed = np.moveaxis(squeezed, int(np.argmax(squeezed.shape)), 2)
+        _, references, samples = squeezed.shape
+        rows = squeezed.reshape(-1, samples)
+        numbers = [f"{row // references + 1},{row % references + 1}" for row in range(len(rows))]
+        return {
+            f"{name}[{number}]": np.asarray(row, dtype=kind) for number, row in zip(numbers, rows, strict=True)
+        }
     if squeezed.ndim > 2:
         raise ValueError(f"{name} has {squeezed.ndim} axes; allowed: 1 or 2. Export it as channels by samples")
     rows = squeezed if squeezed.shape[1] >= squeezed.shape[0] else squeezed.T

@@ -70,6 +70,17 @@ def test_tables_of_single_frfs_are_declared_with_a_moved_hammer(tmp_path: Path, 
     assert (test.kind, test.record[1].at) == ("frf", {"reference": "2:+z"})
 
 
+def test_frfs_in_an_array_of_three_axes_have_their_response_and_reference(
+    tmp_path: Path, run_flexura: Flexura
+) -> None:
+    np.savez(tmp_path / "a.npz", freq=np.arange(1.0, 50.0), H=np.ones((49, 3, 2)) * 1j)
+    assert run_flexura("new", "test", tmp_path / "a.npz", "-q") == (0, "", "")
+    channels = read_modal_test(tmp_path / "test.toml").channels
+    assert [(one.at, one.reference) for one in channels.values() if one.role == "frf"] == [
+        (f"{k}:+z", f"{m}:+z") for k in (1, 2, 3) for m in (1, 2)
+    ]
+
+
 def test_frfs_with_points_are_declared(tmp_path: Path, run_flexura: Flexura) -> None:
     np.savez(tmp_path / "a.npz", freq=np.arange(1.0, 50.0), H=np.ones((3, 49)) * 1j)
     (tmp_path / "points.csv").write_text("node,x,y,z\n1,0,0,0\n2,0.1,0,0\n3,0.2,0,0.5\n", encoding="utf-8")
