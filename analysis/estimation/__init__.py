@@ -10,6 +10,7 @@
 ``estimators``             H1, H2 and Hv with coherence and variance, of one drive or several
 ``impacts``                blows found in a recording, and why some of them do not count
 ``ringing``                responses that still ring where their record ends
+``time_convention``        FRFs that follow exp(-jwt)
 ``transfer``               one FRF between two places
 ``coherence``              a variance from the coherence that came with an FRF
 =========================  ==================================================================

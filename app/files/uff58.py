@@ -98,7 +98,8 @@ def _read_sets(path: Path) -> tuple[list[int], list[dict[str, Any]]]:
     file = pyuff.UFF(str(path))
     if kinds != [int(kind) for kind in np.atleast_1d(file.get_set_types())]:
         raise ValueError("a line within a data set ends as if the set did; damaged?")
-    return kinds, [_as_dict(file.read_sets(n)) for n, kind in enumerate(kinds) if kind == 58]
+    with np.errstate(all="ignore"):  # on damaged bytes
+        return kinds, [_as_dict(file.read_sets(n)) for n, kind in enumerate(kinds) if kind == 58]
 
 
 def _ends(data: dict[str, Any]) -> tuple[str, str]:
@@ -160,7 +161,10 @@ def _frf(path: Path, number: int, data: dict[str, Any]) -> MeasuredTransfer:
     declared = int(data.get("num_pts", len(h)))
     place = f"{path}: FRF {number} ({name})"
     if int(data.get("ord_data_type", 6)) not in (5, 6):
-        raise ResultFileError(f"{place}: real values; an FRF needs complex ones (ordinate data type 5 or 6)")
+        raise ResultFileError(
+            f"{place}: real values; an FRF needs complex ones (ordinate data type 5 or 6): export real and "
+            "imaginary parts"
+        )
     if len(frequency) != len(h) or len(h) != declared:
         raise ResultFileError(
             f"{place}: {len(h)} values and {len(frequency)} lines; {declared} are declared: cut short?"

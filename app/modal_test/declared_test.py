@@ -20,7 +20,7 @@ from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns
 from app.files.modal_test_toml import NAME, ModalTest, RecordOfTest, dof, read_modal_test
 from app.files.provenance import sha256
-from app.modal_test.frf_set import FrfSet, Position, require_one_of_each, said_of_coherence
+from app.modal_test.frf_set import FrfSet, Position, require_convention, require_one_of_each, said_of_coherence
 from app.modal_test.given_frfs import given_frfs
 from app.modal_test.signals import SignalsOfFile, signals
 
@@ -72,6 +72,8 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     points: dict[int, Position] = {int(node): place for node, place in test.points.items()}
     try:
         require_one_of_each(transfers, PLACES)
+        if test.kind == "frf":
+            require_convention(transfers)
         return FrfSet(
             title=test.title or file.parent.resolve().name,
             transfers=tuple(transfers),

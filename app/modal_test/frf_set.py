@@ -10,6 +10,7 @@ from analysis.channel import UNITS
 from analysis.estimation.coherence import without_information
 from analysis.estimation.quantities import frf_label, frf_name
 from analysis.estimation.segments import Segments
+from analysis.estimation.time_convention import turns_backward
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.band import lines_inside
 from app.files.bad_file import ResultFileError
@@ -145,6 +146,15 @@ def require_one_of_each(transfers: Sequence[MeasuredTransfer], remedy: str) -> N
                 f"{one.name!r}; {remedy}"
             )
         seen[pair] = one
+
+
+def require_convention(transfers: Sequence[MeasuredTransfer]) -> None:
+    """Raise ValueError where FRFs of equal lines are those of the other time convention."""
+    if len({one.h.shape for one in transfers}) == 1 and turns_backward(np.array([one.h for one in transfers])):
+        raise ValueError(
+            "the phase rises through resonances, as with the time convention exp(-jwt) or with response and "
+            "reference exchanged; exp(+jwt) is needed: export the complex conjugate"
+        )
 
 
 def cut(frfs: FrfSet, band: tuple[float, float] | None) -> FrfSet:

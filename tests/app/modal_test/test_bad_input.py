@@ -95,6 +95,11 @@ def test_signals_that_are_no_measurement(
         (LINES, np.abs(H), "real values; an FRF needs its phase: export complex values"),
         (LINES, np.abs(H) + 0j, "real values; an FRF needs its phase"),
         (LINES, np.where(LINES == 9, np.nan, H), "not finite; export it again"),
+        (
+            LINES,
+            1.0 / (50.0**2 - LINES**2 - 9j * LINES),
+            "the phase rises through resonances, as with the time convention exp(-jwt)",
+        ),
         (LINES[:1], H[:1], "no column of numbers"),
         (LINES[:5], H[:5], "5 lines above 0 Hz; 8 at least"),
         (np.round(LINES / 3) * 3, H, "3 Hz occurs twice; export more digits"),
