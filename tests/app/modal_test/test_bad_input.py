@@ -19,6 +19,7 @@ CHANNELS = {
 FRF_CHANNELS = {"freq": '{ role = "frequency" }', "H": '{ role = "frf" }'}
 LINES = np.arange(1.0, 201.0)
 H = 1.0 / (50.0**2 - LINES**2 + 2j * LINES)
+CONJUGATE = 1.0 / (50.0**2 - LINES**2 - 9j * LINES)
 
 Arrays = dict[str, np.ndarray]
 Flexura = Callable[..., tuple[int, str, str]]
