@@ -17,6 +17,9 @@ from app.files.bad_file import ResultFileError
 
 Position = tuple[float, float, float]
 
+HUGE = 1e50
+"""Beyond it, and below its inverse, squares of what is computed from FRFs leave the range of numbers."""
+
 
 @dataclass(frozen=True)
 class FrfSet:
@@ -58,6 +61,9 @@ class FrfSet:
     def __post_init__(self) -> None:
         if not self.transfers:
             raise ValueError("no FRF")
+        largest = max(float(np.abs(one.h).max()) for one in self.transfers)
+        if largest and not 1.0 / HUGE < largest < HUGE:
+            raise ValueError(f"FRFs up to {largest:.3g}; allowed: {1.0 / HUGE:g} to {HUGE:g}: correct their units")
         first = self.transfers[0]
         for one in self.transfers[1:]:
             same = one.frequency.shape == first.frequency.shape

@@ -101,6 +101,7 @@ def test_signals_that_are_no_measurement(
             1.0 / (50.0**2 - LINES**2 - 9j * LINES),
             "the phase rises through resonances, as with the time convention exp(-jwt)",
         ),
+        (LINES, 1e300 * H, "allowed: 1e-50 to 1e+50: correct their units"),
         (LINES[:1], H[:1], "no column of numbers"),
         (LINES[:5], H[:5], "5 lines above 0 Hz; 8 at least"),
         (np.round(LINES / 3) * 3, H, "3 Hz occurs twice; export more digits"),

@@ -77,6 +77,16 @@ def test_bursts_that_end_at_rest_have_no_leakage_to_be_taken_out(tmp_path: Path,
     assert_damping(tmp_path / "run")
 
 
+def test_lines_too_far_apart_for_the_peaks_are_told(tmp_path: Path, beam: Beam) -> None:
+    """Half-power bandwidths of 1 to 5 Hz at lines of 8 Hz: one mode of three was found, without a word."""
+    declared = recorded(tmp_path, beam, np.random.default_rng(5).standard_normal(round(20 * RATE)))
+    text = declared.read_text(encoding="utf-8")
+    declared.write_text(text.replace("seconds = 2.0", "seconds = 0.125"), encoding="utf-8")
+    told = " ".join(typed("identify", declared, "--out", tmp_path / "run", "--band", 40, 700).output.split())
+    assert "% of the FRFs unexplained" in told
+    assert "narrower than the 8 Hz between lines (take longer blocks or segments)" in told
+
+
 def test_a_shaker_is_not_taken_for_a_hammer(tmp_path: Path, beam: Beam) -> None:
     declared = recorded(tmp_path, beam, np.random.default_rng(5).standard_normal(round(8 * RATE)))
     assert read_modal_test(declared).kind == "continuous"
