@@ -10,7 +10,7 @@ from app.files.bad_file import ResultFileError
 from app.files.campaign_kind import DECLARATION
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns
-from app.files.modal_test_toml import FORMAT, ModalTest
+from app.files.modal_test_toml import FORMAT, NAME, ModalTest
 from app.files.settings_toml import checked, read_table
 from app.files.shipped import shipped
 from app.files.toml_text import toml_text
@@ -79,7 +79,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
             f"holds: {', '.join(list(columns.values)[:20])}{frfs}"
         )
     channels = guessed_places(channels, columns)
-    table: dict[str, Any] = {"format": FORMAT, "title": said.title or target.resolve().parent.name, "kind": kind}
+    table: dict[str, Any] = {"format": FORMAT, "title": said.title or _called(target), "kind": kind}
     table |= guessed_rate(columns, said, roles) | {"channels": channels}
     if kind == "hammer":
         table["hammer"] = {"pretrigger": 0.005, "exponential": 1.0}
@@ -108,6 +108,11 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     _write(target, toml_text(table, TEST_HEAD))
     missing = {name: lacking_calibration(one, columns.units.get(name)) for name, one in channels.items()}
     return declared, {name: lack for name, lack in missing.items() if lack}
+
+
+def _called(target: Path) -> str:
+    """Name of a declaration, or of the folder that it is ``test.toml`` of."""
+    return target.resolve().parent.name if target.name == NAME else target.stem
 
 
 def _groups(file: Path, first: Sequence[str]) -> Sequence[str]:

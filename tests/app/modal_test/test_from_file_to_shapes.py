@@ -203,3 +203,16 @@ def test_the_report_of_a_test_stands_on_its_own_files(tmp_path: Path, beam: Beam
     assert "2026-11-22" in page
     assert "kept, confirmed" in page
     assert "data:image/svg+xml;base64," in page
+
+
+def test_a_narrow_peak_at_the_mains_frequency_is_left_out_with_a_word(tmp_path: Path) -> None:
+    """At 60 Hz, half as wide as the lines are apart: mode or hum, the data do not tell; it vanished silently."""
+    frequency, rng = np.arange(20.0, 290.0, 1.25), np.random.default_rng(3)
+    s, poles = 2j * np.pi * frequency, 2 * np.pi * np.array([[60.0], [147.0]]) * (-0.004 + 1j)
+    h = np.array([[1.0, 1.0], [0.4, -1.0]]) @ (s**2 / ((s - poles) * (s - poles.conj())))
+    h += 1e-3 * np.abs(h).max() * (rng.standard_normal(h.shape) + 1j * rng.standard_normal(h.shape))
+    np.savez(tmp_path / "a.npz", frequency=frequency, H=h)
+    assert typed("new", "test", tmp_path / "a.npz", "-q").exit_code == 0
+    told = " ".join(typed("identify", tmp_path, "--out", tmp_path / "run").output.split())
+    assert " Hz is left out, a line at 1 x 60 Hz mains" in told
+    assert "its peak is no wider than the 1.25 Hz between lines. If it is a mode" in told

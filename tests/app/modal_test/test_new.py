@@ -25,7 +25,9 @@ def test_a_hammer_test_is_declared_from_its_files(tmp_path: Path, beam: Beam, ru
     assert status == 0, err
     assert json.loads(out)["channels"] == {"Time": "time", "Hammer": "drive", "Acc": "response"}
     test = read_modal_test(tmp_path / "test.toml")
-    assert (test.kind, len(test.record)) == ("hammer", 5)
+    assert (test.kind, len(test.record), test.title) == ("hammer", 5, tmp_path.name)
+    assert run_flexura("new", "test", *files, "--roving", "Hammer", "--out", tmp_path / "beam.toml", "-q")[0] == 0
+    assert read_modal_test(tmp_path / "beam.toml").title == "beam"
     assert test.record[3].at == {"Hammer": "4:+z"}
     assert test.channels["Acc"].calibration("V").quantity == "acceleration"
     status, _, err = run_flexura("new", "test", *files)
