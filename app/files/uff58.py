@@ -51,9 +51,11 @@ def read_frfs(path: Path) -> list[MeasuredTransfer]:
     except ResultFileError:
         raise
     except Exception as error:  # pyuff says what is wrong with a file by bare Exception, and by accident
-        raise ResultFileError(
-            f"{path}: not a readable universal file, or cut short ({error}){_onward(path)}"
-        ) from error
+        if any(path.suffix.lower() in one.endings for one in FORMATS if one.name != "uff"):
+            raise ResultFileError(
+                f"{path}: no universal file; its signals or FRFs are declared first: flexura new test {path}"
+            ) from error
+        raise ResultFileError(f"{path}: not a readable universal file, or cut short ({error})") from error
     if not frfs:
         held = sorted({FUNCTIONS.get(int(d.get("func_type", -1)), str(d.get("func_type"))) for d in sets})
         other = sorted({str(kind) for kind in kinds if kind != 58})
@@ -75,13 +77,6 @@ def _told_apart(frfs: list[MeasuredTransfer]) -> list[MeasuredTransfer]:
         taken[name] = frf
         named.append(replace(frf, name=name))
     return named
-
-
-def _onward(path: Path) -> str:
-    """Say what takes a file that is called like that of another format."""
-    if not any(path.suffix.lower() in one.endings for one in FORMATS if one.name != "uff"):
-        return ""
-    return f"; what signals or FRFs of another format are is declared first: flexura new test {path}"
 
 
 def functions(path: Path) -> list[dict[str, Any]]:

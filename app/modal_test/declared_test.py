@@ -157,7 +157,8 @@ def _estimated(
             parts.append(welch(held.recording, *settings))
             leaking = leaks(held.recording, *settings) or leaking
             continue
-        blows = find_blows(held.recording, test.hammer.test(), held.full_scales)
+        channels = [*held.drives, *held.responses]
+        blows = find_blows(held.recording, test.hammer.test(), held.full_scales, channels)
         notes += [
             f"{name}: blow {number} of {len(blows.hits)} left out, {hit.rejected}"
             for number, hit in enumerate(blows.hits, start=1)

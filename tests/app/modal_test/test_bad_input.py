@@ -219,3 +219,23 @@ def test_two_frfs_between_the_same_ends_are_refused(tmp_path: Path, run_flexura:
     assert status == 2
     assert "node 1:+3 answers node 1:+3 more than once" in told
     assert "say where each was measured, by `at`" in told
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ('format = "flexura-test/1"\nkind = [\n', "my.toml: line 2"),
+        (
+            'format = "flexura-test/2"\n',
+            "format = 'flexura-test/2'; allowed: \"flexura-test/1\" of a modal",
+        ),
+        ('kind = "hammer"\n', "my.toml: format = None; allowed"),
+    ],
+)
+def test_a_declaration_of_any_name_is_told_what_is_wrong_with_it(
+    tmp_path: Path, content: str, message: str, run_flexura: Flexura
+) -> None:
+    (tmp_path / "my.toml").write_text(content, encoding="utf-8")
+    status, _, told = run_flexura("identify", tmp_path / "my.toml")
+    assert status == 2
+    assert message in " ".join(told.split())
