@@ -238,9 +238,8 @@ def _hit(
     elif rest.max() > test.double_hit * peak:
         later = 1e3 * (int(np.argmax(rest)) + end + 1 - first) / recording.rate
         rejected = f"double hit: {100 * rest.max() / peak:.0f} % of the force again {later:.1f} ms later"
-    for number, (signal, (limit, name)) in enumerate(
-        zip((recording.drives[0], *recording.responses), limits, strict=True)
-    ):
+    signals = (recording.drives[0], *recording.responses)
+    for number, (signal, (limit, name)) in enumerate(zip(signals, limits, strict=True)):
         if clipped(signal[start : start + samples], limit):
             called = name or (f"response {number}" if number else "force")
             rejected = f"overload: {called} was cut off; lower its gain or hit softer"

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.estimation.quantities import SCALES, TIMES, calibration, is_unit, plain_unit, unit
 from app.files.bad_file import ResultFileError
@@ -164,12 +165,19 @@ def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
         role = "frequency"
     elif written in SCALES["force"]:
         role = "drive"
-    if role == "drive" and said.drives:
+    if (role == "drive" and said.drives) or (
+        role == "response" and not file_unit and _counts(columns.values[name])
+    ):
         role = "unused"
     channel = {"role": role}
     if role in ("drive", "response") and not file_unit:
         channel["unit"] = "V"
     return channel
+
+
+def _counts(values: NDArray[Any]) -> bool:
+    """Whether a column numbers the samples."""
+    return len(values) > 2 and bool((np.diff(values) == 1.0).all())
 
 
 def _of_unnamed(columns: Columns, said: NewTest) -> dict[str, dict[str, Any]]:

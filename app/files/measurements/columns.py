@@ -1,10 +1,13 @@
 """What a file of another program holds: columns with names, and what it says of them."""
 
-from dataclasses import dataclass, field
+import re
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from analysis.estimation.quantities import is_unit
 
 MOST_COLUMNS = 5000
 MOST_BYTES = 2_000_000_000
@@ -67,6 +70,17 @@ class Columns:
             {short[name]: rate for name, rate in self.rates.items() if name in short},
             self.scalars,
         )
+
+
+IN_BRACKETS = re.compile(r".*\S\s*[\[(]([^\[\]()]*)[\])]\s*")
+"""A name with a unit, or the number of a channel, behind it."""
+
+
+def with_units_of_names(columns: Columns) -> Columns:
+    """Return the columns with the units that stand behind names, ``Force (N)``, where the file gives none."""
+    found = {name: match[1] for name in columns.values if (match := IN_BRACKETS.fullmatch(name))}
+    named = {name: unit for name, unit in found.items() if is_unit(unit) and unit.strip("-0123456789")}
+    return replace(columns, units=named | columns.units)
 
 
 def of_array(name: str, array: NDArray[Any]) -> dict[str, NDArray[Any]]:

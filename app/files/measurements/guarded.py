@@ -14,7 +14,7 @@ import numpy as np
 
 from app.files.bad_file import ResultFileError
 from app.files.isolation import PROGRAM, hold_memory, run_isolated
-from app.files.measurements.columns import Columns
+from app.files.measurements.columns import Columns, with_units_of_names
 from app.files.measurements.complex_pairs import with_complex_pairs
 from app.files.measurements.formats import FORMATS, by_content, format_of
 from app.files.parsed_text import parse_json
@@ -55,7 +55,7 @@ def read_columns(path: Path) -> Columns:
             raise ValueError("0 bytes, an empty file; export or copy it again")
         with tempfile.TemporaryDirectory(prefix="flexura-") as folder:
             run_isolated(__name__, [kind.name, str(path.resolve()), folder], size)
-            return with_complex_pairs(_collected(Path(folder)))
+            return with_complex_pairs(with_units_of_names(_collected(Path(folder))))
     except ResultFileError:
         raise
     except ValueError as error:

@@ -139,6 +139,15 @@ def test_what_a_channel_lacks_is_said_as_it_is(
     assert f"note: channel {lacks}" in err
 
 
+def test_a_column_that_numbers_the_samples_is_unused(tmp_path: Path, beam: Beam, run_flexura: Flexura) -> None:
+    rows = three_blows(beam)
+    numbered = np.column_stack([np.arange(len(rows)), rows])
+    np.savetxt(tmp_path / "a.csv", numbered, "%.9g", ",", header="Index,Time (s),Force (N),Acc (g)", comments="")
+    assert run_flexura("new", "test", tmp_path / "a.csv", "-q") == (0, "", "")
+    channels = read_modal_test(tmp_path / "test.toml").channels
+    assert [one.role for one in channels.values()] == ["unused", "time", "drive", "response"]
+
+
 def test_nodes_and_directions_of_a_universal_file_are_declared(tmp_path: Path, run_flexura: Flexura) -> None:
     """Responses were numbered in their order, so that shapes stood at the wrong nodes."""
     time = np.arange(64) / 1000.0

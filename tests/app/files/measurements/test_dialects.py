@@ -9,6 +9,7 @@ from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
 from app.files.measurements import lvm, matlab, numpy_archive, tdms, text
+from app.files.measurements.guarded import read_columns
 
 ROWS = [(0.0, 1.5, -2.0), (0.5, 2.5, 3.0), (1.0, -0.5, 4.0), (1.5, 0.25, 5.0)]
 
@@ -151,6 +152,27 @@ def test_labview_s_layouts(tmp_path: Path, separator: str, name: str, x_columns:
     assert list(read.values) == ["Force", "Acc"]
     assert (read.units, read.rates) == ({"Force": "Newtons", "Acc": "m/s^2"}, {"Force": 2.0, "Acc": 2.0})
     assert read.groups == ()
+
+
+def test_labview_s_files_without_heads_are_tables(tmp_path: Path) -> None:
+    (tmp_path / "a.lvm").write_text(table("\t"), encoding="utf-8")
+    np.testing.assert_array_equal(np.column_stack(list(lvm.read(tmp_path / "a.lvm").values.values())), ROWS)
+
+
+def test_units_behind_names_are_those_of_channels_without(tmp_path: Path) -> None:
+    """As LabVIEW's own writer of TDMS leaves them; numbers of channels are no units."""
+    with TdmsWriter(tmp_path / "a.tdms") as writer:
+        names = {
+            "Force (N)": {},
+            "Acc [m/s²]": {},
+            "Mic (Pa)": {"unit_string": "V"},
+            "Acc (left)": {},
+            "Acc[1]": {},
+        }
+        writer.write_segment([ChannelObject("Log", name, np.arange(9.0), unit) for name, unit in names.items()])
+    read = read_columns(tmp_path / "a.tdms")
+    assert list(read.values) == list(names)
+    assert read.units == {"Force (N)": "N", "Acc [m/s²]": "m/s²", "Mic (Pa)": "V"}
 
 
 def test_segments_of_labview_are_groups(tmp_path: Path) -> None:
