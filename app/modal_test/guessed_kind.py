@@ -38,7 +38,7 @@ def guessed_kind(columns: Columns, channels: Mapping[str, Mapping[str, Any]], sa
     if said.kind or ("frequency" in roles and frfs):
         return said.kind or "frf"
     drives = _signals(columns, [name for name, one in channels.items() if one["role"] == "drive"])
-    return "hammer" if drives is None or (len(drives) == 1 and is_impacts(drives[0])) else "continuous"
+    return "hammer" if drives is None or all(map(is_impacts, drives)) else "continuous"
 
 
 def guessed_segments(file: str, columns: Columns, test: ModalTest) -> dict[str, Any]:

@@ -69,6 +69,7 @@ class Columns:
             {short[name]: unit for name, unit in self.units.items() if name in short},
             {short[name]: rate for name, rate in self.rates.items() if name in short},
             self.scalars,
+            places={short[name]: place for name, place in self.places.items() if name in short},
         )
 
 
