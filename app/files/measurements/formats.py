@@ -39,7 +39,7 @@ BEGINNINGS = {
     "lvm": rb"LabVIEW Measurement",
     "mat": rb"MATLAB |\x89HDF",
     "wav": rb"RIFF|RIFX|RF64",
-    "npz": rb"PK\x03\x04",
+    "npz": rb"(?s)PK\x03\x04.{26}[^\0]*\.npy",
     "tdms": rb"TDSm",
     "uff": rb" {4}-1[ \t]*\r?\n *\d+[b ]*\S*[^\r\n]*\r?\n",
 }
