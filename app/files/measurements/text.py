@@ -52,9 +52,11 @@ def read(path: Path) -> Columns:
                 f"line {number + 1}: {lines[number][:60]!r}; {count} numbers wanted, as in the lines before: "
                 "complete or remove this line"
             )
-        if values.dtype != complex and any(isinstance(number, complex) for number in row):
+        try:
+            values[place] = row
+        except TypeError:  # the first complex number
             values = values.astype(complex)
-        values[place] = row
+            values[place] = row
     names, units = _head(lines[:first], delimiter, count)
     columns: dict[str, np.ndarray] = {}
     known: dict[str, str] = {}
@@ -119,8 +121,8 @@ def _split(line: str, delimiter: str | None) -> list[str]:
 def _numbers(line: str, delimiter: str | None, comma: bool) -> list[float | complex] | None:
     """Numbers of a line; None where it holds anything else, such as commas between thousands beside points."""
     parts = _split(line.strip().rstrip(delimiter or " "), delimiter)
-    if comma and any("," in part for part in parts):
-        if any("." in part for part in parts):
+    if comma and "," in line:
+        if "." in line:
             return None
         parts = [part.replace(",", ".") for part in parts]
     try:
