@@ -136,7 +136,10 @@ class Blows:
 
 
 def find_blows(
-    recording: SampledSignals, test: HammerTest, full_scales: Sequence[float | None] | None = None
+    recording: SampledSignals,
+    test: HammerTest,
+    full_scales: Sequence[float | None] | None = None,
+    names: Sequence[str | None] | None = None,
 ) -> Blows:
     """Find the blows of a recording with one drive, and reject double hits, overloads and those cut short.
 
@@ -146,6 +149,8 @@ def find_blows(
     test : HammerTest
     full_scales : sequence, optional
         Largest value that the drive and each response can have, SI; None where it is not known.
+    names : sequence of str, optional
+        Of the drive and of each response, for messages.
 
     Returns
     -------
@@ -169,7 +174,8 @@ def find_blows(
         )
     pre = round(test.pretrigger * recording.rate)
     samples = _length(begins, pre, recording, test)
-    limits = full_scales or [None] * (1 + len(recording.responses))
+    channels = [None] * (1 + len(recording.responses))
+    limits = list(zip(full_scales or channels, names or channels, strict=True))
     hits: list[Hit] = []
     end_of_last = -1
     for begin in begins:
@@ -209,7 +215,7 @@ def _hit(
     samples: int,
     pre: int,
     test: HammerTest,
-    limits: Sequence[float | None],
+    limits: Sequence[tuple[float | None, str | None]],
 ) -> Hit:
     """Judge the blow whose block begins at `start`."""
     if start < 0 or start + samples > recording.samples:
@@ -232,10 +238,10 @@ def _hit(
     elif rest.max() > test.double_hit * peak:
         later = 1e3 * (int(np.argmax(rest)) + end + 1 - first) / recording.rate
         rejected = f"double hit: {100 * rest.max() / peak:.0f} % of the force again {later:.1f} ms later"
-    signals = [recording.drives[0], *recording.responses]
-    names = ["force", *(f"response {number}" for number in range(1, len(signals)))]
-    for name, signal, limit in zip(names, signals, limits, strict=True):
+    signals = (recording.drives[0], *recording.responses)
+    for number, (signal, (limit, name)) in enumerate(zip(signals, limits, strict=True)):
         if clipped(signal[start : start + samples], limit):
-            rejected = f"overload: {name} was cut off"
+            called = name or (f"response {number}" if number else "force")
+            rejected = f"overload: {called} was cut off; lower its gain or hit softer"
             break
     return Hit(start, (begin, end), peak, rejected)

@@ -1,5 +1,6 @@
 """What channels measure: SI units, the units that files use, and the names of ratios of two quantities."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
@@ -29,9 +30,16 @@ FREQUENCIES = {"Hz": 1.0, "kHz": 1e3, "rad/s": 0.5 / pi}
 WORDS = {
     "volt": "V", "volts": "V", "newton": "N", "newtons": "N", "pounds": "lbf", "pascal": "Pa", "pascals": "Pa",
     "coulomb": "C", "coulombs": "C", "meter": "m", "meters": "m", "metre": "m", "metres": "m",
-    "m/s/s": "m/s2", "m/sec2": "m/s2", "m/sec": "m/s", "seconds": "s", "hertz": "Hz",
+    "m/s/s": "m/s2", "m/sec2": "m/s2", "ms-2": "m/s2", "m/sec": "m/s", "ms-1": "m/s",
+    "seconds": "s", "hertz": "Hz",
 }  # fmt: skip
 """Units as LabVIEW and others spell them, in small letters."""
+
+SPELLINGS = (("^", ""), ("**", ""), ("²", "2"), ("⁻", "-"), ("¹", "1"), ("µ", "u"), ("μ", "u"), ("·", ""))
+"""Signs of units that are written in several ways."""
+
+SENSITIVITY = re.compile(r"\s*([-+]?[\d.,]+(?:[eE][-+]?\d+)?)\s*([^\d\s./,(][^/]*)/(.+)")
+"""Number, what the sensor gives, what it senses: ``100 mV/g``, ``10,2mV/(m/s²)``."""
 
 NAMES: dict[tuple[Quantity, Quantity], str] = {
     ("displacement", "force"): "receptance",
@@ -106,7 +114,11 @@ def is_unit(text: str) -> bool:
 
 def plain_unit(text: str) -> str:
     """Return a unit in the spelling of `SCALES`, `TIMES` and `FREQUENCIES`: ``Newtons`` is ``N``."""
-    plain = text.strip().replace("^", "").replace("²", "2").replace("µ", "u").replace("μ", "u").replace("**", "")
+    plain = text.strip()
+    if plain.startswith("(") and plain.endswith(")"):
+        plain = plain[1:-1].strip()
+    for written, meant in SPELLINGS:
+        plain = plain.replace(written, meant)
     return WORDS.get(plain.lower(), plain)
 
 
@@ -170,6 +182,11 @@ def calibration(file_unit: str, sensitivity: str | None, quantity: Quantity | No
     value, gives, per = _parts(sensitivity)
     if gives == file_unit == "FS":
         output = 1.0
+    elif file_unit == "FS":
+        raise ValueError(
+            f"sensitivity {sensitivity!r} gives {gives}, but a sound file holds shares of full scale; with 10 V "
+            'at full scale 100 mV/g are "0.01 FS/g"'
+        )
     else:
         file, given = unit(file_unit), unit(gives)
         if file.quantity != given.quantity:
@@ -183,18 +200,20 @@ def calibration(file_unit: str, sensitivity: str | None, quantity: Quantity | No
 
 def _parts(sensitivity: str) -> tuple[float, str, str]:
     """Split ``100 mV/g`` into its number, what the sensor gives and what it senses."""
-    number, _, units = sensitivity.strip().partition(" ")
-    gives, slash, per = units.strip().partition("/")
+    found = SENSITIVITY.fullmatch(sensitivity)
+    number = found[1] if found else ""
+    if number.count(",") == 1 and "." not in number and len(number.partition(",")[2]) != 3:
+        number = number.replace(",", ".")  # decimal; before three digits it may be a separator of thousands
     try:
         value = float(number)
     except ValueError:
         value = 0.0
-    if not slash or not per or value == 0.0 or abs(value) == float("inf") or value != value:
+    if found is None or value == 0.0 or abs(value) == float("inf"):
         raise ValueError(
             f'sensitivity {sensitivity!r}: a number other than 0 and a unit such as "100 mV/g" or "2.25 mV/N" is '
-            "wanted; a negative number turns the sensor round"
+            "wanted, with a decimal point; a negative number turns the sensor round"
         )
-    return value, gives.strip(), per.strip()
+    return value, found[2].strip(), found[3].strip()
 
 
 def frf_name(response: Quantity, reference: Quantity) -> str:

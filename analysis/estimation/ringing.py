@@ -88,8 +88,10 @@ def ringing(response: NDArray[np.float64], rate: float, tail: float) -> Ringing 
     if min(whole, slope) * samples / rate > -LEAST_DECAY:
         return None  # a hum, whose phase was the same by chance
     slope = slope if slope < 0.1 * whole else whole  # two close modes beat, and seem to grow meanwhile
-    share = float(levels[-1] / largest)
-    return Ringing(share, frequency, float(-slope / (np.pi * frequency)), float(np.log(1.0 / SILENT) / -slope))
+    needed = float(np.log(1.0 / SILENT) / -slope)
+    if needed <= tail:
+        return None  # this decay has ended by then: what is left is noise, of which a single response says nothing
+    return Ringing(float(levels[-1] / largest), frequency, float(-slope / (np.pi * frequency)), needed)
 
 
 def _slope(end: NDArray[np.float64], frequency: float, rate: float) -> float:

@@ -93,8 +93,7 @@ def welch(recording: SampledSignals, segment: float, window: Shape = "hann", ove
             f"segments of {segment:g} s are {length} samples; allowed: 16 to the {recording.samples} of the "
             f"recording ({recording.samples / recording.rate:g} s): record longer, or take shorter segments"
         )
-    step = max(round(length * (1.0 - overlap)), 1)
-    starts = np.arange(0, recording.samples - length + 1, step)
+    starts = segment_starts(recording.samples, length, overlap)
     weight = segment_window(window, length)
 
     def cut(signals: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -102,8 +101,28 @@ def welch(recording: SampledSignals, segment: float, window: Shape = "hann", ove
         blocks = blocks - blocks.mean(axis=2, keepdims=True)
         return np.asarray(blocks * weight)
 
-    averages = effective_averages(weight, step, len(starts))
+    averages = effective_averages(weight, int(starts[1]) if len(starts) > 1 else length, len(starts))
     return of_blocks(cut(recording.drives), cut(recording.responses), recording.rate, averages)
+
+
+def segment_starts(samples: int, length: int, overlap: float) -> NDArray[np.intp]:
+    """Return where the segments of a recording begin.
+
+    Parameters
+    ----------
+    samples : int
+        Of the recording.
+    length : int
+        Of a segment, samples.
+    overlap : float
+        Share of a segment that the next one begins with.
+
+    Returns
+    -------
+    (S,) ndarray of int
+        First sample of each segment that fits in.
+    """
+    return np.arange(0, samples - length + 1, max(round(length * (1.0 - overlap)), 1))
 
 
 def pooled(parts: list[Spectra]) -> Spectra:

@@ -40,23 +40,28 @@ def not_a_campaign(path: Path) -> CampaignFileError:
         message = f"declares a modal test, which has no temperatures; flexura identify {path} finds its modes"
         return CampaignFileError(path, [Problem("", "", message, "")])
     if not path.is_dir():
-        return CampaignFileError(path, [_not_a_folder(path, allowed)])
+        return _no_folder(path, allowed)
     listed = sorted(child.name for child in path.iterdir())
     held = ", ".join(listed[:6]) + (", ..." if len(listed) > 6 else "") if listed else "nothing"
     return CampaignFileError(path, [Problem("", "", f"not a campaign; it holds {held}", allowed)])
 
 
-def _not_a_folder(path: Path, allowed: str) -> Problem:
+def _no_folder(path: Path, allowed: str) -> CampaignFileError:
     """Say what a file is that was named for a campaign, and what takes it."""
     from app.files.campaign_toml import FORMAT
     from app.files.settings_toml import read_table
 
+    if path.suffix.lower() != ".toml":
+        return CampaignFileError(path, [Problem("", "", "a file, not a campaign", allowed)])
     try:
         declared = read_table(path).get("format")
-    except CampaignFileError:
-        declared = None
-    if declared == "experiment/1":
-        return Problem("", "", f"an experiment, not yet a campaign; flexura acquire {path} makes one of it", "")
-    if declared == FORMAT:
-        return Problem("", "", f"declares a recorded campaign; name its folder: {path.parent}", "")
-    return Problem("", "", "a file, not a campaign", allowed)
+    except CampaignFileError as error:
+        return error
+    known = {
+        "experiment/1": f"an experiment, not yet a campaign; flexura acquire {path} makes one of it",
+        FORMAT: f"declares a recorded campaign; name its folder: {path.parent}",
+    }
+    if declared in known:
+        return CampaignFileError(path, [Problem("", "", known[str(declared)], "")])
+    kinds = f'"flexura-test/1" of a modal test; or name {allowed}'
+    return CampaignFileError(path.parent, [Problem(path.name, "format", repr(declared), kinds)])

@@ -51,9 +51,11 @@ def read_frfs(path: Path) -> list[MeasuredTransfer]:
     except ResultFileError:
         raise
     except Exception as error:  # pyuff says what is wrong with a file by bare Exception, and by accident
-        raise ResultFileError(
-            f"{path}: not a readable universal file, or cut short ({error}){_onward(path)}"
-        ) from error
+        if any(path.suffix.lower() in one.endings for one in FORMATS if one.name != "uff"):
+            raise ResultFileError(
+                f"{path}: no universal file; its signals or FRFs are declared first: flexura new test {path}"
+            ) from error
+        raise ResultFileError(f"{path}: not a readable universal file, or cut short ({error})") from error
     if not frfs:
         held = sorted({FUNCTIONS.get(int(d.get("func_type", -1)), str(d.get("func_type"))) for d in sets})
         other = sorted({str(kind) for kind in kinds if kind != 58})
@@ -77,13 +79,6 @@ def _told_apart(frfs: list[MeasuredTransfer]) -> list[MeasuredTransfer]:
     return named
 
 
-def _onward(path: Path) -> str:
-    """Say what takes a file that is called like that of another format."""
-    if not any(path.suffix.lower() in one.endings for one in FORMATS if one.name != "uff"):
-        return ""
-    return f"; what signals or FRFs of another format are is declared first: flexura new test {path}"
-
-
 def functions(path: Path) -> list[dict[str, Any]]:
     """Read every data set 58 of a universal file as pyuff's dictionary; ValueError for one that is damaged."""
     sets = _read_sets(path)[1]
@@ -98,7 +93,8 @@ def _read_sets(path: Path) -> tuple[list[int], list[dict[str, Any]]]:
     file = pyuff.UFF(str(path))
     if kinds != [int(kind) for kind in np.atleast_1d(file.get_set_types())]:
         raise ValueError("a line within a data set ends as if the set did; damaged?")
-    return kinds, [_as_dict(file.read_sets(n)) for n, kind in enumerate(kinds) if kind == 58]
+    with np.errstate(all="ignore"):  # on damaged bytes
+        return kinds, [_as_dict(file.read_sets(n)) for n, kind in enumerate(kinds) if kind == 58]
 
 
 def _ends(data: dict[str, Any]) -> tuple[str, str]:
@@ -160,7 +156,10 @@ def _frf(path: Path, number: int, data: dict[str, Any]) -> MeasuredTransfer:
     declared = int(data.get("num_pts", len(h)))
     place = f"{path}: FRF {number} ({name})"
     if int(data.get("ord_data_type", 6)) not in (5, 6):
-        raise ResultFileError(f"{place}: real values; an FRF needs complex ones (ordinate data type 5 or 6)")
+        raise ResultFileError(
+            f"{place}: real values; an FRF needs complex ones (ordinate data type 5 or 6): export real and "
+            "imaginary parts"
+        )
     if len(frequency) != len(h) or len(h) != declared:
         raise ResultFileError(
             f"{place}: {len(h)} values and {len(frequency)} lines; {declared} are declared: cut short?"

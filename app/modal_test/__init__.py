@@ -11,6 +11,8 @@
 ``saved``               the files of it
 ``new_declaration``     a declaration to start from
 ``guessed_channels``    roles, units and sensitivities of its channels
+``guessed_kind``        kind of test and segments, by its drive
+``guessed_places``      nodes and directions of its channels
 ``edits``               modes dropped or added by hand, and the record of it
 ``points_table``        places of nodes from a table
 ``records``             for machines and for people

@@ -7,6 +7,7 @@ import numpy as np
 
 from analysis.channel import UNITS
 from analysis.estimation.estimators import FrfEstimate, estimate
+from analysis.estimation.excitation import leaks
 from analysis.estimation.impacts import Blows, find_blows
 from analysis.estimation.quantities import frf_name
 from analysis.estimation.ringing import ringing
@@ -19,12 +20,15 @@ from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns
 from app.files.modal_test_toml import NAME, ModalTest, RecordOfTest, dof, read_modal_test
 from app.files.provenance import sha256
-from app.modal_test.frf_set import FrfSet, Position, said_of_coherence
+from app.modal_test.frf_set import FrfSet, Position, require_convention, require_one_of_each, said_of_coherence
 from app.modal_test.given_frfs import given_frfs
 from app.modal_test.signals import SignalsOfFile, signals
 
 Runs = dict[tuple[tuple[str, str], ...], list[tuple[str, SignalsOfFile]]]
 """Names and signals of the files, by the places of their channels."""
+
+PLACES = "say where each was measured, by `at` of its channels or of its record (flexura new test: --roving)"
+"""What to do with several FRFs between the same ends."""
 
 
 def declared_frfs(path: Path, report: Progress) -> FrfSet:
@@ -54,25 +58,28 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     hashes = {file.name: sha256(file)}
     transfers, runs = _read_files(file.parent, test, hashes, report)
     notes: list[str] = []
-    rates = {0.0}
+    rates, cut = {0.0}, False
     test = _with_one_block([run for files in runs.values() for run in files], test, file.parent)
     for places, files in runs.items():
         try:
-            found, rate, said = _estimated(files, test)
+            found, rate, said, leaking = _estimated(files, test)
         except ValueError as error:
             raise ResultFileError(f"{file.parent / files[0][0]}: {error}") from error
-        rates = {rate}
+        rates, cut = {rate}, cut or leaking
         notes += said
         transfers += _transfers(found, files[0][1], dict(places))
     report("read", 1.0)
     points: dict[int, Position] = {int(node): place for node, place in test.points.items()}
     try:
+        require_one_of_each(transfers, PLACES)
+        if test.kind == "frf":
+            require_convention(transfers)
         return FrfSet(
             title=test.title or file.parent.resolve().name,
             transfers=tuple(transfers),
             points=points,
             window_rate=rates.pop(),
-            segments=_segments(test),
+            segments=_segments(test) if cut else None,
             temperature=float("nan") if test.temperature is None else test.temperature,
             mains=test.mains,
             notes=(*notes, *(said_of_coherence(transfers) if test.kind == "frf" else ())),
@@ -84,9 +91,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
         raise ResultFileError(f"{file}: {error}") from error
 
 
-def _segments(test: ModalTest) -> Segments | None:
-    if test.kind != "continuous":
-        return None
+def _segments(test: ModalTest) -> Segments:
     return Segments(test.segments.seconds, test.segments.window, test.estimator)
 
 
@@ -139,17 +144,21 @@ def _places(record: RecordOfTest, test: ModalTest) -> dict[str, str]:
     }
 
 
-def _estimated(files: list[tuple[str, SignalsOfFile]], test: ModalTest) -> tuple[FrfEstimate, float, list[str]]:
-    """Estimate the FRFs of runs with all channels at the same places; also the window's rate, and notes."""
+def _estimated(
+    files: list[tuple[str, SignalsOfFile]], test: ModalTest
+) -> tuple[FrfEstimate, float, list[str], bool]:
+    """Estimate the FRFs of runs with all channels at the same places; also the window's rate, notes, leakage."""
     notes: list[str] = []
     parts = []
-    rate = 0.0
+    rate, leaking = 0.0, False
     for name, held in files:
         if test.kind == "continuous":
-            settings = test.segments
-            parts.append(welch(held.recording, settings.seconds, settings.window, settings.overlap))
+            settings = test.segments.seconds, test.segments.window, test.segments.overlap
+            parts.append(welch(held.recording, *settings))
+            leaking = leaks(held.recording, *settings) or leaking
             continue
-        blows = find_blows(held.recording, test.hammer.test(), held.full_scales)
+        channels = [*held.drives, *held.responses]
+        blows = find_blows(held.recording, test.hammer.test(), held.full_scales, channels)
         notes += [
             f"{name}: blow {number} of {len(blows.hits)} left out, {hit.rejected}"
             for number, hit in enumerate(blows.hits, start=1)
@@ -162,12 +171,12 @@ def _estimated(files: list[tuple[str, SignalsOfFile]], test: ModalTest) -> tuple
     if len({len(part.frequency) for part in parts}) > 1:
         raise ValueError("its sample rate is not that of the other files; resample them to one")
     found = estimate(pooled(parts), test.estimator)
-    if test.kind == "continuous" and found.averages < 10:
+    if leaking and found.averages < 10:
         notes.append(
             f"{files[0][0]}: {found.averages:.0f} independent averages only; record longer, or lessen "
             "segments.seconds"
         )
-    return found, rate, notes
+    return found, rate, notes, leaking
 
 
 def _ringing_notes(name: str, held: SignalsOfFile, blows: Blows) -> list[str]:

@@ -10,11 +10,15 @@ from analysis.channel import UNITS
 from analysis.estimation.coherence import without_information
 from analysis.estimation.quantities import frf_label, frf_name
 from analysis.estimation.segments import Segments
+from analysis.estimation.time_convention import turns_backward
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.band import lines_inside
 from app.files.bad_file import ResultFileError
 
 Position = tuple[float, float, float]
+
+HUGE = 1e50
+"""Beyond it, and below its inverse, squares of what is computed from FRFs leave the range of numbers."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,9 @@ class FrfSet:
     def __post_init__(self) -> None:
         if not self.transfers:
             raise ValueError("no FRF")
+        largest = max(float(np.abs(one.h).max()) for one in self.transfers)
+        if largest and not 1.0 / HUGE < largest < HUGE:
+            raise ValueError(f"FRFs up to {largest:.3g}; allowed: {1.0 / HUGE:g} to {HUGE:g}: correct their units")
         first = self.transfers[0]
         for one in self.transfers[1:]:
             same = one.frequency.shape == first.frequency.shape
@@ -130,6 +137,30 @@ def said_of_coherence(transfers: Sequence[MeasuredTransfer]) -> list[str]:
         f"{empty[0]}{others}: coherence 1 on every line, as after one average, gives no noise; its lines are "
         "weighted by the residual of the fit"
     ]
+
+
+def require_one_of_each(transfers: Sequence[MeasuredTransfer], remedy: str) -> None:
+    """Raise ValueError, with the remedy, where two FRFs of a quantity have the same ends; node 0 names none."""
+    seen: dict[tuple[str, str, str], MeasuredTransfer] = {}
+    for one in transfers:
+        if one.response.startswith("0:") or one.reference.startswith("0:"):
+            continue
+        pair = one.response, one.reference, one.quantity
+        if pair in seen:
+            raise ValueError(
+                f"node {one.response} answers node {one.reference} more than once, as {seen[pair].name!r} and "
+                f"{one.name!r}; {remedy}"
+            )
+        seen[pair] = one
+
+
+def require_convention(transfers: Sequence[MeasuredTransfer]) -> None:
+    """Raise ValueError where FRFs of equal lines are those of the other time convention."""
+    if len({one.h.shape for one in transfers}) == 1 and turns_backward(np.array([one.h for one in transfers])):
+        raise ValueError(
+            "the phase rises through resonances, as with the time convention exp(-jwt) or with response and "
+            "reference exchanged; exp(+jwt) is needed: export the complex conjugate"
+        )
 
 
 def cut(frfs: FrfSet, band: tuple[float, float] | None) -> FrfSet:

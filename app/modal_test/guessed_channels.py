@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from analysis.estimation.quantities import SCALES, TIMES, is_unit, plain_unit, unit
+from analysis.estimation.quantities import SCALES, TIMES, calibration, is_unit, plain_unit, unit
 from app.files.bad_file import ResultFileError
 from app.files.measurements.columns import Columns
 from app.files.modal_test_toml import ENDS
@@ -78,7 +79,7 @@ def guessed_channels(file: Path, columns: Columns, said: NewTest) -> dict[str, d
     Raises
     ------
     ResultFileError
-        For a channel named by the user that the file does not hold.
+        For a channel named by the user that the file does not hold, and what is neither unit nor sensitivity.
     """
     roving = [said.roving] if said.roving and said.roving not in ENDS else []
     named = [*said.drives, *said.responses, *said.unused, *roving]
@@ -86,14 +87,10 @@ def guessed_channels(file: Path, columns: Columns, said: NewTest) -> dict[str, d
     if strangers:
         there = ", ".join(list(columns.values)[:20])
         raise ResultFileError(f"{file}: no channel {strangers[0]!r}; it holds: {there}")
-    return {name: _channel(name, columns, said) for name in columns.values} | _of_unnamed(columns, said)
-
-
-def guessed_kind(channels: Mapping[str, Mapping[str, Any]], said: NewTest) -> str:
-    """Return the kind of test: as said, ``frf`` where the roles are those of FRFs, or else ``hammer``."""
-    roles = {channel["role"] for channel in channels.values()}
-    frfs = "frequency" in roles and ("frf" in roles or {"real", "imaginary"} <= roles)
-    return said.kind or ("frf" if frfs else "hammer")
+    try:
+        return {name: _channel(name, columns, said) for name in columns.values} | _of_unnamed(columns, said)
+    except ValueError as error:
+        raise ResultFileError(f"{file}: {error}") from error
 
 
 def guessed_frf_units(columns: Columns, channels: Mapping[str, Mapping[str, Any]]) -> tuple[str, str] | None:
@@ -155,7 +152,7 @@ def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
         meant = [pattern for pattern in named if _means(pattern, name)]
         if meant:
             given = named[name if name in meant else meant[0]]
-            return {"role": role} | _unit_or_sensitivity(given, file_unit)
+            return {"role": role} | _unit_or_sensitivity(name, given, file_unit)
     if any(_means(pattern, name) for pattern in said.unused):
         return {"role": "unused"}
     if np.iscomplexobj(columns.values[name]):
@@ -168,12 +165,19 @@ def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
         role = "frequency"
     elif written in SCALES["force"]:
         role = "drive"
-    if role == "drive" and said.drives:
+    if (role == "drive" and said.drives) or (
+        role == "response" and not file_unit and _counts(columns.values[name])
+    ):
         role = "unused"
     channel = {"role": role}
     if role in ("drive", "response") and not file_unit:
         channel["unit"] = "V"
     return channel
+
+
+def _counts(values: NDArray[Any]) -> bool:
+    """Whether a column numbers the samples."""
+    return len(values) > 2 and bool((np.diff(values) == 1.0).all())
 
 
 def _of_unnamed(columns: Columns, said: NewTest) -> dict[str, dict[str, Any]]:
@@ -197,12 +201,18 @@ def _means(pattern: str, name: str) -> bool:
     )
 
 
-def _unit_or_sensitivity(given: str | None, file_unit: str | None) -> dict[str, str]:
+def _unit_or_sensitivity(name: str, given: str | None, file_unit: str | None) -> dict[str, str]:
     """Keys of a channel for what a user wrote behind its name: ``m/s2``, ``100 mV/g``, or nothing."""
     if given is None:
         return {} if file_unit else {"unit": "V"}
     try:
         unit(given)
-    except ValueError:
+    except ValueError as error:
+        if not any(sign.isdigit() for sign in given.partition("/")[0]):
+            raise ValueError(f"{name}={given}: {error}, or a sensitivity such as 100 mV/g") from error
+        try:
+            calibration(file_unit or "V", given)
+        except ValueError as wrong:
+            raise ValueError(f"{name}={given}: {wrong}") from wrong
         return {"sensitivity": given} | ({} if file_unit else {"unit": "V"})
     return {"unit": given}

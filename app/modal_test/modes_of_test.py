@@ -55,6 +55,10 @@ class TestModes:
         return rebuilt(self.modes, self.frfs.frequency, self.frfs)
 
 
+UNEXPLAINED = 0.2
+"""Misfit from which something other than noise is wrong."""
+
+
 def identify_test(frfs: FrfSet, wanted: "Wanted", report: Progress) -> TestModes:
     """Identify the FRFs of a structure with one set of poles.
 
@@ -83,7 +87,33 @@ def identify_test(frfs: FrfSet, wanted: "Wanted", report: Progress) -> TestModes
     orders = np.unique(np.linspace(2, 2 * max(len(modes.poles), 3) + 2, 8).astype(int))
     chart = stabilization_chart(Measured(frfs.frequency, frfs.h), modes.terms, [int(n) for n in orders])
     report("identify", 1.0)
+    frfs = replace(frfs, notes=(*frfs.notes, *_taken_for_hum(frfs, modes), *_unexplained(frfs, modes)))
     return shaped_test(*without_windows(frfs, modes), chart)
+
+
+def _taken_for_hum(frfs: FrfSet, modes: Modes) -> list[str]:
+    """Name peaks that are no modes because they are as narrow as a line, where mains hum is."""
+    step = float(np.median(np.diff(frfs.frequency)))
+    return [
+        f"{abs(pole) / (2.0 * np.pi):.2f} Hz is left out, {why}: its peak is no wider than the {step:.3g} Hz "
+        "between lines. If it is a mode, longer blocks or segments show its width; flexura view adds it by hand"
+        for pole, status, why in zip(modes.poles, modes.status, modes.reason, strict=True)
+        if status == "harmonic"
+    ]
+
+
+def _unexplained(frfs: FrfSet, modes: Modes) -> list[str]:
+    """Say where modes describe FRFs badly, and not because of the noise that was estimated with these."""
+    power = float((np.abs(frfs.h) ** 2).sum())
+    noise = 0.0 if frfs.variance is None else float(np.sqrt(frfs.variance.sum() / power))
+    if modes.misfit < max(UNEXPLAINED, 2.0 * noise):
+        return []
+    step = float(np.median(np.diff(frfs.frequency)))
+    return [
+        f"the modes leave {100 * modes.misfit:.0f} % of the FRFs unexplained: do not trust them before the cause "
+        f"is found. Are peaks narrower than the {step:.3g} Hz between lines (take longer blocks or segments), are "
+        "channels exchanged, or does --band cut through a peak?"
+    ]
 
 
 def shaped_test(frfs: FrfSet, modes: Modes, chart: StabilizationChart) -> TestModes:

@@ -10,7 +10,7 @@ from app.files.bad_file import ResultFileError
 from app.files.campaign_kind import DECLARATION
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns
-from app.files.modal_test_toml import FORMAT, ModalTest
+from app.files.modal_test_toml import FORMAT, NAME, ModalTest
 from app.files.settings_toml import checked, read_table
 from app.files.shipped import shipped
 from app.files.toml_text import toml_text
@@ -18,10 +18,11 @@ from app.modal_test.guessed_channels import (
     NewTest,
     guessed_channels,
     guessed_frf_units,
-    guessed_kind,
     guessed_rate,
     lacking_calibration,
 )
+from app.modal_test.guessed_kind import guessed_kind, guessed_segments
+from app.modal_test.guessed_places import guessed_places
 from app.modal_test.points_table import points_of_table
 
 TEST_HEAD = """What this test is; see the guide, "A modal test". Correct what was guessed:
@@ -64,7 +65,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     if groups:
         columns = columns.of_group(groups[0])
     channels = guessed_channels(files[0], columns, said)
-    kind = guessed_kind(channels, said)
+    kind = guessed_kind(columns, channels, said)
     if kind == "frf":
         unused = {
             name: {"role": "unused"} for name, one in channels.items() if one["role"] in ("drive", "response")
@@ -72,24 +73,17 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
         channels |= unused
     roles = [str(channel["role"]) for channel in channels.values()]
     if kind != "frf" and "drive" not in roles:
+        frfs = "; of FRFs export complex values, or real and imaginary parts" if "frequency" in roles else ""
         raise ResultFileError(
             f"{files[0]}: none of its channels is called like a drive; name it with --drive NAME=SENSITIVITY. It "
-            f"holds: {', '.join(list(columns.values)[:20])}"
+            f"holds: {', '.join(list(columns.values)[:20])}{frfs}"
         )
-    nodes = 0
-    for channel in channels.values():
-        if channel["role"] in ("response", "frf"):
-            nodes += 1
-            channel["at"] = f"{nodes}:+z"
-        elif channel["role"] == "drive":
-            channel["at"] = "1:+z"
-    table: dict[str, Any] = {"format": FORMAT, "title": said.title or target.resolve().parent.name, "kind": kind}
+    channels = guessed_places(channels, columns)
+    table: dict[str, Any] = {"format": FORMAT, "title": said.title or _called(target), "kind": kind}
     table |= guessed_rate(columns, said, roles) | {"channels": channels}
     if kind == "hammer":
         table["hammer"] = {"pretrigger": 0.005, "exponential": 1.0}
-    elif kind == "continuous":
-        table["segments"] = {"seconds": 2.0, "window": "hann", "overlap": 0.5}
-    else:
+    elif kind == "frf":
         table["frf"] = dict(
             zip(
                 ("response", "reference"),
@@ -107,10 +101,18 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     ]
     if said.points is not None:
         table["points"] = points_of_table(said.points)
+    if kind == "continuous":
+        test = checked(target, table, ModalTest)
+        table["segments"] = guessed_segments(files[0].name, columns, test)
     declared = checked(target, table, ModalTest)
     _write(target, toml_text(table, TEST_HEAD))
     missing = {name: lacking_calibration(one, columns.units.get(name)) for name, one in channels.items()}
     return declared, {name: lack for name, lack in missing.items() if lack}
+
+
+def _called(target: Path) -> str:
+    """Name of a declaration, or of the folder that it is ``test.toml`` of."""
+    return target.resolve().parent.name if target.name == NAME else target.stem
 
 
 def _groups(file: Path, first: Sequence[str]) -> Sequence[str]:

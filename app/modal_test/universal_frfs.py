@@ -9,7 +9,14 @@ from analysis.estimation.transfer import MeasuredTransfer
 from app.files.bad_file import ResultFileError
 from app.files.provenance import sha256
 from app.files.uff_nodes import read_nodes
-from app.modal_test.frf_set import FrfSet, said_of_coherence
+from app.modal_test.frf_set import FrfSet, require_convention, require_one_of_each, said_of_coherence
+
+SHARED = (
+    "are these several temperatures, levels or repeats? Poles are shared by one FRF of each pair: export one "
+    "sweep (flexura identify CAMPAIGN --export FRFS.uff --temperature 20), or leave out --shared-poles, and each "
+    "FRF is identified by itself"
+)
+"""What to do with several FRFs between the same ends."""
 
 
 def of_universal(path: Path, transfers: list[MeasuredTransfer]) -> FrfSet:
@@ -34,7 +41,8 @@ def of_universal(path: Path, transfers: list[MeasuredTransfer]) -> FrfSet:
         alive, dead = _alive(transfers)
         notes, hashes = (*dead, *said_of_coherence(alive)), {path.name: sha256(path)}
         frfs = FrfSet(path.stem, tuple(alive), read_nodes(path), notes=notes, hashes=hashes)
-        _require_one_of_each(frfs.transfers)
+        require_one_of_each(frfs.transfers, SHARED)
+        require_convention(frfs.transfers)
     except ValueError as error:
         raise ResultFileError(f"{path}: {error}") from error
     return frfs
@@ -50,20 +58,3 @@ def _alive(transfers: Sequence[MeasuredTransfer]) -> tuple[list[MeasuredTransfer
         for one in transfers
         if not np.abs(one.h).any()
     ]
-
-
-def _require_one_of_each(transfers: Sequence[MeasuredTransfer]) -> None:
-    """Raise ValueError where two FRFs of a quantity have the same ends; node 0 stands for an end not named."""
-    seen: dict[tuple[str, str, str], MeasuredTransfer] = {}
-    for one in transfers:
-        if one.response.startswith("0:") or one.reference.startswith("0:"):
-            continue
-        ends = one.response, one.reference, one.quantity
-        if ends in seen:
-            raise ValueError(
-                f"node {one.response} answers node {one.reference} more than once, as {seen[ends].name!r} and "
-                f"{one.name!r}; are these several temperatures, levels or repeats? Poles are shared by one FRF of "
-                "each pair: export one sweep (flexura identify CAMPAIGN --export FRFS.uff --temperature 20), or "
-                "leave out --shared-poles, and each FRF is identified by itself"
-            )
-        seen[ends] = one

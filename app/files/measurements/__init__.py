@@ -5,6 +5,7 @@
 ``formats``             the table of formats: ending, reader, what for
 ``guarded``             the only way in: a reader runs in a process of its own, of bounded time and memory
 ``text``                CSV and other tables of text, packed with gzip too
+``complex_pairs``       FRFs written as two columns each
 ``lvm``                 LabVIEW measurement files
 ``matlab``              MAT of versions 5 to 7.3
 ``wave``                sound files

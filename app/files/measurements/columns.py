@@ -1,10 +1,13 @@
 """What a file of another program holds: columns with names, and what it says of them."""
 
-from dataclasses import dataclass, field
+import re
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from analysis.estimation.quantities import is_unit
 
 MOST_COLUMNS = 5000
 MOST_BYTES = 2_000_000_000
@@ -27,6 +30,8 @@ class Columns:
         Single numbers of the file, among them perhaps a sample rate.
     channels : dict of str to str
         Names without the group before them, of those columns that have it there because groups share names.
+    places : dict of str to str
+        Node and direction, ``5:+z``, of those columns for which the file gives them.
     """
 
     values: dict[str, NDArray[Any]]
@@ -34,6 +39,7 @@ class Columns:
     rates: dict[str, float] = field(default_factory=dict)
     scalars: dict[str, float] = field(default_factory=dict)
     channels: dict[str, str] = field(default_factory=dict)
+    places: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.values:
@@ -63,17 +69,29 @@ class Columns:
             {short[name]: unit for name, unit in self.units.items() if name in short},
             {short[name]: rate for name, rate in self.rates.items() if name in short},
             self.scalars,
+            places={short[name]: place for name, place in self.places.items() if name in short},
         )
 
 
+IN_BRACKETS = re.compile(r".*\S\s*[\[(]([^\[\]()]*)[\])]\s*")
+"""A name with a unit, or the number of a channel, behind it."""
+
+
+def with_units_of_names(columns: Columns) -> Columns:
+    """Return the columns with the units that stand behind names, ``Force (N)``, where the file gives none."""
+    found = {name: match[1] for name in columns.values if (match := IN_BRACKETS.fullmatch(name))}
+    named = {name: unit for name, unit in found.items() if is_unit(unit) and unit.strip("-0123456789")}
+    return replace(columns, units=named | columns.units)
+
+
 def of_array(name: str, array: NDArray[Any]) -> dict[str, NDArray[Any]]:
-    """Columns of an array of one or two axes, the longer one that of samples; of two: ``H[1]``, ``H[2]``, ...
+    """Columns of an array, its longest axis that of samples: ``H[1]``, ``H[2]``, ...; of FRFs ``H[2,1]``, too.
 
     Parameters
     ----------
     name : str
     array : (N,), (C, N) or (N, C) ndarray
-        Axes of length 1 do not count.
+        Axes of length 1 do not count. Complex ones may have three: responses before references.
 
     Returns
     -------
@@ -89,6 +107,14 @@ def of_array(name: str, array: NDArray[Any]) -> dict[str, NDArray[Any]]:
     squeezed = np.squeeze(array)
     if squeezed.ndim == 1:
         return {name: np.asarray(squeezed, dtype=kind)}
+    if squeezed.ndim == 3 and kind is complex:
+        squeezed = np.moveaxis(squeezed, int(np.argmax(squeezed.shape)), 2)
+        _, references, samples = squeezed.shape
+        rows = squeezed.reshape(-1, samples)
+        numbers = [f"{row // references + 1},{row % references + 1}" for row in range(len(rows))]
+        return {
+            f"{name}[{number}]": np.asarray(row, dtype=kind) for number, row in zip(numbers, rows, strict=True)
+        }
     if squeezed.ndim > 2:
         raise ValueError(f"{name} has {squeezed.ndim} axes; allowed: 1 or 2. Export it as channels by samples")
     rows = squeezed if squeezed.shape[1] >= squeezed.shape[0] else squeezed.T

@@ -1,5 +1,6 @@
 """The table of formats. A new one is a module beside this, whose ``read`` gives `Columns`, and its row here."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,6 +33,24 @@ FORMATS = (
     Format("uff", (".uff", ".unv", ".uf", ".bunv"), "uff_time"),
 )
 """Every format that is read into columns."""
+
+
+BEGINNINGS = {
+    "lvm": rb"LabVIEW Measurement",
+    "mat": rb"MATLAB |\x89HDF",
+    "wav": rb"RIFF|RIFX|RF64",
+    "npz": rb"(?s)PK\x03\x04.{26}[^\0]*\.npy",
+    "tdms": rb"TDSm",
+    "uff": rb" {4}-1[ \t]*\r?\n *\d+[b ]*\S*[^\r\n]*\r?\n",
+}
+"""First bytes of the formats that have their own."""
+
+
+def by_content(path: Path) -> Format | None:
+    """Return the format as which a file begins; None where that tells nothing."""
+    with path.open("rb") as file:
+        begins = file.read(200)
+    return next((one for one in FORMATS if re.match(BEGINNINGS.get(one.name, rb"(?!)"), begins)), None)
 
 
 def format_of(path: Path) -> Format:

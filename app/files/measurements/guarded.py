@@ -6,15 +6,17 @@ On damaged bytes, readers of foreign formats crash, fill the memory or never end
 import json
 import sys
 import tempfile
+import traceback
 from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 
 from app.files.bad_file import ResultFileError
-from app.files.isolation import hold_memory, run_isolated
-from app.files.measurements.columns import Columns
-from app.files.measurements.formats import FORMATS, format_of
+from app.files.isolation import PROGRAM, hold_memory, run_isolated
+from app.files.measurements.columns import Columns, with_units_of_names
+from app.files.measurements.complex_pairs import with_complex_pairs
+from app.files.measurements.formats import FORMATS, by_content, format_of
 from app.files.parsed_text import parse_json
 
 LARGEST = 2_000_000_000
@@ -40,6 +42,8 @@ def read_columns(path: Path) -> Columns:
     ResultFileError
         Where it is missing, too large, of no known format, damaged, or not read in time.
     """
+    if path.is_dir():
+        raise ResultFileError(f"{path}: a folder; name the files in it")
     if not path.is_file():
         raise ResultFileError(f"{path}: no such file")
     size = path.stat().st_size
@@ -47,12 +51,19 @@ def read_columns(path: Path) -> Columns:
         raise ResultFileError(f"{path}: {size} bytes; at most {LARGEST} allowed: export a part of it")
     try:
         kind = format_of(path)
+        if size == 0:
+            raise ValueError("0 bytes, an empty file; export or copy it again")
         with tempfile.TemporaryDirectory(prefix="flexura-") as folder:
             run_isolated(__name__, [kind.name, str(path.resolve()), folder], size)
-            return _collected(Path(folder))
+            return with_complex_pairs(with_units_of_names(_collected(Path(folder))))
     except ResultFileError:
         raise
     except ValueError as error:
+        seen = by_content(path)
+        if seen is not None and path.suffix.lower() not in seen.endings:
+            raise ResultFileError(
+                f"{path}: begins as a {seen.endings[0]} file does; give it that ending"
+            ) from error
         raise ResultFileError(f"{path}: {error}") from error
 
 
@@ -62,7 +73,8 @@ def _collected(folder: Path) -> Columns:
     values = {
         name: np.load(folder / f"{number}.npy", allow_pickle=False) for number, name in enumerate(content["names"])
     }
-    return Columns(values, content["units"], content["rates"], content["scalars"], content["channels"])
+    del content["names"]
+    return Columns(values, **content)
 
 
 def _read_into(kind: str, path: Path, folder: Path) -> None:
@@ -76,8 +88,20 @@ def _read_into(kind: str, path: Path, folder: Path) -> None:
         "rates": columns.rates,
         "scalars": {name: value for name, value in columns.scalars.items() if np.isfinite(value)},
         "channels": columns.channels,
+        "places": columns.places,
     }
     (folder / NAME).write_text(json.dumps(content), encoding="utf-8")
+
+
+def _said(error: Exception, kind: str) -> str:
+    """Message of a reader, in a line; of a library's own, which do not say what to do, with the next step."""
+    words = " ".join(str(error).split()) or type(error).__name__
+    origin = Path(traceback.extract_tb(error.__traceback__)[-1].filename)
+    if origin.is_relative_to(PROGRAM / "app") or origin.is_relative_to(PROGRAM / "analysis"):
+        return words
+    return (
+        f"cannot be read as a {kind.upper()} file ({words[:200]}); cut short or damaged? export or copy it again"
+    )
 
 
 if __name__ == "__main__":
@@ -87,4 +111,4 @@ if __name__ == "__main__":
     except MemoryError:
         sys.exit(f"needs more than {MEMORY // 10**9} GB of memory: damaged, or export a part of it")
     except Exception as error:  # noqa: BLE001 (reported to the parent process)
-        sys.exit(" ".join(str(error).split()) or type(error).__name__)
+        sys.exit(_said(error, sys.argv[1]))

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from app.files.measurements import text
 from app.files.measurements.columns import Columns, unused_name
 from app.files.parsed_text import read_bytes
 
@@ -24,16 +25,16 @@ def read(path: Path) -> Columns:
     Returns
     -------
     Columns
-        Channels without samples are left out.
+        Channels without samples are left out. LabVIEW writes files without heads, too: tables of text.
 
     Raises
     ------
     ValueError
-        Where it is damaged, or is none of LabVIEW's.
+        Where it is damaged, or is neither LabVIEW's nor a table.
     """
     lines = read_bytes(path, LARGEST).decode("utf-8", errors="replace").splitlines()
     if not lines or not lines[0].startswith("LabVIEW Measurement"):
-        raise ValueError('does not begin with "LabVIEW Measurement"; give the file the ending of its format')
+        return text.read(path)
     ends = [number for number, line in enumerate(lines) if line.startswith(END)]
     if len(ends) < 2:
         raise ValueError("no samples follow the head of the file; cut short? copy it again")

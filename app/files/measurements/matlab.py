@@ -8,14 +8,14 @@ import numpy as np
 from h5py import h5d
 from numpy.typing import NDArray
 
-from app.files.measurements.columns import Columns, of_named_arrays
+from app.files.measurements.columns import MOST_COLUMNS, Columns, of_named_arrays
 
 DEEPEST = 4
 """Structures in structures."""
 
 
 def read(path: Path) -> Columns:
-    """Read every array of numbers, in structures too: ``test.force``.
+    """Read every array of numbers, in structures and cells too: ``test.force``, ``H{2}``, ``run(2).force``.
 
     Parameters
     ----------
@@ -34,7 +34,8 @@ def read(path: Path) -> Columns:
     arrays: dict[str, NDArray[Any]] = {}
     if h5py.is_hdf5(path):
         with h5py.File(path) as file:
-            _from_group(file, "", arrays, 0)
+            for name in file:
+                _from_hdf5(file, name, name, arrays, 0)
     else:
         from scipy.io import loadmat
 
@@ -44,36 +45,47 @@ def read(path: Path) -> Columns:
     return of_named_arrays(arrays)
 
 
-def _is_array(held: h5py.Dataset) -> bool:
-    """Whether numbers are numbers: MATLAB keeps texts and the sizes of empty arrays as such, too."""
-    kind = held.attrs.get("MATLAB_class", "double")
-    return "MATLAB_empty" not in held.attrs and (kind.decode() if isinstance(kind, bytes) else kind) != "char"
-
-
 def _from_value(value: Any, name: str, arrays: dict[str, NDArray[Any]], depth: int) -> None:
     array = np.asarray(value)
-    if array.dtype.names and array.size == 1 and depth < DEEPEST:
-        for part in array.dtype.names:
-            _from_value(array.reshape(-1)[0][part], f"{name}.{part}", arrays, depth + 1)
-    elif array.dtype == object and array.size == 1 and depth < DEEPEST:
-        _from_value(array.reshape(-1)[0], name, arrays, depth + 1)
-    elif array.dtype.kind in "biufc":
+    parts = list(array.T.reshape(-1)) if array.dtype == object or array.dtype.names else []
+    if array.dtype.kind in "biufc":
         arrays[name] = array
+    elif depth >= DEEPEST or len(parts) > MOST_COLUMNS:
+        return
+    for number, part in enumerate(parts, start=1):
+        if array.dtype.names:
+            place = name if len(parts) == 1 else f"{name}({number})"
+            for key in array.dtype.names:
+                _from_value(part[key], f"{place}.{key}", arrays, depth + 1)
+        else:
+            _from_value(part, name if len(parts) == 1 else f"{name}{{{number}}}", arrays, depth + 1)
 
 
-def _from_group(group: h5py.Group, path: str, arrays: dict[str, NDArray[Any]], depth: int) -> None:
-    for name in group:
-        if name.startswith("#") or not isinstance(group.get(name, getlink=True), h5py.HardLink):
-            continue  # cells and texts of MATLAB's, and links to other files
-        held, place = group[name], f"{path}{name}"
-        if isinstance(held, h5py.Group) and depth < DEEPEST:
-            _from_group(held, f"{place}.", arrays, depth + 1)
-        elif isinstance(held, h5py.Dataset):
-            made = held.id.get_create_plist()
-            if made.get_layout() == h5d.VIRTUAL or made.get_external_count() or held.shape is None:
-                raise ValueError(f"{place} lies in other files; save it again with its data")
-            if held.dtype.names == ("real", "imag"):
-                parts = held[()]
-                arrays[place] = parts["real"] + 1j * parts["imag"]
-            elif held.dtype.kind in "biuf" and _is_array(held):
-                arrays[place] = held[()]
+def _from_hdf5(group: h5py.Group, key: str, place: str, arrays: dict[str, NDArray[Any]], depth: int) -> None:
+    """Add what a group has under a key."""
+    if key.startswith("#") or not isinstance(group.get(key, getlink=True), h5py.HardLink):
+        return  # where MATLAB keeps what cells refer to, and links to other files
+    _from_object(group[key], place, arrays, depth)
+
+
+def _from_object(held: Any, place: str, arrays: dict[str, NDArray[Any]], depth: int) -> None:
+    if isinstance(held, h5py.Group):
+        for key in held if depth < DEEPEST else ():
+            _from_hdf5(held, key, f"{place}.{key}", arrays, depth + 1)
+    elif isinstance(held, h5py.Dataset):
+        made = held.id.get_create_plist()
+        if made.get_layout() == h5d.VIRTUAL or made.get_external_count() or held.shape is None:
+            raise ValueError(f"{place} lies in other files; save it again with its data")
+        kind = held.attrs.get("MATLAB_class", "double")
+        kind = kind.decode() if isinstance(kind, bytes) else kind
+        if kind == "cell" and held.dtype == h5py.ref_dtype and held.size <= MOST_COLUMNS and depth < DEEPEST:
+            for number, reference in enumerate(held[()].reshape(-1), start=1):
+                name = place if held.size == 1 else f"{place}{{{number}}}"
+                _from_object(held.file[reference] if reference else None, name, arrays, depth + 1)
+        elif "MATLAB_empty" in held.attrs or kind == "char":
+            return  # texts and the sizes of empty arrays are kept as numbers, too
+        elif held.dtype.names == ("real", "imag"):
+            parts = held[()].T  # MATLAB's first axis is HDF5's last
+            arrays[place] = parts["real"] + 1j * parts["imag"]
+        elif held.dtype.kind in "biuf":
+            arrays[place] = held[()].T

@@ -29,6 +29,8 @@ def read(path: Path) -> Columns:
         Where there is no such channel.
     """
     file = TdmsFile.read(path)
+    if file.file_status.incomplete_final_segment:
+        raise ValueError("its last segment is cut short; copy it again, or have its recorder repair it")
     channels = [channel for group in file.groups() for channel in group.channels()]
     often = Counter(channel.name for channel in channels)
     values: dict[str, np.ndarray] = {}

@@ -4,8 +4,10 @@ import csv
 import gzip
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.estimation.quantities import is_unit
 from app.files.measurements.columns import MOST_BYTES, Columns, unused_name
@@ -42,7 +44,7 @@ def read(path: Path) -> Columns:
     lines = _text(path).splitlines()
     first, delimiter, comma, count = _table(lines)
     rows = [number for number in range(first, len(lines)) if lines[number].strip()]
-    values = np.empty((len(rows), count))
+    values: NDArray[Any] = np.empty((len(rows), count))
     for place, number in enumerate(rows):
         row = _numbers(lines[number], delimiter, comma)
         if row is None or len(row) != count:
@@ -50,13 +52,17 @@ def read(path: Path) -> Columns:
                 f"line {number + 1}: {lines[number][:60]!r}; {count} numbers wanted, as in the lines before: "
                 "complete or remove this line"
             )
-        values[place] = row
+        try:
+            values[place] = row
+        except TypeError:  # the first complex number
+            values = values.astype(complex)
+            values[place] = row
     names, units = _head(lines[:first], delimiter, count)
     columns: dict[str, np.ndarray] = {}
     known: dict[str, str] = {}
     for name, unit, column in zip(names, units, values.T, strict=True):
         own = unused_name(name, columns)
-        columns[own] = column.copy()
+        columns[own] = column.copy() if column.imag.any() else column.real.copy()
         if unit:
             known[own] = unit
     return Columns(columns, known)
@@ -88,14 +94,12 @@ def _table(lines: list[str]) -> tuple[int, str | None, bool, int]:
         if not lines[first].strip() or not following:
             continue
         for delimiter in DELIMITERS:
-            for comma in (False, True):
-                if comma and delimiter == "," and '"' not in lines[first]:
-                    continue
-                counts = {
-                    len(row) if (row := _numbers(line, delimiter, comma)) is not None else 0 for line in following
-                }
-                if len(counts) == 1 and (count := counts.pop()) > 1:
-                    return first, delimiter, comma, count
+            comma = delimiter != "," or '"' in lines[first]
+            counts = {
+                len(row) if (row := _numbers(line, delimiter, comma)) is not None else 0 for line in following
+            }
+            if len(counts) == 1 and (count := counts.pop()) > 1:
+                return first, delimiter, comma, count
     raise ValueError(
         f"no table of numbers with at least two columns begins in its first {HEAD} lines; export time in seconds "
         "(no dates), or frequency, and channels as columns separated by tabs, semicolons, commas, | or spaces"
@@ -114,12 +118,29 @@ def _split(line: str, delimiter: str | None) -> list[str]:
         return line.split(delimiter)
 
 
-def _numbers(line: str, delimiter: str | None, comma: bool) -> list[float] | None:
+def _numbers(line: str, delimiter: str | None, comma: bool) -> list[float | complex] | None:
+    """Numbers of a line; None where it holds anything else, such as commas between thousands beside points."""
     parts = _split(line.strip().rstrip(delimiter or " "), delimiter)
+    if comma and "," in line:
+        if "." in line:
+            return None
+        parts = [part.replace(",", ".") for part in parts]
     try:
-        return [float(part.replace(",", ".") if comma else part) for part in parts]
+        return [float(part) for part in parts]
+    except ValueError:
+        pass
+    try:
+        return [_complex(part) for part in parts]
     except ValueError:
         return None
+
+
+def _complex(part: str) -> float | complex:
+    """Return a number as Python, numpy, MATLAB and Excel write complex ones: ``(1+-2j)``, ``1 - 2i``."""
+    plain = part.replace(" ", "").strip("()").replace("+-", "-")
+    if plain[-1:] in ("i", "j"):
+        return complex(f"{plain[:-1]}j")
+    return float(plain)
 
 
 def _head(lines: list[str], delimiter: str | None, count: int) -> tuple[list[str], list[str]]:

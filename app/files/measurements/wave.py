@@ -1,11 +1,15 @@
 """Sound files, through scipy: channels ``1``, ``2``, ... in shares of full scale."""
 
+import struct
 import warnings
 from pathlib import Path
 
 import numpy as np
 
 from app.files.measurements.columns import Columns
+
+UNKNOWN = 4096
+"""Recorders that do not know yet how much they will write declare 0 bytes, or this much less than 2 or 4 GB."""
 
 
 def read(path: Path) -> Columns:
@@ -19,9 +23,15 @@ def read(path: Path) -> Columns:
     -------
     Columns
         Channels ``1``, ``2`` and so on, as shares of full scale.
+
+    Raises
+    ------
+    ValueError
+        Where the file was cut short.
     """
     from scipy.io import wavfile
 
+    _require_whole(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", wavfile.WavFileWarning)  # chunks of recorders that are no sound
         rate, samples = wavfile.read(path)
@@ -38,3 +48,24 @@ def read(path: Path) -> Columns:
         dict.fromkeys(names, "FS"),
         dict.fromkeys(names, float(rate)),
     )
+
+
+def _require_whole(path: Path) -> None:
+    """Raise ValueError where fewer samples follow than the head says; scipy gives what there is with a warning."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        begin = file.read(12)
+        order = ">" if begin[:4] == b"RIFX" else "<"
+        if begin[:4] not in (b"RIFF", b"RIFX"):
+            return
+        while len(head := file.read(8)) == 8:
+            declared = int(struct.unpack(f"{order}4xI", head)[0])
+            there = size - file.tell()
+            if head[:4] == b"data":
+                known = declared and declared % 2**31 < 2**31 - UNKNOWN
+                if known and declared > there:
+                    raise ValueError(
+                        f"{there} bytes of samples, and its head says {declared}; cut short? copy it again"
+                    )
+                return
+            file.seek(declared + declared % 2, 1)

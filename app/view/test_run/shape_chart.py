@@ -14,6 +14,8 @@ FLAT = 0.05
 """Second largest extent of the points, over the largest, below which they lie on a line."""
 ARROW = 0.12
 """Length of the largest motion within the plane, over the largest extent of the points."""
+MOST_NUMBERS = 12
+"""Numbers of nodes for which there is room below a chart."""
 NAMES = "xyz"
 
 
@@ -37,7 +39,7 @@ class ShapeChart(Chart):
         first, second = sorted(int(a) for a in np.argsort(-spread)[:2])
         self._plane = bool(self._known and np.sort(spread)[-2] > FLAT * spread.max())
         along, apart = int(np.argmax(spread)), bool(self._known and spread.max() > 0.0)
-        x = f"{NAMES[first]} [m]" if self._plane else f"{NAMES[along]} [m]" if apart else "place"
+        x = f"{NAMES[first]} [m]" if self._plane else f"{NAMES[along]} [m]" if apart else "node"
         super().__init__("test-shape", "", x, f"{NAMES[second]} [m]" if self._plane else "shape", theme)
         self._sign = np.array([-1.0 if ":-" in place else 1.0 for place in held.shapes.places])
         self._axis = np.array(
@@ -51,6 +53,8 @@ class ShapeChart(Chart):
         else:
             self._line = where[:, along] if apart else np.unique(nodes, return_inverse=True)[1] + 1.0
             self._begin_line()
+            if not apart:
+                self._number_nodes()
 
     def _begin_plane(self) -> None:
         pen = pyqtgraph.mkPen(self.theme.muted)
@@ -77,6 +81,13 @@ class ShapeChart(Chart):
         }
         self.addItem(pyqtgraph.InfiniteLine(0.0, angle=0, pen=pyqtgraph.mkPen(theme.muted)), ignoreBounds=True)
         self.setYRange(-1.1, 1.1 if len(axes) == 1 else 1.5, padding=0.0)  # the legend stands above all curves
+
+    def _number_nodes(self) -> None:
+        """Write the nodes' numbers below the line, not their places in it."""
+        numbers = np.unique(self._nodes)
+        every = -(-len(numbers) // MOST_NUMBERS)
+        ticks = [(place, str(number)) for place, number in enumerate(numbers.tolist(), start=1)]
+        self.getAxis("bottom").setTicks([ticks[::every], []])
 
     def show_shape(self, number: int) -> None:
         """Show one of the shapes, from 0."""

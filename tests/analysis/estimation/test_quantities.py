@@ -12,6 +12,8 @@ from analysis.estimation.quantities import calibration, frf_label, frf_name, uni
         ("m/s^2", "acceleration", 1.0),
         ("µm/s", "velocity", 1e-6),
         ("kN", "force", 1e3),
+        ("(m/s²)", "acceleration", 1.0),
+        ("ms⁻²", "acceleration", 1.0),
     ],
 )
 def test_units_as_files_write_them(text: str, quantity: str, scale: float) -> None:
@@ -37,6 +39,21 @@ def test_a_sound_file_and_a_sensor_that_is_turned_round() -> None:
 
 
 @pytest.mark.parametrize(
+    ("written", "per_volt"),
+    [
+        ("10.2 mV/(m/s²)", 1e3 / 10.2),
+        ("10,2mV/m/s2", 1e3 / 10.2),
+        ("-1.02e1 mV/ms-2", -1e3 / 10.2),
+        ("100mV/g", 98.0665),
+        ("0.1 V/g", 98.0665),
+    ],
+)
+def test_sensitivities_as_data_sheets_write_them(written: str, per_volt: float) -> None:
+    read = calibration("V", written)
+    assert (read.quantity, read.scale) == ("acceleration", pytest.approx(per_volt))
+
+
+@pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (("V", None), 'sensitivity, for example "100 mV/g"'),
@@ -45,6 +62,9 @@ def test_a_sound_file_and_a_sensor_that_is_turned_round() -> None:
         (("N", None, "acceleration"), "a unit of force, not of acceleration"),
         (("V", "100 pC/g"), "gives pC, but the file is in V"),
         (("V", "0 mV/g"), "other than 0"),
+        (("V", "1,000 mV/g"), "with a decimal point"),
+        (("V", "mV/g"), "a number other than 0"),
+        (("FS", "100 mV/g"), "a sound file holds shares of full scale"),
         (("V", "100"), "2.25 mV/N"),
         (("V", "100 mV/g", "force"), "of acceleration, not of force"),
     ],

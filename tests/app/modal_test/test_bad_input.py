@@ -19,6 +19,7 @@ CHANNELS = {
 FRF_CHANNELS = {"freq": '{ role = "frequency" }', "H": '{ role = "frf" }'}
 LINES = np.arange(1.0, 201.0)
 H = 1.0 / (50.0**2 - LINES**2 + 2j * LINES)
+CONJUGATE = 1.0 / (50.0**2 - LINES**2 - 9j * LINES)
 
 Arrays = dict[str, np.ndarray]
 Flexura = Callable[..., tuple[int, str, str]]
@@ -95,6 +96,12 @@ def test_signals_that_are_no_measurement(
         (LINES, np.abs(H), "real values; an FRF needs its phase: export complex values"),
         (LINES, np.abs(H) + 0j, "real values; an FRF needs its phase"),
         (LINES, np.where(LINES == 9, np.nan, H), "not finite; export it again"),
+        (
+            LINES,
+            1.0 / (50.0**2 - LINES**2 - 9j * LINES),
+            "the phase rises through resonances, as with the time convention exp(-jwt)",
+        ),
+        (LINES, 1e300 * H, "allowed: 1e-50 to 1e+50: correct their units"),
         (LINES[:1], H[:1], "no column of numbers"),
         (LINES[:5], H[:5], "5 lines above 0 Hz; 8 at least"),
         (np.round(LINES / 3) * 3, H, "3 Hz occurs twice; export more digits"),
@@ -202,3 +209,33 @@ def test_an_unknown_unit_of_frfs_is_named_with_its_key(tmp_path: Path, run_flexu
     status, _, told = run_flexura("identify", path)
     assert status == 2
     assert "frf.response: unit 'furlong' is not known; allowed: V, mV" in told
+
+
+def test_two_frfs_between_the_same_ends_are_refused(tmp_path: Path, run_flexura: Flexura) -> None:
+    """Their residues would share one place of the shapes."""
+    channels = FRF_CHANNELS | {"H2": '{ role = "frf", at = "1:+z" }'}
+    path = declared(tmp_path, "frf", {"freq": LINES, "H": H, "H2": -H}, channels)
+    status, _, told = run_flexura("identify", path)
+    assert status == 2
+    assert "node 1:+3 answers node 1:+3 more than once" in told
+    assert "say where each was measured, by `at`" in told
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ('format = "flexura-test/1"\nkind = [\n', "my.toml: line 2"),
+        (
+            'format = "flexura-test/2"\n',
+            "format = 'flexura-test/2'; allowed: \"flexura-test/1\" of a modal",
+        ),
+        ('kind = "hammer"\n', "my.toml: format = None; allowed"),
+    ],
+)
+def test_a_declaration_of_any_name_is_told_what_is_wrong_with_it(
+    tmp_path: Path, content: str, message: str, run_flexura: Flexura
+) -> None:
+    (tmp_path / "my.toml").write_text(content, encoding="utf-8")
+    status, _, told = run_flexura("identify", tmp_path / "my.toml")
+    assert status == 2
+    assert message in " ".join(told.split())

@@ -16,7 +16,7 @@ from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import load_test
 from app.modal_test.saved import load_stabilization
 from app.modal_test.without_windows import rebuilt
-from tests.app.modal_test.conftest import ETA, POINTS, RATE, SHAPES, Beam, F, hammer_files, typed
+from tests.app.modal_test.conftest import ETA, POINTS, RATE, SHAPES, Beam, F, blows, hammer_files, typed
 
 
 def found(run: Path, band: tuple[float, float] = (60.0, 700.0)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -203,3 +203,26 @@ def test_the_report_of_a_test_stands_on_its_own_files(tmp_path: Path, beam: Beam
     assert "2026-11-22" in page
     assert "kept, confirmed" in page
     assert "data:image/svg+xml;base64," in page
+
+
+def test_a_narrow_peak_at_the_mains_frequency_is_left_out_with_a_word(tmp_path: Path) -> None:
+    """At 60 Hz, half as wide as the lines are apart: mode or hum, the data do not tell; it vanished silently."""
+    frequency, rng = np.arange(20.0, 290.0, 1.25), np.random.default_rng(3)
+    s, poles = 2j * np.pi * frequency, 2 * np.pi * np.array([[60.0], [147.0]]) * (-0.004 + 1j)
+    h = np.array([[1.0, 1.0], [0.4, -1.0]]) @ (s**2 / ((s - poles) * (s - poles.conj())))
+    h += 1e-3 * np.abs(h).max() * (rng.standard_normal(h.shape) + 1j * rng.standard_normal(h.shape))
+    np.savez(tmp_path / "a.npz", frequency=frequency, H=h)
+    assert typed("new", "test", tmp_path / "a.npz", "-q").exit_code == 0
+    told = " ".join(typed("identify", tmp_path, "--out", tmp_path / "run").output.split())
+    assert " Hz is left out, a line at 1 x 60 Hz mains" in told
+    assert "its peak is no wider than the 1.25 Hz between lines. If it is a mode" in told
+
+
+def test_an_overloaded_channel_is_called_by_its_name(tmp_path: Path, beam: Beam) -> None:
+    force = blows(np.random.default_rng(3), 8.0, 3)
+    acc = beam.answer(force, 0, 0)
+    acc[: len(acc) // 3] = np.clip(acc, -0.4 * np.abs(acc).max(), 0.4 * np.abs(acc).max())[: len(acc) // 3]
+    np.savez(tmp_path / "a.npz", force=force, tip=acc, fs=RATE)
+    typed("new", "test", tmp_path / "a.npz", "--drive", "force=N", "--response", "tip=m/s2", "-q")
+    told = " ".join(typed("identify", tmp_path, "--out", tmp_path / "run", "--band", 40, 700).output.split())
+    assert "blow 1 of 3 left out, overload: tip was cut off; lower its gain or hit softer" in told

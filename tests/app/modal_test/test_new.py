@@ -25,7 +25,9 @@ def test_a_hammer_test_is_declared_from_its_files(tmp_path: Path, beam: Beam, ru
     assert status == 0, err
     assert json.loads(out)["channels"] == {"Time": "time", "Hammer": "drive", "Acc": "response"}
     test = read_modal_test(tmp_path / "test.toml")
-    assert (test.kind, len(test.record)) == ("hammer", 5)
+    assert (test.kind, len(test.record), test.title) == ("hammer", 5, tmp_path.name)
+    assert run_flexura("new", "test", *files, "--roving", "Hammer", "--out", tmp_path / "beam.toml", "-q")[0] == 0
+    assert read_modal_test(tmp_path / "beam.toml").title == "beam"
     assert test.record[3].at == {"Hammer": "4:+z"}
     assert test.channels["Acc"].calibration("V").quantity == "acceleration"
     status, _, err = run_flexura("new", "test", *files)
@@ -43,6 +45,24 @@ def test_volts_without_a_sensitivity_are_named(tmp_path: Path, beam: Beam, run_f
     assert 'channels.Acc: in V, and no sensitivity; give sensitivity, for example "100 mV/g"' in err
 
 
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("Nm", "Hammer=Nm: unit 'Nm' is not known; allowed: V, mV"),
+        ("0 mV/N", "Hammer=0 mV/N: sensitivity '0 mV/N': a number other than 0"),
+        ("5 pC/N", "Hammer=5 pC/N: sensitivity '5 pC/N' gives pC, but the file is in V"),
+    ],
+)
+def test_a_calibration_that_is_none_is_refused_at_once(
+    tmp_path: Path, beam: Beam, run_flexura: Flexura, given: str, message: str
+) -> None:
+    hammer_files(tmp_path, beam, seconds=1.0, count=1).unlink()
+    status, _, err = run_flexura("new", "test", tmp_path / "point1.csv", "--drive", f"Hammer={given}")
+    assert status == 2
+    assert message in err
+    assert not (tmp_path / "test.toml").exists()
+
+
 def test_tables_of_single_frfs_are_declared_with_a_moved_hammer(tmp_path: Path, run_flexura: Flexura) -> None:
     for name in ("a.txt", "b.txt"):
         np.savetxt(tmp_path / name, np.random.default_rng(0).random((9, 3)), header="Freq Real Imag", comments="")
@@ -50,6 +70,17 @@ def test_tables_of_single_frfs_are_declared_with_a_moved_hammer(tmp_path: Path, 
     assert status == 0, err
     test = read_modal_test(tmp_path / "test.toml")
     assert (test.kind, test.record[1].at) == ("frf", {"reference": "2:+z"})
+
+
+def test_frfs_in_an_array_of_three_axes_have_their_response_and_reference(
+    tmp_path: Path, run_flexura: Flexura
+) -> None:
+    np.savez(tmp_path / "a.npz", freq=np.arange(1.0, 50.0), H=np.ones((49, 3, 2)) * 1j)
+    assert run_flexura("new", "test", tmp_path / "a.npz", "-q") == (0, "", "")
+    channels = read_modal_test(tmp_path / "test.toml").channels
+    assert [(one.at, one.reference) for one in channels.values() if one.role == "frf"] == [
+        (f"{k}:+z", f"{m}:+z") for k in (1, 2, 3) for m in (1, 2)
+    ]
 
 
 def test_frfs_with_points_are_declared(tmp_path: Path, run_flexura: Flexura) -> None:

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
+from pyuff import UFF
+from pyuff.datasets.dataset_58 import prepare_58
 
 from app.files.modal_test_toml import read_modal_test
 from app.modal_test.declared_test import declared_frfs
@@ -135,3 +137,61 @@ def test_what_a_channel_lacks_is_said_as_it_is(
     status, _, err = run_flexura("new", "test", tmp_path / "a.csv")
     assert status == 0
     assert f"note: channel {lacks}" in err
+
+
+def test_a_column_that_numbers_the_samples_is_unused(tmp_path: Path, beam: Beam, run_flexura: Flexura) -> None:
+    rows = three_blows(beam)
+    numbered = np.column_stack([np.arange(len(rows)), rows])
+    np.savetxt(tmp_path / "a.csv", numbered, "%.9g", ",", header="Index,Time (s),Force (N),Acc (g)", comments="")
+    assert run_flexura("new", "test", tmp_path / "a.csv", "-q") == (0, "", "")
+    channels = read_modal_test(tmp_path / "test.toml").channels
+    assert [one.role for one in channels.values()] == ["unused", "time", "drive", "response"]
+
+
+def test_blows_one_after_the_other_in_a_universal_file_are_records(
+    tmp_path: Path, beam: Beam, run_flexura: Flexura
+) -> None:
+    """The force of each blow, and the responses to it, were taken for further channels of one recording."""
+    rows, sets = three_blows(beam), UFF(str(tmp_path / "a.uff"))
+    for part in np.array_split(rows, 3):
+        for node, signal, kind, unit in ((1, part[:, 1], 13, "N"), (1, part[:, 2], 12, "m/s2")):
+            sets.write_sets(
+                prepare_58(
+                    binary=0, func_type=1, rsp_node=node, rsp_dir=3, ref_node=0, ref_dir=0,
+                    data=signal, x=np.arange(len(part)) / RATE, id1="blow",
+                    rsp_ent_name="NONE", ref_ent_name="NONE",
+                    abscissa_spacing=1, abscissa_inc=1 / RATE,
+                    abscissa_spec_data_type=17, ordinate_spec_data_type=kind, ordinate_axis_units_lab=unit,
+                    orddenom_spec_data_type=0,
+                ),
+                "add",
+            )  # fmt: skip
+    assert run_flexura("new", "test", tmp_path / "a.uff", "-q")[0] == 0
+    test = read_modal_test(tmp_path / "test.toml")
+    assert [record.group for record in test.record] == ["run 1", "run 2", "run 3"]
+    assert [(one.role, one.at) for one in test.channels.values()] == [("drive", "1:+z"), ("response", "1:+z")]
+    (transfer,) = declared_frfs(tmp_path, silent).transfers
+    true = beam.frf(transfer.frequency, 0, 0, 2)
+    band = (transfer.frequency > 50) & (transfer.frequency < 600)
+    assert np.abs(transfer.h - true)[band].max() < 0.02 * np.abs(true[band]).max()
+
+
+def test_nodes_and_directions_of_a_universal_file_are_declared(tmp_path: Path, run_flexura: Flexura) -> None:
+    """Responses were numbered in their order, so that shapes stood at the wrong nodes."""
+    time = np.arange(64) / 1000.0
+    for node, direction, unit in ((7, -3, "N"), (12, 1, "m/s2"), (3, 3, "m/s2"), (0, 0, "m/s2")):
+        UFF(str(tmp_path / "a.uff")).write_sets(
+            prepare_58(
+                binary=0, func_type=1, rsp_node=node, rsp_dir=direction, ref_node=1, ref_dir=3,
+                data=np.sin(300.0 * time), x=time, id1="run",
+                rsp_ent_name="NONE", ref_ent_name="NONE",
+                abscissa_spacing=1, abscissa_inc=1e-3,
+                abscissa_spec_data_type=17, ordinate_spec_data_type=12, ordinate_axis_units_lab=unit,
+                orddenom_spec_data_type=0,
+            ),
+            "add",
+        )  # fmt: skip
+    status, _, err = run_flexura("new", "test", tmp_path / "a.uff", "-q")
+    assert status == 0, err
+    channels = read_modal_test(tmp_path / "test.toml").channels
+    assert [one.at for one in channels.values()] == ["7:-z", "12:+x", "3:+z", "1:+z"]

@@ -48,3 +48,13 @@ def test_on_a_line_every_direction_has_a_curve_of_its_own(shown: Any) -> None:
     assert set(drawn) == {"along x", "along y", "along z"}
     np.testing.assert_allclose(drawn["along z"], [[0.1, 0.2, 0.3], [-0.1, -0.2, -0.3]])
     np.testing.assert_allclose(drawn["along y"], [[0.2], [1.0]])
+
+
+def test_nodes_without_points_are_called_by_their_numbers(shown: Any) -> None:
+    """They were numbered 1, 2, 3 in their order, with ticks at 1.5 and 2.5."""
+    application()
+    chart = shown(ShapeChart(held({}, {"7:+3": 1.0, "12:+3": -0.5, "3:+3": 0.2}), LIGHT))
+    chart.show_shape(0)
+    axis = chart.getAxis("bottom")
+    assert axis._tickLevels[0] == [(1, "3"), (2, "7"), (3, "12")]
+    assert axis.labelText == "node"

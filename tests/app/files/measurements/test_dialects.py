@@ -2,11 +2,14 @@
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
+from scipy.io import savemat
 
-from app.files.measurements import lvm, numpy_archive, tdms, text
+from app.files.measurements import lvm, matlab, numpy_archive, tdms, text
+from app.files.measurements.guarded import read_columns
 
 ROWS = [(0.0, 1.5, -2.0), (0.5, 2.5, 3.0), (1.0, -0.5, 4.0), (1.5, 0.25, 5.0)]
 
@@ -40,9 +43,74 @@ def test_quoted_decimal_commas_between_commas(tmp_path: Path) -> None:
     np.testing.assert_array_equal(text.read(tmp_path / "a.csv").values["F"], [row[1] for row in ROWS])
 
 
+@pytest.mark.parametrize("delimiter", [";", "\t", " "])
+def test_decimal_commas_that_begin_after_whole_numbers(tmp_path: Path, delimiter: str) -> None:
+    """Excel writes 0,000 as 0: four lines of zeros made the first 0,5 an error."""
+    rows = [*((n, 0) for n in range(4)), (4, 0.5), (5, -0.25)]
+    lines = [delimiter.join(f"{value:g}".replace(".", ",") for value in row) for row in rows]
+    (tmp_path / "a.csv").write_text("\n".join(lines), encoding="utf-8")
+    np.testing.assert_array_equal(text.read(tmp_path / "a.csv").values["2"], [0, 0, 0, 0, 0.5, -0.25])
+
+
+@pytest.mark.parametrize("written", ["{r}{i:+}j", "({r}+{i}j)", "{r} {i:+}i", "{r}{i:+}i"])
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_complex_numbers_as_programs_write_them(tmp_path: Path, delimiter: str, written: str) -> None:
+    rows = [f"{f}{delimiter}{written.format(r=re, i=im)}" for f, re, im in ROWS]
+    (tmp_path / "a.csv").write_text(f"f{delimiter}H\n" + "\n".join(rows), encoding="utf-8")
+    read = text.read(tmp_path / "a.csv").values
+    assert read["f"].dtype == float
+    np.testing.assert_array_equal(read["H"], [re + 1j * im for _, re, im in ROWS])
+
+
+def test_complex_numbers_of_numpy_s_savetxt(tmp_path: Path) -> None:
+    h = np.array([1.5 - 2.0j, 2.5 + 3.0j, -0.5 + 4.0j])
+    np.savetxt(tmp_path / "a.txt", np.column_stack([np.arange(3.0), h]))
+    np.testing.assert_array_equal(text.read(tmp_path / "a.txt").values["2"], h)
+
+
+def test_cells_and_lists_of_structures_of_matlab(tmp_path: Path) -> None:
+    cells = np.empty(3, dtype=object)
+    cells[:] = [np.arange(4.0), 1j * np.arange(5.0), "text"]
+    runs = np.array([(np.arange(4.0),), (np.arange(6.0),)], dtype=[("force", object)])
+    savemat(tmp_path / "five.mat", {"H": cells, "run": runs})
+    five = matlab.read(tmp_path / "five.mat").values
+    assert {name: len(values) for name, values in five.items()} == {
+        "H{1}": 4, "H{2}": 5, "run(1).force": 4, "run(2).force": 6
+    }  # fmt: skip
+    with h5py.File(tmp_path / "seven.mat", "w", userblock_size=512) as file:
+        file["#refs#/a"] = np.arange(4.0)[:, None]
+        file["#refs#/b"] = np.arange(5.0)[:, None]
+        file["H"] = np.array([[file["#refs#/a"].ref], [file["#refs#/b"].ref]], dtype=h5py.ref_dtype)
+        file["H"].attrs["MATLAB_class"] = np.bytes_("cell")
+    seven = matlab.read(tmp_path / "seven.mat").values
+    assert {name: len(values) for name, values in seven.items()} == {"H{1}": 4, "H{2}": 5}
+
+
+def test_frfs_of_three_axes_are_responses_by_references(tmp_path: Path) -> None:
+    """(responses, references, lines), (lines, responses, references), and by version 7.3 turned round."""
+    h = (np.arange(60.0) + 1j).reshape(3, 2, 10)
+    np.savez(tmp_path / "a.npz", H=h)
+    savemat(tmp_path / "five.mat", {"H": np.moveaxis(h, 2, 0)})
+    with h5py.File(tmp_path / "seven.mat", "w", userblock_size=512) as file:
+        file["H"] = _real_and_imag(h.T)
+    for read in (numpy_archive.read(tmp_path / "a.npz"), *map(matlab.read, sorted(tmp_path.glob("*.mat")))):
+        assert list(read.values) == [f"H[{k},{m}]" for k in (1, 2, 3) for m in (1, 2)]
+        np.testing.assert_array_equal(read.values["H[3,1]"], h[2, 0])
+    np.savez(tmp_path / "a.npz", y=h.real)
+    with pytest.raises(ValueError, match="y has 3 axes; allowed: 1 or 2"):
+        numpy_archive.read(tmp_path / "a.npz")
+
+
+def _real_and_imag(h: np.ndarray) -> np.ndarray:
+    held = np.empty(h.shape, dtype=[("real", "f8"), ("imag", "f8")])
+    held["real"], held["imag"] = h.real, h.imag
+    return held
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
+        ("t;F\n1;1,234\n2;1.5\n3;0,25\n4;1,234.5\n", "line 5: '4;1,234.5'; 2 numbers wanted"),
         ("t,F\n1,2\n\n2,3\n3,4\nEnd of data\n", "line 6: 'End of data'; 2 numbers wanted, .*: complete or remove"),
         ("t,F\n2026-01-01 10:00:00.5,2\n" * 3, "export time in seconds .no dates.*commas, | or spaces"),
     ],
@@ -84,6 +152,27 @@ def test_labview_s_layouts(tmp_path: Path, separator: str, name: str, x_columns:
     assert list(read.values) == ["Force", "Acc"]
     assert (read.units, read.rates) == ({"Force": "Newtons", "Acc": "m/s^2"}, {"Force": 2.0, "Acc": 2.0})
     assert read.groups == ()
+
+
+def test_labview_s_files_without_heads_are_tables(tmp_path: Path) -> None:
+    (tmp_path / "a.lvm").write_text(table("\t"), encoding="utf-8")
+    np.testing.assert_array_equal(np.column_stack(list(lvm.read(tmp_path / "a.lvm").values.values())), ROWS)
+
+
+def test_units_behind_names_are_those_of_channels_without(tmp_path: Path) -> None:
+    """As LabVIEW's own writer of TDMS leaves them; numbers of channels are no units."""
+    with TdmsWriter(tmp_path / "a.tdms") as writer:
+        names = {
+            "Force (N)": {},
+            "Acc [m/s²]": {},
+            "Mic (Pa)": {"unit_string": "V"},
+            "Acc (left)": {},
+            "Acc[1]": {},
+        }
+        writer.write_segment([ChannelObject("Log", name, np.arange(9.0), unit) for name, unit in names.items()])
+    read = read_columns(tmp_path / "a.tdms")
+    assert list(read.values) == list(names)
+    assert read.units == {"Force (N)": "N", "Acc [m/s²]": "m/s²", "Mic (Pa)": "V"}
 
 
 def test_segments_of_labview_are_groups(tmp_path: Path) -> None:
