@@ -81,20 +81,28 @@ def offset_energies(p: Projector, executor: Executor) -> dict[str, object]:
     near, motions = _around(p, zone, executor)
     origin = _energies(near, p.full, zone)
     places = padua_points(OFFSET_DEGREE)
-    fit = np.linalg.pinv(np.array([monomials(x, y) for x, y in places]))
-    stacks = {name: np.zeros((*start.shape[:-2], len(fit), *start.shape[-2:])) for name, start in origin.items()}
+    changes = {
+        name: np.empty((*start.shape[:-2], len(places), *start.shape[-2:])) for name, start in origin.items()
+    }
 
-    def moved(place: tuple[float, float]) -> dict[str, Real]:
-        x, y = place
-        return _energies(near, p.full.moved_by(OFFSET_RANGE * x, OFFSET_RANGE * y), zone)
-
-    for shares, energies in zip(fit.T, executor.map(moved, places), strict=True):
+    def move(k: int) -> None:
+        x, y = places[k]
+        energies = _energies(near, p.full.moved_by(OFFSET_RANGE * x, OFFSET_RANGE * y), zone)
         for name, start in origin.items():
-            change = energies[name] - start
-            for monomial, share in enumerate(shares):  # all products at once would fill as much as the stack
-                stacks[name][..., monomial, :, :] += share * change
-    named = {f"offset_{name}": stack for name, stack in stacks.items()}
-    return {"zone": motions, "zone_fit": zone.fit(p.full), "offset_range": OFFSET_RANGE, **named}
+            changes[name][..., k, :, :] = energies[name] - start
+
+    list(executor.map(move, range(len(places))))
+    fit = np.linalg.pinv(np.array([monomials(x, y) for x, y in places]))
+    stacks = {f"offset_{name}": _fitted(fit, changes.pop(name)) for name in origin}
+    return {"zone": motions, "zone_fit": zone.fit(p.full), "offset_range": OFFSET_RANGE, **stacks}
+
+
+def _fitted(fit: Real, samples: Real) -> Real:
+    """Coefficients (..., m, q, q) of samples (..., k, q, q), in their memory: both at once would be the peak."""
+    for place in np.ndindex(samples.shape[:-3]):
+        one = samples[place]
+        one[: len(fit)] = np.tensordot(fit, one, axes=1)
+    return samples[..., : len(fit), :, :]
 
 
 def padua_points(degree: int) -> list[tuple[float, float]]:
