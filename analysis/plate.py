@@ -161,9 +161,13 @@ class Plate(Sparse):
         names = outline is None or isinstance(outline, RectangleOutline)
         return support.pieces(self.loop if outline is None else outline.loop, names)
 
-    def supported_points(self) -> tuple[Support, ...]:
-        """Return the supports at points."""
-        return tuple(support for support in self.support if support.at_point)
+    def supported_discs(self) -> dict[str, tuple[Support, Loop]]:
+        """Supports at points and their discs, by their names: ``support 1`` is the first of all supports."""
+        return {
+            f"support {k + 1}": (support, shapes.circle(support.point, support.radius))
+            for k, support in enumerate(self.support)
+            if support.point is not None
+        }
 
     @property
     def _half(self) -> tuple[float, float]:
@@ -236,7 +240,7 @@ class Plate(Sparse):
             raise ValueError(
                 'boundary = "clamped" holds every edge already; remove it, and keep [[plate.support]]'
             )
-        check_supports(self.support, len(self.hole), self.contains, self._pieces)
+        check_supports(self.support, self.loop, self.hole_loops, self._pieces)
         return self
 
     def _left_out(self) -> set[str]:

@@ -82,6 +82,11 @@ class ShellPlate:
         borders += [Border(f"hole {k + 1}", loop, "hole") for k, loop in enumerate(plate.hole_loops)]
         borders += [Border(f"zone {k + 1}", loop) for k, loop in enumerate(plate.zone_loops)]
         borders += [Border(f"patch {k + 1}", patch.loop) for k, patch in enumerate(patches)]
+        borders += [
+            Border(name, disc)
+            for name, (support, disc) in plate.supported_discs().items()
+            if plate.mesh is None or support.kind == "clamped"
+        ]
         loops = (plate.loop, *plate.hole_loops)
         cuts = [
             (float(x), float(y))
