@@ -49,7 +49,7 @@ def point_springs(
         N/m; of dashpots N s/m.
     """
     for name, (support, disc) in plate.supported_discs().items():
-        if support.kind == "clamped":
+        if support.point is None or support.kind == "clamped":
             continue
         if support.kind == "elastic":
             value = support.damping if damping else support.stiffness
