@@ -14,7 +14,7 @@ from pydantic_core import ErrorDetails
 from app.files.allowed_values import allowed_at, key_at, keys_at
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.drawing import DrawingError, with_drawings
-from app.files.mesh_check import KEY, mesh_fault
+from app.files.mesh_check import mesh_fault
 from app.files.misplaced import Misplaced, misplaced
 from app.files.parsed_text import parse_toml, read_text
 
@@ -83,7 +83,8 @@ def checked(path: Path, table: Mapping[str, Any], model: type[Model]) -> Model:
         raise CampaignFileError(path.parent, [*problems], misplaced(path, table, details)) from error
     fault = mesh_fault(path, table, made)
     if fault is not None:
-        raise CampaignFileError(path.parent, [Problem(path.name, KEY, fault[0], "")], fault[1])
+        key, seen, place = fault
+        raise CampaignFileError(path.parent, [Problem(path.name, key, seen, "")], place)
     return made
 
 
