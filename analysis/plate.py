@@ -223,6 +223,8 @@ class Plate(Sparse):
                 f"thickness {thickest:g} m is more than a fifth of the shorter side, "
                 f"{min(self.length_x, self.length_y):g} m: not a plate"
             )
+        if self.curvature is not None:
+            self.curvature.check_bent(self._half, self.thickness)
         edge = self.loop.polygon
         steepest = np.hypot(*self.slope(edge).T)
         if steepest.max() > STEEPEST:
