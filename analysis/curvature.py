@@ -63,8 +63,8 @@ class Curvature(Sparse):
         rise = float(np.abs(self.coefficients(half)).sum())
         if given and rise < FLAT * thickness:
             raise ValueError(
-                f"curvature.{given[0]} {getattr(self, given[0]):g} m: over this plate it rises by {1e3 * rise:.2g} "
-                "mm, which changes nothing; remove it (radius in m?)"
+                f"curvature.{given[0]} {getattr(self, given[0]):g} m: over this plate it rises by "
+                f"{1e3 * rise:.2g} mm, which changes nothing; remove it (radius in m?)"
             )
 
     def coefficients(self, half: tuple[float, float]) -> Real:
