@@ -140,8 +140,8 @@ def _problem(name: str, model: type[BaseModel], detail: ErrorDetails) -> Problem
         return Problem(name, key, str(detail["ctx"]["error"]), "")
     if kind == "literal_error" and isinstance(seen, str):
         choices = re.findall(r"'([^']+)'", allowed)
-        close = difflib.get_close_matches(seen.lower(), choices, 1) if len(choices) > 1 else []
-        return Problem(name, key, _shown(seen), allowed, f"did you mean {close[0]}?" if close else "")
+        near = difflib.get_close_matches(seen.lower(), choices, 1) if len(choices) > 1 else []
+        return Problem(name, key, _shown(seen), allowed, f"did you mean {near[0]}?" if near else "")
     return Problem(name, key, _shown(seen), allowed, _unit_hint(seen, detail, allowed))
 
 
