@@ -139,8 +139,8 @@ def _problem(name: str, model: type[BaseModel], detail: ErrorDetails) -> Problem
     if kind == "value_error":  # a check over several keys: it says itself what it saw and allows
         return Problem(name, key, str(detail["ctx"]["error"]), "")
     if kind == "literal_error" and isinstance(seen, str):
-        choices = re.findall(r"'([^']+)'", allowed)
-        near = difflib.get_close_matches(seen.lower(), choices, 1) if len(choices) > 1 else []
+        words = re.findall(r"'([^']+)'", allowed)
+        near = difflib.get_close_matches(seen.lower(), words, 1) if len(words) > 1 else []
         return Problem(name, key, _shown(seen), allowed, f"did you mean {near[0]}?" if near else "")
     return Problem(name, key, _shown(seen), allowed, _unit_hint(seen, detail, allowed))
 
