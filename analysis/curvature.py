@@ -13,6 +13,8 @@ Bend = Annotated[float, Field(ge=-1e4, le=1e4, description="m, positive: centre 
 Heights = Annotated[tuple[float, ...], Field(min_length=1, max_length=9)]
 STEEPEST = 0.3
 """Largest slope of a shallow shell."""
+FLAT = 0.01
+"""Rise of a plate, in thicknesses, below which a radius changes no frequency: by less than 1e-4."""
 
 
 class Curvature(Sparse):
@@ -41,6 +43,29 @@ class Curvature(Sparse):
             if getattr(self, name) == 0.0:
                 raise ValueError(f"{name} is 0 m; leave it out for no curvature")
         return self
+
+    def check_bent(self, half: tuple[float, float], thickness: float) -> None:
+        """Refuse radii so large that the plate is flat, as of a radius in mm.
+
+        Parameters
+        ----------
+        half : (float, float)
+            Half lengths of the bounding box, m.
+        thickness : float
+            m.
+
+        Raises
+        ------
+        ValueError
+            With the radius, and how far the plate rises.
+        """
+        given = [name for name in ("radius", "radius_x", "radius_y") if getattr(self, name) is not None]
+        rise = float(np.abs(self.coefficients(half)).sum())
+        if given and rise < FLAT * thickness:
+            raise ValueError(
+                f"curvature.{given[0]} {getattr(self, given[0]):g} m: over this plate it rises by "
+                f"{1e3 * rise:.2g} mm, which changes nothing; remove it (radius in m?)"
+            )
 
     def coefficients(self, half: tuple[float, float]) -> Real:
         """Coefficients c[i, j] of xi^i zeta^j, m, on a bounding box of half lengths `half`, m."""

@@ -15,6 +15,8 @@ def check_patches(plate: Plate, patches: Sequence[Patch]) -> None:
     """Raise ValueError unless every patch has its own name and place, on the plate and over no edge of it."""
     names = [p.id for p in patches]
     for name in names:
+        if name == "drive":
+            raise ValueError("patch 'drive' has the name of the drive's channel; choose another id")
         if names.count(name) > 1:
             raise ValueError(f"patch id {name!r} is used {names.count(name)} times")
     for patch in patches:

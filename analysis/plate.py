@@ -161,9 +161,13 @@ class Plate(Sparse):
         names = outline is None or isinstance(outline, RectangleOutline)
         return support.pieces(self.loop if outline is None else outline.loop, names)
 
-    def supported_points(self) -> tuple[Support, ...]:
-        """Return the supports at points."""
-        return tuple(support for support in self.support if support.at_point)
+    def supported_discs(self) -> dict[str, tuple[Support, Loop]]:
+        """Supports at points and their discs, by their names: ``support 1`` is the first of all supports."""
+        return {
+            f"support {k + 1}": (support, shapes.circle(support.point, support.radius))
+            for k, support in enumerate(self.support)
+            if support.point is not None
+        }
 
     @property
     def _half(self) -> tuple[float, float]:
@@ -219,6 +223,8 @@ class Plate(Sparse):
                 f"thickness {thickest:g} m is more than a fifth of the shorter side, "
                 f"{min(self.length_x, self.length_y):g} m: not a plate"
             )
+        if self.curvature is not None:
+            self.curvature.check_bent(self._half, self.thickness)
         edge = self.loop.polygon
         steepest = np.hypot(*self.slope(edge).T)
         if steepest.max() > STEEPEST:
@@ -236,7 +242,7 @@ class Plate(Sparse):
             raise ValueError(
                 'boundary = "clamped" holds every edge already; remove it, and keep [[plate.support]]'
             )
-        check_supports(self.support, len(self.hole), self.contains, self._pieces)
+        check_supports(self.support, self.loop, self.hole_loops, self._pieces)
         return self
 
     def _left_out(self) -> set[str]:

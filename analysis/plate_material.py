@@ -72,6 +72,12 @@ class PlateMaterial(Declared):
                 f"at most {WIDEST:g} times. Is one of them in another unit?"
             )
         _ = self.departure
+        mean = None if self.orthotropy is None else self.orthotropy.mean_modulus
+        if mean is not None and not low <= mean <= high:
+            raise ValueError(
+                f"orthotropy: the mean of youngs_modulus_x and youngs_modulus_y is {mean:.3g} Pa, the material's "
+                f"youngs_modulus [{low:g}, {high:g}] Pa: correct one of them"
+            )
         return self
 
 

@@ -1,7 +1,11 @@
-"""Allowed positions of outline, holes and thickness zones of a plate."""
+"""Allowed positions of outline, holes and thickness zones of a plate, and of discs on it."""
 
 from collections.abc import Sequence
 
+import numpy as np
+
+from analysis.geometry import shapes
+from analysis.geometry.curves import Point
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import TOUCH, gap, leaves, overlap
@@ -50,6 +54,48 @@ def check_parts(outline: Loop, holes: Sequence[Loop], zones: Sequence[Loop]) -> 
                     place,
                 )
             _require_clear(name, zone, hole_name, hole)
+
+
+def check_disc(
+    name: str, point: Point, radius: float, outline: Loop, holes: Sequence[Loop], remedy: str = "move it"
+) -> None:
+    """Check that a disc lies on a plate, over no edge.
+
+    Parameters
+    ----------
+    name : str
+        What is fixed there, for the message.
+    point : (float, float)
+        Centre, m.
+    radius : float
+        m; 0 for a point.
+    outline : Loop
+    holes : sequence of Loop
+    remedy : str
+        What to do where it reaches over an edge.
+
+    Raises
+    ------
+    GeometryError
+        For a centre off the plate or in a hole, and a disc that reaches over an edge, with the place.
+    """
+    here = np.array([point])
+    in_hole = any(hole.contains(here)[0] and hole.nearest(here).distance[0] > TOUCH for hole in holes)
+    if in_hole or not outline.contains(here, within=TOUCH)[0]:
+        raise GeometryError(
+            f"{name}: point {at(point)} is off the plate or in a hole; move it onto the plate", point
+        )
+    if not radius:
+        return
+    disc = shapes.circle(point, radius)
+    place = leaves(disc, outline)
+    for hole in holes:
+        place = overlap(disc, hole) if place is None else place
+    if place is not None:
+        raise GeometryError(
+            f"{name} at {at(point)}, radius {radius:g} m, reaches over the edge at {at(place)}; {remedy}",
+            place,
+        )
 
 
 def _require_clear(name: str, loop: Loop, other_name: str, other: Loop) -> None:

@@ -56,6 +56,13 @@ class DeclaredOrthotropy(Declared):
             )
         return self
 
+    @property
+    def mean_modulus(self) -> float | None:
+        """Mean of both moduli, Pa; None where shares are declared."""
+        if self.youngs_modulus_x is None or self.youngs_modulus_y is None:
+            return None
+        return 0.5 * (self.youngs_modulus_x + self.youngs_modulus_y)
+
     def at(self, poisson_ratio: float) -> Orthotropy:
         """Return the value object; moduli are turned into shares with nu = sqrt(nu_xy nu_yx).
 

@@ -3,14 +3,15 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from analysis.arrays import Mask, Real
-from analysis.geometry.fault import GeometryError, at
+from analysis.geometry.fault import GeometryError
+from analysis.geometry.loop import Loop
+from analysis.plate_parts import check_disc
 from analysis.support import Piece, Support
 
 Pieces = Callable[[Support], tuple[Piece, ...]]
 """Parts of a plate's edge that a support along it holds; see `Support.pieces`."""
+
+NEAR_THE_EDGE = "move it, choose a smaller radius, or hold a part of the edge with from and to"
 
 
 @dataclass(frozen=True)
@@ -43,37 +44,28 @@ def supported_edges(supports: Sequence[Support], pieces: Pieces) -> list[Support
     return [one for one in found if one.pieces and one.support.kind != "free"]
 
 
-def check_supports(
-    supports: Sequence[Support], holes: int, contains: Callable[[Real], Mask], pieces: Pieces
-) -> None:
+def check_supports(supports: Sequence[Support], outline: Loop, holes: Sequence[Loop], pieces: Pieces) -> None:
     """Check that every support finds its place on a plate.
 
     Parameters
     ----------
     supports : sequence of Support
-    holes : int
-        Number of the plate's holes.
-    contains : callable
-        Which of some points (K, 2), m, lie on the plate, (K,).
+    outline : Loop
+    holes : sequence of Loop
     pieces : callable
         Parts of the edge that a support holds.
 
     Raises
     ------
     ValueError
-        For a hole or an edge that the plate does not have; `GeometryError`, with the place, for a point off the
-        plate and ends off the edge.
+        For a hole or an edge that the plate does not have; `GeometryError`, with the place, for a disc that does
+        not lie on the plate and ends off the edge.
     """
     for number, support in enumerate(supports):
-        if support.hole is not None and support.hole > holes:
-            raise ValueError(f"support[{number}]: hole {support.hole} does not exist; the plate has {holes}")
-        if support.point is not None and not contains(np.array([support.point]))[0]:
-            raise GeometryError(
-                f"support[{number}]: point {at(support.point)} is off the plate or in a hole; move it onto "
-                "the plate",
-                support.point,
-            )
-        if support.at_point:
+        if support.hole is not None and support.hole > len(holes):
+            raise ValueError(f"support[{number}]: hole {support.hole} does not exist; the plate has {len(holes)}")
+        if support.point is not None:
+            check_disc(f"support[{number}]", support.point, support.radius, outline, holes, NEAR_THE_EDGE)
             continue
         try:
             pieces(support)

@@ -10,10 +10,9 @@ from pydantic import Field, model_validator
 
 from analysis.channel import Channel, Footprint, Motion
 from analysis.declared import Point, Sparse
-from analysis.geometry import shapes
-from analysis.geometry.fault import GeometryError, at
-from analysis.geometry.relations import leaves, overlap
+from analysis.geometry.fault import GeometryError
 from analysis.plate import Plate
+from analysis.plate_parts import check_disc
 
 Name = Annotated[str, Field(min_length=1, max_length=32)]
 Radius = Annotated[float, Field(ge=0.0, le=0.05, description="m")]
@@ -157,18 +156,4 @@ def check_footprint(plate: Plate, name: str, point: Point, radius: float) -> Non
     GeometryError
         For a centre off the plate or in a hole, and a disc that reaches over an edge, with the place.
     """
-    if not plate.contains(np.array([point]))[0]:
-        raise GeometryError(
-            f"{name}: point {at(point)} is off the plate or in a hole; move it onto the plate", point
-        )
-    if not radius:
-        return
-    disc = shapes.circle(point, radius)
-    place = leaves(disc, plate.loop)
-    for hole in plate.hole_loops:
-        place = overlap(disc, hole) if place is None else place
-    if place is not None:
-        raise GeometryError(
-            f"{name} at {at(point)}, radius {radius:g} m, reaches over the edge at {at(place)}; move it",
-            place,
-        )
+    check_disc(name, point, radius, plate.loop, plate.hole_loops)

@@ -1,6 +1,6 @@
 """Curves of a DXF drawing: lines, arcs, circles, ellipses, polylines with bulges, and splines."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -9,8 +9,11 @@ import numpy as np
 
 from analysis.geometry.curves import Arc, Cubic, Curve, Point, Segment
 
-METRES = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0}
-"""Metres in a unit, by the file's ``$INSUNITS``."""
+METRES = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 9: 2.54e-5, 10: 0.9144, 13: 1e-6, 14: 0.1}
+"""Metres in a unit, by the file's ``$INSUNITS``: inch, foot, mm, cm, m, mil, yard, µm, dm."""
+LEVEL = 1e-6
+"""Largest slope against the drawing's plane of what counts as lying in it."""
+TILTED = "that does not lie in the plane of x and y; flatten the drawing"
 SPLINE_PARTS = 8
 """Cubic curves for each span of a spline that is not cubic, or rational."""
 WITHOUT_AREA = {
@@ -35,21 +38,21 @@ def dxf_curves(path: Path, layer: str | None = None) -> tuple[list[Curve], float
     ----------
     path : Path
     layer : str, optional
-        Only what stands on this layer.
+        Only what stands on this layer, upper and lower case being the same; unless given, what the drawing shows.
 
     Raises
     ------
     ImportError
         Where ezdxf is not installed.
     ValueError
-        For what is no DXF, and for entities that cannot be read.
+        For what is no DXF, a unit that no plate is drawn in, a layer without entities, and for entities that
+        cannot be read or are not in the plane.
     """
     from ezdxf.filemanagement import readfile
 
     try:
         drawing = readfile(path)
-        entities = [e for e in drawing.modelspace() if layer is None or e.dxf.layer == layer]
-        curves = [curve for entity in entities for curve in _curves(entity)]
+        curves = [curve for entity in _chosen(drawing, layer) for curve in _curves(entity)]
         unit = int(drawing.header.get("$INSUNITS", 0))
     except UnicodeError as error:
         raise ValueError("no DXF drawing: its text cannot be decoded") from error
@@ -57,16 +60,31 @@ def dxf_curves(path: Path, layer: str | None = None) -> tuple[list[Curve], float
         raise
     except Exception as error:  # a damaged drawing leads the library into whatever there is
         raise ValueError(f"no DXF drawing that can be read ({error})") from error
+    if unit and unit not in METRES:
+        raise ValueError(f"its unit ($INSUNITS {unit}) is not that of a plate; allowed inch, foot, mm, cm or m")
     return curves, METRES.get(unit)
+
+
+def _chosen(drawing: Any, layer: str | None) -> list[Any]:
+    """Entities on a layer; unless one is named, those that are visible: construction lines are often hidden."""
+    entities = list(drawing.modelspace())
+    if layer is None:
+        hidden = {one.dxf.name.casefold() for one in drawing.layers if one.is_frozen() or one.is_off()}
+        return [e for e in entities if e.dxf.layer.casefold() not in hidden and not e.dxf.get("invisible", 0)]
+    found = [e for e in entities if e.dxf.layer.casefold() == layer.casefold()]
+    if not found:
+        there = ", ".join(sorted({repr(e.dxf.layer) for e in entities})) or "none"
+        raise ValueError(f"nothing stands on layer {layer!r}; the drawing has {there}")
+    return found
 
 
 def _curves(entity: Any) -> Iterator[Curve]:
     kind = entity.dxftype()
     if kind in WITHOUT_AREA:
         return
-    flipped = kind != "LINE" and entity.dxf.get("extrusion", (0.0, 0.0, 1.0))[2] < 0.0
+    flipped = kind not in ("LINE", "SPLINE") and _seen_from_below(entity)
     if kind == "LINE":
-        yield Segment(_point(entity.dxf.start), _point(entity.dxf.end))
+        yield Segment(*_flat([entity.dxf.start, entity.dxf.end], kind))
     elif kind in ("ARC", "CIRCLE"):
         begin, end = (0.0, 360.0) if kind == "CIRCLE" else (entity.dxf.start_angle, entity.dxf.end_angle)
         sweep = np.deg2rad((end - begin) % 360.0 or 360.0)
@@ -89,6 +107,25 @@ def _curves(entity: Any) -> Iterator[Curve]:
             f"holds a {kind}, which is not read; break blocks up, and keep lines, arcs, circles, ellipses, "
             "polylines and splines"
         )
+
+
+def _seen_from_below(entity: Any) -> bool:
+    """Whether an entity is drawn on the plane seen from below; ValueError for one on another plane."""
+    x, y, z = entity.dxf.get("extrusion", (0.0, 0.0, 1.0))
+    if np.hypot(x, y) > LEVEL * abs(z):
+        raise ValueError(
+            f"holds a {entity.dxftype()} that does not lie in the plane of x and y; flatten the drawing"
+        )
+    return bool(z < 0.0)
+
+
+def _flat(places: Sequence[Any], kind: str) -> list[Point]:
+    """Points of an entity in the plane; ValueError where they differ in height."""
+    high = [float(place[2]) for place in places]
+    extent = float(np.ptp(np.array([_point(place) for place in places]), axis=0).max())
+    if max(high) - min(high) > LEVEL * extent:
+        raise ValueError(f"holds a {kind} {TILTED}")
+    return [_point(place) for place in places]
 
 
 def _point(place: Any) -> Point:
@@ -143,8 +180,10 @@ def _polyline(rows: list[tuple[float, float, float]], closed: bool) -> Iterator[
 
 def _spline(spline: Any) -> Iterator[Curve]:
     """Cubic curves with the spline's own points and slopes: exact where it is cubic and not rational."""
-    knots = np.unique(np.array(spline.knots(), float))
-    knots = knots[(knots >= 0.0) & (knots <= spline.max_t)]
+    _flat(spline.control_points, "SPLINE")
+    # periodic splines have knots before their first point and after their last one
+    every, degree = np.array(spline.knots(), float), spline.degree
+    knots = np.unique(every[degree : len(every) - degree])
     parts = 1 if spline.degree == 3 and not spline.is_rational else SPLINE_PARTS
     for low, high in pairwise(knots):
         # A knot belongs to two spans: a cubic's slope is the same in both unless the knot is a corner.

@@ -1,19 +1,32 @@
-"""A mesh in a declaration, compared with the declared plate when the declaration is read.
+"""Whether a declared plate can be meshed, found out when its declaration is read.
 
-Otherwise a mesh that does not fit would be found only when the twin is built, after the campaign.
+Otherwise borders that touch, a mesh that does not fit, or a plate too large for any computer would be found only
+when the twin is built, after the campaign, when its declaration cannot be changed any more.
 """
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
+from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.files.misplaced import Misplaced
 
-KEY = "plate.mesh"
+if TYPE_CHECKING:
+    from analysis.patch import Patch
+    from analysis.plate import Plate
+    from simulation.meshing.recipe import MeshRecipe
+
+BANDS = ("sweep.band", "protocol.band", "filters.edges")
+"""Where an experiment, a campaign and a panel declare the frequencies they need."""
+MOST_CELLS = 5000
+"""Triangles of a plate: its model then takes 8 GB."""
 
 
-def mesh_fault(source: Path, table: Mapping[str, Any], declared: object) -> tuple[str, Misplaced | None] | None:
-    """Compare the mesh of a declared plate, if it has one, with outline, holes, zones, patches and supports.
+def mesh_fault(
+    source: Path, table: Mapping[str, Any], declared: object
+) -> tuple[str, str, Misplaced | None] | None:
+    """Mesh a declared plate, or compare its mesh with outline, holes, zones, patches and supports.
 
     Parameters
     ----------
@@ -26,17 +39,60 @@ def mesh_fault(source: Path, table: Mapping[str, Any], declared: object) -> tupl
 
     Returns
     -------
-    (str, Misplaced or None) or None
-        What is wrong, and where; None if nothing is.
+    (str, str, Misplaced or None) or None
+        The key, what is wrong, and where; None if nothing is.
     """
-    plate = getattr(declared, "plate", None)
-    if plate is None or plate.mesh is None:
+    plate, patches = getattr(declared, "plate", None), getattr(declared, "patch", ())
+    if plate is None:
         return None
     from analysis.geometry.fault import GeometryError
-    from simulation.shell.shell_plate import ShellPlate
+    from simulation.shell.plate_borders import mesh_of
 
     try:
-        ShellPlate.of(plate, getattr(declared, "patch", ()), degree=1)
+        recipe = None if plate.mesh else _recipe(plate, declared)
+        mesh_of(plate, patches, recipe)
     except GeometryError as error:
-        return str(error), Misplaced(source, table, error.places) if error.places else None
+        key = "plate.mesh" if plate.mesh else "plate"
+        places = Misplaced(source, table, error.places) if error.places else None
+        return key, _with_names(str(error), patches), places
     return None
+
+
+def _recipe(plate: "Plate", declared: object) -> "MeshRecipe | None":
+    """Sizes of the twin's mesh, None without a band; GeometryError for a plate of too many cells."""
+    band = next((found for found in map(_value(declared), BANDS) if found), None)
+    if band is None:
+        return None
+    from analysis.geometry.fault import GeometryError
+    from analysis.plate_material import material_box
+    from simulation.shell.fineness import Fineness
+    from simulation.shell.shortest_wave import shortest_wave
+
+    box = material_box(plate.material)
+    recipe = Fineness().recipe(plate, box, band)
+    cells = plate.area / (0.433 * recipe.bulk(plate.thickness) ** 2)  # equilateral triangles
+    if cells > MOST_CELLS:
+        wave = shortest_wave(plate, box, band)
+        raise GeometryError(
+            f"{plate.length_x:g} by {plate.length_y:g} m are {plate.length_x / wave:.0f} by "
+            f"{plate.length_y / wave:.0f} of the shortest bending wavelengths, {wave:.2g} m at {band[1]:g} Hz: "
+            f"a model of {cells:.0f} cells, allowed {MOST_CELLS}. End the band at "
+            f"{band[1] * MOST_CELLS / cells:.2g} Hz"
+        )
+    return recipe
+
+
+def _value(declared: object) -> Any:
+    def value(path: str) -> Any:
+        try:
+            return attrgetter(path)(declared)
+        except AttributeError:
+            return None
+
+    return value
+
+
+def _with_names(message: str, patches: Sequence["Patch"]) -> str:
+    """Call patches by their names instead of their numbers."""
+    names = {str(k + 1): patch.id for k, patch in enumerate(patches)}
+    return re.sub(r"(?<!')\bpatch (\d+)", lambda found: f"patch {names.get(found[1], found[1])!r}", message)

@@ -14,7 +14,7 @@ from pydantic_core import ErrorDetails
 from app.files.allowed_values import allowed_at, key_at, keys_at
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.drawing import DrawingError, with_drawings
-from app.files.mesh_check import KEY, mesh_fault
+from app.files.mesh_check import mesh_fault
 from app.files.misplaced import Misplaced, misplaced
 from app.files.parsed_text import parse_toml, read_text
 
@@ -83,7 +83,8 @@ def checked(path: Path, table: Mapping[str, Any], model: type[Model]) -> Model:
         raise CampaignFileError(path.parent, [*problems], misplaced(path, table, details)) from error
     fault = mesh_fault(path, table, made)
     if fault is not None:
-        raise CampaignFileError(path.parent, [Problem(path.name, KEY, fault[0], "")], fault[1])
+        key, seen, place = fault
+        raise CampaignFileError(path.parent, [Problem(path.name, key, seen, "")], place)
     return made
 
 
@@ -137,6 +138,10 @@ def _problem(name: str, model: type[BaseModel], detail: ErrorDetails) -> Problem
         return Problem(name, key, "unknown key", "the keys " + ", ".join(known), remedy)
     if kind == "value_error":  # a check over several keys: it says itself what it saw and allows
         return Problem(name, key, str(detail["ctx"]["error"]), "")
+    if kind == "literal_error" and isinstance(seen, str):
+        words = re.findall(r"'([^']+)'", allowed)
+        near = difflib.get_close_matches(seen.lower(), words, 1) if len(words) > 1 else []
+        return Problem(name, key, _shown(seen), allowed, f"did you mean {near[0]}?" if near else "")
     return Problem(name, key, _shown(seen), allowed, _unit_hint(seen, detail, allowed))
 
 

@@ -68,7 +68,7 @@ def pieces_of(plate: Plate, patches: Iterable[Patch]) -> Pieces:
         holes=tuple(curve for loop in plate.hole_loops for curve in loop.curves),
         zones=tuple(curve for loop in plate.zone_loops for curve in loop.curves),
         patches=tuple((patch.id, patch.loop.curves) for patch in patches),
-        points=tuple((support.kind, support.point) for support in plate.supported_points() if support.point),
+        points=tuple((s.kind, s.point) for s, _ in plate.supported_discs().values() if s.point),
         held=tuple(
             (edge.support.kind, loops[edge.loop].curves[k].part(first, last))
             for edge in plate.supported_edges()

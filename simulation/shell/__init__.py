@@ -10,6 +10,7 @@
 ``edges``           supports along edges
 ``footprints``      discs on which transducers act
 ``points``          supports at points
+``plate_borders``   borders and mesh of a declared plate
 ``shell_plate``     a declared plate on a mesh: sections and matrices of every cell
 ``unknowns``        selection and order of the unknowns
 ``dissection``      nested dissection: elimination order for sparse factors

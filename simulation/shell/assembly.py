@@ -19,7 +19,7 @@ from simulation.shell.fineness import Fineness
 from simulation.shell.in_plane import moduli
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.plane_stress import plane_stress_moduli
-from simulation.shell.points import dashpot_discs, footprint_rows
+from simulation.shell.points import footprint_rows, spring_discs
 from simulation.shell.rigidity import Block, W
 from simulation.shell.shell_model import ShellModel
 from simulation.shell.shell_plate import ShellPlate
@@ -91,7 +91,8 @@ def assemble_for(
     band : (float, float)
         Hz.
     footprints : sequence of Footprint
-        Discs of forces whose responses are used in the selection, as those of dashpots are; `FEW` are enough.
+        Discs of forces whose responses are used in the selection, as those of springs and dashpots at points are;
+        `FEW` are enough.
     attached : sequence of Footprint, optional
         Discs on which effects act: used in the selection, not counted in the energy dropped.
     fineness : Fineness, optional
@@ -119,7 +120,7 @@ def assemble_for(
     (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
     # a third response changes 1 function in 100, and takes as long as these two, which are solved in parallel
     constants = [(e0, n1, band[1]), (float(np.sqrt(e0 * e1)), n0, 0.75 * sum(band))]
-    loads = _loads(shell, [*footprints, *dashpot_discs(plate), *attached])
+    loads = _loads(shell, [*footprints, *spring_discs(plate), *attached])
     problems = _problems(shell, parts, loads, constants)
     solved = count(1)
 

@@ -1,4 +1,4 @@
-"""Supports along edges: functions held at zero, and springs."""
+"""Supports along edges and on discs: functions held at zero, and springs."""
 
 from collections.abc import Iterator
 
@@ -36,6 +36,9 @@ def held_functions(space: ShapeSpace, plate: Plate) -> Mask:
             along_x, along_y = straight_edges(space, edges)
             held[THX] |= space.on_edges(edges[along_x])
             held[THY] |= space.on_edges(edges[along_y])
+    for name, (support, _) in plate.supported_discs().items():
+        if support.kind == "clamped":
+            held[:, space.on_cells(space.mesh.inside[name])] = True
     return held
 
 

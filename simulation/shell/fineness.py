@@ -52,7 +52,7 @@ class Fineness:
         -------
         MeshRecipe
         """
-        return self.mesh or MeshRecipe.for_waves(shortest_wave(plate, box, band), plate.thickness)
+        return self.mesh or MeshRecipe.of_plate(plate.area, plate.thickness, shortest_wave(plate, box, band))
 
     def share(self, box: MaterialBox) -> float:
         """Share of a response's energy from which a function is kept: smaller for materials with little damping.

@@ -18,18 +18,26 @@ WEIGHTS = np.array([0.25, *np.full(6, 0.125)])
 
 INSIDE = 0.9
 """Largest radius of an attachment's disc, as a share of the distance to the nearest edge."""
+LEAST = 0.25
+"""Smallest radius of such a disc, in thicknesses, unless a smaller one is declared."""
+TURNS = np.arange(32) * np.pi / 16.0
+BESIDE = np.outer([1.02, 1.2, 1.5, 2.0, 3.0], np.exp(1j * TURNS)).ravel().view(float).reshape(-1, 2)
+"""Places around a point at which its disc may lie, nearest first, in units of the room that it needs."""
 
 
 def attached_disc(plate: Plate, attachment: Attachment) -> Footprint:
     """Disc on which a string or a cable acts: as declared, reduced if the plate's edges are too near.
 
     A disc is needed because the point compliance of a Mindlin plate is infinite: the effect of a point mass would
-    grow with mesh refinement.
+    grow with mesh refinement. So that of a point at the edge lies beside it, wholly on the plate.
     """
-    point = np.array([attachment.point])
-    room = min(float(loop.distance(point)[0]) for loop in (plate.loop, *plate.hole_loops))
     radius = 0.5 * plate.thickness if attachment.radius is None else attachment.radius
-    return Footprint(attachment.point, min(radius, INSIDE * room))
+    least = min(radius, LEAST * plate.thickness)
+    places = np.vstack([[attachment.point], attachment.point + least / INSIDE * BESIDE])
+    room = np.min([loop.distance(places) for loop in (plate.loop, *plate.hole_loops)], axis=0)
+    held = np.where(plate.contains(places), np.minimum(radius, INSIDE * room), 0.0)
+    first = int(np.argmax(held >= least)) if (held >= least).any() else int(held.argmax())
+    return Footprint((float(places[first, 0]), float(places[first, 1])), float(held[first]))
 
 
 def footprint_points(footprints: Sequence[Footprint]) -> tuple[Real, Real]:

@@ -45,7 +45,8 @@ def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float]) -> Sh
     neighbours = [other.loop for k, other in enumerate(shell.patches) if k != patch]
     if any(overlap(own, other) is not None for other in neighbours):
         raise ValueError(f"patch {shell.patches[patch].id!r} lies opposite another one and cannot be moved alone")
-    walls = [plate.loop, *plate.hole_loops, *plate.zone_loops]
+    discs = [disc for _, disc in plate.supported_discs().values()]
+    walls = [plate.loop, *plate.hole_loops, *plate.zone_loops, *discs]
     others = walls + neighbours
     room = min(float(other.distance(own.polygon).min()) for other in others)
     room = min(room, min(float(own.distance(other.polygon).min()) for other in others))

@@ -9,12 +9,11 @@ import numpy as np
 from analysis.arrays import Mask, Real
 from analysis.experiment import Patch, Plate
 from analysis.sheet_orthotropy import Orthotropy
-from simulation.meshing.foreign import foreign_mesh
-from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.edges import LineBlock, held_functions, spring_blocks
 from simulation.shell.in_plane import InPlane, matrix
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
+from simulation.shell.plate_borders import mesh_of
 from simulation.shell.rigidity import (
     SHEAR_FACTOR,
     Block,
@@ -78,21 +77,7 @@ class ShellPlate:
         ValueError
             For a degree outside 1 to 12.
         """
-        borders = [Border("outline", plate.loop, "outline")]
-        borders += [Border(f"hole {k + 1}", loop, "hole") for k, loop in enumerate(plate.hole_loops)]
-        borders += [Border(f"zone {k + 1}", loop) for k, loop in enumerate(plate.zone_loops)]
-        borders += [Border(f"patch {k + 1}", patch.loop) for k, patch in enumerate(patches)]
-        loops = (plate.loop, *plate.hole_loops)
-        cuts = [
-            (float(x), float(y))
-            for held in plate.supported_edges()
-            for curve, first, last in held.pieces
-            for x, y in loops[held.loop].curves[curve].at([first, last])
-        ]
-        if plate.mesh is None:
-            mesh = mesh_plate(borders, plate.thickness, recipe, cuts)
-        else:
-            mesh = foreign_mesh(plate.mesh, borders, cuts)
+        mesh = mesh_of(plate, patches, recipe)
         return cls(plate, tuple(patches), ShapeSpace.on(mesh, degree), materials)
 
     @cached_property

@@ -223,6 +223,13 @@ class ShapeSpace:
         chosen[self.edge_functions(edges).ravel()] = True
         return chosen
 
+    def on_cells(self, cells: Mask) -> Mask:
+        """Which functions do not vanish on some of the cells, (n,)."""
+        chosen, quads = np.zeros(self.size, bool), len(self.mesh.quads)
+        for group, own in zip(self.groups, (cells[:quads], cells[quads:]), strict=True):
+            chosen[group.functions[own].ravel()] = True
+        return chosen
+
     def edge_functions(self, edges: Whole) -> Whole:
         """Functions of degree 2 and more of some edges, (K, degree - 1)."""
         first = len(self.mesh.points) + np.asarray(edges)[:, None] * (self.degree - 1)

@@ -217,6 +217,10 @@ def test_bad_geometry_is_refused_with_its_place(changes: Changes, words: str, pl
         ({"curvature": {"radius": 3.0, "radius_x": 2.0}}, "one of the three"),
         ({"curvature": {"radius": 0.0}}, "leave it out"),
         (
+            {"curvature": {"radius_x": 5000.0}},
+            r"radius_x 5000 m: over this plate it rises by .* \(radius in m\?\)",
+        ),
+        (
             {
                 "thickness": 0.05,
                 "mass": 5.0,

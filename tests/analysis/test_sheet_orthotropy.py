@@ -33,6 +33,10 @@ def test_a_material_has_its_orthotropy_as_a_value() -> None:
         ({"delta_e": 0.1, "delta_g": 0.0, "angle": 400.0}, "angle"),
         ({"youngs_modulus_x": 1e9, "youngs_modulus_y": 90e9, "shear_modulus": 1e9}, r"is 0\.978; allowed"),
         ({"youngs_modulus_x": 1e9, "youngs_modulus_y": 1e9, "shear_modulus": 9e9}, "times an isotropic sheet's"),
+        (
+            {"youngs_modulus_x": 40e9, "youngs_modulus_y": 60e9, "shear_modulus": 18e9},
+            r"youngs_modulus_y is 5e\+10 Pa, the material's youngs_modulus \[1.8e\+09, 1.1e\+10\] Pa",
+        ),
     ],
 )
 def test_nonsense_is_refused(table: dict[str, float], said: str) -> None:

@@ -87,7 +87,7 @@ def test_a_clamped_boundary_is_a_clamped_outline() -> None:
 def test_points_are_kept_apart_and_survive_a_dump() -> None:
     spring = {"kind": "elastic", "point": (0.1, 0.1), "radius": 0.004, "stiffness": 1e4, "damping": 2.0}
     found = Plate.model_validate(RECTANGLE | {"support": [spring, {"kind": "clamped", "edge": "left"}]})
-    (point,) = found.supported_points()
+    ((point, _),) = found.supported_discs().values()
     assert (point.radius, point.stiffness) == (0.004, 1e4)
     assert len(found.supported_edges()) == 1
     assert Plate.model_validate(found.model_dump()) == found
@@ -118,6 +118,11 @@ def test_points_are_kept_apart_and_survive_a_dump() -> None:
         ({"kind": "clamped", "edge": "left", "translation": 1e3}, "belongs to kind elastic"),
         ({"kind": "free", "point": (0.1, 0.1)}, "no meaning at a point"),
         ({"kind": "clamped", "point": (0.5, 0.1)}, r"point \(0.5, 0.1\) m is off the plate"),
+        (
+            {"kind": "elastic", "point": (0.001, 0.1), "stiffness": 1e3},
+            "radius 0.002 m, reaches over the edge at .* m; move it, choose a smaller radius, or hold a part",
+        ),
+        ({"kind": "clamped", "point": (0.0, 0.1)}, "reaches over the edge"),
     ],
 )
 def test_a_support_on_nothing_is_refused(support: dict[str, Any], words: str) -> None:

@@ -65,6 +65,7 @@ DECLARATION = [
     ('role = "sensor"', 'role = "actuator"', r"actuator = nothing; allowed: .*which one drove"),
     ("center = [0.04, 0.035]", "center = [40, 35]", r"patch 'S1' spans 39\.99 to 40\.01 m along x.*0 to 0\.24"),
     ('id = "S2"', 'id = "S1"', r"patch id 'S1' is used 2 times"),
+    ('id = "S2"', 'id = "drive"', "patch 'drive' has the name of the drive's channel"),
     ("[oven]\nroom_temperature = 22.0\n", "", r"oven = nothing; allowed: a table with the keys room_temperature"),
     ("[acquisition]", "[acquisition", r"line 4\d = '\[acquisition'; allowed: TOML"),
     (

@@ -115,6 +115,71 @@ def test_only_the_layer_asked_for(tmp_path: Path) -> None:
     assert found.area == pytest.approx(0.5 * 0.03**2)
 
 
+def test_layers_are_found_in_either_case_and_named_where_there_is_none(tmp_path: Path) -> None:
+    dxf(tmp_path / "a.dxf", lambda space: space.add_circle((0, 0), 50, dxfattribs={"layer": "Plate"}))
+    assert plate(tmp_path, outline={"file": "a.dxf", "layer": "PLATE"}).area == pytest.approx(np.pi * 0.05**2)
+    with pytest.raises(DrawingError, match="nothing stands on layer 'outline'; the drawing has 'Plate'"):
+        plate(tmp_path, outline={"file": "a.dxf", "layer": "outline"})
+
+
+def test_what_a_drawing_hides_is_no_outline_unless_its_layer_is_named(tmp_path: Path) -> None:
+    """A hidden circle of construction around the plate became the outline, and the plate its hole."""
+
+    def draw(space: Any) -> None:
+        space.doc.layers.add("construction").freeze()
+        space.doc.layers.add("notes").off()
+        space.add_circle((0, 0), 50)
+        space.add_circle((0, 0), 70, dxfattribs={"layer": "construction"})
+        space.add_circle((0, 0), 80, dxfattribs={"layer": "notes"})
+        space.add_circle((0, 0), 90, dxfattribs={"invisible": 1})
+
+    dxf(tmp_path / "a.dxf", draw)
+    assert plate(tmp_path, outline={"file": "a.dxf"}).area == pytest.approx(np.pi * 0.05**2)
+    named = plate(tmp_path, outline={"file": "a.dxf", "layer": "construction"}, mass=0.02)
+    assert named.area == pytest.approx(np.pi * 0.07**2)
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [
+        lambda space: space.add_circle((0, 0), 50, dxfattribs={"extrusion": (0, 0.6, 0.8)}),
+        lambda space: space.add_lwpolyline(
+            [(0, 0), (90, 0), (0, 90)], close=True, dxfattribs={"extrusion": (1, 0, 0)}
+        ),
+        lambda space: space.add_line((0, 0, 0), (90, 0, 5)),
+        lambda space: space.add_open_spline([(0, 0, 0), (90, 0, 3), (0, 90, 9), (9, 9, 9)]),
+    ],
+)
+def test_what_lies_on_another_plane_is_refused(tmp_path: Path, draw: Callable[[Any], object]) -> None:
+    dxf(tmp_path / "a.dxf", draw)
+    with pytest.raises(DrawingError, match="does not lie in the plane of x and y; flatten the drawing"):
+        plate(tmp_path, outline={"file": "a.dxf"})
+
+
+def test_units_of_maps_and_stars_are_refused(tmp_path: Path) -> None:
+    for code, scale in ((14, 0.1), (10, 0.9144), (9, 2.54e-5)):
+        side = 0.1 / scale
+        dxf(
+            tmp_path / "a.dxf",
+            lambda space, side=side: space.add_lwpolyline([(0, 0), (side, 0), (0, side)], close=True),
+            code,
+        )
+        assert plate(tmp_path, outline={"file": "a.dxf"}).area == pytest.approx(0.005, rel=1e-9)
+    dxf(tmp_path / "a.dxf", slot, 7)
+    with pytest.raises(DrawingError, match=r"its unit \(\$INSUNITS 7\) is not that of a plate"):
+        plate(tmp_path, outline={"file": "a.dxf"})
+
+
+def test_a_closed_spline_without_clamped_ends_is_read(tmp_path: Path) -> None:
+    """Its knots begin before its first point. Area of a B-spline of a regular octagon by its Fourier series."""
+    corners = [(50 * np.cos(a), 50 * np.sin(a), 0.0) for a in np.arange(8) * np.pi / 4]
+    dxf(tmp_path / "a.dxf", lambda space: space.add_spline().set_closed(corners, degree=3))
+    # harmonic k = 1 + 8 m of the curve is 50 sinc(k / 8)**4 exp(j k t); the area pi sum of k |c_k|**2
+    k = 1.0 + 8.0 * np.arange(-40, 41)
+    area = np.pi * (k * (0.05 * np.sinc(k / 8.0) ** 4) ** 2).sum()
+    assert plate(tmp_path, outline={"file": "a.dxf"}).area == pytest.approx(area, rel=1e-6)
+
+
 def test_a_hole_and_a_zone_of_their_own_drawings(tmp_path: Path) -> None:
     dxf(
         tmp_path / "slot.dxf",
@@ -150,9 +215,49 @@ def test_svg_paths_and_shapes_in_the_size_of_the_page(tmp_path: Path) -> None:
     assert inches.loop.area == pytest.approx(100.0 * SLOT_AREA, rel=1e-6)
 
 
+def test_a_page_without_a_view_box_is_drawn_in_px(tmp_path: Path) -> None:
+    """96 px are an inch: a page of 300 mm is 1134 px wide."""
+    body = '<rect x="96" y="96" width="192" height="96"/>'
+    (tmp_path / "a.svg").write_text(PAGE.format(size='width="300mm" height="127mm"', body=body), encoding="utf-8")
+    found = plate(tmp_path, outline={"file": "a.svg"})
+    assert found.bounds[0] == pytest.approx((0.0254, 0.127 - 0.0508))
+    assert found.area == pytest.approx(0.0508 * 0.0254)
+
+
+@pytest.mark.parametrize("mirror", [1, -1])
+def test_transforms_that_shear_make_other_ellipses_of_arcs(tmp_path: Path, mirror: int) -> None:
+    """Areas change by the determinant, also of an arc's part of an ellipse."""
+    one = np.array([[mirror * 1.3, 0.7], [-0.4, 0.9]])
+    matrix = f"matrix({one[0, 0]} {one[1, 0]} {one[0, 1]} {one[1, 1]} 80 90)"
+    body = (
+        f'<g transform="{matrix}"><path d="M -40 0 A 40 25 0 0 1 40 0 z"/></g>'
+        f'<circle r="2" cx="0" cy="-10" transform="{matrix}"/>'
+    )
+    page = PAGE.format(size='width="300mm" height="200mm" viewBox="0 0 300 200"', body=body)
+    (tmp_path / "a.svg").write_text(page, encoding="utf-8")
+    found = plate(tmp_path, outline={"file": "a.svg"})
+    scale = 1e-6 * abs(np.linalg.det(one))
+    assert found.loop.area == pytest.approx(scale * 0.5 * np.pi * 40 * 25, rel=1e-6)
+    x, y = one @ (0.0, -10.0) + (80.0, 90.0)
+    assert found.hole_loops[0].centroid == pytest.approx((1e-3 * x, 1e-3 * (200.0 - y)))
+    assert found.hole_loops[0].area == pytest.approx(scale * np.pi * 4, rel=1e-6)
+
+
+def test_a_stretched_page_is_refused_and_what_is_hidden_left_out(tmp_path: Path) -> None:
+    body = '<rect x="10" y="10" width="60" height="20"/><circle r="99" visibility="hidden"/>'
+    size = 'width="300mm" height="200mm" viewBox="0 0 300 {shown}" preserveAspectRatio="none"'
+    for shown in (200, 100):
+        page = PAGE.format(size=size.format(shown=shown), body=body)
+        (tmp_path / f"{shown}.svg").write_text(page, encoding="utf-8")
+    assert plate(tmp_path, outline={"file": "200.svg"}, mass=0.002).area == pytest.approx(0.06 * 0.02)
+    with pytest.raises(DrawingError, match="stretched to its page"):
+        plate(tmp_path, outline={"file": "100.svg"}, mass=0.002)
+
+
 @pytest.mark.parametrize(
     ("body", "words"),
     [
+        ('<symbol><rect width="9" height="9"/></symbol>', "a symbol"),
         ('<use href="#a"/>', "a clone"),
         ('<svg:use href="#a"/>', "a clone"),
         ('<image href="a.png"/>', "an image"),

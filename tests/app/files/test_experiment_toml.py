@@ -38,6 +38,11 @@ def changed(tmp_path: Path, pattern: str, replacement: str, example: Path = EXAM
         (r"^sample_rate = 8500.0", "sample_rate = 99000.0", r"NI-9234 allows .* to 51200 Hz"),
         (r"^youngs_modulus = .*", "youngs_modulus = [1e9, 1e9, 1e9, 1e9]", "4 values for 9 temperatures"),
         (r"^format = .*", 'format = "experiment/2"', r"format = 'experiment/2'; allowed: 'experiment/1'"),
+        (
+            r"^thickness = 0.003",
+            'thickness = 0.003\nmaterial = { kind = "aluminum" }',
+            r"did you mean aluminium\?",
+        ),
         (r"^kind = \"watlow-f4t\"", 'kind = "watlow"', "'votsch-ascii2'"),
         (r"^center = \[0.04", "center = [0.24", "the plate allows 0 to 0.24"),
         (r"^room_temperature = 22.0", "room_temperature = 295.0", r"\(295 K are 21.85 °C\)"),

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -11,6 +12,7 @@ from analysis.patch import Patch
 from analysis.plate import Plate
 from app.commands.fault_picture import fault_picture
 from app.files.campaign_error import CampaignFileError
+from app.files.mesh_check import mesh_fault
 from app.files.settings_toml import checked
 from app.report.refused import pieces_declared
 
@@ -59,3 +61,37 @@ def test_a_patch_without_its_surface_is_refused(tmp_path: Path) -> None:
     declared["patch"] = [patch]
     with pytest.raises(CampaignFileError, match="physical surface 'patch 1' is missing"):
         checked(tmp_path / "a.toml", json.loads(json.dumps(declared)), Declaration)
+
+
+@pytest.mark.parametrize(
+    ("centers", "words", "place"),
+    [
+        (((0.01, 0.05), (0.2, 0.1)), "outline and patch 'A1': two borders touch without crossing", (0.0, 0.05)),
+        (((0.05, 0.05), (0.07, 0.05)), "patch 'A1' and patch 'B': two borders touch", (0.06, 0.05)),
+    ],
+)
+def test_borders_that_only_touch_are_refused_when_they_are_declared(
+    tmp_path: Path, centers: tuple[tuple[float, float], ...], words: str, place: tuple[float, float]
+) -> None:
+    """They were found when the twin was built, after the campaign."""
+    patches = [
+        {"id": name, "role": "sensor", "center": list(center), "diameter": 0.02, "thickness": 5e-4, "side": side}
+        for name, center, side in zip(("A1", "B"), centers, ("top", "bottom"), strict=True)
+    ]
+    plate = {"length_x": 0.3, "length_y": 0.2, "thickness": 0.003, "mass": 0.17}
+    with pytest.raises(CampaignFileError, match=words) as caught:
+        checked(tmp_path / "a.toml", {"plate": plate, "patch": patches}, Declaration)
+    assert caught.value.misplaced is not None
+    assert caught.value.misplaced.places[0] == pytest.approx(place, abs=1e-6)
+
+
+def test_a_plate_of_too_many_waves_is_refused_with_the_band_that_fits(tmp_path: Path) -> None:
+    sheet = Plate(length_x=5.0, length_y=4.0, thickness=0.003, mass=57.0)
+    fault = mesh_fault(
+        tmp_path / "a.toml", {}, SimpleNamespace(plate=sheet, sweep=SimpleNamespace(band=(50.0, 1500.0)))
+    )
+    assert fault is not None
+    assert "5 by 4 m are 85 by 68 of the shortest bending wavelengths" in fault[1]
+    highest = float(fault[1].split("End the band at ")[1].split(" Hz")[0])
+    lower = SimpleNamespace(plate=sheet, sweep=SimpleNamespace(band=(50.0, 0.95 * highest)))
+    assert mesh_fault(tmp_path / "a.toml", {}, lower) is None
