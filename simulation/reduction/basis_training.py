@@ -36,8 +36,8 @@ class BasisTraining:
 
         The first are the softest, which has most modes, at every nu of a grid. A stiffer plate moves nearly as a
         soft one does at a lower frequency. The others are the softest between two nu and, at ever larger E, by
-        turns those between and those of the grid, which the stiffest are. The stiffer half is corrected after the
-        softer one, from which less is missing then.
+        turns those between and those of the grid, which the stiffest are. The stiffer part is corrected after the
+        softer one, and misses less then.
         """
         (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
         levels = np.geomspace(e0, e1, self._steps(e1 / e0) + 1)[1:]
@@ -47,7 +47,7 @@ class BasisTraining:
         from_stiffest = [n if k % 2 == 0 or not cells else between for k in range(len(levels))]
         stiffer = [(x, y) for x, values in zip(levels, reversed(from_stiffest), strict=True) for y in values]
         corrected = [(e0, y) for y in between] + stiffer
-        half = (len(corrected) + 1) // 2
+        half = 2 * ((len(corrected) + 2) // 4)  # even: two are solved at a time
         groups = [[(e0, y) for y in n], corrected[:half], corrected[half:]]
         return [[(float(x), float(y)) for x, y in group] for group in groups if group]
 

@@ -17,7 +17,7 @@ Constants = tuple[float, float, float]
 
 WORKERS = 2
 """Materials solved at a time."""
-DRAWN = 3
+DRAWN = 2
 """Number of random materials in the box at each attempt."""
 HALTON = (2, 3)
 """Bases of Halton's sequence along E and nu."""
@@ -43,7 +43,7 @@ class MeasuredError:
 
 
 def held_out(box: MaterialBox, attempt: int) -> list[tuple[float, float]]:
-    """(E, nu) between the training materials, three of them random, new ones at each attempt.
+    """(E, nu) between the training materials, two of them random, new ones at each attempt.
 
     The first attempt also uses the box's softest material, where resonances are most numerous, and a stiffest one.
     """
