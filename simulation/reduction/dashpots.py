@@ -13,6 +13,8 @@ from analysis.arrays import Complex, Real
 
 LEAST = 1e-7
 """Smallest dissipated power of a column, as a share of the largest."""
+FEW = 12
+"""Largest number of columns of dashpots at points, each of which is a load of the plate without dashpots."""
 
 
 def columns(damping: csr_matrix | Real, answers: Real) -> Real:
@@ -28,6 +30,18 @@ def columns(damping: csr_matrix | Real, answers: Real) -> Real:
     power, directions = np.linalg.eigh(answers.T @ forces)
     kept = power > LEAST * power.max()
     return np.asarray(forces @ (directions[:, kept] / np.sqrt(power[kept])))
+
+
+def few_columns(damping: csr_matrix) -> Real | None:
+    """Return R (n, q) with R R' = C where q is at most `FEW`; None for more, as along an edge."""
+    held = np.flatnonzero(np.diff(damping.indptr))
+    power, directions = np.linalg.eigh(damping[held][:, held].toarray())
+    kept = power > LEAST * power.max(initial=0.0)
+    if kept.sum() > FEW:
+        return None
+    found = np.zeros((damping.shape[0], int(kept.sum())))
+    found[held] = directions[:, kept] * np.sqrt(power[kept])
+    return found
 
 
 def forces(between: Complex, moved: Complex, frequency: ArrayLike) -> Complex:

@@ -18,7 +18,7 @@ from analysis.material import MaterialBox
 from analysis.progress import Progress
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.certification import measured_error
-from simulation.reduction.dashpots import columns
+from simulation.reduction.dashpots import columns, few_columns
 from simulation.reduction.energy_decomposition import (
     decomposition,
     energy_shift,
@@ -95,14 +95,16 @@ def reduce(
     # transfers: the square of the truncation error over the loss factor; fields are linear in it
     share = FIELD_SHARE if len(places[counted]) else 1.0
     tail = share * float(np.sqrt(training.tolerance * training_loss(box)))
-    responses = _damped_responses(model, box, band, training)
+    dashpots = few_columns(model.damping)
+    responses = _damped_responses(model, box, band, training) if dashpots is None else np.zeros((model.size, 0))
     energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
-    vectors = np.hstack([_candidates(model, box, band, lines, training, report), responses])
+    vectors = np.hstack([_candidates(model, dashpots, box, band, lines, training, report), responses])
     with threadpool_limits(WORKERS, user_api="blas"):  # large products, one after the other
         vectors = mass_orthonormal(vectors, energy, model.mass)
 
     def on(basis: Real, responses: Real, known: ReducedModel | None = None) -> ReducedModel:
-        found = projected(model, basis, box, band, columns(model.damping, responses), known=known)
+        damping = columns(model.damping, responses) if dashpots is None else dashpots
+        found = projected(model, basis, box, band, damping, known=known)
         return replace(found, deflection=probe[counted] @ basis, points=places[counted])
 
     def extended(basis: Real, missing: Real, known: ReducedModel, least: float) -> Real:
@@ -152,18 +154,21 @@ def _check(model: ShellModel, box: MaterialBox, band: tuple[float, float]) -> No
 
 def _candidates(
     model: ShellModel,
+    dashpots: Real | None,
     box: MaterialBox,
     band: tuple[float, float],
     lines: Real,
     training: BasisTraining,
     report: Progress,
 ) -> Real:
-    """Krylov vectors (n, N) of the softest materials.
+    """Krylov vectors (n, N) of the softest materials, for the patches and for the forces of `dashpots` (n, q).
 
     Two shifts each, near the ends of the band: a third factorization costs as much as twenty more vectors.
     """
     shifts = band[0] + np.array(SHIFTS) * (band[1] - band[0])
     materials = training.materials(box)[0]
+    if dashpots is not None and dashpots.size:
+        model = replace(model, coupling=np.hstack([model.coupling, dashpots]))
 
     def space(constants: tuple[float, float]) -> Real:
         return material_space(
@@ -206,12 +211,10 @@ def _corrections(
 def _damped_responses(
     model: ShellModel, box: MaterialBox, band: tuple[float, float], training: BasisTraining
 ) -> Real:
-    """Real and imaginary parts of responses (n, N) of a plate with dashpots over the box; none without dashpots.
+    """Real and imaginary parts of responses (n, N) of a plate with dashpots along an edge over the box.
 
-    For dashpots along an edge Krylov spaces would be too large: every function of the edge would be a load.
+    Krylov spaces would be too large: every function of the edge would be a load.
     """
-    if not model.damping.nnz:
-        return np.zeros((model.size, 0))
     lines = np.linspace(*band, DAMPED_LINES)
 
     def responses(constants: tuple[float, float]) -> Real:

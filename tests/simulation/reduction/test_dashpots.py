@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_matrix
 
 from analysis.channel import Footprint
 from analysis.experiment import Plate
@@ -12,7 +13,7 @@ from analysis.material import MaterialBox
 from analysis.sweep_point import SweepPoint
 from simulation.effects.library import library
 from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.dashpots import columns
+from simulation.reduction.dashpots import FEW, columns, few_columns
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.reduction.footprint_reduction import reduce_with_footprints
 from simulation.reduction.lowest_modes import lowest_modes
@@ -205,3 +206,20 @@ def test_columns_give_the_damping_back():
     assert found.shape == (30, 4)
     assert found @ found.T == pytest.approx(damping)
     assert columns(np.zeros((30, 30)), answers).shape == (30, 0)
+
+
+def test_dashpots_at_points_have_a_column_each(declare, patches, coarse_mesh):
+    spots = (SPOT, {**SPOT, "point": (0.2, 0.1), "damping": 3.0})
+    free = declare(patches, BAND)
+    plate = Plate.model_validate({**free.plate.model_dump(), "support": spots})
+    model = assemble(plate, free.patch, recipe=coarse_mesh, degree=4)
+    found = few_columns(model.damping)
+    assert found is not None
+    assert found.shape == (model.size, 2)
+    assert np.abs(found @ found.T - model.damping.toarray()).max() < 1e-6 * np.abs(model.damping).max()
+
+
+def test_many_dashpots_have_no_few_columns(model):
+    assert few_columns(model.damping) is None
+    assert few_columns(csr_matrix((5, 5))).shape == (5, 0)
+    assert few_columns(csr_matrix(np.eye(FEW + 1))) is None
