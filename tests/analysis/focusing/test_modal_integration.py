@@ -33,7 +33,7 @@ def test_a_long_tone_ends_in_the_steady_state_of_hysteretic_damping(frequency):
 
 
 def test_modes_far_above_the_rate_follow_as_springs():
-    """Reduced plates have some, at up to thirty times the rate; with 32 points one at 21 moved ten times as far."""
+    """Reduced plates have some, at up to thirty times the rate; with 32 points one at 21 went ten times as far."""
     found, steady = moved(200.0, resonances((14.0 * RATE, 0.06), (30.0 * RATE, 0.1)))
     np.testing.assert_allclose(found, steady, atol=1e-4 * np.abs(steady).max())
 
