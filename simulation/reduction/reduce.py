@@ -11,6 +11,7 @@ from itertools import chain
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.sparse import csr_matrix
 from threadpoolctl import threadpool_limits
 
 from analysis.arrays import Real
@@ -107,15 +108,10 @@ def reduce(
         found = projected(model, basis, box, band, damping, known=known)
         return replace(found, deflection=probe[counted] @ basis, points=places[counted])
 
-    def extended(basis: Real, missing: Real, known: ReducedModel, least: float) -> Real:
-        gram = known.stiffness(*middle(box), 0.0).real + energy_shift(band) * np.eye(known.size)
-        with threadpool_limits(WORKERS, user_api="blas"):
-            return extended_basis(basis, missing, energy, model.mass, least, gram=gram)
-
     larger = on(vectors, responses)
     for k, materials in enumerate(training.materials(box)[1:]):
         missing = _corrections(model, vectors, larger, materials, lines, training)
-        vectors = extended(vectors, missing, larger, tail)
+        vectors = _extended(vectors, missing, larger, energy, model.mass, tail)
         larger = on(vectors, responses, larger)
         report(STAGE, 0.5 + 0.1 * k)
     basis = decomposition(larger, lines, 0.25 * training.tolerance)
@@ -130,7 +126,8 @@ def reduce(
         seen = np.hstack([measured.seen.real, measured.seen.imag])
         responses = np.hstack([responses, seen])
         seen = seen / np.sqrt(np.einsum("ni,ni->i", seen, energy @ seen))
-        vectors = extended(vectors, np.hstack([measured.missing, seen]), small, tail)
+        missing = np.hstack([measured.missing, seen])
+        vectors = _extended(vectors, missing, small, energy, model.mass, tail)
         small = on(vectors, responses, small)
     raise RuntimeError(
         f"the reduced model's error is {measured.error:.2g} after {training.rounds} rounds; "
@@ -206,6 +203,15 @@ def _corrections(
 
     with ThreadPoolExecutor(WORKERS) as executor:
         return np.hstack(list(executor.map(missing, materials)))
+
+
+def _extended(
+    vectors: Real, missing: Real, known: ReducedModel, energy: csr_matrix, mass: csr_matrix, tail: float
+) -> Real:
+    """Add the leading missing parts to vectors, of which `known` is the projection; see `extended_basis`."""
+    gram = known.stiffness(*middle(known.box), 0.0).real + energy_shift(known.band) * np.eye(known.size)
+    with threadpool_limits(WORKERS, user_api="blas"):
+        return extended_basis(vectors, missing, energy, mass, tail, gram=gram)
 
 
 def _damped_responses(
