@@ -113,9 +113,7 @@ def _seen_from_below(entity: Any) -> bool:
     """Whether an entity is drawn on the plane seen from below; ValueError for one on another plane."""
     x, y, z = entity.dxf.get("extrusion", (0.0, 0.0, 1.0))
     if np.hypot(x, y) > LEVEL * abs(z):
-        raise ValueError(
-            f"holds a {entity.dxftype()} that does not lie in the plane of x and y; flatten the drawing"
-        )
+        raise ValueError(f"holds a {entity.dxftype()} {TILTED}")
     return bool(z < 0.0)
 
 

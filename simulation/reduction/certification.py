@@ -73,7 +73,7 @@ def measured_error(
     """Measure the error of `small` at the held-out materials, with the least damping, where it is largest.
 
     The full model is solved for each material at the resonance where the corrections of the modes say that the
-    error is largest, and for the first random one also at a random frequency on the flanks of resonances.
+    error is largest, and for the first random one also at a random one of `lines` and those on narrow resonances.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def measured_error(
         return MeasuredError(error, full.reshape(model.size, -1), found.missing)
 
     with ThreadPoolExecutor(WORKERS) as executor:
-        parts = list(executor.map(at, reversed(range(len(materials)))))  # the random ones first: they take longest
+        parts = list(executor.map(at, reversed(range(len(materials)))))  # the random ones first: one takes longest
     return MeasuredError(
         max(part.error for part in parts),
         np.hstack([part.seen for part in parts]),
