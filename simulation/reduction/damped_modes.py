@@ -7,6 +7,7 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from simulation.reduction.dashpots import connected, forces
+from simulation.reduction.energy_sums import LIVELY
 from simulation.reduction.resonance_lines import resonance_lines, root_mean_square
 
 
@@ -84,13 +85,21 @@ class DampedModes:
         return np.asarray(self.shapes @ np.hstack([modal.real, modal.imag]))
 
     def gram(self, lines: Real, loss_factor: float) -> Real:
-        """Product of the `responses` with their transpose, (r, r), computed without them if no dashpots act."""
+        """Product of the `responses` with their transpose, (r, r), computed without them if no dashpots act.
+
+        A product of two terms is a difference, see `EnergySums`: the sums over the lines of all pairs of modes
+        follow from those of every mode. Motions without stiffness get some damping for it.
+        """
         if self.dashpots.size:
             modal = self.modal(lines, loss_factor).reshape(len(self.squares), -1)
             product = modal.real @ modal.real.T + modal.imag @ modal.imag.T
         else:
-            terms = self.terms(lines, loss_factor)
-            product = (self.force @ self.force.T) * (terms.real @ terms.real.T + terms.imag @ terms.imag.T)
+            squares = (2 * np.pi * lines) ** 2
+            stiffness = np.maximum(np.abs(self.squares), LIVELY * squares.max())
+            poles = self.squares + 1j * loss_factor * stiffness
+            sums = (1.0 / (poles[:, None] - squares)).sum(axis=1)
+            product = (sums.conj() - sums[:, None]) / (poles[:, None] - poles.conj())
+            product = (self.force @ self.force.T) * product.real
         return np.asarray(self.shapes @ product @ self.shapes.T)
 
 

@@ -37,7 +37,7 @@ from simulation.shell.shell_model import ShellModel
 STAGE = "reducing the plate"
 WORKERS = 2
 """Number of materials solved at a time, in threads: sparse factorization releases the interpreter lock."""
-SHIFTS = (0.1, 0.9)
+SHIFTS = (0.2, 0.9)
 """Shifts in the band at which a material's stiffness is factorized."""
 FIELD_SHARE = 0.15
 """Share of the truncation error allowed for transfers alone, where the field is certified too."""
@@ -115,7 +115,8 @@ def reduce(
         larger = on(vectors, responses, larger)
         report(STAGE, 0.5 + 0.1 * k)
     basis = decomposition(larger, lines, 0.25 * training.tolerance)
-    small, vectors = larger.restricted(basis), vectors @ basis
+    with threadpool_limits(WORKERS, user_api="blas"):
+        small, vectors = larger.restricted(basis), vectors @ basis
     report(STAGE, 0.7)
     for attempt in range(training.rounds):
         measured = measured_error(model, small, vectors, lines, attempt, training.tolerance)

@@ -29,6 +29,7 @@ Parts = tuple[list[Block], list[Block], list[Block], list[Block]]
 """Blocks of K1, K2, Kp and M."""
 
 WORKERS = 2
+"""Number of matrices, or of responses, computed at a time."""
 FEW = 12
 """Number of forces whose responses select functions: the field of any other is as smooth as theirs."""
 MESHED, INTEGRATED, CHOSEN = 0.1, 0.25, 0.95
@@ -192,7 +193,8 @@ def assembled(shell: ShellPlate, kept: Mask, parts: Parts, dropped: float = 0.0)
     ShellModel
     """
     unknowns = Unknowns.of(shell.space, kept)
-    first, second, patches, mass = (unknowns.matrix(blocks) for blocks in parts)
+    with ThreadPoolExecutor(WORKERS) as executor:
+        first, second, patches, mass = executor.map(unknowns.matrix, parts)
     patches = csr_matrix(patches + unknowns.springs(shell))
     columns = [unknowns.vector(coupling) for coupling in couplings(shell, shell.thickness)]
     return ShellModel(
@@ -242,9 +244,11 @@ def _problems(
 
 def _parts(shell: ShellPlate) -> Parts:
     thickness = shell.thickness
-    return (
-        list(shell.cells.of(shell.plate_stiffness(moduli(shell.sheet, 1.0, 0.0), 0.5, thickness))),
-        list(shell.cells.of(shell.plate_stiffness(moduli(shell.sheet, 0.0, 1.0), -0.5, thickness))),
-        list(shell.cells.of(shell.patch_stiffness(thickness))),
-        list(shell.inertia(thickness)),
+    stiffnesses = (
+        shell.plate_stiffness(moduli(shell.sheet, 1.0, 0.0), 0.5, thickness),
+        shell.plate_stiffness(moduli(shell.sheet, 0.0, 1.0), -0.5, thickness),
+        shell.patch_stiffness(thickness),
     )
+    with ThreadPoolExecutor(WORKERS) as executor:
+        first, second, patches = executor.map(lambda rigidity: list(shell.cells.of(rigidity)), stiffnesses)
+    return first, second, patches, list(shell.inertia(thickness))
