@@ -1,9 +1,9 @@
 """Proper orthogonal decomposition, in the energy norm, of a plate's responses over a box of materials."""
 
+import itertools
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from itertools import product
 from typing import Self
 
 import numpy as np
@@ -14,6 +14,7 @@ from scipy.sparse import csr_matrix
 from analysis.arrays import Real
 from analysis.material import MaterialBox
 from simulation.reduction.damped_modes import DampedModes, relative_error
+from simulation.reduction.galerkin import product
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.reduction.resonance_lines import root_mean_square
 
@@ -73,12 +74,12 @@ def mass_orthonormal(vectors: Real, energy: csr_matrix, mass: csr_matrix) -> Rea
     (n, N) ndarray
         N is at most k.
     """
-    weighed = energy @ vectors
+    weighed = product(energy, vectors)
     norm = np.sqrt(np.einsum("ni,ni->i", vectors, weighed))
     values, basis = np.linalg.eigh((vectors.T @ weighed) / np.outer(norm, norm))
     kept = values > DEPENDENT**2 * values[-1]
     vectors = vectors @ (basis[:, kept] / np.outer(norm, np.sqrt(values[kept])))
-    root = scipy.linalg.cholesky(vectors.T @ (mass @ vectors), lower=True)
+    root = scipy.linalg.cholesky(vectors.T @ product(mass, vectors), lower=True)
     return np.asarray(vectors @ np.linalg.inv(root).T)
 
 
@@ -110,7 +111,7 @@ def decomposition(candidate: ReducedModel, lines: Real, tolerance: float) -> Rea
     loss = training_loss(candidate.box)
     wider = np.linspace((1.0 - BEYOND) * lines[0], (1.0 + BEYOND) * lines[-1], lines.size)
     materials = list(
-        product(
+        itertools.product(
             np.geomspace(*candidate.box.youngs_modulus, MODULI), np.linspace(*candidate.box.poisson_ratio, RATIOS)
         )
     )
@@ -132,7 +133,7 @@ def decomposition(candidate: ReducedModel, lines: Real, tolerance: float) -> Rea
             small = candidate.restricted(np.linalg.qr(directions[:, :size])[0])
 
             def at(place: int) -> float:
-                return references[place].error(small.damped_modes(*materials[place]), small, loss)
+                return float(references[place].error(small.damped_modes(*materials[place]), small, loss))
 
             return max(executor.map(at, range(len(materials))))
 

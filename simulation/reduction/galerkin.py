@@ -1,8 +1,9 @@
-"""Galerkin projection of a model onto given vectors."""
+"""Galerkin projection of a model onto given vectors, and products with many vectors."""
 
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from analysis.arrays import Real
 from analysis.material import MaterialBox
@@ -10,7 +11,7 @@ from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.shell_model import ShellModel
 
 WORKERS = 2
-"""Number of matrices projected at a time."""
+"""Number of matrices projected, or of parts of a product computed, at a time."""
 
 
 def projected(
@@ -71,3 +72,16 @@ def bordered(gram: Real, columns: Real) -> Real:
     grown[old:, :old] = columns[:old].T
     grown[old:, old:] = 0.5 * (columns[old:] + columns[old:].T)
     return grown
+
+
+def product(matrix: csr_matrix, vectors: Real) -> Real:
+    """Sparse matrix (m, n) times many vectors (n, k), (m, k): SciPy's product uses one core only."""
+    found = np.empty((matrix.shape[0], vectors.shape[1]))
+    ends = np.linspace(0, len(found), WORKERS + 1).astype(int)
+
+    def part(start: int, stop: int) -> None:
+        found[start:stop] = matrix[start:stop] @ vectors
+
+    with ThreadPoolExecutor(WORKERS) as executor:
+        list(executor.map(part, ends[:-1], ends[1:]))
+    return found

@@ -11,6 +11,7 @@ from scipy.sparse import csr_matrix
 
 from analysis.arrays import Real
 from simulation.reduction.energy_decomposition import leading
+from simulation.reduction.galerkin import product
 from simulation.reduction.rational_krylov import Chain
 from simulation.shell.factors import factorize
 from simulation.state.state_matrices import StateMatrices
@@ -91,14 +92,15 @@ def extended_basis(
     (n, r + k) ndarray
         The given vectors first.
     """
-    weighed = energy @ missing
+    weighed = product(energy, missing)
     shared = vectors.T @ weighed
     within = np.linalg.solve(gram, shared)
     values, basis = leading(missing.T @ weighed - shared.T @ within, tail)
     basis = basis / np.sqrt(values)
-    rest = missing @ basis - vectors @ (within @ basis)
-    rest = rest - vectors @ (vectors.T @ (mass @ rest))
-    root = scipy.linalg.cholesky(_symmetric(rest.T @ (mass @ rest)))
+    rest = missing @ basis
+    rest -= vectors @ (within @ basis)
+    rest -= vectors @ (vectors.T @ product(mass, rest))
+    root = scipy.linalg.cholesky(_symmetric(rest.T @ product(mass, rest)))
     return np.hstack([vectors, scipy.linalg.solve_triangular(root, rest.T, trans="T").T])
 
 
