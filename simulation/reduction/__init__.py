@@ -3,8 +3,9 @@
 A plate over a range of materials:
 
 =========================  ================================================================
-``rational_krylov``        candidate vectors
+``rational_krylov``        Krylov space of one material
 ``mode_corrections``       vectors that correct the modes at further materials, and the errors of these modes
+``candidates``             candidate vectors: these spaces and corrections at all training materials
 ``damped_modes``           real modes, a fast approximation for training
 ``resonance_lines``        frequency lines, including those on narrow resonances
 ``energy_decomposition``   proper orthogonal decomposition of the candidate vectors

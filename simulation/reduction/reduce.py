@@ -5,9 +5,8 @@ them are corrected at further materials. A proper orthogonal decomposition of re
 candidates, over the whole box, keeps the leading directions. The full model is solved only to measure the error.
 """
 
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
-from itertools import chain
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +17,7 @@ from analysis.arrays import Real
 from analysis.material import MaterialBox
 from analysis.progress import Progress
 from simulation.reduction.basis_training import BasisTraining
+from simulation.reduction.candidates import damped_responses, krylov_vectors, missing_parts
 from simulation.reduction.certification import measured_error
 from simulation.reduction.dashpots import columns, few_columns
 from simulation.reduction.energy_decomposition import (
@@ -29,20 +29,14 @@ from simulation.reduction.energy_decomposition import (
 )
 from simulation.reduction.galerkin import projected
 from simulation.reduction.missing_responses import extended_basis
-from simulation.reduction.mode_corrections import mode_corrections
-from simulation.reduction.rational_krylov import material_space
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.shell_model import ShellModel
 
 STAGE = "reducing the plate"
-WORKERS = 2
-"""Number of materials solved at a time, in threads: sparse factorization releases the interpreter lock."""
-SHIFTS = (0.2, 0.9)
-"""Shifts in the band at which a material's stiffness is factorized."""
+CORES = 2
+"""BLAS threads of large products, which are computed one after the other."""
 FIELD_SHARE = 0.15
 """Share of the truncation error allowed for transfers alone, where the field is certified too."""
-DAMPED_LINES = 16
-"""Number of frequencies per material at which a plate with dashpots is solved."""
 
 
 def reduce(
@@ -86,54 +80,128 @@ def reduce(
     RuntimeError
         If the tolerance cannot be reached.
     """
-    training = training or BasisTraining()
     report = progress or (lambda stage, share: None)
     _check(model, box, band)
-    lines = np.linspace(*band, training.lines)
+    plan = _Plan.of(model, box, band, training or BasisTraining())
     places = np.asarray(() if points is None else points, float).reshape(-1, 2)
     probe = model.deflection(places)
-    counted = slice(None) if field_certified else slice(0)
-    # transfers: the square of the truncation error over the loss factor; fields are linear in it
-    share = FIELD_SHARE if len(places[counted]) else 1.0
-    tail = share * float(np.sqrt(training.tolerance * training_loss(box)))
-    dashpots = few_columns(model.damping)
-    responses = _damped_responses(model, box, band, training) if dashpots is None else np.zeros((model.size, 0))
-    energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
-    vectors = np.hstack([_candidates(model, dashpots, box, band, lines, training, report), responses])
-    with threadpool_limits(WORKERS, user_api="blas"):  # large products, one after the other
-        vectors = mass_orthonormal(vectors, energy, model.mass)
-
-    def on(basis: Real, responses: Real, known: ReducedModel | None = None) -> ReducedModel:
-        damping = columns(model.damping, responses) if dashpots is None else dashpots
-        found = projected(model, basis, box, band, damping, known=known)
-        return replace(found, deflection=probe[counted] @ basis, points=places[counted])
-
-    larger = on(vectors, responses)
-    for k, materials in enumerate(training.materials(box)[1:]):
-        missing = _corrections(model, vectors, larger, materials, lines, training)
-        vectors = _extended(vectors, missing, larger, energy, model.mass, tail)
-        larger = on(vectors, responses, larger)
-        report(STAGE, 0.5 + 0.1 * k)
-    basis = decomposition(larger, lines, 0.25 * training.tolerance)
-    with threadpool_limits(WORKERS, user_api="blas"):
-        small, vectors = larger.restricted(basis), vectors @ basis
+    if field_certified:
+        plan = plan.with_field(places, probe)
+    vectors, candidate = plan.candidates(report)
+    small, vectors = plan.decomposed(vectors, candidate)
     report(STAGE, 0.7)
-    for attempt in range(training.rounds):
-        measured = measured_error(model, small, vectors, lines, attempt, training.tolerance)
-        if measured.error <= training.tolerance:
-            report(STAGE, 1.0)
-            return replace(small, error=measured.error, deflection=probe @ vectors, points=places), vectors
-        report(STAGE, 0.8 + 0.05 * attempt)
-        seen = np.hstack([measured.seen.real, measured.seen.imag])
-        responses = np.hstack([responses, seen])
-        seen = seen / np.sqrt(np.einsum("ni,ni->i", seen, energy @ seen))
-        missing = np.hstack([measured.missing, seen])
-        vectors = _extended(vectors, missing, small, energy, model.mass, tail)
-        small = on(vectors, responses, small)
-    raise RuntimeError(
-        f"the reduced model's error is {measured.error:.2g} after {training.rounds} rounds; "
-        f"allowed {training.tolerance:g}"
-    )
+    small, vectors = plan.certified(small, vectors, report)
+    return replace(small, deflection=probe @ vectors, points=places), vectors
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """A plate to be reduced, and what every step of it needs.
+
+    Attributes
+    ----------
+    model : ShellModel
+        Of n unknowns.
+    box : MaterialBox
+    band : (float, float)
+        Hz.
+    training : BasisTraining
+    energy : (n, n) csr_matrix
+        Norm of the missing parts.
+    dashpots : (n, q) ndarray or None
+        See `few_columns`; None for dashpots along an edge, whose columns are fitted to responses.
+    responses : (n, S) ndarray
+        These responses.
+    points, probe : (K, 2) ndarray, m, and (K, n) matrix
+        Points at which the deflection is certified, and the deflection there.
+    """
+
+    model: ShellModel
+    box: MaterialBox
+    band: tuple[float, float]
+    training: BasisTraining
+    energy: csr_matrix
+    dashpots: Real | None
+    responses: Real
+    points: Real
+    probe: csr_matrix
+
+    @classmethod
+    def of(cls, model: ShellModel, box: MaterialBox, band: tuple[float, float], training: BasisTraining) -> Self:
+        energy = csr_matrix(model.stiffness(*middle(box)) + energy_shift(band) * model.mass)
+        dashpots = few_columns(model.damping)
+        fitted = (
+            np.zeros((model.size, 0)) if dashpots is not None else damped_responses(model, box, band, training)
+        )
+        nowhere = np.zeros((0, 2))
+        return cls(model, box, band, training, energy, dashpots, fitted, nowhere, model.deflection(nowhere))
+
+    def with_field(self, points: Real, probe: csr_matrix) -> Self:
+        return replace(self, points=points, probe=probe)
+
+    @property
+    def lines(self) -> Real:
+        """Even grid over the band, Hz."""
+        return np.linspace(*self.band, self.training.lines)
+
+    @property
+    def tail(self) -> float:
+        """Truncation error allowed: its square over the loss factor for transfers; fields are linear in it."""
+        share = FIELD_SHARE if len(self.points) else 1.0
+        return share * float(np.sqrt(self.training.tolerance * training_loss(self.box)))
+
+    def candidates(self, report: Progress) -> tuple[Real, ReducedModel]:
+        """Candidate vectors (n, N), orthonormal in the mass, and the model projected onto them."""
+        model, box, band, training = self.model, self.box, self.band, self.training
+        vectors = krylov_vectors(
+            model, self.dashpots, box, band, self.lines, training, lambda share: report(STAGE, 0.4 * share)
+        )
+        vectors = np.hstack([vectors, self.responses])
+        with threadpool_limits(CORES, user_api="blas"):
+            vectors = mass_orthonormal(vectors, self.energy, model.mass)
+        candidate = self._projected(vectors)
+        for k, materials in enumerate(training.materials(box)[1:]):
+            missing = missing_parts(model, vectors, candidate, materials, self.lines, training)
+            vectors = self._extended(vectors, missing, candidate)
+            candidate = self._projected(vectors, candidate)
+            report(STAGE, 0.5 + 0.1 * k)
+        return vectors, candidate
+
+    def decomposed(self, vectors: Real, candidate: ReducedModel) -> tuple[ReducedModel, Real]:
+        """Return the model on the leading directions of the responses, and their vectors (n, r)."""
+        basis = decomposition(candidate, self.lines, 0.25 * self.training.tolerance)
+        with threadpool_limits(CORES, user_api="blas"):
+            return candidate.restricted(basis), vectors @ basis
+
+    def certified(self, small: ReducedModel, vectors: Real, report: Progress) -> tuple[ReducedModel, Real]:
+        """Return the model with its error, and its vectors, extended by what the certification finds missing."""
+        plan, tolerance, rounds = self, self.training.tolerance, self.training.rounds
+        for attempt in range(rounds):
+            measured = measured_error(plan.model, small, vectors, plan.lines, attempt, tolerance)
+            if measured.error <= tolerance:
+                report(STAGE, 1.0)
+                return replace(small, error=measured.error), vectors
+            report(STAGE, 0.8 + 0.05 * attempt)
+            seen = np.hstack([measured.seen.real, measured.seen.imag])
+            plan = replace(plan, responses=np.hstack([plan.responses, seen]))
+            seen = seen / np.sqrt(np.einsum("ni,ni->i", seen, plan.energy @ seen))
+            vectors = plan._extended(vectors, np.hstack([measured.missing, seen]), small)
+            small = plan._projected(vectors, small)
+        raise RuntimeError(
+            f"the reduced model's error is {measured.error:.2g} after {rounds} rounds; allowed {tolerance:g}"
+        )
+
+    def _projected(self, vectors: Real, known: ReducedModel | None = None) -> ReducedModel:
+        """Galerkin model on vectors, of the first of which `known` is the projection."""
+        dashpots = columns(self.model.damping, self.responses) if self.dashpots is None else self.dashpots
+        found = projected(self.model, vectors, self.box, self.band, dashpots, known=known)
+        return replace(found, deflection=self.probe @ vectors, points=self.points)
+
+    def _extended(self, vectors: Real, missing: Real, known: ReducedModel) -> Real:
+        """Add the leading missing parts to vectors, of which `known` is the projection; see `extended_basis`."""
+        gram = known.stiffness(*middle(known.box), 0.0).real + energy_shift(known.band) * np.eye(known.size)
+        with threadpool_limits(CORES, user_api="blas"):
+            return extended_basis(vectors, missing, self.energy, self.model.mass, self.tail, gram=gram)
 
 
 def _check(model: ShellModel, box: MaterialBox, band: tuple[float, float]) -> None:
@@ -148,85 +216,3 @@ def _check(model: ShellModel, box: MaterialBox, band: tuple[float, float]) -> No
         )
     if not 0.0 <= band[0] < band[1]:
         raise ValueError(f"band {band[0]:g} to {band[1]:g} Hz must ascend from 0 or above")
-
-
-def _candidates(
-    model: ShellModel,
-    dashpots: Real | None,
-    box: MaterialBox,
-    band: tuple[float, float],
-    lines: Real,
-    training: BasisTraining,
-    report: Progress,
-) -> Real:
-    """Krylov vectors (n, N) of the softest materials, for the patches and for the forces of `dashpots` (n, q).
-
-    Two shifts each, near the ends of the band: a third factorization costs as much as twenty more vectors.
-    """
-    shifts = band[0] + np.array(SHIFTS) * (band[1] - band[0])
-    materials = training.materials(box)[0]
-    if dashpots is not None and dashpots.size:
-        model = replace(model, coupling=np.hstack([model.coupling, dashpots]))
-
-    def space(constants: tuple[float, float]) -> Real:
-        return material_space(
-            model,
-            *constants,
-            shifts=shifts,
-            lines=lines,
-            loss_factor=training_loss(box),
-            tolerance=training.tolerance,
-        )
-
-    spaces = []
-    with ThreadPoolExecutor(WORKERS) as executor:
-        for k, found in enumerate(executor.map(space, materials)):
-            spaces.append(found)
-            report(STAGE, 0.4 * (k + 1) / len(materials))
-    return np.hstack(spaces)
-
-
-def _corrections(
-    model: ShellModel,
-    vectors: Real,
-    candidate: ReducedModel,
-    materials: list[tuple[float, float]],
-    lines: Real,
-    training: BasisTraining,
-) -> Real:
-    """Missing parts (n, s) of the modes at some materials."""
-    loss = training_loss(candidate.box)
-
-    def missing(constants: tuple[float, float]) -> Real:
-        return mode_corrections(
-            model, vectors, candidate, constants, lines=lines, loss_factor=loss, tolerance=training.tolerance
-        ).missing
-
-    with ThreadPoolExecutor(WORKERS) as executor:
-        return np.hstack(list(executor.map(missing, materials)))
-
-
-def _extended(
-    vectors: Real, missing: Real, known: ReducedModel, energy: csr_matrix, mass: csr_matrix, tail: float
-) -> Real:
-    """Add the leading missing parts to vectors, of which `known` is the projection; see `extended_basis`."""
-    gram = known.stiffness(*middle(known.box), 0.0).real + energy_shift(known.band) * np.eye(known.size)
-    with threadpool_limits(WORKERS, user_api="blas"):
-        return extended_basis(vectors, missing, energy, mass, tail, gram=gram)
-
-
-def _damped_responses(
-    model: ShellModel, box: MaterialBox, band: tuple[float, float], training: BasisTraining
-) -> Real:
-    """Real and imaginary parts of responses (n, N) of a plate with dashpots along an edge over the box.
-
-    Krylov spaces would be too large: every function of the edge would be a load.
-    """
-    lines = np.linspace(*band, DAMPED_LINES)
-
-    def responses(constants: tuple[float, float]) -> Real:
-        found = model.responses(*constants, training_loss(box), lines)
-        return np.reshape([found.real, found.imag], (2, model.size, -1)).transpose(1, 0, 2).reshape(model.size, -1)
-
-    with ThreadPoolExecutor(WORKERS) as executor:
-        return np.hstack(list(executor.map(responses, chain.from_iterable(training.materials(box)))))

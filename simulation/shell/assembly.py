@@ -28,8 +28,7 @@ from simulation.shell.unknowns import Unknowns
 Parts = tuple[list[Block], list[Block], list[Block], list[Block]]
 """Blocks of K1, K2, Kp and M."""
 
-WORKERS = 2
-"""Number of matrices, or of responses, computed at a time."""
+WORKERS = 2  # matrices, or responses, at a time
 FEW = 12
 """Number of forces whose responses select functions: the field of any other is as smooth as theirs."""
 MESHED, INTEGRATED, CHOSEN = 0.1, 0.25, 0.95
@@ -109,9 +108,8 @@ def assemble_for(
     GeometryError
         Where no good mesh is found.
     """
-    report = progress or (lambda share: None)
+    report, fine = progress or (lambda share: None), fineness or Fineness()
     report(0.0)
-    fine = fineness or Fineness()
     shell = ShellPlate.of(plate, patches, recipe=fine.recipe(plate, box, band), degree=fine.degree)
     report(MESHED)
     parts = _parts(shell)
@@ -218,10 +216,9 @@ def _loads(shell: ShellPlate, footprints: Sequence[Footprint]) -> Real:
     for k, coupling in enumerate(patches):
         for field, values in coupling.items():
             loads[field, :, k] = values
-    if not footprints:
-        return loads
     forces = np.zeros((5, shell.space.size, len(footprints)))
-    forces[W] = footprint_rows(shell.space, footprints).toarray().T
+    if footprints:
+        forces[W] = footprint_rows(shell.space, footprints).toarray().T
     return np.concatenate([loads, forces], axis=2)
 
 
@@ -235,20 +232,19 @@ def _problems(
     for youngs_modulus, poisson_ratio, frequency in constants:
         c1, c2 = plane_stress_moduli(youngs_modulus, poisson_ratio)
         omega2 = (2 * np.pi * frequency) ** 2
-        factors = (c1, c2, 1.0, omega2)
-        energy = sum((factor * one for factor, one in zip(factors, diagonals, strict=True)), np.zeros(()))
+        weights = zip((c1, c2, 1.0, omega2), diagonals, strict=True)
+        energy = sum((weight * one for weight, one in weights), np.zeros(()))
         terms = list(zip((c1, c2, 1.0, -omega2), parts, strict=True))
         problems.append(ResponseProblem(terms, springs, loads, np.asarray(energy)))
     return problems
 
 
 def _parts(shell: ShellPlate) -> Parts:
-    thickness = shell.thickness
     stiffnesses = (
-        shell.plate_stiffness(moduli(shell.sheet, 1.0, 0.0), 0.5, thickness),
-        shell.plate_stiffness(moduli(shell.sheet, 0.0, 1.0), -0.5, thickness),
-        shell.patch_stiffness(thickness),
+        shell.plate_stiffness(moduli(shell.sheet, 1.0, 0.0), 0.5, shell.thickness),
+        shell.plate_stiffness(moduli(shell.sheet, 0.0, 1.0), -0.5, shell.thickness),
+        shell.patch_stiffness(shell.thickness),
     )
     with ThreadPoolExecutor(WORKERS) as executor:
         first, second, patches = executor.map(lambda rigidity: list(shell.cells.of(rigidity)), stiffnesses)
-    return first, second, patches, list(shell.inertia(thickness))
+    return first, second, patches, list(shell.inertia(shell.thickness))
