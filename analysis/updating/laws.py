@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.optimize import minimize_scalar
 
+from analysis.experiment import Protocol
 from analysis.material import Material, MaterialLaws
 
 KNOT_SPACING = 2.5
@@ -73,6 +74,46 @@ def fit_laws(
         coefficients=np.array([c for c, _ in fitted]),
         covariance=np.array([v for _, v in fitted]),
         temperature_range=(low, high),
+    )
+
+
+def laws_of_sweeps(
+    temperature: NDArray[np.float64],
+    material: Material,
+    sigma: Material,
+    settled: NDArray[np.bool_],
+    protocol: Protocol,
+) -> MaterialLaws | None:
+    """Laws through the settled estimates of a campaign's sweeps.
+
+    Parameters
+    ----------
+    temperature : (T,) ndarray
+        Degrees Celsius.
+    material, sigma : Material
+        Estimates and standard deviations, (T,) arrays.
+    settled : (T,) ndarray of bool
+        Which estimates count.
+    protocol : Protocol
+        Gives the range of temperatures.
+
+    Returns
+    -------
+    MaterialLaws or None
+        None where the estimates cover fewer than three temperatures.
+    """
+    there = temperature[settled]
+    if there.size < 3 or np.ptp(there) < 1.0:
+        return None
+    rows = [Material(**{name: row[settled] for name, row in vars(one).items()}) for one in (material, sigma)]
+    return fit_laws(there, *rows, temperature_range=reached(protocol, there))
+
+
+def reached(protocol: Protocol, temperature: NDArray[np.float64]) -> tuple[float, float]:
+    """Part of the protocol's temperature range that readings (T,) reached, degrees Celsius."""
+    nominal, low, high = protocol.temperatures, float(temperature.min()), float(temperature.max())
+    return min((t for t in nominal if t > low - 0.5), default=low), max(
+        (t for t in nominal if t < high + 0.5), default=high
     )
 
 
