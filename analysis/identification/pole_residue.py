@@ -124,7 +124,7 @@ def synthesis(
     """
     w = 2.0 * np.pi * np.asarray(frequency, dtype=float)
     place, decay = poles.imag[:, None], -poles.real[:, None]
-    # R/(s - lambda) + conj(R)/(s - conj(lambda)) = (a + jwb)/(x + 2jw decay): real arrays take a quarter of the time
+    # R/(s - lambda) + conj(R)/(s - conj(lambda)) = (a + jwb)/(x + 2jw decay); real arrays take half the time
     a, b = -2.0 * (residues * poles.conj()).real, 2.0 * residues.real
     x = (place - w) * (place + w) + decay**2  # not |lambda|^2 - w^2, which loses digits near a resonance
     even = 1.0 / (x**2 + (2.0 * w * decay) ** 2)

@@ -9,7 +9,7 @@ import numpy as np
 from analysis.arrays import Complex, Real
 from analysis.experiment import Protocol
 from analysis.frf import Frf
-from analysis.gap.data.preparation import sweep_points
+from analysis.gap.data.preparation import nodes_over, sweep_points
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialLaws
 from analysis.sweep_point import SweepPoint
@@ -109,13 +109,15 @@ def _orders(
     points = sweep_points(frf, protocol)
     if not any(point.drifts for point in points) and not protocol.spread:
         return None
+    nodes = nodes_over(frf.frequency, laws)
 
     def change(law: LocalLaws, point: SweepPoint) -> Complex:
-        by_temperature = model.linearise(law, frf.frequency, NO_EFFECTS, point).by_temperature
+        first = model.linearise(law, nodes.frequency, NO_EFFECTS, point).by_temperature
+        both = np.array([first, _second(first, nodes.frequency, law)])
+        first, second = nodes.at_lines(nodes.coefficients(both))
         away = point.drift(frf.frequency)
         squared = away**2 + protocol.spread**2  # mean over the repeats
-        second = 0.5 * squared * _second(by_temperature, frf.frequency, law)
-        return np.asarray(gains[point.source] * np.array([away * by_temperature, second]))
+        return np.asarray(gains[point.source] * np.array([away * first, 0.5 * squared * second]))
 
     return np.array(list(executor.map(change, laws, points)))
 
