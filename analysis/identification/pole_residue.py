@@ -122,17 +122,9 @@ def synthesis(
     -------
     (K, F) complex ndarray
     """
-    w = 2.0 * np.pi * np.asarray(frequency, dtype=float)
-    place, decay = poles.imag[:, None], -poles.real[:, None]
-    # R/(s - lambda) + conj(R)/(s - conj(lambda)) = (a + jwb)/(x + 2jw decay); real arrays take half the time
-    a, b = -2.0 * (residues * poles.conj()).real, 2.0 * residues.real
-    x = (place - w) * (place + w) + decay**2  # not |lambda|^2 - w^2, which loses digits near a resonance
-    even = 1.0 / (x**2 + (2.0 * w * decay) ** 2)
-    odd = x * even
-    x_a, x_b = np.stack([a, b]) @ odd
-    y_a, y_b = np.stack([a, b]) @ (2.0 * decay * even)
-    h: NDArray[np.complex128] = x_a + w**2 * y_b + 1j * w * (x_b - y_a)
-    s = 1j * w
+    s = 2j * np.pi * np.asarray(frequency, dtype=float)
+    h: NDArray[np.complex128] = residues @ (1.0 / (s - poles[:, None]))
+    h = h + residues.conj() @ (1.0 / (s - poles.conj()[:, None]))
     if terms.powers:
         h = h + coefficients @ np.array([s**power for power in terms.powers])
     return h

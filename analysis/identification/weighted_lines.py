@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from analysis.identification.pole_products import PoleProducts
 from analysis.identification.pole_residue import fill_columns
 
-AT_ONCE = 20_000
-"""Number of values, lines times poles, that are computed at once: four arrays of them stay in a cache of 1 MB."""
+AT_ONCE = 50_000
+"""Number of values, lines times poles, that are computed at once."""
 
 
 @dataclass(frozen=True)
