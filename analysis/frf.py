@@ -1,6 +1,7 @@
 """Frequency response functions of a campaign: coherence and variance per line, and which lines to leave out."""
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -218,32 +219,31 @@ def _all_sweeps(
     campaign: Campaign, lines: slice, frequency: NDArray[np.float64], excluded: NDArray[np.bool_]
 ) -> Frf:
     samples = campaign.sweeps[0].drive.shape[1]
-    notes: list[str] = []
     experiment, inputs = campaign.experiment, campaign.experiment.inputs
     names = tuple(output.id for output in experiment.outputs)
-    rows = []
     for sweep in campaign.sweeps:
         if sweep.drive.shape[1] != samples:
             raise ValueError(f"sweep {sweep.step} has {sweep.drive.shape[1]} samples, the first one {samples}")
-        rows.append(sweep_h1(sweep, lines, excluded, names, notes))
-    h, variance, coherence, repeats_dof, shift = (np.array(part) for part in zip(*rows, strict=True))
+    with ThreadPoolExecutor(2) as executor:  # transforms and sorting release the interpreter lock
+        rows = executor.map(lambda sweep: sweep_h1(sweep, lines, excluded, names), campaign.sweeps)
+    h, variance, coherence, repeats_dof, shift, notes = zip(*rows, strict=True)
     return Frf(
         temperature=np.array([s.temperature for s in campaign.sweeps]),
         direction=tuple(s.direction for s in campaign.sweeps),
         level=np.array([s.level for s in campaign.sweeps]),
         frequency=frequency,
-        h=h,
-        variance=variance,
-        coherence=coherence,
+        h=np.array(h),
+        variance=np.array(variance),
+        coherence=np.array(coherence),
         excluded=excluded,
         channels=names,
-        notes=tuple(notes),
+        notes=tuple(note for said in notes for note in said),
         labels=tuple(label for one in inputs for label in experiment.labels(one)),
         units=tuple(transfer_unit(output, one) for one in inputs for output in experiment.outputs),
         level_units=campaign.level_units,
         source=np.array([s.source for s in campaign.sweeps]) if len(inputs) > 1 else None,
         sources=tuple(one.id for one in inputs) if len(inputs) > 1 else (),
-        repeats_dof=repeats_dof,
+        repeats_dof=np.array(repeats_dof),
         at_rest=True,
-        shift=shift,
+        shift=np.array(shift),
     )

@@ -24,6 +24,8 @@ class SweepH1(NamedTuple):
         Degrees of freedom of the variance at a line, before it is averaged over neighbouring lines.
     shift : float
         See `analysis.repeat_shift`.
+    notes : list of str
+        One for every repeat left out.
     """
 
     h: NDArray[np.complex128]
@@ -31,11 +33,10 @@ class SweepH1(NamedTuple):
     coherence: NDArray[np.float64]
     repeats_dof: int
     shift: float
+    notes: list[str]
 
 
-def sweep_h1(
-    sweep: Sweep, lines: slice, excluded: NDArray[np.bool_], names: Sequence[str], notes: list[str]
-) -> SweepH1:
+def sweep_h1(sweep: Sweep, lines: slice, excluded: NDArray[np.bool_], names: Sequence[str]) -> SweepH1:
     """H1, its variance and the coherence of one sweep.
 
     Parameters
@@ -47,8 +48,6 @@ def sweep_h1(
         Lines that say nothing of the noise.
     names : sequence of str
         Of the outputs.
-    notes : list of str
-        One is added for every repeat left out.
 
     Returns
     -------
@@ -63,7 +62,7 @@ def sweep_h1(
     u, answers = spectra(sweep.drive)[:, lines], spectra(sweep.responses)[..., lines]
     bad = {r: name for name, y in zip(names, answers, strict=True) for r in bad_repeats(u, y)}
     good = [r for r in range(len(u)) if r not in bad]
-    notes.extend(f"step {sweep.step}: repeat {r + 1} left out, {name} strays" for r, name in bad.items())
+    notes = [f"step {sweep.step}: repeat {r + 1} left out, {name} strays" for r, name in bad.items()]
     if len(good) < 2 <= len(u):
         raise ValueError(f"sweep {sweep.step}: repeats {sorted(r + 1 for r in bad)} stray; too few are left")
     drive = (np.abs(u[good]) ** 2).sum(0)
@@ -77,5 +76,5 @@ def sweep_h1(
         coherence_rows.append(np.clip(coherence, 0.0, 1.0))
     shift = repeat_shift(answers[:, good] / u[good], lines.start)
     return SweepH1(
-        np.array(h_rows), np.array(variance_rows), np.array(coherence_rows), repeats_dof(len(good)), shift
+        np.array(h_rows), np.array(variance_rows), np.array(coherence_rows), repeats_dof(len(good)), shift, notes
     )

@@ -19,7 +19,7 @@ from analysis.gap.fitting.state import GapState, starting_state
 from analysis.material import Material, MaterialLaws
 from analysis.twin_model import TwinModel
 from analysis.updated import Updated
-from analysis.updating.laws import fit_laws
+from analysis.updating.laws import fit_laws, reached
 
 
 @dataclass(frozen=True)
@@ -194,14 +194,6 @@ def _laws(protocol: Protocol, nodes: FittedLaws) -> MaterialLaws | None:
     if temperature.size < 3:
         return None
     return fit_laws(temperature, material, sigma, temperature_range=reached(protocol, temperature))
-
-
-def reached(protocol: Protocol, temperature: NDArray[np.float64]) -> tuple[float, float]:
-    """Part of the protocol's temperature range that readings (T,) reached, degrees Celsius."""
-    nominal, low, high = protocol.temperatures, float(temperature.min()), float(temperature.max())
-    return min((t for t in nominal if t > low - 0.5), default=low), max(
-        (t for t in nominal if t < high + 0.5), default=high
-    )
 
 
 def material_of(nodes: FittedLaws) -> tuple[Material, Material]:

@@ -7,12 +7,13 @@ neighbour, input by input; then the gains of an input are averaged into one.
 """
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.data.preparation import apart
 from analysis.gap.data.sweeps import GapSweeps
@@ -24,6 +25,8 @@ from analysis.material import Material, MaterialBox
 from analysis.progress import Progress
 from analysis.twin_model import TwinModel
 from analysis.updated import Updated
+from analysis.updating.drift import steady, sweep_laws
+from analysis.updating.laws import laws_of_sweeps
 from analysis.updating.normal_equations import SweepData, moved
 from analysis.updating.start import start_material
 from analysis.updating.sweep_fit import SweepFit, fit_sweep
@@ -41,6 +44,7 @@ def update(
     model: TwinModel,
     *,
     begin: NDArray[np.float64] | None = None,
+    protocol: Protocol | None = None,
     progress: Progress | None = None,
 ) -> Updated:
     """Fit the model's material to every sweep of `frf`, with one gain over all sweeps of an input.
@@ -53,6 +57,9 @@ def update(
         The twin, evaluated inside its box only.
     begin : (3,) ndarray, optional
         E, nu and eta near those of `middle_sweep`; else the start grid finds them.
+    protocol : Protocol, optional
+        Tells the drift of the temperature, which is then taken out before the joint fit; the fits of single sweeps
+        are good enough to compute it. Else each sweep counts as measured at one temperature.
     progress : callable, optional
         Called with a stage's name and the share of it done.
 
@@ -88,8 +95,9 @@ def update(
                 walk.result()
         report("common gain", 0.0)
         alone = [fits[t] for t in range(len(coarse))]
-        sweeps = apart(frf, material_of(alone))
-        fit = fit_gap(model, sweeps, tied(model.box, alone, frf.driven_by), (), pool)
+        start = tied(model.box, alone, frf.driven_by)
+        sweeps = apart(_steady(frf, model, alone, start, protocol, pool), material_of(alone))
+        fit = fit_gap(model, sweeps, start, (), pool)
     report("common gain", 1.0)
     return _summary(frf, model.box, sweeps, fit, alone)
 
@@ -129,6 +137,32 @@ def tied(box: MaterialBox, fits: Sequence[SweepFit], source: NDArray[np.int_]) -
     laws = np.array([[np.log(e), nu, np.log(eta)] for e, nu, eta in rows])
     straight = np.zeros_like(laws)
     return GapState(laws, straight, straight, np.zeros(len(rows)), log_gain, {})
+
+
+def _steady(
+    frf: Frf,
+    model: TwinModel,
+    alone: Sequence[SweepFit],
+    start: GapState,
+    protocol: Protocol | None,
+    executor: Executor,
+) -> Frf:
+    """FRFs as at the mean temperature of each sweep, by the laws through fits of single sweeps."""
+    if protocol is None:
+        return frf
+    settled = np.array([fit.settled for fit in alone])
+    laws = laws_of_sweeps(frf.temperature, material_of(alone), _sigma_of(alone), settled, protocol)
+    if laws is None:
+        return frf
+    local = sweep_laws(frf.temperature, material_of(alone), laws)
+    return steady(frf, model, local, np.exp(start.log_gain), protocol, executor)
+
+
+def _sigma_of(fits: Sequence[SweepFit]) -> Material:
+    """Return the standard deviations (T,) of the materials, by the noise."""
+    e, nu, eta = np.sqrt([np.diag(np.linalg.inv(fit.point.matrix))[:3] for fit in fits]).T
+    found = material_of(fits)
+    return Material(e * found.youngs_modulus, nu, eta * found.loss_factor)
 
 
 def middle_sweep(frf: Frf) -> int:

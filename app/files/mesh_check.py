@@ -4,8 +4,11 @@ Otherwise borders that touch, a mesh that does not fit, or a plate too large for
 when the twin is built, after the campaign, when its declaration cannot be changed any more.
 """
 
+import hashlib
+import json
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,6 +31,9 @@ def mesh_fault(
 ) -> tuple[str, str, Misplaced | None] | None:
     """Mesh a declared plate, or compare its mesh with outline, holes, zones, patches and supports.
 
+    A declaration that passed is remembered by an empty file in the cache folder: meshing it takes longer than
+    reading the rest.
+
     Parameters
     ----------
     source : Path
@@ -45,6 +51,9 @@ def mesh_fault(
     plate, patches = getattr(declared, "plate", None), getattr(declared, "patch", ())
     if plate is None:
         return None
+    passed = _passed(plate, patches, _band(declared))
+    if passed.is_file():
+        return None
     from analysis.geometry.fault import GeometryError
     from simulation.shell.plate_borders import mesh_of
 
@@ -55,12 +64,24 @@ def mesh_fault(
         key = "plate.mesh" if plate.mesh else "plate"
         places = Misplaced(source, table, error.places) if error.places else None
         return key, _with_names(str(error), patches), places
+    with suppress(OSError):  # without a cache folder it is meshed again
+        passed.parent.mkdir(parents=True, exist_ok=True)
+        passed.touch()
     return None
+
+
+def _passed(plate: "Plate", patches: Sequence["Patch"], band: Any) -> Path:
+    """Name the file that says that a declaration passed, by all that its mesh depends on."""
+    from app.files.basis_cache import cache_folder
+    from simulation.reduction.basis_key import METHOD
+
+    declared = [METHOD, plate.model_dump_json(), *(patch.model_dump_json() for patch in patches), band]
+    return cache_folder() / f"meshed-{hashlib.sha256(json.dumps(declared).encode()).hexdigest()}"
 
 
 def _recipe(plate: "Plate", declared: object) -> "MeshRecipe | None":
     """Sizes of the twin's mesh, None without a band; GeometryError for a plate of too many cells."""
-    band = next((found for found in map(_value(declared), BANDS) if found), None)
+    band = _band(declared)
     if band is None:
         return None
     from analysis.geometry.fault import GeometryError
@@ -82,14 +103,16 @@ def _recipe(plate: "Plate", declared: object) -> "MeshRecipe | None":
     return recipe
 
 
-def _value(declared: object) -> Any:
+def _band(declared: object) -> Any:
+    """Frequencies that are needed, (low, high) Hz; None where none are declared."""
+
     def value(path: str) -> Any:
         try:
             return attrgetter(path)(declared)
         except AttributeError:
             return None
 
-    return value
+    return next(filter(None, map(value, BANDS)), None)
 
 
 def _with_names(message: str, patches: Sequence["Patch"]) -> str:

@@ -36,8 +36,8 @@ def drift_notes(protocol: Protocol, updated: Updated, laws: MaterialLaws | None)
         return tuple(
             f"{words}; from three temperatures on, update takes the drift into account" for words in within
         )
+    local = sweep_laws(updated.temperature, updated.material, laws)
     sensitivity = max(
-        abs(law.slope[0]) / eta
-        for law, eta in zip(sweep_laws(updated, laws), updated.material.loss_factor, strict=True)
+        abs(law.slope[0]) / eta for law, eta in zip(local, updated.material.loss_factor, strict=True)
     )
     return change_over_repeats(protocol.record, protocol.repeats, protocol.ramp_rate, float(sensitivity))

@@ -10,20 +10,20 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Campaign
 from analysis.frf import Frf, campaign_frf
-from analysis.gap.data.preparation import sweep_points
+from analysis.gap.data.preparation import nodes_over, sweep_points
 from analysis.held_effects import HeldEffects
 from analysis.local_laws import LocalLaws
-from analysis.material import Material, MaterialLaws
+from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from analysis.protocol.advice import unresolved
 from analysis.sweep_point import SweepPoint
 from analysis.updated import Updated
-from analysis.updating.corrected_twin import corrected_twin, fit_twin, reached
-from analysis.updating.drift import drift_of_frfs, sweep_laws, to_first_order
-from analysis.updating.laws import fit_laws
+from analysis.updating.corrected_twin import corrected_twin, fit_twin
+from analysis.updating.drift import sweep_laws, to_first_order
+from analysis.updating.laws import laws_of_sweeps
 from analysis.updating.outlier_sweeps import outlier_sweeps
 from analysis.updating.polarity import polarity_corrected
-from analysis.updating.update import middle_sweep, update
+from analysis.updating.update import update
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance, sha256
@@ -148,18 +148,18 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating
         Where the campaign cannot be fitted.
     """
     frf, twin, updated = _fitted(campaign, mains, report)
-    protocol, laws = campaign.experiment.protocol, plain_laws(campaign, updated)
+    protocol = campaign.experiment.protocol
+    laws = laws_of_sweeps(updated.temperature, updated.material, updated.sigma, updated.settled, protocol)
+    local = sweep_laws(updated.temperature, updated.material, laws)
+
+    nodes = nodes_over(frf.frequency, local)
 
     def answer(law: LocalLaws, point: SweepPoint) -> NDArray[np.complex128]:
-        return np.asarray(updated.gains[point.source] * twin.frf(law, frf.frequency, point=point))
+        coefficients = nodes.coefficients(twin.frf(law, nodes.frequency, point=point))
+        return np.asarray(updated.gains[point.source] * nodes.at_lines(coefficients))
 
     with ThreadPoolExecutor(WORKERS) as executor:
-        drift = None if laws is None else drift_of_frfs(frf, twin, updated, laws, protocol, executor)
-        if drift is not None:
-            begin = np.array(updated.constants[middle_sweep(frf)])
-            updated = update(replace(frf, h=frf.h - drift), twin, begin=begin, progress=report)
-            laws = plain_laws(campaign, updated)
-        answers = list(executor.map(answer, sweep_laws(updated, laws), sweep_points(frf, protocol)))
+        answers = list(executor.map(answer, local, sweep_points(frf, protocol)))
     density = campaign.experiment.plate.density
     seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
     frf = replace(frf, notes=(*frf.notes, *drift_notes(protocol, updated, laws)))
@@ -168,6 +168,7 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating
 
 def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Twin[DeclaredPlate], Updated]:
     """Measured FRFs with inverted channels corrected, the twin, and its material in every sweep."""
+    protocol = campaign.experiment.protocol
     with judging(campaign):
         frf = campaign_frf(campaign, mains=mains)
         frf.require_noise()  # checked before a twin is built
@@ -177,14 +178,14 @@ def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Tw
             frf = replace(frf, notes=(*frf.notes, *check_declaration(campaign.experiment, frf, report)))
         twin = campaign_twin(campaign.experiment, report)
         frf, begin = polarity_corrected(frf, twin, report)
-        updated = update(frf, twin, begin=begin, progress=report)
+        updated = update(frf, twin, begin=begin, protocol=protocol, progress=report)
         outliers = outlier_sweeps(frf, updated)
         if outliers:
             frf = frf.without(
                 outliers,
                 "no material explains it although it explains the neighbours: overload, a knock, or a wrong file",
             )
-            updated = update(frf, twin, progress=report)
+            updated = update(frf, twin, protocol=protocol, progress=report)
         lines = frf.frequency
         notes = unresolved(
             (float(lines[0]), float(lines[-1])),
@@ -212,18 +213,3 @@ def _updated_under_effects(
     density = campaign.experiment.plate.density
     seen = TwinFrf(frf.frequency, found.answers, twin.error, density)
     return Updating(frf, found.updated, found.laws, seen)
-
-
-def plain_laws(campaign: Campaign, updated: Updated) -> MaterialLaws | None:
-    """Fit laws through the settled estimates; None where these cover fewer than three temperatures."""
-    good = updated.settled
-    temperature = updated.temperature[good]
-    if temperature.size < 3 or (temperature.max() - temperature.min()) < 1.0:
-        return None
-    span = reached(campaign.experiment.protocol, temperature)
-    return fit_laws(temperature, _rows(updated.material, good), _rows(updated.sigma, good), temperature_range=span)
-
-
-def _rows(material: Material, chosen: NDArray[np.bool_]) -> Material:
-    """Return the chosen rows of estimates or of their standard deviations."""
-    return Material(material.youngs_modulus[chosen], material.poisson_ratio[chosen], material.loss_factor[chosen])

@@ -14,6 +14,7 @@ from analysis.gap.data.noise import NoiseCheck, check_noise
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.thresholds import MODEL_ERROR, READING_SIGMA, SHARPEST
+from analysis.local_laws import LocalLaws
 from analysis.material import Material
 from analysis.sweep_point import SweepPoint
 from analysis.updated import Updated
@@ -97,6 +98,16 @@ def apart(frf: Frf, material: Material) -> GapSweeps:
         stated = compressed(frf, EVERY_LINE)
     rough = mean_laws(material, groups)
     return grouped(frf, stated, groups, rough, smoothness=LawSmoothness.flat(groups.reference))
+
+
+def nodes_over(frequency: NDArray[np.float64], laws: Sequence[LocalLaws]) -> Nodes:
+    """Nodes from which splines give a model with any of the laws, or its derivatives, at all lines (F,), Hz."""
+    sharpest = min(float(law.loss_factor(law.reference)) for law in laws)
+    spacing = float(np.median(np.diff(frequency)))
+    try:
+        return Nodes.over(frequency, FINER * sharpest, spacing=spacing)
+    except ValueError:  # too few lines for splines: each line is a node
+        return Nodes.over(frequency, EVERY_LINE, spacing=spacing)
 
 
 def compressed(frf: Frf, loss_factor: float) -> list[CompressedSweep]:

@@ -11,7 +11,7 @@ from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.material import Material
 from analysis.material_table import laws_through
-from analysis.updating.drift import drift_of_frfs, sweep_laws, to_first_order
+from analysis.updating.drift import sweep_laws, to_first_order
 from analysis.updating.laws import fit_laws
 from analysis.updating.update import update
 
@@ -44,12 +44,7 @@ def recorded(twin, protocol: Protocol) -> Frf:
 
 def test_laws_put_in_are_found_from_drifting_sweeps(twin) -> None:
     frf, true = recorded(twin, PROTOCOL), LAWS.at(TEMPERATURE)
-    steady = update(frf, twin)
-    with ThreadPoolExecutor(2) as executor:
-        laws = fit_laws(TEMPERATURE, steady.material, steady.sigma, temperature_range=(0.0, 60.0))
-        drift = drift_of_frfs(frf, twin, steady, laws, PROTOCOL, executor)
-    assert drift is not None
-    found = update(replace(frf, h=frf.h - drift), twin)
+    steady, found = update(frf, twin), update(frf, twin, protocol=PROTOCOL)
 
     def off(one: Material) -> tuple[float, float]:
         e = np.abs(one.youngs_modulus / true.youngs_modulus - 1.0).max()
@@ -92,16 +87,16 @@ def test_a_mean_over_repeats_on_a_ramp_does_not_look_like_damping(twin) -> None:
 
 def test_nothing_is_known_of_the_drift_without_taper_or_ramp(twin) -> None:
     frf = recorded(twin, PROTOCOL)
-    updated = update(frf, twin)
-    with ThreadPoolExecutor(2) as executor:
-        for change in ({"taper": None, "repeats": 1}, {"ramp_rate": 0.0}):
-            protocol = PROTOCOL.model_copy(update=change)
-            assert drift_of_frfs(frf, twin, updated, LAWS, protocol, executor) is None
+    steady = update(frf, twin)
+    for change in ({"taper": None, "repeats": 1}, {"ramp_rate": 0.0}):
+        known = update(frf, twin, protocol=PROTOCOL.model_copy(update=change))
+        np.testing.assert_array_equal(known.material.youngs_modulus, steady.material.youngs_modulus)
 
 
 def test_laws_of_a_sweep_go_through_its_own_material_with_the_slopes_of_all(twin) -> None:
     updated = update(recorded(twin, PROTOCOL), twin)
-    for law, e, t in zip(sweep_laws(updated, LAWS), updated.material.youngs_modulus, TEMPERATURE, strict=True):
+    laws = sweep_laws(TEMPERATURE, updated.material, LAWS)
+    for law, e, t in zip(laws, updated.material.youngs_modulus, TEMPERATURE, strict=True):
         assert law.youngs_modulus(t) == pytest.approx(e)
         assert law.rates(t) == pytest.approx(LAWS.local(t).slope)
-    assert all(not law.slope.any() for law in sweep_laws(updated, None))
+    assert all(not law.slope.any() for law in sweep_laws(TEMPERATURE, updated.material, None))

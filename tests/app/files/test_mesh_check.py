@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
+from analysis.geometry.fault import GeometryError
 from analysis.patch import Patch
 from analysis.plate import Plate
 from app.commands.fault_picture import fault_picture
@@ -95,3 +96,22 @@ def test_a_plate_of_too_many_waves_is_refused_with_the_band_that_fits(tmp_path: 
     highest = float(fault[1].split("End the band at ")[1].split(" Hz")[0])
     lower = SimpleNamespace(plate=sheet, sweep=SimpleNamespace(band=(50.0, 0.95 * highest)))
     assert mesh_fault(tmp_path / "a.toml", {}, lower) is None
+
+
+def test_a_declaration_is_meshed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Until the plate or the band changes; a fault is found every time."""
+    monkeypatch.setenv("FLEXURA_CACHE", str(tmp_path / "cache"))
+    meshed: list[float] = []
+
+    def mesh_of(plate: Plate, *rest: object) -> None:
+        meshed.append(plate.length_x)
+        if plate.length_x == 0.25:
+            raise GeometryError("no mesh")
+
+    monkeypatch.setattr("simulation.shell.plate_borders.mesh_of", mesh_of)
+    sides, bands = [0.24, 0.24, 0.24, 0.23, 0.25, 0.25], [1500.0, 1500.0, 1400.0, 1500.0, 1500.0, 1500.0]
+    for side, high in zip(sides, bands, strict=True):
+        plate = Plate(length_x=side, length_y=0.19, thickness=0.003, mass=0.12)
+        declared = SimpleNamespace(plate=plate, sweep=SimpleNamespace(band=(100.0, high)))
+        assert (mesh_fault(tmp_path / "a.toml", {}, declared) is None) == (side != 0.25)
+    assert meshed == [0.24, 0.24, 0.23, 0.25, 0.25]
