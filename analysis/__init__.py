@@ -47,7 +47,6 @@
 ``rendering``         sound through filters that follow the temperature
 ``thermometry``       a panel as its own thermometer
 ``arrays``            types of arrays
-``b_splines``         values and derivatives of B-splines
 ``median_deviation``  a standard deviation that a few outliers do not move
 ``progress``          type of a progress callable
 ====================  ============================================================================

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.b_splines import derivative, design_matrix
 from analysis.local_laws import LocalLaws
 
 
@@ -115,12 +114,12 @@ class MaterialLaws:
 
     def local(self, temperature: float) -> LocalLaws:
         """Expand the laws to second order about `temperature`, degrees Celsius; ValueError outside the range."""
+        from scipy.interpolate import BSpline
+
         value = self._values(temperature)[:, 0]
-        at = np.clip(temperature, *self.temperature_range)
-        once = derivative(self.coefficients, self.knots, 3)
-        twice = derivative(once, self.knots[1:-1], 2)
-        slope = (design_matrix(at, self.knots[1:-1], 2) @ once.T)[0]
-        curvature = (design_matrix(at, self.knots[2:-2], 1) @ twice.T)[0]
+        at = float(np.clip(temperature, *self.temperature_range))
+        spline = BSpline(self.knots, self.coefficients.T, 3)
+        slope, curvature = (np.asarray(spline.derivative(order)(at)) for order in (1, 2))
         return LocalLaws(float(temperature), value, slope, curvature)
 
     def grown(self, expansion: float, dimensions_at: float) -> "MaterialLaws":
@@ -135,6 +134,8 @@ class MaterialLaws:
         return values
 
     def _design(self, temperature: ArrayLike) -> NDArray[np.float64]:
+        from scipy.interpolate import BSpline
+
         t = np.atleast_1d(np.asarray(temperature, dtype=float))
         low, high = self.temperature_range
         outside = t[(t < low - 1e-9) | (t > high + 1e-9)]
@@ -143,5 +144,5 @@ class MaterialLaws:
                 f"temperature {outside[0]:g} °C is outside the laws' range, {low:g} to {high:g} °C: "
                 "laws are not extrapolated"
             )
-        design: NDArray[np.float64] = design_matrix(np.clip(t, low, high), self.knots, 3).toarray()
+        design: NDArray[np.float64] = BSpline.design_matrix(np.clip(t, low, high), self.knots, 3).toarray()
         return design

@@ -112,14 +112,23 @@ def _orders(
     nodes = nodes_over(frf.frequency, laws)
 
     def change(law: LocalLaws, point: SweepPoint) -> Complex:
-        by_temperature = model.linearise(law, nodes.frequency, NO_EFFECTS, point).by_temperature
-        splines = nodes.coefficients(by_temperature)
-        # all resonances move with the root of E, and they change what is seen near them by far the most: as if the
-        # transfer depended on frequency over root of E
-        rate = float(law.rates(law.reference)[0])
-        second = -0.5 * rate * frf.frequency * nodes.slopes_at_lines(splines)
+        first = model.linearise(law, nodes.frequency, NO_EFFECTS, point).by_temperature
+        both = np.array([first, _second(first, nodes.frequency, law)])
+        first, second = nodes.at_lines(nodes.coefficients(both))
         away = point.drift(frf.frequency)
         squared = away**2 + protocol.spread**2  # mean over the repeats
-        return np.asarray(gains[point.source] * np.array([away * nodes.at_lines(splines), 0.5 * squared * second]))
+        return np.asarray(gains[point.source] * np.array([away * first, 0.5 * squared * second]))
 
     return np.array(list(executor.map(change, laws, points)))
+
+
+def _second(by_temperature: Complex, frequency: Real, law: LocalLaws) -> Complex:
+    """Return the second derivative (K, F) of a transfer by temperature, 1/K2.
+
+    All resonances move with the root of E, and they change what is seen near them by far the most: the transfer
+    depends on frequency over root of E.
+    """
+    from scipy.interpolate import CubicSpline  # not needed by the verbs that import this module for its notes
+
+    along = CubicSpline(frequency, by_temperature, axis=-1)(frequency, 1)
+    return np.asarray(-0.5 * float(law.rates(law.reference)[0]) * frequency * along)

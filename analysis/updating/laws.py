@@ -5,21 +5,16 @@ differences of the coefficients, and the penalty's strength chosen by restricted
 the data decide how smooth a law is and the posterior covariance gives its band.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+from scipy.optimize import minimize_scalar
 
-from analysis.b_splines import derivative, design_matrix
 from analysis.experiment import Protocol
 from analysis.material import Material, MaterialLaws
 
 KNOT_SPACING = 2.5
 """Spacing of knots, K: narrower than any transition of a polymer, so that only the penalty smooths."""
-PRECISION = 1e-4
-"""Of the logarithm of the penalty: coefficients change by far less than this share of their deviations."""
-STEP = 2.0
-"""Of that logarithm, in the search for the first minimum: minima are wider."""
 
 
 def fit_laws(
@@ -131,7 +126,7 @@ def _fit_curve(
     falling: bool,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Coefficients of one law and their covariance; reading errors are included through the law's slope."""
-    design = design_matrix(temperature, knots, 3).toarray()
+    design = BSpline.design_matrix(temperature, knots, 3).toarray()
     size = design.shape[1]
     # differences over the Greville abscissae, because the coefficients are unevenly spaced at the ends
     sites = np.array([knots[i + 1 : i + 4].mean() for i in range(size)])
@@ -143,7 +138,7 @@ def _fit_curve(
     for _ in range(3):
         variance = sigma**2 + (np.interp(temperature, sites, slope) * reading_sigma) ** 2
         coefficients, covariance = _smooth(design, y, variance, roughness, first if falling else None)
-        slope = design_matrix(sites, knots[1:-1], 2) @ derivative(coefficients, knots, 3)
+        slope = BSpline(knots, coefficients, 3).derivative()(sites)
     return coefficients, covariance
 
 
@@ -184,8 +179,8 @@ def _smooth(
         return coefficients.astype(np.float64), matrix, scale, float(score)
 
     centre = float(np.log(np.trace(gram) / np.trace(roughness)))
-    best = _first_minimum(lambda p: solve(p)[3], centre - 10.0, centre + 18.0)
-    coefficients, matrix, scale, _ = solve(best)
+    best = minimize_scalar(lambda p: solve(p)[3], bounds=(centre - 10.0, centre + 18.0), method="bounded")
+    coefficients, matrix, scale, _ = solve(float(best.x))
     if falling is not None:
         stiff = 1e8 * float(np.trace(gram) / np.trace(falling.T @ falling))
         for _ in range(20):
@@ -195,32 +190,3 @@ def _smooth(
             matrix = matrix + stiff * falling[rising].T @ falling[rising]
             coefficients = np.linalg.solve(matrix, moment).astype(np.float64)
     return coefficients, (scale * np.linalg.inv(matrix)).astype(np.float64)
-
-
-def _first_minimum(function: Callable[[float], float], low: float, high: float) -> float:
-    """Place of the first minimum above `low`, by golden sections; `high` where the function falls all the way.
-
-    Few estimates often leave open whether a law bends or is straight: there are two minima, and the first one, the
-    weaker penalty, keeps to the estimates.
-    """
-    grid = np.append(np.arange(low, high, STEP), high).tolist()
-    values = [function(grid[0])]
-    for x in grid[1:]:
-        values.append(function(x))
-        if values[-1] >= values[-2]:
-            break
-    last = len(values) - 1
-    low, high = grid[max(last - 2, 0)], grid[last]
-    golden = 0.5 * (np.sqrt(5.0) - 1.0)
-    left, right = high - golden * (high - low), low + golden * (high - low)
-    at_left, at_right = function(left), function(right)
-    while high - low > PRECISION:
-        if at_left < at_right:
-            high, right, at_right = right, left, at_left
-            left = high - golden * (high - low)
-            at_left = function(left)
-        else:
-            low, left, at_left = left, right, at_right
-            right = low + golden * (high - low)
-            at_right = function(right)
-    return float(0.5 * (low + high))

@@ -18,7 +18,6 @@ from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded, solve_b
 from scipy.sparse import csr_array
 
 from analysis.arrays import Complex, Real
-from analysis.b_splines import derivative, design_matrix
 from analysis.gap.thresholds import LINES_PER_NODE, NODES_PER_HALF_WIDTH
 
 DEGREE = 5
@@ -72,6 +71,8 @@ class Nodes:
         ValueError
             For fewer lines than nodes.
         """
+        from scipy.interpolate import BSpline
+
         # below this frequency nodes would have to be closer than the lines: there each line is a node
         sharp = float(np.clip(2.0 * per_half_width * LINES_PER_NODE * spacing / loss_factor, lines[0], lines[-1]))
         single = lines[lines < sharp]
@@ -89,12 +90,12 @@ class Nodes:
                 "band or a longer record is needed"
             )
         knots = _knots(frequency)
-        square = design_matrix(frequency, knots, DEGREE).toarray()
+        square = BSpline.design_matrix(frequency, knots, DEGREE).toarray()
         banded = np.zeros((2 * DEGREE + 1, n))
         for offset in range(-DEGREE, DEGREE + 1):
             row = np.diagonal(square, offset)
             banded[DEGREE - offset, max(offset, 0) : max(offset, 0) + row.size] = row
-        return cls(frequency, lines, design_matrix(lines, knots, DEGREE), banded)
+        return cls(frequency, lines, csr_array(BSpline.design_matrix(lines, knots, DEGREE)), banded)
 
     def coefficients(self, values: Complex) -> Complex:
         """Coefficients (..., n) of the splines through `values` (..., n) at the nodes."""
@@ -108,12 +109,6 @@ class Nodes:
         columns = coefficients.reshape(-1, coefficients.shape[-1])
         values = np.asarray(self.basis @ columns.T).T
         return values.reshape(*coefficients.shape[:-1], -1)
-
-    def slopes_at_lines(self, coefficients: Complex) -> Complex:
-        """Differentiate splines with `coefficients` (K, n) by frequency: (K, F) at the lines, per Hz."""
-        knots = _knots(self.frequency)
-        slopes = derivative(coefficients, knots, DEGREE)
-        return np.asarray(design_matrix(self.lines, knots[1:-1], DEGREE - 1) @ slopes.T).T
 
 
 def _knots(nodes: Real) -> Real:

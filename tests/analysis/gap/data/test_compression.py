@@ -31,14 +31,6 @@ def test_splines_through_the_nodes_follow_the_sharpest_resonance(at):
     assert np.abs(through - resonance(frequency, at)).max() < 3e-4  # of a peak of 1
 
 
-def test_slopes_are_those_of_the_resonance():
-    frequency = lines(0.25)
-    nodes = Nodes.over(frequency, 0.04, spacing=0.25)
-    slopes = nodes.slopes_at_lines(nodes.coefficients(resonance(nodes.frequency)[None]))
-    exact = 2.0 * frequency * resonance(frequency) ** 2 / (700.0**2 * 0.04)
-    assert np.abs(slopes - exact).max() < 2e-3 * np.abs(exact).max()
-
-
 def test_spline_error_falls_with_the_sixth_power_of_the_spacing():
     frequency = lines(0.1)
     errors = []
