@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Campaign
 from analysis.frf import Frf, campaign_frf
-from analysis.gap.data.preparation import nodes_over, sweep_points
+from analysis.gap.data.preparation import sweep_points
 from analysis.held_effects import HeldEffects
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialLaws
@@ -152,11 +152,8 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating
     laws = laws_of_sweeps(updated.temperature, updated.material, updated.sigma, updated.settled, protocol)
     local = sweep_laws(updated.temperature, updated.material, laws)
 
-    nodes = nodes_over(frf.frequency, local)
-
     def answer(law: LocalLaws, point: SweepPoint) -> NDArray[np.complex128]:
-        coefficients = nodes.coefficients(twin.frf(law, nodes.frequency, point=point))
-        return np.asarray(updated.gains[point.source] * nodes.at_lines(coefficients))
+        return np.asarray(updated.gains[point.source] * twin.frf(law, frf.frequency, point=point))
 
     with ThreadPoolExecutor(WORKERS) as executor:
         answers = list(executor.map(answer, local, sweep_points(frf, protocol)))
