@@ -12,6 +12,8 @@ from simulation.shell.shell_model import ShellModel
 
 WORKERS = 2
 """Number of matrices projected, or of parts of a product computed, at a time."""
+ROWS = 1000
+"""Rows of a part: threads keep what memory they once took."""
 
 
 def projected(
@@ -77,11 +79,11 @@ def bordered(gram: Real, columns: Real) -> Real:
 def product(matrix: csr_matrix, vectors: Real) -> Real:
     """Sparse matrix (m, n) times many vectors (n, k), (m, k): SciPy's product uses one core only."""
     found = np.empty((matrix.shape[0], vectors.shape[1]))
-    ends = np.linspace(0, len(found), WORKERS + 1).astype(int)
 
-    def part(start: int, stop: int) -> None:
-        found[start:stop] = matrix[start:stop] @ vectors
+    def part(start: int) -> None:
+        rows = slice(start, start + ROWS)
+        found[rows] = matrix[rows] @ vectors
 
     with ThreadPoolExecutor(WORKERS) as executor:
-        list(executor.map(part, ends[:-1], ends[1:]))
+        list(executor.map(part, range(0, len(found), ROWS)))
     return found

@@ -240,11 +240,10 @@ def _problems(
 
 
 def _parts(shell: ShellPlate) -> Parts:
-    stiffnesses = (
-        shell.plate_stiffness(moduli(shell.sheet, 1.0, 0.0), 0.5, shell.thickness),
-        shell.plate_stiffness(moduli(shell.sheet, 0.0, 1.0), -0.5, shell.thickness),
-        shell.patch_stiffness(shell.thickness),
+    thickness = shell.thickness
+    return (
+        list(shell.cells.of(shell.plate_stiffness(moduli(shell.sheet, 1.0, 0.0), 0.5, thickness))),
+        list(shell.cells.of(shell.plate_stiffness(moduli(shell.sheet, 0.0, 1.0), -0.5, thickness))),
+        list(shell.cells.of(shell.patch_stiffness(thickness))),
+        list(shell.inertia(thickness)),
     )
-    with ThreadPoolExecutor(WORKERS) as executor:
-        first, second, patches = executor.map(lambda rigidity: list(shell.cells.of(rigidity)), stiffnesses)
-    return first, second, patches, list(shell.inertia(shell.thickness))
