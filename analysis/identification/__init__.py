@@ -45,6 +45,7 @@
 ``order``                  backward elimination and residual terms by BIC
 ``bic``                    the criterion, and its penalty for one pole
 ``resolution``             pairs of poles that the frequency resolution cannot separate
+``moving``                 pairs of poles that are one mode with another frequency in every FRF
 ``added_columns``          fall of the misfit if columns are added to a model
 ``missing``                poles found in the residual and added
 ``splitting``              replacement of one pole by two close ones

@@ -99,10 +99,28 @@ def finish(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
     place : (J,) ndarray of int
         Place of each pole of `found` in `modes`.
     """
+    return judged(*last_fit(measured, lines, found), settings)
+
+
+def last_fit(measured: Measured, lines: Lines, found: PoleFit) -> tuple[Lines, PoleFit]:
+    """Fit once more on all lines.
+
+    Parameters
+    ----------
+    measured : Measured
+    lines : Lines
+        All lines, unaveraged.
+    found : PoleFit
+
+    Returns
+    -------
+    lines : Lines
+        With the weights of `found`.
+    last : PoleFit
+    """
     lines = _with_damping(measured.reweighted(lines, found), found)
     tolerance = EXACT / len(lines.frequency) / len(lines.h)
-    last = fit(lines, found.poles, found.terms, tolerance=tolerance, max_iterations=LAST_STEPS)
-    return judged(lines, last, settings)
+    return lines, fit(lines, found.poles, found.terms, tolerance=tolerance, max_iterations=LAST_STEPS)
 
 
 def judged(
