@@ -3,6 +3,7 @@
 =========================  ==================================================================
 ``automatic``              identification of FRFs with common poles: search, model order, status
 ``settings``               limits of the search, residual terms, mains frequency
+``errors_at_peaks``        variance that errors at the peaks and differences between FRFs add
 ``finishing``              final model order, last fit on all lines, status of every pole
 ``peak_picking``           the paper's own recipe: local peaks, then wide-band refinement
 ``tracking``               modes of all sweeps, tracked over temperature

@@ -2,7 +2,7 @@
 
 A structure that warms up, dries or is touched between the hits of a roving hammer has another frequency in every
 FRF. To the first order two poles describe that, with another share of either in every FRF. So does a pole of its
-own in every FRF, with four parameters fewer. At the second order the two differ, and the likelihood decides.
+own in every FRF, with four parameters fewer. At the second order the two differ.
 """
 
 import numpy as np
@@ -13,16 +13,6 @@ from analysis.identification.pole_residue import synthesis
 from analysis.identification.pole_search import fit
 from analysis.identification.residual_terms import COMPLEX_E_F_G, NONE
 from analysis.identification.variable_projection import project
-from analysis.shapes.assurance import mpc
-
-VERY_STRONG = 10.0
-"""Twice the log of the likelihood ratio from which evidence is "very strong" (Kass and Raftery, J. Am. Stat.
-Assoc. 90, 1995)."""
-
-IN_PHASE, OUT_OF_PHASE = 0.95, 0.9
-"""Where evidence is weaker, modal phase collinearity that the sum of the two residues has at least, and that of
-one of the two at most, in one mode: only together are they a shape. A beam hit at nine places gives 0.98 and 0.80;
-its other modes over 0.98."""
 
 WINDOW = 10.0
 """Lines compared, in half widths on either side: beyond, both models are the same."""
@@ -35,9 +25,9 @@ STEPS = 8
 
 
 def one_that_moves(
-    lines: Lines, poles: NDArray[np.complex128], residues: NDArray[np.complex128], pair: tuple[int, int]
+    lines: Lines, poles: NDArray[np.complex128], residues: NDArray[np.complex128], group: NDArray[np.intp]
 ) -> bool:
-    """Whether two close poles represent one mode with a pole of its own in every FRF.
+    """Whether close poles represent one mode with a pole of its own in every FRF: whether that has the lower BIC.
 
     Parameters
     ----------
@@ -46,36 +36,30 @@ def one_that_moves(
     poles : (J,) complex ndarray
         rad/s.
     residues : (K, J) complex ndarray
-    pair : tuple of int
-        The two poles in question.
+    group : (M,) ndarray of int
+        The poles in question.
 
     Returns
     -------
     bool
     """
-    if len(residues) < 2:
+    count = len(residues)
+    if count < 2:
         return False
-    evidence = _evidence_for_two(lines, poles, residues, pair)
-    if abs(evidence) > VERY_STRONG or len(residues) < 3:  # a shape has three places at least
-        return evidence < -VERY_STRONG
-    each = residues[:, list(pair)]
-    together, *alone = mpc(np.column_stack([each.sum(axis=1), each]).T)
-    return bool(together > IN_PHASE and min(alone) < OUT_OF_PHASE)
-
-
-def _evidence_for_two(
-    lines: Lines, poles: NDArray[np.complex128], residues: NDArray[np.complex128], pair: tuple[int, int]
-) -> float:
-    """Twice the log of the likelihood ratio of two poles that all FRFs share over one of its own in every FRF."""
-    two = poles[list(pair)]
-    away = np.abs(2.0 * np.pi * lines.frequency - two.imag.mean())
-    near = away <= max(WINDOW * -two.real.mean(), np.sort(away)[min(FEWEST, len(away)) - 1])
-    f, others = lines.frequency[near], np.delete(np.arange(len(poles)), pair)
-    none = np.zeros((len(residues), 0), complex)
+    shared_poles = poles[group]
+    away = np.abs(2.0 * np.pi * lines.frequency - shared_poles.imag.mean())
+    near = away <= max(WINDOW * -shared_poles.real.mean(), np.sort(away)[min(FEWEST, len(away)) - 1])
+    f, others = lines.frequency[near], np.delete(np.arange(len(poles)), group)
+    none = np.zeros((count, 0), complex)
     h = lines.h[:, near] - synthesis(f, poles[others], residues[:, others], NONE, none)
     shared = own = 0.0
     for row, deviation in zip(h, lines.deviation[:, near], strict=True):
         one = Lines(f, row[None], deviation[None])
-        shared += project(one, two, COMPLEX_E_F_G, derivatives=False).misfit
-        own += fit(one, two.mean()[None], COMPLEX_E_F_G, max_iterations=STEPS, tolerance=1e-4).projection.misfit
-    return float(2 * h.size / lines.redundancy * np.log(own / max(shared, np.finfo(float).tiny)))
+        start = shared_poles.mean()[None]
+        shared += project(one, shared_poles, COMPLEX_E_F_G, derivatives=False).misfit
+        own += fit(one, start, COMPLEX_E_F_G, max_iterations=STEPS, tolerance=1e-4).projection.misfit
+    independent = 2 * h.size / lines.redundancy
+    parameters = 2 * len(group) * (1 + count) - 4 * count  # with shared poles minus with a pole in every FRF
+    least = np.finfo(float).tiny
+    rise = independent * np.log(max(own, least) / max(shared, least))
+    return bool(rise < parameters * np.log(independent))

@@ -91,7 +91,10 @@ def unresolved(lines: Lines, poles: NDArray[np.complex128], residues: NDArray[np
                 _like_one(lines, poles[[i, j]], residues[:, [i, j]]) for i in others[apart < COINCIDENT * narrower]
             )
             and not any(
-                one_that_moves(lines, poles, residues, (int(i), int(j))) for i in others[apart < MOVING * narrower]
+                one_that_moves(
+                    lines, poles, residues, np.flatnonzero(np.abs(place - place[i]) < MOVING * width[i])
+                )
+                for i in others[apart < MOVING * narrower]
             )
         )
     lesser: NDArray[np.bool_] = ~standing
