@@ -44,7 +44,7 @@ def one_that_moves(
     bool
     """
     count = len(residues)
-    if count < 2:
+    if count < 2 or lines.together:
         return False
     shared_poles = poles[group]
     away = np.abs(2.0 * np.pi * lines.frequency - shared_poles.imag.mean())
