@@ -3,6 +3,7 @@
 =========================  ==================================================================
 ``automatic``              identification of FRFs with common poles: search, model order, status
 ``settings``               limits of the search, residual terms, mains frequency
+``errors_at_peaks``        variance that errors at the peaks and differences between FRFs add
 ``finishing``              final model order, last fit on all lines, status of every pole
 ``peak_picking``           the paper's own recipe: local peaks, then wide-band refinement
 ``tracking``               modes of all sweeps, tracked over temperature
@@ -45,6 +46,7 @@
 ``order``                  backward elimination and residual terms by BIC
 ``bic``                    the criterion, and its penalty for one pole
 ``resolution``             pairs of poles that the frequency resolution cannot separate
+``moving``                 pairs of poles that are one mode with another frequency in every FRF
 ``added_columns``          fall of the misfit if columns are added to a model
 ``missing``                poles found in the residual and added
 ``splitting``              replacement of one pole by two close ones

@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
 from analysis.identification.bic import bic, pole_penalty
-from analysis.identification.finishing import finish, settle
+from analysis.identification.finishing import finish, judged, last_fit, settle
 from analysis.identification.harmonics import harmonic_lines, harmonic_of, needle_hum, tones
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import residual
 from analysis.identification.modes import Modes, Rejected
-from analysis.identification.order import drop_unsupported, eliminate
+from analysis.identification.order import drop_unresolved, drop_unsupported, eliminate
 from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.settings import Settings
 from analysis.identification.vector_fitting import start_poles
@@ -74,7 +74,11 @@ def identify(measured: Measured, settings: Settings | None = None) -> Modes:
             measured = measured.without(spoilt)
             lines = measured.lines()
             found = settle(measured, lines, clean, settings)
-    modes, _ = finish(measured, lines, found, settings)
+    weighed, last = last_fit(measured, lines, found)
+    separate = drop_unresolved(weighed, last)  # on averaged lines they looked further apart
+    if separate is not last:
+        weighed, last = last_fit(measured, lines, separate)
+    modes, _ = judged(weighed, last, settings)
     return replace(modes, rejected=(*_rejected(started, modes.poles), *rejected))
 
 

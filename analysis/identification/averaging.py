@@ -101,5 +101,6 @@ def _at_gauss_points(lines: Lines, length: NDArray[np.intp]) -> Lines:
         shared=lines.shared,
         damping=lines.damping,
         at_rest=lines.at_rest,
+        together=lines.together,
         shift=lines.shift,
     )

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
 from analysis.identification.damping_prior import DampingPrior
+from analysis.identification.errors_at_peaks import variance_factors
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import add_missing, residual
@@ -99,10 +100,28 @@ def finish(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
     place : (J,) ndarray of int
         Place of each pole of `found` in `modes`.
     """
+    return judged(*last_fit(measured, lines, found), settings)
+
+
+def last_fit(measured: Measured, lines: Lines, found: PoleFit) -> tuple[Lines, PoleFit]:
+    """Fit once more on all lines.
+
+    Parameters
+    ----------
+    measured : Measured
+    lines : Lines
+        All lines, unaveraged.
+    found : PoleFit
+
+    Returns
+    -------
+    lines : Lines
+        With the weights of `found`.
+    last : PoleFit
+    """
     lines = _with_damping(measured.reweighted(lines, found), found)
     tolerance = EXACT / len(lines.frequency) / len(lines.h)
-    last = fit(lines, found.poles, found.terms, tolerance=tolerance, max_iterations=LAST_STEPS)
-    return judged(lines, last, settings)
+    return lines, fit(lines, found.poles, found.terms, tolerance=tolerance, max_iterations=LAST_STEPS)
 
 
 def judged(
@@ -127,10 +146,12 @@ def judged(
     place : (J,) ndarray of int
         Place of each pole of `last` in `modes`.
     """
+    left = residual(lines, last)
     if spread is None:
         every = covariance(last, lines)
         spread = np.array([every[j : j + 2, j : j + 2] for j in range(0, len(every), 2)]).reshape(-1, 2, 2)
-    left = residual(lines, last)
+        more = np.sqrt(variance_factors(lines, last, left))
+        spread = spread * more[:, :, None] * more[:, None, :]
     status, reason = judge(lines, last, settings.mains, spread, left)
     order = np.argsort(last.poles.imag)
     modes = Modes(

@@ -85,6 +85,8 @@ class Lines:
         Whether they come from records without a window, at the end of which the response was at rest.
     shift : float
         Relative standard deviation of all frequencies while the lines were measured, see `analysis.repeat_shift`.
+    together : bool
+        Whether the FRFs come from the same records, so that the structure is the same in all of them.
     """
 
     frequency: NDArray[np.float64]
@@ -97,6 +99,7 @@ class Lines:
     damping: DampingPrior | None = None
     at_rest: bool = False
     shift: float = 0.0
+    together: bool = False
 
     def __post_init__(self) -> None:
         if self.h.ndim != 2 or self.h.shape[1] != len(self.frequency) or self.deviation.shape != self.h.shape:

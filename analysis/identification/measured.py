@@ -28,6 +28,8 @@ class Measured:
         Whether they come from records without a window, at the end of which the response was at rest.
     shift : float
         Relative standard deviation of all frequencies over the repeats, see `analysis.repeat_shift`.
+    together : bool
+        Whether the FRFs come from the same records, so that the structure is the same in all of them.
     """
 
     frequency: NDArray[np.float64]
@@ -35,6 +37,7 @@ class Measured:
     variance: NDArray[np.float64] | None = None
     at_rest: bool = False
     shift: float = 0.0
+    together: bool = False
 
     @property
     def known(self) -> bool:
@@ -49,7 +52,14 @@ class Measured:
     def lines(self) -> Lines:
         """Lines weighted by the variance if it is known, by the roughness along frequency otherwise."""
         deviation = np.sqrt(self.variance) if self.known and self.variance is not None else roughness(self.h)
-        return Lines(self.frequency, self.h, pooled(deviation), at_rest=self.at_rest, shift=self.shift)
+        return Lines(
+            self.frequency,
+            self.h,
+            pooled(deviation),
+            at_rest=self.at_rest,
+            shift=self.shift,
+            together=self.together,
+        )
 
     def reweighted(self, lines: Lines, fitted: PoleFit) -> Lines:
         """Lines with weights from a fit's residual, unless the variance is known, and with its correlations."""

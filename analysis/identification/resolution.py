@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.lines import Lines
-from analysis.shapes.assurance import mpc
+from analysis.identification.moving import one_that_moves
 
 CLOSEST = 2.0
 """Smallest distance of two modes, in line spacings."""
@@ -46,12 +46,10 @@ SMALLEST_DIFFERENCE = 1e-3
 to better than that, and a response counts as at rest where it has fallen to that."""
 
 COINCIDENT = 0.5
-"""Distance of two poles, in half widths of the narrower, up to which they may represent one mode whose frequency
-differs from one FRF to the next: the structure changed between the measurements."""
+"""Distance of two poles, in half widths of the narrower, up to which they may differ that little from one."""
 
-IN_PHASE, OUT_OF_PHASE = 0.95, 0.75
-"""They do if the modal phase collinearity of the sum of their residues is above the first value and that of one of
-the two below the second. A measured beam, hit at nine places, gives 0.99 and 0.55; its other modes over 0.98."""
+MOVING = 1.0
+"""The same for two that may represent one mode whose frequency differs from one FRF to the next."""
 
 
 def heights(poles: NDArray[np.complex128], residues: NDArray[np.complex128]) -> NDArray[np.float64]:
@@ -87,10 +85,17 @@ def unresolved(lines: Lines, poles: NDArray[np.complex128], residues: NDArray[np
         leaked = (width[others] < narrow) & (apart < REACH) & (height[j] < small * height[others])
         narrowest = np.where(exact[others] & exact[j], NARROWEST_AT_REST, NARROWEST_PAIR)
         close = (apart < CLOSEST) & (narrower < narrowest)
-        standing[j] = not (leaked | close).any() and not any(
-            _like_one(lines, poles[[i, j]], residues[:, [i, j]])
-            or _one_that_moves(poles[[i, j]], residues[:, [i, j]])
-            for i in others[apart < COINCIDENT * narrower]
+        standing[j] = (
+            not (leaked | close).any()
+            and not any(
+                _like_one(lines, poles[[i, j]], residues[:, [i, j]]) for i in others[apart < COINCIDENT * narrower]
+            )
+            and not any(
+                one_that_moves(
+                    lines, poles, residues, np.flatnonzero(np.abs(place - place[i]) < MOVING * width[i])
+                )
+                for i in others[apart < MOVING * narrower]
+            )
         )
     lesser: NDArray[np.bool_] = ~standing
     return lesser
@@ -105,11 +110,3 @@ def _like_one(lines: Lines, pair: NDArray[np.complex128], residues: NDArray[np.c
     moved = lines.shift * abs(pair[0]) / half_width  # over the repeats, and while it rings in one of 1/spacing s
     least = SMALLEST_DIFFERENCE + moved**2 + 1.25 * moved * lines.spacing / half_width
     return bool(difference < least * np.linalg.norm(together))
-
-
-def _one_that_moves(pair: NDArray[np.complex128], residues: NDArray[np.complex128]) -> bool:
-    """Whether two poles, with residues (K, 2), represent one mode whose frequency differs between FRFs."""
-    if len(residues) < 3 or abs(pair[0] - pair[1]) > COINCIDENT * -pair.real.max():
-        return False
-    together, *each = mpc(np.column_stack([residues.sum(axis=1), residues]).T)
-    return bool(together > IN_PHASE and min(each) < OUT_OF_PHASE)

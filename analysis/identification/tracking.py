@@ -38,6 +38,7 @@ def sweep_measured(frf: Frf, sweep: int) -> Measured:
         frf.h[sweep][:, used],
         frf.variance[sweep][:, used],
         at_rest=frf.at_rest,
+        together=True,
         shift=0.0 if frf.shift is None else float(frf.shift[sweep]),
     )
 

@@ -24,6 +24,9 @@ GUESSES = (
 )
 """Roles by what channels are commonly called; all else is a response."""
 
+SPECTRA = r"spec|corr|psd|csd|(?<![a-z])[gs](xy|yx)(?![a-z])"
+"""What complex values are called that are no FRFs, if the file also has some of another name."""
+
 RATE_NAMES = r"(?<![a-z])fs(?![a-z])|rate(?![a-z])|sampling|abtast"
 """What a file may call its sample rate: ``fs``, ``test.Fs``, ``sampleRate``; not ``offset``."""
 
@@ -156,7 +159,8 @@ def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
     if any(_means(pattern, name) for pattern in said.unused):
         return {"role": "unused"}
     if np.iscomplexobj(columns.values[name]):
-        return {"role": "frf"}
+        others = [one for one in columns.values if np.iscomplexobj(columns.values[one]) and not _spectrum(one)]
+        return {"role": "unused" if others and _spectrum(name) else "frf"}
     role = next((role for role, words in GUESSES if re.search(words, name.strip(), re.IGNORECASE)), "response")
     written = plain_unit(file_unit or "")
     if written in TIMES:
@@ -173,6 +177,10 @@ def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
     if role in ("drive", "response") and not file_unit:
         channel["unit"] = "V"
     return channel
+
+
+def _spectrum(name: str) -> bool:
+    return re.search(SPECTRA, name, re.IGNORECASE) is not None
 
 
 def _counts(values: NDArray[Any]) -> bool:

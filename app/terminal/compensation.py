@@ -149,7 +149,7 @@ def show(found: Compensation) -> None:
     latency = 1e3 * found.filters.delay / found.filters.sample_rate
     caption = (
         f"{found.focusing}, {found.filters.taps.shape[2]} taps, {latency:.1f} ms; all temperatures and lines\n"
-        "RE: relative error, eq. (13), of energy: 0.01 % is 1 % of amplitude"
+        "relative error: of energy, eq. (13); 0.01 % is 1 % of amplitude"
     )
     table = Table(
         title="Filters between the training temperatures" if found.judged == "everywhere" else "Filters left out",
@@ -170,7 +170,7 @@ def show(found: Compensation) -> None:
         ("contrast by area, mean", [f"{area_normalised(c, share).mean():.3f}" for c in found.contrast]),
         ("phase error, °", [f"{c:.1f}" for c in found.phase_error]),
         ("level ripple, dB", [f"{c:.1f}" for c in found.level_ripple]),
-        ("peak drive", [f"{c.max():.3g}" for c in found.peak_drive]),
+        ("peak drive, V", [f"{c.max():.3g}" for c in found.peak_drive]),
         ("kilobytes", [f"{c / 1e3:.0f}" for c in found.size]),
         ("multiplications, 10³", [f"{c / 1e3:.0f}" for c in found.update_cost]),
         ("time, s", [f"{c:.2f}" for c in found.seconds]),

@@ -244,13 +244,17 @@ def test_recorded_campaign_is_identified_down_to_its_noise(tmp_path: Path) -> No
 @pytest.mark.slow
 @pytest.mark.shared
 @pytest.mark.skipif(not BEAM.is_dir(), reason="the measured beam lies beside the checkout, and is absent")
-def test_measured_beam_as_one_structure_has_four_bending_shapes(tmp_path: Path) -> None:
-    """Roving hammer over nine points of a beam on soft supports: free bending shapes, 1.3 m long by its points."""
+@pytest.mark.parametrize("lowest", [0.0, 65.0])
+def test_measured_beam_as_one_structure_has_four_bending_shapes(tmp_path: Path, lowest: float) -> None:
+    """Roving hammer over nine points of a beam on soft supports: free bending shapes, 1.3 m long by its points.
+
+    From one point to the next the mode at 974 Hz falls, by 0.06 Hz in all: it must not be taken for two.
+    """
     frfs = []
     for number in range(1, 10):
         with gzip.open(BEAM / f"Hxysv0000{number}.txt.gz", "rt", encoding="latin-1") as file:
             f, real, imaginary = np.loadtxt(file.readlines()[9:]).T
-        used = (f >= 65.0) & (f <= 1000.0)
+        used = (f > lowest) & (f <= 1000.0)
         h = (real + 1j * imaginary)[used]
         frfs.append(MeasuredTransfer(f"point {number}", "4:-1", f"{number}:+1", "acceleration", f[used], h))
     write_frfs(tmp_path / "beam.uff", frfs)

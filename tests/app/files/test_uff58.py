@@ -155,7 +155,7 @@ def test_rounding_of_the_first_two_lines_does_not_add_up_over_the_others(tmp_pat
 @pytest.mark.filterwarnings("ignore")
 def test_frfs_are_read_back_by_sdynpy(tmp_path: Path) -> None:
     read = pytest.importorskip(
-        "sdynpy.fileio.sdynpy_uff", reason="SDynPy is in no extra: docs/dependencies.md says how to have it"
+        "sdynpy.fileio.sdynpy_uff", reason="SDynPy is in the extra bench (docs/dependencies.md)"
     )
     uneven = FREQUENCY[1:] ** 1.5
     frfs = [

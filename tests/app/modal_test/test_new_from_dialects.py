@@ -113,6 +113,20 @@ def test_columns_beside_frfs_are_unused_and_not_asked_for(tmp_path: Path, run_fl
     assert roles == ["frequency", "frf", "unused", "unused"]
 
 
+def test_cross_spectra_beside_an_frf_are_not_frfs(tmp_path: Path, run_flexura: Flexura) -> None:
+    """An analyser's record, named as case 2 of vibration_toolbox: its cross spectrum became a second response."""
+    complex_values = {
+        name: np.ones(49) * 1j for name in ("Hf_chan_2", "Lin_Spec_1", "Hf_Cross_Spec_chan_2", "Gxy")
+    }
+    np.savez(tmp_path / "a.npz", Freq_domain=np.arange(1.0, 50.0), **complex_values)
+    assert run_flexura("new", "test", tmp_path / "a.npz", "-q") == (0, "", "")
+    roles = {name: one.role for name, one in read_modal_test(tmp_path / "test.toml").channels.items()}
+    assert [name for name, role in roles.items() if role == "frf"] == ["Hf_chan_2"]
+    np.savez(tmp_path / "b.npz", Freq=np.arange(1.0, 50.0), FRF_spectrum=np.ones(49) * 1j)
+    assert run_flexura("new", "test", tmp_path / "b.npz", "--out", tmp_path / "b.toml", "-q")[0] == 0
+    assert read_modal_test(tmp_path / "b.toml").channels["FRF_spectrum"].role == "frf"
+
+
 def test_a_channel_called_f_is_no_frf(tmp_path: Path, run_flexura: Flexura) -> None:
     np.savez(tmp_path / "a.npz", x=np.ones(99), f=np.ones(99), fs=100.0)
     status, _, err = run_flexura("new", "test", tmp_path / "a.npz")
