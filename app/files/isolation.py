@@ -3,17 +3,23 @@
 Only for files without a digest of their own bytes; with one, `app.files.seal` detects damage.
 """
 
+import math
 import os
 import subprocess
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 PATIENCE = 30.0
-"""Seconds that starting Python and reading a small file may take, from a slow network share too."""
+"""Seconds of processor time that starting Python and reading a small file may take."""
+BUSY = 4.0
+"""Times as long it may take by the clock, from a slow network share or beside other programs."""
 SLOWEST = 10e6
 """Bytes per second that any disk gives."""
 POOLS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+SIGXCPU = 24
+"""Signal that ends a process at its limit of processor time; Windows does not name it."""
 PROGRAM = Path(__file__).resolve().parents[2]
 """Where our packages lie."""
 
@@ -57,17 +63,33 @@ def run_isolated(module: str, arguments: Sequence[str], size: int) -> None:
     # one thread: each of an algebra library's takes 40 MB of the address space that a reader may be held to
     environment = os.environ | dict.fromkeys(POOLS, "1") | {"PYTHONPATH": os.pathsep.join([str(PROGRAM), *others])}
     words = [sys.executable, "-P", "-m", module, *arguments]
-    try:
-        child = subprocess.run(  # noqa: S603 (a module of ours, and a file's name)
-            words, env=environment, stdin=subprocess.DEVNULL, capture_output=True, timeout=limit, check=False
-        )
-    except subprocess.TimeoutExpired as error:
-        raise SlowReadError(
-            f"not read within {limit:.0f} s: damaged, or on a slow disk; try again with a local copy"
-        ) from error
+    with subprocess.Popen(  # noqa: S603 (a module of ours, and a file's name)
+        words, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    ) as child:
+        try:
+            _hold_time(child.pid, math.ceil(limit))
+            said = child.communicate(timeout=BUSY * limit)[1]
+        except subprocess.TimeoutExpired as error:
+            raise SlowReadError(
+                f"not read within {BUSY * limit:.0f} s: damaged, or on a slow disk; try again with a local copy"
+            ) from error
+        finally:
+            child.kill()
+    if child.returncode == -SIGXCPU:
+        raise SlowReadError(f"not read in {math.ceil(limit)} s of processor time: damaged")
     if child.returncode:
-        errors = child.stderr.decode(errors="replace").strip().splitlines()
+        errors = said.decode(errors="replace").strip().splitlines()
         raise ValueError(errors[-1] if errors else f"its reader crashed on it ({child.returncode})")
+
+
+def _hold_time(process: int, most: int) -> None:
+    """Let a process have no more than `most` seconds of processor time, where the system can hold it to that."""
+    try:
+        from resource import RLIMIT_CPU, prlimit
+    except ImportError:  # only Linux has such a limit for another process; elsewhere the clock's remains
+        return
+    with suppress(ProcessLookupError):
+        prlimit(process, RLIMIT_CPU, (most, most + 1))
 
 
 def hold_memory(most: int) -> None:

@@ -14,7 +14,7 @@ from tests.fuzz.child import MEMORY, read_mutations
 from tests.fuzz.readers import READERS
 from tests.fuzz.whole_files import write_all
 
-PATIENCE = 40.0
+PATIENCE = 130.0
 """Seconds that reading one file may take: more than `app.files.isolation` gives its child."""
 START = 300.0
 """Seconds that a process may take to begin."""

@@ -2,6 +2,7 @@
 
 import zlib
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
 import h5py
@@ -11,7 +12,7 @@ import pytest
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5, result_file
-from app.files.isolation import require_readable, run_isolated
+from app.files.isolation import SlowReadError, require_readable, run_isolated
 
 
 def write(path: Path, also: Callable[[h5py.File], object] = lambda file: None) -> Path:
@@ -162,6 +163,23 @@ def test_a_file_without_a_digest_is_read_in_a_process_of_its_own_first(
     monkeypatch.setattr("app.files.isolation.PATIENCE", 0.01)
     with pytest.raises(Hdf5FileError, match="not read within 0 s"), opened_hdf5(path, unsealed=require_readable):
         pass
+
+
+@pytest.mark.parametrize(
+    ("work", "refused"),
+    [("while True: pass", "not read in 1 s of processor time"), ("import time; time.sleep(1.5)", "")],
+    ids=["endless", "waiting"],
+)
+def test_a_reader_s_time_is_that_of_the_processor(
+    work: str, refused: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beside other programs a sound file may take long by the clock."""
+    (tmp_path / "reader_at_work.py").write_text(work + "\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr("app.files.isolation.PATIENCE", 1.0)
+    monkeypatch.setattr("app.files.isolation.BUSY", 30.0)
+    with pytest.raises(SlowReadError, match=refused) if refused else nullcontext():
+        run_isolated("reader_at_work", [], 0)
 
 
 def test_a_reader_has_one_thread(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
