@@ -50,7 +50,7 @@ class Drive(Sparse):
 
     def check(self, plate: Plate) -> None:
         """Raise GeometryError unless it lies on the plate."""
-        check_footprint(plate, f"drive {self.id!r}", self.point, self.radius)
+        check_disc(f"drive {self.id!r}", self.point, self.radius, plate.loop, plate.hole_loops)
 
 
 class Sensor(Sparse):
@@ -125,7 +125,7 @@ class Sensor(Sparse):
             raise GeometryError(f"sensor {self.id!r}: no point of its grid is on the plate; lessen margin")
         for footprint in (channel.footprint for channel in channels):
             if footprint is not None:
-                check_footprint(plate, f"sensor {self.id!r}", footprint.point, footprint.radius)
+                check_disc(f"sensor {self.id!r}", footprint.point, footprint.radius, plate.loop, plate.hole_loops)
 
     def _check_margin(self, plate: Plate) -> None:
         """Refuse a margin of half a side or more, which would turn the grid inside out."""
@@ -136,24 +136,3 @@ class Sensor(Sparse):
                     f"sensor {self.id!r}: margin {self.margin:g} m; allowed 0 to less than {most:.3g} m, half of "
                     f"the plate's {2 * most:.3g} m along {axis}: lessen margin"
                 )
-
-
-def check_footprint(plate: Plate, name: str, point: Point, radius: float) -> None:
-    """Check that a disc lies on the plate, over no edge.
-
-    Parameters
-    ----------
-    plate : Plate
-    name : str
-        What is fixed there, for the message.
-    point : (float, float)
-        Centre, m.
-    radius : float
-        m; 0 for a point.
-
-    Raises
-    ------
-    GeometryError
-        For a centre off the plate or in a hole, and a disc that reaches over an edge, with the place.
-    """
-    check_disc(name, point, radius, plate.loop, plate.hole_loops)
