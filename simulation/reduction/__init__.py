@@ -11,7 +11,7 @@ A plate over a range of materials:
 ``energy_decomposition``   proper orthogonal decomposition of the candidate vectors
 ``certification``          error against the full model outside the training set
 ``basis_training``         settings: training materials and tolerance
-``galerkin``               projection of a model onto given vectors
+``galerkin``               projection of a model onto given vectors, and products with many vectors
 ``reduce``                 the whole reduction, from these steps
 ``footprint_reduction``    the same for forces and motions in addition to patches
 ``reduced_model``          the reduced model: small matrices for the whole range
