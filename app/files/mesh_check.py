@@ -51,14 +51,15 @@ def mesh_fault(
     plate, patches = getattr(declared, "plate", None), getattr(declared, "patch", ())
     if plate is None:
         return None
-    passed = _passed(plate, patches, _band(declared))
+    band = _band(declared)
+    passed = _passed(plate, patches, band)
     if passed.is_file():
         return None
     from analysis.geometry.fault import GeometryError
     from simulation.shell.plate_borders import mesh_of
 
     try:
-        recipe = None if plate.mesh else _recipe(plate, declared)
+        recipe = None if plate.mesh else _recipe(plate, band)
         mesh_of(plate, patches, recipe)
     except GeometryError as error:
         key = "plate.mesh" if plate.mesh else "plate"
@@ -79,9 +80,8 @@ def _passed(plate: "Plate", patches: Sequence["Patch"], band: Any) -> Path:
     return cache_folder() / f"meshed-{hashlib.sha256(json.dumps(declared).encode()).hexdigest()}"
 
 
-def _recipe(plate: "Plate", declared: object) -> "MeshRecipe | None":
+def _recipe(plate: "Plate", band: Any) -> "MeshRecipe | None":
     """Sizes of the twin's mesh, None without a band; GeometryError for a plate of too many cells."""
-    band = _band(declared)
     if band is None:
         return None
     from analysis.geometry.fault import GeometryError

@@ -108,8 +108,9 @@ def assemble_for(
     GeometryError
         Where no good mesh is found.
     """
-    report, fine = progress or (lambda share: None), fineness or Fineness()
+    report = progress or (lambda share: None)
     report(0.0)
+    fine = fineness or Fineness()
     shell = ShellPlate.of(plate, patches, recipe=fine.recipe(plate, box, band), degree=fine.degree)
     report(MESHED)
     parts = _parts(shell)
@@ -232,8 +233,8 @@ def _problems(
     for youngs_modulus, poisson_ratio, frequency in constants:
         c1, c2 = plane_stress_moduli(youngs_modulus, poisson_ratio)
         omega2 = (2 * np.pi * frequency) ** 2
-        weights = zip((c1, c2, 1.0, omega2), diagonals, strict=True)
-        energy = sum((weight * one for weight, one in weights), np.zeros(()))
+        factors = (c1, c2, 1.0, omega2)
+        energy = sum((factor * one for factor, one in zip(factors, diagonals, strict=True)), np.zeros(()))
         terms = list(zip((c1, c2, 1.0, -omega2), parts, strict=True))
         problems.append(ResponseProblem(terms, springs, loads, np.asarray(energy)))
     return problems
