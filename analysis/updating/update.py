@@ -148,12 +148,10 @@ def _steady(
     executor: Executor,
 ) -> Frf:
     """FRFs as at the mean temperature of each sweep, by the laws through fits of single sweeps."""
-    good = [t for t, fit in enumerate(alone) if fit.settled]
-    if protocol is None or not good:
+    if protocol is None:
         return frf
-    fits = [alone[t] for t in good]
-    every = np.ones(len(good), dtype=bool)
-    laws = laws_of_sweeps(frf.temperature[good], material_of(fits), _sigma_of(fits), every, protocol)
+    settled = np.array([fit.settled for fit in alone])
+    laws = laws_of_sweeps(frf.temperature, material_of(alone), _sigma_of(alone), settled, protocol)
     if laws is None:
         return frf
     local = sweep_laws(frf.temperature, material_of(alone), laws)
