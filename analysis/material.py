@@ -24,6 +24,10 @@ class Material:
     poisson_ratio: NDArray[np.float64]
     loss_factor: NDArray[np.float64]
 
+    def sigma(self, laws: NDArray[np.float64]) -> "Material":
+        """Return the standard deviations of E [Pa], nu and eta from those (T, 3) of log E, nu and log eta."""
+        return Material(laws[:, 0] * self.youngs_modulus, laws[:, 1], laws[:, 2] * self.loss_factor)
+
 
 @dataclass(frozen=True)
 class MaterialBox:

@@ -174,7 +174,7 @@ def _updated(
     return Updated(
         temperature=frf.temperature,
         material=Material(*material.T),
-        sigma=Material(sigma[:, 0] * material[:, 0], sigma[:, 1], sigma[:, 2] * material[:, 2]),
+        sigma=Material(*material.T).sigma(sigma),
         correlation=plain.correlation,
         gain=float(gains[0, 0]),
         sigma_gain=float(gains[0, 1]),
@@ -198,5 +198,5 @@ def _laws(protocol: Protocol, nodes: FittedLaws) -> MaterialLaws | None:
 
 def material_of(nodes: FittedLaws) -> tuple[Material, Material]:
     """E, nu and eta at the nodes, and their standard deviations."""
-    e, nu, eta = np.exp(nodes.value[:, 0]), nodes.value[:, 1], np.exp(nodes.value[:, 2])
-    return Material(e, nu, eta), Material(nodes.sigma[:, 0] * e, nodes.sigma[:, 1], nodes.sigma[:, 2] * eta)
+    material = Material(np.exp(nodes.value[:, 0]), nodes.value[:, 1], np.exp(nodes.value[:, 2]))
+    return material, material.sigma(nodes.sigma)

@@ -160,9 +160,8 @@ def _steady(
 
 def _sigma_of(fits: Sequence[SweepFit]) -> Material:
     """Return the standard deviations (T,) of the materials, by the noise."""
-    e, nu, eta = np.sqrt([np.diag(np.linalg.inv(fit.point.matrix))[:3] for fit in fits]).T
-    found = material_of(fits)
-    return Material(e * found.youngs_modulus, nu, eta * found.loss_factor)
+    laws = np.sqrt([np.diag(np.linalg.inv(fit.point.matrix))[:3] for fit in fits])
+    return material_of(fits).sigma(laws)
 
 
 def middle_sweep(frf: Frf) -> int:
@@ -223,7 +222,7 @@ def _summary(frf: Frf, box: MaterialBox, sweeps: GapSweeps, fit: GapFit, fits: S
     return Updated(
         temperature=frf.temperature,
         material=Material(*materials.T),
-        sigma=Material(sigma[:, 0] * materials[:, 0], sigma[:, 1], sigma[:, 2] * materials[:, 2]),
+        sigma=Material(*materials.T).sigma(sigma),
         correlation=covariance / (spread[:, :, None] * spread[:, None, :]),
         gain=float(gains[0, 0]),
         sigma_gain=float(gains[0, 1]),
