@@ -27,7 +27,7 @@ from simulation.reduction.patch_projection import patch_energies
 from simulation.reduction.plate_basis import PlateBasis, plain_reduction
 from simulation.reduction.projector import CHUNK, Projector
 from simulation.shell.assembly import FEW, assemble_chosen
-from simulation.shell.fineness import Fineness
+from simulation.shell.fineness import Fineness, relative_loss
 from simulation.shell.footprints import attached_disc
 from simulation.shell.shell_model import ShellModel
 from simulation.state.extreme_states import SLIP, SOFT, STIFF, extreme_states, laws_within, offset_states
@@ -40,6 +40,8 @@ WORKERS = 2
 """Number of states solved, and of energies projected, at a time."""
 LEAST, TAIL = 5e-4, 2e-3
 """Shares of a state's responses: smallest share of one direction, largest share of all directions left out."""
+LEAST_LOSS = 0.02
+"""Smallest loss factor, over the usual one, by which they are made smaller."""
 
 
 def reduce_with_effects(
@@ -141,8 +143,7 @@ def _plain(
 
 def _finer(box: MaterialBox) -> float:
     """Return a factor on the shares: errors of transfers are their squares over the loss factor."""
-    fine = Fineness()
-    return float(np.sqrt(fine.share(box) / fine.tolerance))
+    return min(1.0, max(relative_loss(box), LEAST_LOSS)) ** 0.5
 
 
 def _missing(

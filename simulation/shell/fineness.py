@@ -9,7 +9,7 @@ from simulation.shell.shortest_wave import shortest_wave
 
 USUAL_LOSS = 0.025
 """Loss factor for which tolerances are stated: the middle of a thermoplastic's range."""
-LEAST_SHARE = 0.02
+LEAST_SHARE = 1e-3
 """Smallest factor on a tolerance, for any material."""
 
 
@@ -57,9 +57,15 @@ class Fineness:
     def share(self, box: MaterialBox) -> float:
         """Share of a response's energy from which a function is kept: smaller for materials with little damping.
 
-        Functions left out shift resonances, by 1e-5 with 3e-9. The error of a transfer is this shift over the
-        width of a resonance, which for sheet metals is a tenth of a thermoplastic's.
+        Functions left out shift resonances. The error of a transfer is this shift over the width of a resonance,
+        and plates with few, sharp resonances need more functions for the same shift: the share goes with the
+        square of the loss factor. A plate of aluminium with two patches, loss factor 0.2 %, has an error of 0.5 %
+        of the rms with a share in proportion to the loss factor, and of 0.04 % with its square.
         """
-        low, high = box.loss_factor
-        usual = float((low * high) ** 0.5)
-        return self.tolerance * min(1.0, max(usual / USUAL_LOSS, LEAST_SHARE))
+        return self.tolerance * min(1.0, max(relative_loss(box) ** 2, LEAST_SHARE))
+
+
+def relative_loss(box: MaterialBox) -> float:
+    """Middle of a material's loss factors, over that for which tolerances are stated."""
+    low, high = box.loss_factor
+    return float((low * high) ** 0.5) / USUAL_LOSS
