@@ -13,7 +13,8 @@ from simulation.shell.cells import quad_functions, triangle_functions
 from simulation.shell.edges import line_blocks, straight_edges
 from simulation.shell.factors import factorize
 from simulation.shell.mapping import map_cells
-from simulation.shell.rigidity import SHEAR_FACTOR, THX, THY, CellMatrices, Rigidity, W, laminate
+from simulation.shell.rigidity import THX, THY, CellMatrices, Rigidity, W, laminate
+from simulation.shell.shear_factor import SHEAR_FACTOR
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns
 from simulation.verification.case import Case

@@ -15,7 +15,8 @@ from analysis.arrays import Mask, Real
 from analysis.sheet_orthotropy import Orthotropy
 from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE
 from simulation.reduction.projector import Projector, Rows
-from simulation.shell.rigidity import SHEAR_FACTOR, STRAINS, THX, THY, TILTED, U, V, W
+from simulation.shell.rigidity import STRAINS, THX, THY, TILTED, U, V, W
+from simulation.shell.shear_factor import SHEAR_FACTOR
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
 from simulation.state.field_basis import polynomial, polynomials

@@ -143,7 +143,7 @@ def _plain(
 
 def _finer(box: MaterialBox) -> float:
     """Return a factor on the shares: errors of transfers are their squares over the loss factor."""
-    return min(1.0, max(relative_loss(box), LEAST_LOSS)) ** 0.5
+    return float(np.sqrt(min(1.0, max(relative_loss(box), LEAST_LOSS))))
 
 
 def _missing(

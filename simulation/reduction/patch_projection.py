@@ -8,7 +8,8 @@ from analysis.arrays import Real
 from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.reduction.effect_projection import weight_table
 from simulation.reduction.projector import Projector, Rows
-from simulation.shell.rigidity import SHEAR_FACTOR, THX, THY, U, V, W
+from simulation.shell.rigidity import THX, THY, U, V, W
+from simulation.shell.shear_factor import SHEAR_FACTOR
 from simulation.state.field_basis import polynomials
 
 

@@ -7,6 +7,7 @@
 ``cell_group``      functions and points of quadrature on all cells of one shape
 ``space``           function space over a mesh, and its integrals
 ``rigidity``        strains of a shell, and cells' matrices from section rigidities
+``shear_factor``    correction of the transverse shear stiffness
 ``edges``           supports along edges
 ``footprints``      discs on which transducers act
 ``points``          supports at points

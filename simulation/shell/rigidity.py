@@ -14,8 +14,6 @@ import numpy as np
 from analysis.arrays import Real
 from simulation.shell.space import ShapeSpace
 
-SHEAR_FACTOR = 5.0 / 6.0
-"""Shear correction factor: that of a parabolic distribution over the thickness."""
 FIELDS = ("u", "v", "w", "thx", "thy")
 U, V, W, THX, THY = range(5)
 STRAINS: tuple[tuple[tuple[int, str], ...], ...] = (

@@ -4,7 +4,7 @@ import numpy as np
 
 from analysis.experiment import Plate
 from analysis.material import MaterialBox
-from simulation.shell.rigidity import SHEAR_FACTOR
+from simulation.shell.shear_factor import SHEAR_FACTOR
 
 
 def shortest_wave(plate: Plate, box: MaterialBox, band: tuple[float, float]) -> float:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.arrays import Real
-from simulation.shell.rigidity import SHEAR_FACTOR
+from simulation.shell.shear_factor import SHEAR_FACTOR
 
 
 @dataclass(frozen=True)
