@@ -104,18 +104,15 @@ def measured_error(
         found = mode_corrections(
             model, vectors, small, moduli, lines=lines, loss_factor=loss, tolerance=tolerance, beyond=BEYOND
         )
-        places = small.damped_modes(*moduli).lines(loss, lines)
         within = (found.frequency > lines[0]) & (found.frequency < lines[-1])
         worst = found.frequency[np.where(within, found.error, 0.0).argmax()] if within.any() else lines[-1]
-        drawn = rng.choice(places) if place == 0 else worst
+        drawn = rng.choice(found.lines) if place == 0 else worst
         chosen = np.unique([worst, drawn])
         full = model.responses(*moduli, loss, chosen)
-        form, ports = small.modal_form(*moduli, loss), small.coupling
-        rms = root_mean_square(form.compliance(ports, ports, places), places)[..., None]
-        wrong = (
-            np.abs(form.compliance(ports, ports, chosen) - np.einsum("ni,nkf->ikf", model.coupling, full)) / rms
-        )
-        error = max(float(wrong.max()), _field_error(model, small, (*moduli, loss), chosen, full, places))
+        reduced = _responses(small, (*moduli, loss), chosen)
+        wrong = small.coupling.T @ reduced - np.einsum("ni,nkf->fik", model.coupling, full)
+        error = float((np.abs(wrong) / found.rms).max())
+        error = max(error, _field_error(model, small, (*moduli, loss), full, reduced, found.lines))
         return MeasuredError(error, full.reshape(model.size, -1), found.missing)
 
     with ThreadPoolExecutor(WORKERS) as executor:
@@ -127,14 +124,24 @@ def measured_error(
     )
 
 
+def _responses(small: ReducedModel, material: Constants, frequency: Real) -> Complex:
+    """Z**-1 b of the reduced model for every patch, (F, r, P): solved directly, its poles are not needed."""
+    stiffness, damping = small.stiffness(*material), small.dashpots @ small.dashpots.T
+    omega = 2 * np.pi * frequency[:, None, None]
+    dynamic = stiffness + 1j * omega * damping - omega**2 * np.eye(small.size)
+    return np.asarray(np.linalg.solve(dynamic, small.coupling.astype(complex)))
+
+
 def _field_error(
-    model: ShellModel, small: ReducedModel, material: Constants, chosen: Real, full: Complex, lines: Real
+    model: ShellModel, small: ReducedModel, material: Constants, full: Complex, reduced: Complex, lines: Real
 ) -> float:
-    """Largest rms over the points of the deflection's error, over its rms over points, inputs and band."""
+    """Largest rms over the points of the deflection's error, over its rms over points, inputs and band.
+
+    Responses of the full model are (n, P, F), those of the reduced one (F, r, P).
+    """
     if not len(small.points):
         return 0.0
-    field = -(model.deflection(small.points) @ full.reshape(model.size, -1)).reshape(-1, *full.shape[1:])
-    reduced = np.einsum("kr,nfr->knf", small.deflection, small.amplitudes(*material, chosen))
+    field = (model.deflection(small.points) @ full.reshape(model.size, -1)).reshape(-1, *full.shape[1:])
+    wrong = np.sqrt(np.mean(np.abs(field - np.einsum("kr,frn->knf", small.deflection, reduced)) ** 2, axis=0))
     over_band = np.einsum("kr,nfr->knf", small.deflection, small.amplitudes(*material, lines), optimize=True)
-    wrong = np.sqrt(np.mean(np.abs(field - reduced) ** 2, axis=0))
     return float(wrong.max() / np.sqrt(np.mean(root_mean_square(over_band, lines) ** 2)))

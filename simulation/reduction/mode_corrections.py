@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.arrays import Complex, Real
+from analysis.arrays import Real
 from simulation.reduction.damped_modes import DampedModes
 from simulation.reduction.energy_decomposition import energy_shift
 from simulation.reduction.reduced_model import ReducedModel
@@ -43,11 +43,17 @@ class ModeCorrections:
     error : (m,) ndarray
         Estimate of the largest error of a transfer at each resonance, over the transfer's rms: within a few
         percent of the true one where that is small.
+    lines : (F,) ndarray, Hz
+        That resolve every resonance within the band.
+    rms : (P, P) ndarray
+        Of the transfers between patches over the band, with lossy patches.
     """
 
     missing: Real
     frequency: Real
     error: Real
+    lines: Real
+    rms: Real
 
 
 def mode_corrections(
@@ -90,7 +96,9 @@ def mode_corrections(
     ModeCorrections
     """
     modes = reduced.damped_modes(*material)
-    peak = _peaks(modes, lines, loss_factor)
+    over = modes.lines(loss_factor, lines)
+    rms = root_mean_square(modes.transfers(over, loss_factor), over)
+    peak = _peaks(modes, rms, lines[0], loss_factor)
     highest = 2 * np.pi * (1.0 + beyond) * lines[-1]
     chosen = np.flatnonzero(np.abs(modes.squares) < highest**2)
     stiffness = model.stiffness(*material)
@@ -106,16 +114,15 @@ def mode_corrections(
     strain = np.einsum("rp,r->p", responses**2, np.abs(modes.squares))
     kept = np.append(weight * shift > NEGLIGIBLE * tolerance, np.ones(strain.size, bool))
     scale = np.sqrt(np.concatenate([weight / size, 1.0 / strain]))
-    return ModeCorrections(
-        missing[:, kept] * scale[kept], np.sqrt(np.abs(squares)) / (2 * np.pi), peak[chosen] * shift
-    )
+    frequency = np.sqrt(np.abs(squares)) / (2 * np.pi)
+    return ModeCorrections(missing[:, kept] * scale[kept], frequency, peak[chosen] * shift, over, rms)
 
 
-def _peaks(modes: DampedModes, lines: Real, loss_factor: float) -> Real:
-    """Largest transfer (r,) that each mode alone has at its resonance, over that transfer's rms over the band."""
-    over = modes.lines(loss_factor, lines)
-    transfers: Complex = modes.transfers(over, loss_factor)
-    rms = root_mean_square(transfers, over)
+def _peaks(modes: DampedModes, rms: Real, lowest: float, loss_factor: float) -> Real:
+    """Largest transfer (r,) that each mode alone has at its resonance, over its rms (P, P) over the band.
+
+    Modes below the `lowest` line, Hz, count as if they were there.
+    """
     strength = np.abs(modes.force[:, :, None] * modes.force[:, None, :]) / rms
-    lowest = (2 * np.pi * lines[0]) ** 2
-    return np.asarray(strength.max(axis=(1, 2)) / (loss_factor * np.maximum(np.abs(modes.squares), lowest)))
+    squares = np.maximum(np.abs(modes.squares), (2 * np.pi * lowest) ** 2)
+    return np.asarray(strength.max(axis=(1, 2)) / (loss_factor * squares))
