@@ -104,9 +104,9 @@ def _highest(space: ShapeSpace) -> Mask:
 def diagonal(space: ShapeSpace, blocks: Iterable[Block]) -> Real:
     """Diagonal of a matrix given by its blocks, (5, N)."""
     found = np.zeros((5, space.size))
-    for f, g, group, block in blocks:
+    for f, g, group, cells, block in blocks:
         if f == g:
-            np.add.at(found[f], space.groups[group].functions, np.einsum("cii->ci", block))
+            np.add.at(found[f], space.groups[group].functions[cells], np.einsum("cii->ci", block))
     return found
 
 

@@ -144,9 +144,9 @@ def _coupled(problem: ResponseProblem, group: int, count: int) -> list[tuple[Fie
     """
     found = np.zeros(count, bool)
     for _, blocks in problem.terms:
-        for f, g, which, block in blocks:
+        for f, g, which, cells, block in blocks:
             if which == group and f <= V < g:
-                found |= block.any(axis=(1, 2))
+                found[cells] |= block.any(axis=(1, 2))
     together, apart = np.flatnonzero(found), np.flatnonzero(~found)
     return [((U, V, W, THX, THY), together), ((U, V), apart), ((W, THX, THY), apart)]
 
@@ -161,11 +161,16 @@ def _dense(problem: ResponseProblem, group: int, cells: Whole, fields: Fields, c
     z = np.zeros((len(cells), len(fields) * count, len(fields) * count))
     part = {field: slice(k * count, (k + 1) * count) for k, field in enumerate(fields)}
     for factor, blocks in problem.terms:
-        for f, g, which, block in blocks:
+        for f, g, which, acting, block in blocks:
             if which != group or f not in part or g not in part:
                 continue
-            some = factor * block[cells]
-            z[:, part[f], part[g]] += some
+            there = np.searchsorted(acting, cells)
+            same = acting[np.minimum(there, len(acting) - 1)] == cells
+            if not same.any():
+                continue
+            here = slice(None) if same.all() else np.flatnonzero(same)
+            some = factor * block[there[same]]
+            z[here, part[f], part[g]] += some
             if f != g:
-                z[:, part[g], part[f]] += some.transpose(0, 2, 1)
+                z[here, part[g], part[f]] += some.transpose(0, 2, 1)
     return z

@@ -8,10 +8,11 @@ of height Z(x, y) the membrane strains gain Z,x w,x; Z,y w,y; Z,x w,y + Z,y w,x 
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from analysis.arrays import Real
+from analysis.arrays import Real, Whole
 from simulation.shell.space import ShapeSpace
 
 FIELDS = ("u", "v", "w", "thx", "thy")
@@ -32,8 +33,27 @@ TILTED: tuple[tuple[tuple[str, int], ...], ...] = ((("x", 0),), (("y", 1),), (("
 
 Weight = float | Real
 """A number, a value for every cell (cells,) or one for every point of quadrature (Q,)."""
-Block = tuple[int, int, int, Real]
-"""Two fields (row, column), a group of cells, and its cells' matrices (C, N, N)."""
+
+
+class Block(NamedTuple):
+    """Cells' matrices for two fields, where they are not zero.
+
+    Attributes
+    ----------
+    row, column : int
+        Fields.
+    group : int
+        0 for quadrilaterals, 1 for triangles.
+    cells : (C,) ndarray of int
+        In the group, ascending.
+    values : (C, N, N) ndarray
+    """
+
+    row: int
+    column: int
+    group: int
+    cells: Whole
+    values: Real
 
 
 @dataclass(frozen=True)
@@ -106,7 +126,6 @@ class CellMatrices:
         Yields
         ------
         Block
-            Two fields, a group of cells, and their matrices (C, N, N).
         """
         terms: dict[tuple[int, int], dict[tuple[str, str], Weight]] = {
             **{(k, k): {("0", "0"): straight} for k in (U, V, W)},
@@ -123,20 +142,38 @@ class CellMatrices:
     def _summed(self, terms: dict[tuple[int, int], dict[tuple[str, str], Weight]]) -> Iterator[Block]:
         for (f, g), pairs in terms.items():
             for group in (0, 1):
-                if len(self.space.groups[group].functions):
-                    blocks = [self._product(d, e, group, weight) for (d, e), weight in pairs.items()]
-                    yield f, g, group, sum(blocks[1:], start=blocks[0])
+                weights = {pair: self._within(group, weight) for pair, weight in pairs.items()}
+                cells = self._acting(group, list(weights.values()))
+                if cells.size:
+                    blocks = [self._product(d, e, group, weight, cells) for (d, e), weight in weights.items()]
+                    yield Block(f, g, group, cells, sum(blocks[1:], start=blocks[0]))
 
-    def _product(self, row: str, column: str, group: int, weight: Weight) -> Real:
-        """Integral of weight times N_i (by ``row``) times N_j (by ``column``) on a group's cells, (C, N, N)."""
-        count, each = self.space.groups[group].dx.shape
+    def _within(self, group: int, weight: Weight) -> Weight:
+        """Weight on a group's cells: a number, (C,) by cell or (C, q) by point of quadrature."""
         if isinstance(weight, float):
-            return weight * self._unweighted(row, column, group)
-        first = 0 if group == 0 else len(self.space.groups[0].dx)
-        if len(weight) == self.space.mesh.cells:
-            return np.asarray(weight[first : first + count, None, None] * self._unweighted(row, column, group))
-        start = 0 if group == 0 else self.space.groups[0].dx.size
-        return self.space.blocks(row, column, group, weight[start : start + count * each].reshape(count, each))
+            return weight
+        (before, _), (count, each) = self.space.groups[0].dx.shape, self.space.groups[group].dx.shape
+        by_cell = len(weight) == self.space.mesh.cells
+        first = before if by_cell else self.space.groups[0].dx.size
+        mine = weight[:first] if group == 0 else weight[first:]
+        return mine if by_cell else mine.reshape(count, each)
+
+    def _acting(self, group: int, weights: Sequence[Weight]) -> Whole:
+        """Cells of a group on which some weight is not zero: most are not under a patch."""
+        found = np.zeros(len(self.space.groups[group].dx), bool)
+        for weight in weights:
+            by_point = not isinstance(weight, float) and weight.ndim == 2
+            found |= np.any(weight, axis=1) if by_point else np.asarray(weight) != 0.0
+        return np.flatnonzero(found)
+
+    def _product(self, row: str, column: str, group: int, weight: Weight, cells: Whole) -> Real:
+        """Integral of weight times N_i (by ``row``) times N_j (by ``column``) on a group's cells, (C, N, N)."""
+        whole = len(cells) == len(self.space.groups[group].dx)
+        if not isinstance(weight, float) and weight.ndim == 2:
+            return self.space.blocks(row, column, group, weight, None if whole else cells)
+        plain = self._unweighted(row, column, group)
+        by_cell = weight if isinstance(weight, float) else weight[cells, None, None]
+        return np.asarray(by_cell * (plain if whole else plain[cells]))
 
     def _unweighted(self, row: str, column: str, group: int) -> Real:
         key = (row, column, group)

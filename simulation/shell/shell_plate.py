@@ -188,7 +188,6 @@ class ShellPlate:
         Yields
         ------
         Block
-            Two fields, a group of cells, and their matrices (C, N, N).
         """
         density = self.plate.density if plate else 0.0
         straight, turning = density * thickness, density * thickness**3 / 12.0

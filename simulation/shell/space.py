@@ -103,8 +103,10 @@ class ShapeSpace:
         flat = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
         return csr_matrix(coo_matrix(flat, shape=(self.size, self.size)))
 
-    def blocks(self, row: str, column: str, group: int, weight: Real | None = None) -> Real:
-        """Integrals of `product` on every cell of a group.
+    def blocks(
+        self, row: str, column: str, group: int, weight: Real | None = None, cells: Whole | None = None
+    ) -> Real:
+        """Integrals of `product` on the cells of a group.
 
         Parameters
         ----------
@@ -114,15 +116,17 @@ class ShapeSpace:
             0 for quadrilaterals, 1 for triangles.
         weight : (C, q) ndarray, optional
             At the points of quadrature of the group's cells; one unless given.
+        cells : (C',) ndarray of int, optional
+            Of the group; all unless given.
 
         Returns
         -------
-        (C, N, N) ndarray
+        (C', N, N) ndarray
         """
-        part, whole = self.groups[group], slice(None)
-        measure = part.dx if weight is None else part.dx * weight
+        part, chosen = self.groups[group], slice(None) if cells is None else cells
+        measure = (part.dx if weight is None else part.dx * weight)[chosen]
         return np.asarray(
-            (part.factor(row, whole) * measure[:, None]) @ part.factor(column, whole).transpose(0, 2, 1)
+            (part.factor(row, chosen) * measure[:, None]) @ part.factor(column, chosen).transpose(0, 2, 1)
         )
 
     def _measures(self, cells: Mask | None, weight: Real | None) -> Iterator[tuple[CellGroup, Whole, Real]]:

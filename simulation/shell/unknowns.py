@@ -78,8 +78,8 @@ class Unknowns:
     def matrix(self, blocks: Iterable[Block]) -> csr_matrix:
         """Sum of cells' matrices, (n, n); blocks of two different fields are added with their transposes."""
         rows, columns, values = [], [], []
-        for f, g, group, block in blocks:
-            functions = self.space.groups[group].functions
+        for f, g, group, cells, block in blocks:
+            functions = self.space.groups[group].functions[cells]
             row, column = self.number[f][functions], self.number[g][functions]
             largest = np.abs(block).max(axis=(1, 2), keepdims=True, initial=0.0)
             used = (np.abs(block) > 1e-13 * largest) & (row >= 0)[:, :, None] & (column >= 0)[:, None, :]
