@@ -49,7 +49,11 @@ def projected(
 
     def of(name: str) -> Real:
         before = getattr(known, name) if known else np.zeros((0, 0))
-        return bordered(before, vectors.T @ (getattr(model, name) @ vectors[:, len(before) :]))
+        matrix, new = getattr(model, name), vectors[:, len(before) :]
+        acting = np.flatnonzero(np.diff(matrix.indptr))  # few rows of the patches' stiffness are not empty
+        if len(acting) == len(vectors):
+            return bordered(before, vectors.T @ (matrix @ new))
+        return bordered(before, vectors[acting].T @ (matrix[acting] @ new))
 
     names = ("stiffness_1", "stiffness_2", "stiffness_patch")
     with ThreadPoolExecutor(WORKERS) as executor:
