@@ -68,7 +68,8 @@ def _smooth_blocks(lines: Lines, size: int) -> NDArray[np.bool_]:
     # over 4m, so four standard deviations of it stay below the noise of the means.
     smooth: NDArray[np.bool_] = (np.abs(bend) ** 2 < 256.0 * noise / size * lines.correlation).all(0)
     span = lines.frequency[:used].reshape(blocks, size)
-    gapless: NDArray[np.bool_] = (span[:, -1] - span[:, 0]) < 1.5 * (size - 1) * lines.spacing
+    spacing = lines.spacing_at(span.mean(axis=1))
+    gapless: NDArray[np.bool_] = (span[:, -1] - span[:, 0]) < 1.5 * (size - 1) * spacing
     return smooth & gapless
 
 
@@ -96,7 +97,7 @@ def _at_gauss_points(lines: Lines, length: NDArray[np.intp]) -> Lines:
         h=mean[:, block] + side * lean[:, block],
         deviation=np.sqrt(variance / count * halves)[:, block],
         hidden=int((count - halves).sum()) * len(lines.h) + lines.hidden,
-        line_spacing=lines.spacing,
+        as_measured=lines.grid,
         correlation=lines.correlation,
         shared=lines.shared,
         damping=lines.damping,

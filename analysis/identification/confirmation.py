@@ -133,7 +133,7 @@ def _part(
         h=blocks.h[rows][:, columns],
         deviation=blocks.deviation[rows][:, columns],
         hidden=round(blocks.hidden * share),
-        line_spacing=blocks.spacing,
+        as_measured=blocks.grid,
     )
     yield PartOfData(description, lines)
 

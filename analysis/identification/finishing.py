@@ -54,7 +54,7 @@ def settle(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
         before = len(found.poles)
         lines = measured.reweighted(lines, found)
         blocks = averaged(_with_damping(lines, found))
-        found = fit(blocks, _widened(found.poles, lines.spacing), found.terms, tolerance=1e-4)
+        found = fit(blocks, _widened(lines, found.poles), found.terms, tolerance=1e-4)
         found = add_missing(lines, blocks, found)
         while (two := split(blocks, found)) is not None:
             found = two
@@ -76,9 +76,10 @@ def _with_damping(lines: Lines, found: PoleFit) -> Lines:
     return replace(lines, damping=DampingPrior.estimated(fitted.poles, known, lines.band))
 
 
-def _widened(poles: NDArray[np.complex128], spacing: float) -> NDArray[np.complex128]:
+def _widened(lines: Lines, poles: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """Poles widened to one line at least: with earlier weights a resonance may have converged to a single line."""
-    wide: NDArray[np.complex128] = np.minimum(poles.real, -2.0 * np.pi * spacing) + 1j * poles.imag
+    one_line = 2.0 * np.pi * lines.spacing_at(poles.imag / (2.0 * np.pi))
+    wide: NDArray[np.complex128] = np.minimum(poles.real, -one_line) + 1j * poles.imag
     return wide
 
 

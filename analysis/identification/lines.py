@@ -9,7 +9,17 @@ from numpy.typing import NDArray
 from analysis.identification.band import LEAST_LINES
 from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.running_median import running_median
 from analysis.identification.weighted_lines import WeightedLines
+
+DENSE = 0.1
+"""Quantile of the distances of uneven lines that counts as their spacing."""
+
+AROUND = 5
+"""Gaps whose median is the spacing of uneven lines at a place."""
+
+EVEN = 0.9
+"""Ratio of that quantile to the median above which lines are even."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +81,8 @@ class Lines:
     hidden : int
         Complex values removed by averaging neighbouring lines: they still count as measured, each with a misfit of
         1.
-    line_spacing : float, optional
-        Spacing before any averaging, Hz.
+    as_measured : (G,) ndarray, optional
+        Frequencies before any averaging, Hz; `frequency` unless given.
     correlation : float
         Number of lines that carry the information of one independent line, tau = 1 + 2 sum rho_k with the errors'
         autocorrelation rho_k; 1 where lines are independent.
@@ -93,7 +103,7 @@ class Lines:
     h: NDArray[np.complex128]
     deviation: NDArray[np.float64]
     hidden: int = 0
-    line_spacing: float | None = None
+    as_measured: NDArray[np.float64] | None = None
     correlation: float = 1.0
     shared: float = 1.0
     damping: DampingPrior | None = None
@@ -128,12 +138,32 @@ class Lines:
         points: NDArray[np.complex128] = np.asarray(2j * np.pi * self.frequency, dtype=np.complex128)
         return points
 
+    @property
+    def grid(self) -> NDArray[np.float64]:
+        """Frequencies before any averaging, Hz."""
+        return self.frequency if self.as_measured is None else self.as_measured
+
     @cached_property
     def spacing(self) -> float:
-        """Typical distance of neighbouring lines as measured, Hz."""
-        if self.line_spacing is not None:
-            return self.line_spacing
-        return float(np.median(np.diff(self.frequency)))
+        """Typical distance of neighbouring lines as measured, Hz; of uneven ones where they are dense."""
+        usual, dense = np.quantile(np.diff(self.grid), (0.5, DENSE))
+        return float(usual if dense > EVEN * usual else dense)
+
+    def spacing_at(self, frequency: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Distance of the lines around some frequencies, Hz, of the same shape.
+
+        A stepped sine has its lines at the resonances, a logarithmic sweep at low frequencies.
+        """
+        place = np.searchsorted(0.5 * (self.grid[1:] + self.grid[:-1]), frequency)
+        return np.asarray(self._local_spacing[np.minimum(place, len(self._local_spacing) - 1)])
+
+    @cached_property
+    def _local_spacing(self) -> NDArray[np.float64]:
+        """Of every gap between lines: `spacing` where they are even, else the median of the gaps around."""
+        gaps = np.diff(self.grid)
+        if np.quantile(gaps, DENSE) > EVEN * np.median(gaps):
+            return np.full(len(gaps), self.spacing)
+        return np.asarray(running_median(gaps[None], AROUND, "nearest")[0])
 
     @property
     def band(self) -> tuple[float, float]:

@@ -80,15 +80,14 @@ def local_pole(lines: Lines, place: int, width: float) -> complex:
     complex
         rad/s; the half-power estimate itself where the fit leaves that window.
     """
-    f, half = lines.frequency[place], 0.5 * max(width, 1.0) * lines.spacing
+    f = lines.frequency[place]
+    half = 0.5 * max(width, 1.0) * float(lines.spacing_at(f))
     guess = 2.0 * np.pi * complex(-half, f)
     reach = max(int(np.ceil(width)), 4)
     window = slice(max(place - reach, 0), place + reach + 1)
     if window.stop - window.start < 8 or len(lines.frequency[window]) < 8:
         return guess
-    near = Lines(
-        lines.frequency[window], lines.h[:, window], lines.deviation[:, window], line_spacing=lines.spacing
-    )
+    near = Lines(lines.frequency[window], lines.h[:, window], lines.deviation[:, window], as_measured=lines.grid)
     pole = complex(fit(near, np.array([guess]), REAL_E, tolerance=1e-6).poles[0])
     inside = near.frequency[0] <= pole.imag / (2.0 * np.pi) <= near.frequency[-1]
     return pole if inside and -pole.real < 8.0 * np.pi * half else guess

@@ -73,14 +73,15 @@ def unresolved(lines: Lines, poles: NDArray[np.complex128], residues: NDArray[np
     (J,) ndarray of bool
     """
     height = heights(poles, residues)
-    place = poles.imag / (2.0 * np.pi * lines.spacing)
-    width = -poles.real / (2.0 * np.pi * lines.spacing)
+    place, half = poles.imag / (2.0 * np.pi), -poles.real / (2.0 * np.pi)
+    spacing = lines.spacing_at(place)
+    width = half / spacing
     narrow = NARROWEST_AT_REST if lines.at_rest else NARROW
     exact = lines.at_rest & (lines.shift * np.abs(poles) < STEADY * -poles.real)
     standing = np.zeros(len(poles), dtype=bool)
     for j in np.argsort(height)[::-1]:
         others = np.flatnonzero(standing)
-        apart, narrower = np.abs(place[others] - place[j]), np.minimum(width[others], width[j])
+        apart, narrower = np.abs(place[others] - place[j]) / spacing[others], np.minimum(width[others], width[j])
         small = NEEDLE_SMALL if width[j] < 1.0 else SMALL
         leaked = (width[others] < narrow) & (apart < REACH) & (height[j] < small * height[others])
         narrowest = np.where(exact[others] & exact[j], NARROWEST_AT_REST, NARROWEST_PAIR)
@@ -91,9 +92,7 @@ def unresolved(lines: Lines, poles: NDArray[np.complex128], residues: NDArray[np
                 _like_one(lines, poles[[i, j]], residues[:, [i, j]]) for i in others[apart < COINCIDENT * narrower]
             )
             and not any(
-                one_that_moves(
-                    lines, poles, residues, np.flatnonzero(np.abs(place - place[i]) < MOVING * width[i])
-                )
+                one_that_moves(lines, poles, residues, np.flatnonzero(np.abs(place - place[i]) < MOVING * half[i]))
                 for i in others[apart < MOVING * narrower]
             )
         )
@@ -108,5 +107,6 @@ def _like_one(lines: Lines, pair: NDArray[np.complex128], residues: NDArray[np.c
     difference = (abs(pair[0] - pair[1]) / half_width) ** 2
     difference *= np.linalg.norm(product / np.maximum(together, np.finfo(float).tiny))
     moved = lines.shift * abs(pair[0]) / half_width  # over the repeats, and while it rings in one of 1/spacing s
-    least = SMALLEST_DIFFERENCE + moved**2 + 1.25 * moved * lines.spacing / half_width
+    spacing = float(lines.spacing_at(pair.imag.mean() / (2.0 * np.pi)))
+    least = SMALLEST_DIFFERENCE + moved**2 + 1.25 * moved * spacing / half_width
     return bool(difference < least * np.linalg.norm(together))

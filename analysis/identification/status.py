@@ -85,7 +85,7 @@ def _damping_limit(lines: Lines, fitted: PoleFit) -> float:
     """Damping ratio above which a pole of this FRF is background."""
     place = fitted.poles.imag / (2.0 * np.pi)
     inside = (place >= lines.frequency[0]) & (place <= lines.frequency[-1])
-    inside &= -fitted.poles.real > 0.4 * np.pi * lines.spacing  # a stray line gives no damping
+    inside &= -fitted.poles.real > 0.4 * np.pi * lines.spacing_at(place)  # a stray line gives no damping
     if inside.sum() < 3:
         return MOST_DAMPED
     zeta = (-fitted.poles.real / np.abs(fitted.poles))[inside]
@@ -97,8 +97,9 @@ def _shares(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray
     height = heights(fitted.poles, fitted.projection.residues)
     share, least = np.zeros(len(fitted.poles)), np.full(len(fitted.poles), SMALLEST_SHARE[1])
     for j, pole in enumerate(fitted.poles):
-        reach = max(-pole.real / (2.0 * np.pi), 2.0 * lines.spacing)
-        near = np.abs(lines.frequency - pole.imag / (2.0 * np.pi)) <= reach
+        place = pole.imag / (2.0 * np.pi)
+        reach = max(-pole.real / (2.0 * np.pi), 2.0 * float(lines.spacing_at(place)))
+        near = np.abs(lines.frequency - place) <= reach
         if near.any():
             size = np.sqrt((np.abs(lines.h[:, near]) ** 2).sum(0).mean())
             share[j] = height[j] / size
@@ -124,16 +125,16 @@ def _verdict(
 ) -> tuple[str, str] | None:
     """Status and reason of a pole that cannot be a mode of the plate, else None."""
     f, zeta, width = pole.imag / (2.0 * np.pi), -pole.real / abs(pole), -pole.real / (2.0 * np.pi)
-    low, high = lines.frequency[0], lines.frequency[-1]
+    low, high, spacing = lines.frequency[0], lines.frequency[-1], float(lines.spacing_at(f))
     if not low <= f <= high:
         return "computational", f"outside the band, {low:g} to {high:g} Hz: stands for the modes there"
-    if mains and (hum := needle_hum(pole, mains, lines.spacing)):
+    if mains and (hum := needle_hum(pole, mains, spacing)):
         return "harmonic", f"a line at {hum[0]} x {hum[1]:g} Hz mains"
     if zeta > limit:
         return "computational", f"damping ratio {zeta:.2g} is above {limit:.2g}: a slope of the background"
-    if width < 0.2 * lines.spacing and gain > OUTSTANDING_GAIN * pole_penalty(lines):
+    if width < 0.2 * spacing and gain > OUTSTANDING_GAIN * pole_penalty(lines):
         return "weak", "narrower than a fifth of the lines' spacing: its damping is not known"
-    if width < 0.2 * lines.spacing:
+    if width < 0.2 * spacing:
         return "computational", "narrower than a fifth of the lines' spacing: one stray line"
     if stuck:
         return "computational", "stuck at a bound of the search"
