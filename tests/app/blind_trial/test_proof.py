@@ -7,7 +7,7 @@ import pytest
 
 from app.blind_trial.calibration import claims, likeliest_confidence, reliability
 from app.blind_trial.outcome import Named, TrialOutcome, outcome
-from app.blind_trial.proof import figures
+from app.blind_trial.proof import figures, share
 from app.blind_trial.proof_figure import confusion, proof_figure
 from app.commands.blind_trial import confusion_table, figures_table
 
@@ -209,3 +209,10 @@ def test_every_campaign_stands_once_in_picture_and_tables():
     assert len(proof_figure(outcomes).axes) == 3
     assert figures_table([figure.record() for figure in figures(outcomes)]).row_count == len(figures(outcomes))
     assert confusion_table([o.record() for o in outcomes]).row_count == 5
+
+
+def test_a_share_of_few_campaigns_that_misses_is_told_from_one_of_many():
+    few = figures_table([share("few", [campaign("single")] * 7, lambda o: True, 0.85, 0.95).record()])
+    many = figures_table([share("many", [campaign("single")] * 200, lambda o: True, 0.85, 0.95).record()])
+    assert list(few.columns[-1].cells) == ["missed, its interval reaches the target"]
+    assert list(many.columns[-1].cells) == ["[bold red]missed[/]"]

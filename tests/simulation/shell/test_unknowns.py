@@ -49,11 +49,10 @@ def test_blocks_of_two_fields_are_taken_both_ways(coarse_model: ShellModel) -> N
     rng = np.random.default_rng(2)
     part = space.product("x", "0")
     u, w = rng.standard_normal((2, space.size))
-    blocks = []
-    for group in (0, 1):
-        count = len(space.groups[group].functions)
-        for cells in (np.arange(0, count, 2), np.arange(1, count, 2)):
-            blocks.append(Block(0, 2, group, cells, space.blocks("x", "0", group, cells=cells)))
+    halves = [
+        (group, np.arange(half, len(space.groups[group].functions), 2)) for group in (0, 1) for half in (0, 1)
+    ]
+    blocks = [Block(0, 2, group, cells, space.blocks("x", "0", group, cells=cells)) for group, cells in halves]
     matrix = over.matrix(blocks)
     assert over.vector({0: u}) @ (matrix @ over.vector({2: w})) == pytest.approx(u @ (part @ w))
     assert over.vector({2: w}) @ (matrix @ over.vector({0: u})) == pytest.approx(u @ (part @ w))
