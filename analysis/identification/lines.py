@@ -144,10 +144,15 @@ class Lines:
         return self.frequency if self.as_measured is None else self.as_measured
 
     @cached_property
+    def even(self) -> bool:
+        """Whether the lines have one spacing, gaps of lines left out aside."""
+        usual, dense = np.quantile(np.diff(self.grid), (0.5, DENSE))
+        return bool(dense > EVEN * usual)
+
+    @cached_property
     def spacing(self) -> float:
         """Typical distance of neighbouring lines as measured, Hz; of uneven ones where they are dense."""
-        usual, dense = np.quantile(np.diff(self.grid), (0.5, DENSE))
-        return float(usual if dense > EVEN * usual else dense)
+        return float(np.quantile(np.diff(self.grid), 0.5 if self.even else DENSE))
 
     def spacing_at(self, frequency: NDArray[np.float64] | float) -> NDArray[np.float64]:
         """Distance of the lines around some frequencies, Hz, of the same shape.
@@ -161,7 +166,7 @@ class Lines:
     def _local_spacing(self) -> NDArray[np.float64]:
         """Of every gap between lines: `spacing` where they are even, else the median of the gaps around."""
         gaps = np.diff(self.grid)
-        if np.quantile(gaps, DENSE) > EVEN * np.median(gaps):
+        if self.even:
             return np.full(len(gaps), self.spacing)
         return np.asarray(running_median(gaps[None], AROUND, "nearest")[0])
 
