@@ -18,6 +18,10 @@ LONGEST = 64
 FEWEST = 64
 """Smallest number of blocks after averaging."""
 
+UNLIKE = 2.5
+"""Ratio of two gaps of uneven lines that no block bridges: frequencies rounded in a file reach 2, and where the
+spacing changes the Gauss points could lie beyond the block."""
+
 
 def roughness(h: NDArray[np.complex128]) -> NDArray[np.float64]:
     """Estimate the standard deviation of an FRF's noise from its fourth differences, (K, F).
@@ -68,9 +72,10 @@ def _smooth_blocks(lines: Lines, size: int) -> NDArray[np.bool_]:
     # over 4m, so four standard deviations of it stay below the noise of the means.
     smooth: NDArray[np.bool_] = (np.abs(bend) ** 2 < 256.0 * noise / size * lines.correlation).all(0)
     span = lines.frequency[:used].reshape(blocks, size)
-    spacing = lines.spacing_at(span.mean(axis=1))
-    gapless: NDArray[np.bool_] = (span[:, -1] - span[:, 0]) < 1.5 * (size - 1) * spacing
-    return smooth & gapless
+    if lines.even:
+        return np.asarray(smooth & (span[:, -1] - span[:, 0] < 1.5 * (size - 1) * lines.spacing))
+    gaps = np.diff(span, axis=1)
+    return np.asarray(smooth & (gaps.max(axis=1) < UNLIKE * gaps.min(axis=1)))
 
 
 def _at_gauss_points(lines: Lines, length: NDArray[np.intp]) -> Lines:

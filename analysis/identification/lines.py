@@ -12,14 +12,14 @@ from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.running_median import running_median
 from analysis.identification.weighted_lines import WeightedLines
 
-DENSE = 0.1
-"""Quantile of the distances of uneven lines that counts as their spacing."""
-
 AROUND = 5
-"""Gaps whose median is the spacing of uneven lines at a place."""
+"""Gaps whose median is the spacing of uneven lines at a place: up to two of them may be holes."""
 
 EVEN = 0.9
-"""Ratio of that quantile to the median above which lines are even."""
+"""Ratio of the smallest of these medians to the largest above which lines are even."""
+
+SAME_LINE = 1e-6
+"""Relative distance of two lines below which one was measured twice: no resonance is so narrow."""
 
 
 @dataclass(frozen=True)
@@ -146,29 +146,32 @@ class Lines:
     @cached_property
     def even(self) -> bool:
         """Whether the lines have one spacing, gaps of lines left out aside."""
-        usual, dense = np.quantile(np.diff(self.grid), (0.5, DENSE))
-        return bool(dense > EVEN * usual)
+        return bool(self._around.min() > EVEN * self._around.max())
 
     @cached_property
     def spacing(self) -> float:
-        """Typical distance of neighbouring lines as measured, Hz; of uneven ones where they are dense."""
-        return float(np.quantile(np.diff(self.grid), 0.5 if self.even else DENSE))
+        """Distance of neighbouring lines as measured, Hz; of uneven ones where they are densest."""
+        return float(np.median(np.diff(self._distinct)) if self.even else self._around.min())
 
     def spacing_at(self, frequency: NDArray[np.float64] | float) -> NDArray[np.float64]:
         """Distance of the lines around some frequencies, Hz, of the same shape.
 
         A stepped sine has its lines at the resonances, a logarithmic sweep at low frequencies.
         """
-        place = np.searchsorted(0.5 * (self.grid[1:] + self.grid[:-1]), frequency)
-        return np.asarray(self._local_spacing[np.minimum(place, len(self._local_spacing) - 1)])
+        middle = 0.5 * (self._distinct[1:] + self._distinct[:-1])
+        place = np.minimum(np.searchsorted(middle, frequency), len(middle) - 1)
+        return np.full(place.shape, self.spacing) if self.even else np.asarray(self._around[place])
 
     @cached_property
-    def _local_spacing(self) -> NDArray[np.float64]:
-        """Of every gap between lines: `spacing` where they are even, else the median of the gaps around."""
-        gaps = np.diff(self.grid)
-        if self.even:
-            return np.full(len(gaps), self.spacing)
-        return np.asarray(running_median(gaps[None], AROUND, "nearest")[0])
+    def _distinct(self) -> NDArray[np.float64]:
+        """Lines before any averaging, those measured twice once; Hz."""
+        again = np.diff(self.grid) < SAME_LINE * self.grid[1:]
+        return np.asarray(self.grid[np.append(True, ~again)])
+
+    @cached_property
+    def _around(self) -> NDArray[np.float64]:
+        """Median of the gaps around every gap between lines, Hz."""
+        return np.asarray(running_median(np.diff(self._distinct)[None], AROUND, "nearest")[0])
 
     @property
     def band(self) -> tuple[float, float]:

@@ -1,5 +1,6 @@
 """Missing poles, lost by elimination or never found by vector fitting: searched in the residual of the model."""
 
+from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
@@ -12,6 +13,18 @@ from analysis.identification.order import attempt
 from analysis.identification.pole_residue import pole_columns, synthesis
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.resolution import unresolved
+
+WIDTHS = (1.5, 0.08)
+"""Half widths of the filters: from so many lines to this share of the band, each twice the one before."""
+
+MOST_PLACES = 1000
+"""Places at which uneven lines are searched: the wider filters reach from one to the next."""
+
+AT_ONCE = 1_000_000
+"""Number of values, lines times places, that are computed at once."""
+
+Filtered = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64]]
+"""Places (N,) and half widths (N,), Hz; correlation with the residual (K, N) and energy (K, N) of the filter."""
 
 
 def residual(lines: Lines, fitted: PoleFit) -> NDArray[np.complex128]:
@@ -26,8 +39,8 @@ def residual(lines: Lines, fitted: PoleFit) -> NDArray[np.complex128]:
 def matched(lines: Lines, left: NDArray[np.complex128], shortlist: int = 8) -> NDArray[np.complex128]:
     """Poles that would explain most of a residual, from a bank of matched filters, one per half width.
 
-    Every filter is the weighted line shape 1/(s - lambda), correlated with the residual over the whole band by
-    FFT; the strongest peaks of all widths are returned.
+    Every filter is the weighted line shape 1/(s - lambda), correlated with the residual over the whole band; the
+    strongest peaks of all widths are returned.
 
     Parameters
     ----------
@@ -42,29 +55,50 @@ def matched(lines: Lines, left: NDArray[np.complex128], shortlist: int = 8) -> N
     (N,) complex ndarray
         rad/s, upper half plane, strongest first; N is at most `shortlist`.
     """
+    found: list[tuple[float, complex]] = []
+    for place, width, overlap, energy in (_by_fft if lines.even else _line_by_line)(lines, left):
+        gain = (np.abs(overlap) ** 2 / np.maximum(energy, 1e-12 * energy.max())).sum(0)
+        peaks = np.flatnonzero((gain >= np.roll(gain, 1)) & (gain > np.roll(gain, -1)))
+        highest = peaks[np.argsort(gain[peaks])[::-1][:shortlist]]
+        found += [(float(gain[n]), 2.0 * np.pi * complex(-width[n], place[n])) for n in highest]
+    found.sort(key=lambda pair: -pair[0])
+    return np.array([pole for _, pole in found[:shortlist]], dtype=complex)
+
+
+def _by_fft(lines: Lines, left: NDArray[np.complex128]) -> Iterator[Filtered]:
+    """Correlate with every width, at all places of even lines."""
     spacing = lines.spacing
-    place = np.round((lines.frequency - lines.frequency[0]) / spacing).astype(int)
-    span = place[-1] + 1
+    line = np.round((lines.frequency - lines.frequency[0]) / spacing).astype(int)
+    span = line[-1] + 1
     length = int(2 ** np.ceil(np.log2(2 * span)))
     white = np.zeros((len(left), span), dtype=complex)
     weight = np.zeros((len(left), span))
-    white[:, place] = left / lines.deviation**2
-    weight[:, place] = lines.deviation**-2.0
+    white[:, line] = left / lines.deviation**2
+    weight[:, line] = lines.deviation**-2.0
     white, weight = np.fft.fft(white, length), np.fft.fft(weight, length)
-    found: list[tuple[float, complex]] = []
-    width = 1.5 * spacing
-    while width < 0.08 * (lines.frequency[-1] - lines.frequency[0]):
+    place = lines.frequency[0] + spacing * np.arange(span)
+    width = WIDTHS[0] * spacing
+    while width < WIDTHS[1] * (lines.frequency[-1] - lines.frequency[0]):
         reach, reach_squared = _line_shape(length, spacing, width)
         overlap = np.fft.ifft(white * reach)[:, :span]
         energy = np.fft.ifft(weight * reach_squared).real[:, :span]
-        gain = (np.abs(overlap) ** 2 / np.maximum(energy, 1e-12 * energy.max())).sum(0)
-        peaks = np.flatnonzero((gain >= np.roll(gain, 1)) & (gain > np.roll(gain, -1)))
-        for peak in peaks[np.argsort(gain[peaks])[::-1][:shortlist]]:
-            f = lines.frequency[0] + spacing * peak
-            found.append((float(gain[peak]), 2.0 * np.pi * complex(-width, f)))
+        yield place, np.full(span, width), overlap, energy
         width *= 2.0
-    found.sort(key=lambda pair: -pair[0])
-    return np.array([pole for _, pole in found[:shortlist]], dtype=complex)
+
+
+def _line_by_line(lines: Lines, left: NDArray[np.complex128]) -> Iterator[Filtered]:
+    """Correlate with every width, at uneven lines: one grid for all would be as fine as their densest."""
+    f, white, weight = lines.frequency, left / lines.deviation**2, lines.deviation**-2.0
+    place = f[:: -(-len(f) // MOST_PLACES)]
+    width = WIDTHS[0] * lines.spacing_at(place)
+    while (at := width < WIDTHS[1] * (f[-1] - f[0])).any():
+        place, width = place[at], width[at]
+        overlap, energy = np.empty((len(left), len(place)), complex), np.empty((len(left), len(place)))
+        for part in np.array_split(np.arange(len(place)), -(-len(place) * len(f) // AT_ONCE)):
+            shape = 1.0 / (width[part] - 1j * (f[:, None] - place[part]))
+            overlap[:, part], energy[:, part] = white @ shape, weight @ np.abs(shape) ** 2
+        yield place, width, overlap, energy
+        width = 2.0 * width
 
 
 @lru_cache(maxsize=32)  # the same for all sweeps of a campaign

@@ -93,9 +93,9 @@ def _damping_limit(lines: Lines, fitted: PoleFit) -> float:
 
 
 def _shares(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Height of every peak over rms |h| near it, and the smallest height that counts, (J,) each."""
+    """Height of every peak over rms |h| near it, infinite without a line there, and the smallest that counts."""
     height = heights(fitted.poles, fitted.projection.residues)
-    share, least = np.zeros(len(fitted.poles)), np.full(len(fitted.poles), SMALLEST_SHARE[1])
+    share, least = np.full(len(fitted.poles), np.inf), np.full(len(fitted.poles), SMALLEST_SHARE[1])
     for j, pole in enumerate(fitted.poles):
         place = pole.imag / (2.0 * np.pi)
         reach = max(-pole.real / (2.0 * np.pi), 2.0 * float(lines.spacing_at(place)))
@@ -156,6 +156,8 @@ def _weakness(lines: Lines, pole: complex, gain: float, spread: float, share: fl
     if gain < 0.25 * pole_penalty(lines):
         word = "rise by only" if gain > 0.0 else "fall by"
         return "weak", f"BIC would {word} {abs(gain):.0f} without it"
+    if np.isinf(share):
+        return "weak", "no line at its peak, where lines are left out: known from its flanks alone"
     edge = min(f - lines.frequency[0], lines.frequency[-1] - f)
     if edge < 0.5 * width:
         return "weak", f"{edge:.3g} Hz from the edge of the band: only half its peak was seen"
