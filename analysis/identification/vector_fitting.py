@@ -24,13 +24,12 @@ AT_REST = 0.02
 """Relative change of the misfit in each of two successive relocations at which the iteration stops."""
 
 
-def spread_poles(low: float, high: float, count: int, damping: float = 0.01) -> NDArray[np.complex128]:
-    """Pole pairs spread evenly over a band.
+def spread_poles(lines: Lines, count: int, damping: float = 0.01) -> NDArray[np.complex128]:
+    """Pole pairs spread evenly over the band, or like its lines where these are uneven.
 
     Parameters
     ----------
-    low, high : float
-        Hz.
+    lines : Lines
     count : int
     damping : float
         Damping ratio of each.
@@ -40,8 +39,11 @@ def spread_poles(low: float, high: float, count: int, damping: float = 0.01) -> 
     (count,) complex ndarray
         rad/s, upper half plane, ascending.
     """
-    w = 2.0 * np.pi * np.linspace(low, high, count)
-    poles: NDArray[np.complex128] = w * (-damping + 1j * np.sqrt(1.0 - damping**2))
+    if lines.even:
+        f = np.linspace(lines.frequency[0], lines.frequency[-1], count)
+    else:
+        f = np.quantile(lines.grid, np.linspace(0.0, 1.0, count))
+    poles: NDArray[np.complex128] = 2.0 * np.pi * f * (-damping + 1j * np.sqrt(1.0 - damping**2))
     return poles
 
 
@@ -168,7 +170,7 @@ def start_poles(lines: Lines, count: int, terms: ResidualTerms, *, iterations: i
     (N,) complex ndarray
         rad/s, upper half plane, sorted by frequency; N is at most `count`.
     """
-    poles, relocation = spread_poles(lines.frequency[0], lines.frequency[-1], count), Relocation.of(lines, terms)
+    poles, relocation = spread_poles(lines, count), Relocation.of(lines, terms)
     misfits = [np.inf, np.inf]
     for _ in range(iterations):
         moved = relocation.relocated(poles)

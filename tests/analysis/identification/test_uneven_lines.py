@@ -26,15 +26,21 @@ GRIDS = {
 }
 
 
-def measured(lines: NDArray[np.float64], seed: int) -> Measured:
-    """Three FRFs of five modes with errors of 1 % of every value."""
+def measured(
+    lines: NDArray[np.float64],
+    seed: int,
+    frequency: NDArray[np.float64] = FREQUENCY,
+    damping: NDArray[np.float64] = DAMPING,
+    order: int = 0,
+) -> Measured:
+    """Three FRFs times s^order, with errors of 1 % of every value."""
     rng = np.random.default_rng(seed)
-    s, omega = 2j * np.pi * lines, 2 * np.pi * FREQUENCY
-    poles = omega * (-DAMPING + 1j * np.sqrt(1.0 - DAMPING**2))
-    residues = rng.uniform(0.5, 1.5, (3, 5)) * rng.choice([-1.0, 1.0], (3, 5)) * omega / (2j * poles.imag)
+    s, omega, count = 2j * np.pi * lines, 2 * np.pi * frequency, len(frequency)
+    poles = omega * (-damping + 1j * np.sqrt(1.0 - damping**2))
+    residues = rng.uniform(0.5, 1.5, (3, count)) * rng.choice([-1.0, 1.0], (3, count)) * omega / (2j * poles.imag)
     h = residues @ (1.0 / (s - poles[:, None])) + residues.conj() @ (1.0 / (s - poles.conj()[:, None]))
     noise = rng.standard_normal((2, *h.shape)) / np.sqrt(2.0)
-    return Measured(lines, h * (1.0 + 0.01 * (noise[0] + 1j * noise[1])))
+    return Measured(lines, h * s**order * (1.0 + 0.01 * (noise[0] + 1j * noise[1])))
 
 
 @pytest.mark.parametrize("grid", GRIDS)
@@ -49,6 +55,18 @@ def test_all_modes_and_no_others_are_found(grid: str) -> None:
             (found.damping_ratio - DAMPING) / found.sigma_damping_ratio,
         ]
     assert 0.6 < np.sqrt(np.mean(np.square(errors))) < 1.4
+
+
+@pytest.mark.parametrize("order", [0, 2])
+def test_low_modes_of_three_decades_are_found_beside_high_ones(order: int) -> None:
+    for seed in range(4):
+        frequency = np.random.default_rng(seed).uniform(0.93, 1.07, 10) * np.geomspace(9.0, 3800.0, 10)
+        found = identify(
+            measured(np.geomspace(5.0, 5000.0, 800), seed, frequency, np.full(10, 0.015), order),
+            Settings(mains=None),
+        )
+        assert found.status == ("kept",) * 10
+        assert found.reading("viscous").frequency_hz == pytest.approx(frequency, rel=2e-3)
 
 
 def test_a_mode_between_two_bands_is_known_from_its_flanks() -> None:
