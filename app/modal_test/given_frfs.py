@@ -125,7 +125,8 @@ def _checked_lines(file: str, name: str, frequency: NDArray[np.float64], h: NDAr
         raise ValueError(f"{place}: frequencies below 0 Hz; export the one-sided FRF")
     step = np.diff(frequency)
     if (step == 0.0).any():
-        raise ValueError(f"{place}: {frequency[1:][step == 0.0][0]:g} Hz occurs twice; export more digits")
+        twice = frequency[1:][step == 0.0][0]
+        raise ValueError(f"{place}: {twice:g} Hz occurs twice; export more digits, or each line once")
     if (step < 0.0).any():
         raise ValueError(f"{place}: frequencies do not ascend; sort the lines")
     used: NDArray[np.bool_] = frequency > 0.0

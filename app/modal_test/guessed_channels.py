@@ -193,7 +193,8 @@ def _of_unnamed(columns: Columns, said: NewTest) -> dict[str, dict[str, Any]]:
     names, taken = list(columns.values), {*said.drives, *said.responses, *said.unused}
     first = columns.values[names[0]]
     step = np.diff(first.real)
-    rises = len(step) > 1 and (step > 0.0).all() and np.ptp(step) < 0.1 * np.median(step)
+    rises = len(step) > 1 and (step > 0.0).all()
+    rises &= said.kind == "frf" or np.ptp(step) < 0.1 * np.median(step)  # a stepped sine's lines are uneven
     if names[0] != "1" or "1" in taken or columns.rates or not rises:
         return {}
     if said.kind != "frf":
