@@ -82,6 +82,15 @@ def test_a_mode_between_two_bands_is_known_from_its_flanks() -> None:
     assert 0.4 < np.sqrt(np.mean(np.square(errors))) < 1.7
 
 
+def test_a_mode_on_few_lines_is_no_hum_unless_the_mains_is_there() -> None:
+    """Half a line wide, and within a line of 400 and 480 Hz, but 0.9 and 1 % away from these."""
+    lines = np.concatenate([np.arange(40.0, 250.0, 0.1), np.arange(250.0, 600.0, 8.0)])
+    frequency = np.array([61.0, 117.0, 203.0, 403.5, 475.0])
+    for seed in range(4):
+        modes = identify(measured(lines, seed, frequency, np.array([0.006, 0.006, 0.006, 0.0075, 0.0075])))
+        assert "harmonic" not in modes.status
+
+
 def test_filters_find_a_needle_and_a_hump_on_lines_of_any_spacing() -> None:
     frequency = np.geomspace(5.0, 5000.0, 2500)
     for f, half_width in ((8.0, 0.08), (700.0, 10.0), (3000.0, 150.0)):
