@@ -102,7 +102,7 @@ def _named_frfs(
 
 
 def _with_coherence(
-    file: str, name: str, values: NDArray[Any], h: NDArray[Any], used: NDArray[np.bool_]
+    file: str, name: str, values: NDArray[Any], h: NDArray[Any], used: NDArray[np.intp]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
     """Coherence of the used lines, and the FRF's variance, where that follows, in the file's own unit squared."""
     if values.shape != h.shape:
@@ -114,8 +114,8 @@ def _with_coherence(
         raise ValueError(f"{file}: coherence {name!r}: {error}; give it the role unused, or correct it") from error
 
 
-def _checked_lines(file: str, name: str, frequency: NDArray[np.float64], h: NDArray[Any]) -> NDArray[np.bool_]:
-    """Lines above 0 Hz; ValueError, with what to do, for what is no FRF."""
+def _checked_lines(file: str, name: str, frequency: NDArray[np.float64], h: NDArray[Any]) -> NDArray[np.intp]:
+    """Places of the lines above 0 Hz, ascending; ValueError, with what to do, for what is no FRF."""
     place = f"{file}: FRF {name!r}"
     if h.shape != frequency.shape:
         raise ValueError(f"{place}: {len(h)} values at {len(frequency)} frequencies; export both together")
@@ -127,11 +127,13 @@ def _checked_lines(file: str, name: str, frequency: NDArray[np.float64], h: NDAr
     if (step == 0.0).any():
         twice = frequency[1:][step == 0.0][0]
         raise ValueError(f"{place}: {twice:g} Hz occurs twice; export more digits, or each line once")
-    if (step < 0.0).any():
-        raise ValueError(f"{place}: frequencies do not ascend; sort the lines")
-    used: NDArray[np.bool_] = frequency > 0.0
-    if used.sum() < 8:
-        raise ValueError(f"{place}: {int(used.sum())} lines above 0 Hz; 8 at least: export the whole band")
+    down = bool((step < 0.0).all())  # a sine that was stepped down
+    if not down and (step < 0.0).any():
+        raise ValueError(f"{place}: frequencies go up and down; sort the lines")
+    places = np.arange(len(frequency))[:: -1 if down else 1]
+    used = places[frequency[places] > 0.0]
+    if len(used) < 8:
+        raise ValueError(f"{place}: {len(used)} lines above 0 Hz; 8 at least: export the whole band")
     if not np.abs(h[used]).any():
         raise ValueError(f"{place}: zero on every line; check the channel, or leave it out")
     if not np.iscomplexobj(h) or not h.imag.any():

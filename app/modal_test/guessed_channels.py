@@ -194,8 +194,9 @@ def _of_unnamed(columns: Columns, said: NewTest) -> dict[str, dict[str, Any]]:
     first = columns.values[names[0]]
     step = np.diff(first.real)
     rises = len(step) > 1 and (step > 0.0).all()
+    falls = len(step) > 1 and (step < 0.0).all()  # a sine that was stepped down
     even = rises and np.ptp(step) < 0.1 * np.median(step)
-    if names[0] != "1" or "1" in taken or columns.rates or not (rises if said.kind == "frf" else even):
+    if names[0] != "1" or "1" in taken or columns.rates or not (rises or falls if said.kind == "frf" else even):
         return {}
     if said.kind != "frf":
         return {"1": {"role": "time"}}

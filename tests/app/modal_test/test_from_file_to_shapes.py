@@ -125,14 +125,19 @@ def test_mobilities_of_a_laser_in_an_npz(tmp_path: Path, beam: Beam) -> None:
     )
 
 
-def test_a_coherence_beside_frfs_becomes_their_variance(tmp_path: Path, beam: Beam) -> None:
-    """Noise of 0.1 % of the largest mobility after averaging, its coherence for one of sixteen averages."""
+@pytest.mark.parametrize("step", [1, -1])
+def test_a_coherence_beside_frfs_becomes_their_variance(tmp_path: Path, beam: Beam, step: int) -> None:
+    """Noise of 0.1 % of the largest mobility after averaging, its coherence for one of sixteen averages.
+
+    A sine may be stepped up or down.
+    """
     frequency = np.arange(0.5, 700.0, 0.5)
     h = beam.frf(frequency, 1, 0, 1)
     power = (0.001 * np.abs(h).max()) ** 2
     noise = np.random.default_rng(4).standard_normal((2, len(h))) * np.sqrt(power / 2)
     coherence = np.abs(h) ** 2 / (np.abs(h) ** 2 + 16 * power)
-    np.savez(tmp_path / "a.npz", f=frequency, H=1e3 * (h + noise[0] + 1j * noise[1]), c=coherence)
+    noisy = h + noise[0] + 1j * noise[1]
+    np.savez(tmp_path / "a.npz", f=frequency[::step], H=1e3 * noisy[::step], c=coherence[::step])
     (tmp_path / "test.toml").write_text(
         'format = "flexura-test/1"\nkind = "frf"\n[frf]\nresponse = "mm/s"\nreference = "N"\n[channels]\n'
         'f = { role = "frequency" }\nH = { role = "frf" }\nc = { role = "coherence" }\n[[record]]\n'
@@ -142,6 +147,8 @@ def test_a_coherence_beside_frfs_becomes_their_variance(tmp_path: Path, beam: Be
     (frf,) = declared_frfs(tmp_path, lambda *_: None).transfers
     assert frf.coherence is not None
     assert frf.variance is not None
+    np.testing.assert_allclose(frf.frequency, frequency)
+    np.testing.assert_allclose(frf.h, noisy)
     np.testing.assert_allclose(frf.coherence, coherence)
     assert np.median(frf.variance) == pytest.approx(power, rel=0.2)
 

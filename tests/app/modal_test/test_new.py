@@ -72,9 +72,11 @@ def test_tables_of_single_frfs_are_declared_with_a_moved_hammer(tmp_path: Path, 
     assert (test.kind, test.record[1].at) == ("frf", {"reference": "2:+z"})
 
 
-def test_an_frf_without_names_may_have_uneven_lines(tmp_path: Path, run_flexura: Flexura) -> None:
-    """Lines of a stepped sine; the column of a record's times, though, is even."""
+@pytest.mark.parametrize("step", [1, -1])
+def test_an_frf_without_names_may_have_uneven_lines(tmp_path: Path, run_flexura: Flexura, step: int) -> None:
+    """Lines of a sine stepped up or down; the column of a record's times, though, is even and rises."""
     lines = np.concatenate([np.arange(20.0, 90.0, 4.0), np.arange(90.0, 110.0, 0.5), np.arange(110.0, 200.0, 4.0)])
+    lines = lines[::step]
     h = 1.0 / (100.0**2 - lines**2 + 4j * lines)
     np.savetxt(tmp_path / "a.csv", np.column_stack([lines, h.real, h.imag]), delimiter=",")
     status, _, told = run_flexura("new", "test", tmp_path / "a.csv", "--kind", "frf", "--out", tmp_path / "test")
