@@ -46,7 +46,9 @@ def harmonic_of(frequency: float, mains: float, spacing: float) -> tuple[int, fl
     return None
 
 
-def needle_hum(pole: complex, mains: float, spacing: float) -> tuple[int, float] | None:
+def needle_hum(
+    pole: complex, mains: float, spacing: float, around: float | None = None
+) -> tuple[int, float] | None:
     """Mains harmonic that a pole represents.
 
     Parameters
@@ -57,6 +59,9 @@ def needle_hum(pole: complex, mains: float, spacing: float) -> tuple[int, float]
         Mains frequency, Hz.
     spacing : float
         Of the lines, Hz.
+    around : float, optional
+        Of uneven lines near the pole, Hz: its width counts in these, but hum is where the mains is, however far
+        apart the lines of a stepped sine are.
 
     Returns
     -------
@@ -64,7 +69,7 @@ def needle_hum(pole: complex, mains: float, spacing: float) -> tuple[int, float]
         As `harmonic_of` gives it; None where the pole is wider than a line.
     """
     frequency, width = pole.imag / (2.0 * np.pi), -pole.real / (2.0 * np.pi)
-    return harmonic_of(frequency, mains, spacing) if width <= NEEDLE * spacing else None
+    return harmonic_of(frequency, mains, spacing) if width <= NEEDLE * (around or spacing) else None
 
 
 def harmonic_lines(

@@ -158,9 +158,10 @@ class Lines:
 
         A stepped sine has its lines at the resonances, a logarithmic sweep at low frequencies.
         """
+        if self.even:
+            return np.full(np.shape(frequency), self.spacing)
         middle = 0.5 * (self._distinct[1:] + self._distinct[:-1])
-        place = np.minimum(np.searchsorted(middle, frequency), len(middle) - 1)
-        return np.full(place.shape, self.spacing) if self.even else np.asarray(self._around[place])
+        return np.asarray(self._around[np.minimum(np.searchsorted(middle, frequency), len(middle) - 1)])
 
     @cached_property
     def _distinct(self) -> NDArray[np.float64]:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.bic import pole_penalty, support
-from analysis.identification.harmonics import NEEDLE, harmonic_of
+from analysis.identification.harmonics import needle_hum
 from analysis.identification.lines import Lines
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.resolution import heights, unresolved
@@ -128,8 +128,7 @@ def _verdict(
     low, high, spacing = lines.frequency[0], lines.frequency[-1], float(lines.spacing_at(f))
     if not low <= f <= high:
         return "computational", f"outside the band, {low:g} to {high:g} Hz: stands for the modes there"
-    # hum is where the mains is, however far apart the lines of a stepped sine are
-    if mains and width <= NEEDLE * spacing and (hum := harmonic_of(f, mains, lines.spacing)):
+    if mains and (hum := needle_hum(pole, mains, lines.spacing, spacing)):
         return "harmonic", f"a line at {hum[0]} x {hum[1]:g} Hz mains"
     if zeta > limit:
         return "computational", f"damping ratio {zeta:.2g} is above {limit:.2g}: a slope of the background"

@@ -193,10 +193,9 @@ def _of_unnamed(columns: Columns, said: NewTest) -> dict[str, dict[str, Any]]:
     names, taken = list(columns.values), {*said.drives, *said.responses, *said.unused}
     first = columns.values[names[0]]
     step = np.diff(first.real)
-    rises = len(step) > 1 and (step > 0.0).all()
-    falls = len(step) > 1 and (step < 0.0).all()  # a sine that was stepped down
-    even = rises and np.ptp(step) < 0.1 * np.median(step)
-    if names[0] != "1" or "1" in taken or columns.rates or not (rises or falls if said.kind == "frf" else even):
+    one_way = len(step) > 1 and bool((step > 0.0).all() or (step < 0.0).all())  # sines are stepped up or down
+    even = one_way and bool(np.ptp(step) < 0.1 * np.median(step))
+    if names[0] != "1" or "1" in taken or columns.rates or not (one_way if said.kind == "frf" else even):
         return {}
     if said.kind != "frf":
         return {"1": {"role": "time"}}

@@ -60,7 +60,7 @@ class Fineness:
         Functions left out shift resonances. The error of a transfer is this shift over the width of a resonance,
         and plates with few, sharp resonances need more functions for the same shift: the share goes with the
         square of the loss factor. A plate of aluminium with two patches, loss factor 0.2 %, has an error of 0.5 %
-        of the rms with a share in proportion to the loss factor, and of 0.04 % with its square.
+        of the rms with a share in proportion to the loss factor, and of 0.05 % with its square.
         """
         return self.tolerance * min(1.0, max(relative_loss(box) ** 2, LEAST_SHARE))
 
