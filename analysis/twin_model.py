@@ -108,6 +108,9 @@ class TwinModel(Protocol):
     ) -> Linearisation:
         """Transfer of one sweep and its derivatives.
 
+        Where `point` tells the drift within the sweep, the transfer at each frequency is that at the temperature
+        then, to first order; the derivatives are those at the mean temperature.
+
         Parameters
         ----------
         laws : LocalLaws

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
+from itertools import repeat
 
 import numpy as np
 
@@ -14,7 +15,10 @@ from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialLaws
 from analysis.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, TwinModel
-from analysis.updated import Updated
+
+NEGLIGIBLE = 1e-4
+"""Second order of the drift, as a share of a resonance's peak, below which it is not taken out: it changes a loss
+factor by about the same share of it."""
 
 
 def sweep_laws(temperature: Real, material: Material, laws: MaterialLaws | None) -> list[LocalLaws]:
@@ -45,10 +49,10 @@ def sweep_laws(temperature: Real, material: Material, laws: MaterialLaws | None)
     ]
 
 
-def steady(
+def to_first_order(
     frf: Frf, model: TwinModel, laws: Sequence[LocalLaws], gains: Real, protocol: Protocol, executor: Executor
 ) -> Frf:
-    """FRFs as at the mean temperature of each sweep, for twins that do not follow the drift.
+    """Take the second order of the drift out of FRFs, for a twin, which follows its first order itself.
 
     Parameters
     ----------
@@ -56,8 +60,7 @@ def steady(
         As measured.
     model : TwinModel
     laws : sequence of LocalLaws
-        Of the sweeps, with their slopes over temperature. Approximate ones are enough: they only enter the
-        difference, which is a few standard deviations of what is fitted.
+        Of the sweeps, with their slopes over temperature. Approximate ones are enough: they only enter the change.
     gains : (I,) ndarray
         Of the inputs.
     protocol : Protocol
@@ -67,59 +70,31 @@ def steady(
     Returns
     -------
     Frf
-        Corrected to second order in the drift within a sweep and between its repeats; the same FRFs where neither
-        is known to occur.
+        The same FRFs where the second order is negligible.
     """
-    orders = _orders(frf, model, laws, gains, protocol, executor)
-    return frf if orders is None else replace(frf, h=frf.h - orders.sum(axis=1))
-
-
-def to_first_order(
-    frf: Frf, model: TwinModel, updated: Updated, laws: MaterialLaws | None, protocol: Protocol, executor: Executor
-) -> Frf:
-    """Take the second order of the drift out of FRFs, for twins that follow its first order themselves.
-
-    Parameters
-    ----------
-    frf : Frf
-    model : TwinModel
-    updated : Updated
-        Model updating of these FRFs.
-    laws : MaterialLaws or None
-        Through its estimates; without them nothing is corrected.
-    protocol : Protocol
-    executor : Executor
-        Sweeps are computed on it.
-
-    Returns
-    -------
-    Frf
-    """
-    if laws is None:
-        return frf
-    local = sweep_laws(updated.temperature, updated.material, laws)
-    orders = _orders(frf, model, local, updated.gains, protocol, executor)
-    return frf if orders is None else replace(frf, h=frf.h - orders[:, 1])
-
-
-def _orders(
-    frf: Frf, model: TwinModel, laws: Sequence[LocalLaws], gains: Real, protocol: Protocol, executor: Executor
-) -> Complex | None:
-    """First and second order of the drift, (T, 2, K, F); None where none is known to occur."""
     points = sweep_points(frf, protocol)
-    if not any(point.drifts for point in points) and not protocol.spread:
-        return None
+    away = [point.drift(frf.frequency) for point in points]
+    if max(map(_share_of_peak, laws, away, repeat(protocol.spread))) < NEGLIGIBLE:
+        return frf
     nodes = nodes_over(frf.frequency, laws)
 
-    def change(law: LocalLaws, point: SweepPoint) -> Complex:
+    def change(law: LocalLaws, point: SweepPoint, away: Real) -> Complex:
         first = model.linearise(law, nodes.frequency, NO_EFFECTS, point).by_temperature
-        both = np.array([first, _second(first, nodes.frequency, law)])
-        first, second = nodes.at_lines(nodes.coefficients(both))
-        away = point.drift(frf.frequency)
-        squared = away**2 + protocol.spread**2  # mean over the repeats
-        return np.asarray(gains[point.source] * np.array([away * first, 0.5 * squared * second]))
+        second = nodes.at_lines(nodes.coefficients(_second(first, nodes.frequency, law)))
+        return np.asarray(gains[point.source] * 0.5 * _squared(away, protocol.spread) * second)
 
-    return np.array(list(executor.map(change, laws, points)))
+    return replace(frf, h=frf.h - np.array(list(executor.map(change, laws, points, away))))
+
+
+def _squared(away: Real, spread: float) -> Real:
+    """Mean square (F,), over the repeats, of the temperature at each line less that of the sweep, K2."""
+    return np.asarray(away**2 + spread**2)
+
+
+def _share_of_peak(law: LocalLaws, away: Real, spread: float) -> float:
+    """Largest second order of the drift, as a share of a resonance's peak: the shift in half widths, squared."""
+    softening, eta = float(law.rates(law.reference)[0]), float(law.loss_factor(law.reference))
+    return (softening / eta) ** 2 * float(_squared(away, spread).max())
 
 
 def _second(by_temperature: Complex, frequency: Real, law: LocalLaws) -> Complex:

@@ -7,7 +7,8 @@ neighbour, input by input; then the gains of an input are averaged into one.
 """
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -21,11 +22,12 @@ from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.misfit import sweep_powers
 from analysis.gap.fitting.state import GapState
+from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox
 from analysis.progress import Progress
 from analysis.twin_model import TwinModel
 from analysis.updated import Updated
-from analysis.updating.drift import steady, sweep_laws
+from analysis.updating.drift import sweep_laws, to_first_order
 from analysis.updating.laws import laws_of_sweeps
 from analysis.updating.normal_equations import SweepData, moved
 from analysis.updating.start import start_material
@@ -58,8 +60,8 @@ def update(
     begin : (3,) ndarray, optional
         E, nu and eta near those of `middle_sweep`; else the start grid finds them.
     protocol : Protocol, optional
-        Tells the drift of the temperature, which is then taken out before the joint fit; the fits of single sweeps
-        are good enough to compute it. Else each sweep counts as measured at one temperature.
+        Tells the drift of the temperature, which the model then follows in the joint fit, with the slopes of laws
+        through the fits of single sweeps. Else each sweep counts as measured at one temperature.
     progress : callable, optional
         Called with a stage's name and the share of it done.
 
@@ -96,7 +98,11 @@ def update(
         report("common gain", 0.0)
         alone = [fits[t] for t in range(len(coarse))]
         start = tied(model.box, alone, frf.driven_by)
-        sweeps = apart(_steady(frf, model, alone, start, protocol, pool), material_of(alone))
+        if protocol is not None:
+            laws = _laws_alone(frf, alone, protocol)
+            frf = to_first_order(frf, model, laws, np.exp(start.log_gain), protocol, pool)
+            start = replace(start, tilt=np.array([law.slope for law in laws]))
+        sweeps = apart(frf, material_of(alone), protocol)
         fit = fit_gap(model, sweeps, start, (), pool)
     report("common gain", 1.0)
     return _summary(frf, model.box, sweeps, fit, alone)
@@ -139,23 +145,11 @@ def tied(box: MaterialBox, fits: Sequence[SweepFit], source: NDArray[np.int_]) -
     return GapState(laws, straight, straight, np.zeros(len(rows)), log_gain, {})
 
 
-def _steady(
-    frf: Frf,
-    model: TwinModel,
-    alone: Sequence[SweepFit],
-    start: GapState,
-    protocol: Protocol | None,
-    executor: Executor,
-) -> Frf:
-    """FRFs as at the mean temperature of each sweep, by the laws through fits of single sweeps."""
-    if protocol is None:
-        return frf
+def _laws_alone(frf: Frf, alone: Sequence[SweepFit], protocol: Protocol) -> list[LocalLaws]:
+    """Laws near every sweep by the fits of single sweeps, with the slopes of smooth laws through them."""
     settled = np.array([fit.settled for fit in alone])
     laws = laws_of_sweeps(frf.temperature, material_of(alone), _sigma_of(alone), settled, protocol)
-    if laws is None:
-        return frf
-    local = sweep_laws(frf.temperature, material_of(alone), laws)
-    return steady(frf, model, local, np.exp(start.log_gain), protocol, executor)
+    return sweep_laws(frf.temperature, material_of(alone), laws)
 
 
 def _sigma_of(fits: Sequence[SweepFit]) -> Material:

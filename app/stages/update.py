@@ -201,9 +201,10 @@ def _updated_under_effects(
     frf, plain = without.frf, without.updated
     twin, given = campaign_model(campaign.experiment, plain, report, start, folder)
     model = HeldEffects(twin, start.twin.effects)
+    local = sweep_laws(plain.temperature, plain.material, without.laws)
     report("laws under effects", 0.0)
     with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
-        steady = to_first_order(frf, model, plain, without.laws, protocol, executor)
+        steady = to_first_order(frf, model, local, plain.gains, protocol, executor)
         fitted = fit_twin(steady, plain, model, protocol, executor, given)
     found = corrected_twin(frf, plain, model, protocol, fitted)
     report("laws under effects", 1.0)

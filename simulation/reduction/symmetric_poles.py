@@ -7,10 +7,12 @@ with transposes in place of adjoints: quadratic convergence, and matrix products
 
 import numpy as np
 
-from analysis.arrays import Complex
+from analysis.arrays import Complex, Real
 
-CONVERGED = 3e-7
-"""Largest correction whose square is below rounding."""
+CONVERGED = 1e-6
+"""Largest correction whose square, the next one, is left out."""
+ROUNDING = 1e-15
+"""Largest coupling of real modes, over the largest element, that is taken for rounding."""
 MOST = 8
 """Number of corrections after which poles count as too close."""
 
@@ -20,10 +22,8 @@ def symmetric_poles(matrix: Complex) -> tuple[Complex, Complex] | None:
 
     None if eigenvalues are closer than the coupling of their modes, so that corrections do not converge.
     """
-    matrix = 0.5 * (matrix + matrix.T)  # eigh reads one triangle only, and rounding differs between the two
-    modes = np.linalg.eigh(matrix.real)[1]
-    coupled = modes.T @ matrix @ modes
-    own = np.arange(len(modes))
+    coupled, modes = _in_real_modes(0.5 * (matrix + matrix.T))
+    own = np.arange(len(coupled))
     poles = coupled[own, own]
     with np.errstate(all="ignore"):  # coinciding poles are detected by the size of the correction
         first = coupled / _gaps(poles)
@@ -40,10 +40,21 @@ def symmetric_poles(matrix: Complex) -> tuple[Complex, Complex] | None:
             vectors += vectors @ correction
             largest = float(np.abs(correction).max())
             if largest < CONVERGED:
-                return poles, modes @ vectors
+                return poles, vectors if modes is None else modes @ vectors
             if not largest < 1.0:
                 return None
     return None
+
+
+def _in_real_modes(matrix: Complex) -> tuple[Complex, Real | None]:
+    """Matrix (r, r) in the modes (r, r) of its real part; None for modes where that is diagonal already."""
+    size = np.abs(matrix.real)
+    largest = size.max(initial=0.0)
+    np.fill_diagonal(size, 0.0)
+    if size.max(initial=0.0) <= ROUNDING * largest:
+        return matrix, None
+    modes = np.linalg.eigh(matrix.real)[1]
+    return modes.T @ matrix @ modes, modes
 
 
 def _gaps(poles: Complex) -> Complex:

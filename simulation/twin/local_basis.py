@@ -1,7 +1,7 @@
 """Reduced coordinates for the responses of a plate in one state over a band, without significant error."""
 
 from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 import scipy.linalg
@@ -24,7 +24,22 @@ LEAST = 1e-7
 """Smallest relative size of a direction; smaller ones are left out."""
 
 
-def local_basis(ops: LoadedPlate, whole: Composite, storage: float, reach: float) -> Real:
+class LocalBasis(NamedTuple):
+    """Local coordinates of a plate.
+
+    Attributes
+    ----------
+    vectors : (r, m) ndarray
+        Orthonormal in the mass.
+    stiffness : (m,) ndarray or None
+        Its diagonal, 1/s2, if the vectors are orthogonal in the mean stiffness.
+    """
+
+    vectors: Real
+    stiffness: Real | None
+
+
+def local_basis(ops: LoadedPlate, whole: Composite, storage: float, reach: float) -> LocalBasis:
     """Modes up to `reach` times the band's end, and residual vectors of ports, points and dashpots.
 
     Parameters
@@ -39,20 +54,20 @@ def local_basis(ops: LoadedPlate, whole: Composite, storage: float, reach: float
 
     Returns
     -------
-    (r, m) ndarray
-        Orthonormal in the mass; (r, r) for an infinite `reach`.
+    LocalBasis
+        With r vectors for an infinite `reach`.
     """
     size = len(whole.mass)
     unit_mass = _UnitMass.of(whole.mass)
     if np.isinf(reach):
-        return unit_mass.back(np.eye(size))
+        return LocalBasis(unit_mass.back(np.eye(size)), None)
     end2 = (2 * np.pi * ops.band[1]) ** 2
     stiffness = unit_mass.matrix(storage * whole.plate + whole.fixed)
     # all modes: LAPACK's divide and conquer is twice as fast as its search for some of them
     squares, shapes = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
     count = int((squares <= reach**2 * end2).sum())
     if count == size:
-        return unit_mass.back(shapes)
+        return LocalBasis(unit_mass.back(shapes), squares)
     low, high, above = shapes[:, :count], shapes[:, count:], squares[count:, None] - SHIFT * end2
     loads = [whole.coupling, ops.deflection.T, columns(ops.damping, unit_mass.back(low))]
     residual = _residual_vectors(high.T @ unit_mass.loads(np.hstack(loads)), above)
@@ -67,7 +82,10 @@ def local_basis(ops: LoadedPlate, whole: Composite, storage: float, reach: float
     beside = np.hstack(residual)
     beside = beside[:, np.linalg.norm(beside, axis=0) > 0.0]
     left, strength, _ = np.linalg.svd(beside / np.linalg.norm(beside, axis=0), full_matrices=False)
-    return unit_mass.back(np.hstack([low, high @ left[:, strength > LEAST * strength[0]]]))
+    apart = left[:, strength > LEAST * strength[0]]
+    own, turned = np.linalg.eigh(apart.T @ (squares[count:, None] * apart))
+    vectors = np.hstack([low, high @ (apart @ turned)])
+    return LocalBasis(unit_mass.back(vectors), np.concatenate([squares[:count], own]))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 from analysis.arrays import Real
 from simulation.reduction.composition import Composite, proportion
 from simulation.state.plate_state import PlateState, PointLoad
-from simulation.twin.local_basis import REACH, local_basis
+from simulation.twin.local_basis import REACH, LocalBasis, local_basis
 from simulation.twin.reduced_plate import LoadedPlate
 
 
@@ -54,8 +54,9 @@ class LocalPlate:
             stiffness = stiffness + load.stiffness * np.outer(row, row)
             mass = mass + load.mass * np.outer(row, row)
         whole = Composite(whole.plate, whole.plate_loss, stiffness, mass, whole.coupling)
-        basis = local_basis(ops, whole, float(np.mean(state.storage)), reach)
-        return cls(basis, _restricted(whole, basis), _small(ops.normal, basis), ops)
+        storage = float(np.mean(state.storage))
+        local = local_basis(ops, whole, storage, reach)
+        return cls(local.vectors, _restricted(whole, local, storage), _small(ops.normal, local.vectors), ops)
 
     def dashpots(self, state: PlateState) -> Real:
         """Damping of supports, and at points, (m, m), N s/m."""
@@ -73,13 +74,17 @@ def deflection_at(ops: LoadedPlate, load: PointLoad) -> Real:
     return np.asarray(ops.deflection[int(distance.argmin())])
 
 
-def _restricted(whole: Composite, basis: Real) -> Composite:
-    plate, same_loss = _small(whole.plate, basis), proportion(whole.plate_loss, whole.plate)
+def _restricted(whole: Composite, local: LocalBasis, storage: float) -> Composite:
+    """Return matrices in local coordinates; `storage` is the mean factor on the plate's stiffness."""
+    basis = local.vectors
+    fixed, same_loss = _small(whole.fixed, basis), proportion(whole.plate_loss, whole.plate)
+    known = local.stiffness
+    plate = _small(whole.plate, basis) if known is None else (np.diag(known) - fixed) / storage
     return Composite(
         plate=plate,
         plate_loss=_small(whole.plate_loss, basis) if same_loss is None else same_loss * plate,
-        fixed=_small(whole.fixed, basis),
-        mass=_small(whole.mass, basis),
+        fixed=fixed,
+        mass=np.eye(basis.shape[1]),
         coupling=basis.T @ whole.coupling,
     )
 

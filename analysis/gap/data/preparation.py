@@ -86,10 +86,20 @@ def prepare(
     return sweeps, noise
 
 
-def apart(frf: Frf, material: Material) -> GapSweeps:
-    """Compress all sweeps of `frf`, each in a group of its own, for the sharpest of approximate materials (T,).
+def apart(frf: Frf, material: Material, protocol: Protocol | None = None) -> GapSweeps:
+    """Compress all sweeps, each in a group of its own, with the noise as stated.
 
-    The noise is taken as stated.
+    Parameters
+    ----------
+    frf : Frf
+    material : Material
+        Approximate ones of the sweeps, (T,) arrays: the sharpest determines the spacing of nodes.
+    protocol : Protocol, optional
+        As in `sweep_points`.
+
+    Returns
+    -------
+    GapSweeps
     """
     groups = TemperatureGroups.labelled(np.arange(len(frf.temperature)), frf.temperature)
     try:
@@ -97,7 +107,8 @@ def apart(frf: Frf, material: Material) -> GapSweeps:
     except ValueError:  # too few lines for splines: each line is a node
         stated = compressed(frf, EVERY_LINE)
     rough = mean_laws(material, groups)
-    return grouped(frf, stated, groups, rough, smoothness=LawSmoothness.flat(groups.reference))
+    flat = LawSmoothness.flat(groups.reference)
+    return grouped(frf, stated, groups, rough, protocol=protocol, smoothness=flat)
 
 
 def nodes_over(frequency: NDArray[np.float64], laws: Sequence[LocalLaws]) -> Nodes:

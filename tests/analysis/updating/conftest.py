@@ -53,12 +53,13 @@ class AffineModes:
         return self.linearise(laws, frequency, *rest).transfer
 
     def linearise(self, laws: LocalLaws, frequency: NDArray[np.float64], *rest: object) -> Linearisation:
-        source = next((one.source for one in rest if isinstance(one, SweepPoint)), 0)
+        point = next((one for one in rest if isinstance(one, SweepPoint)), SweepPoint(20.0, 0.0, 1.0))
         e, nu, eta = np.exp(laws.value[0]), laws.value[1], np.exp(laws.value[2])
-        transfer, slopes = self.sensitivities(e, nu, eta, frequency, source)
+        transfer, slopes = self.sensitivities(e, nu, eta, frequency, point.source)
         nothing = np.zeros((0, *transfer.shape), complex)
         by_material = slopes * np.array([e, 1.0, eta])[:, None, None]
         by_temperature = np.tensordot(laws.rates(laws.reference), by_material, 1)
+        transfer = transfer + point.drift(frequency) * by_temperature
         return Linearisation(transfer, by_material, 0.0 * by_material, 0.0 * by_material, by_temperature, nothing)
 
     def measured(

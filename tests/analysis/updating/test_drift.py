@@ -77,8 +77,12 @@ def test_a_mean_over_repeats_on_a_ramp_does_not_look_like_damping(twin) -> None:
     first = update(frf, twin)
     with ThreadPoolExecutor(2) as executor:
         laws = fit_laws(TEMPERATURE, first.material, first.sigma, temperature_range=(0.0, 60.0))
-        corrected = to_first_order(frf, twin, first, laws, protocol, executor)
-        np.testing.assert_array_equal(to_first_order(frf, twin, first, None, protocol, executor).h, frf.h)
+        local = sweep_laws(TEMPERATURE, first.material, laws)
+        corrected = to_first_order(frf, twin, local, first.gains, protocol, executor)
+        straight = sweep_laws(TEMPERATURE, first.material, None)
+        assert to_first_order(frf, twin, straight, first.gains, protocol, executor) is frf
+        slow = protocol.model_copy(update={"ramp_rate": 0.05})
+        assert to_first_order(frf, twin, local, first.gains, slow, executor) is frf
     found = update(corrected, twin)
     before, after = (float(np.mean(u.material.loss_factor / true.loss_factor - 1.0)) for u in (first, found))
     assert before > 1e-3
