@@ -87,10 +87,12 @@ def _shared(rough: Real) -> float:
     It is 1 where all noise is that of the measured drive, which all channels are divided by.
     """
     count = rough.shape[1]
+    if count == 1:
+        return 0.0
     rank = rough.argsort(axis=-1).argsort(axis=-1) - 0.5 * (rough.shape[-1] - 1)
     rank /= np.linalg.norm(rank, axis=-1, keepdims=True)
     among = float((rank @ rank.swapaxes(-1, -2)).sum(axis=(1, 2)).mean())
-    return float(max(among - count, 0.0) / max(count * (count - 1), 1))
+    return float(max(among - count, 0.0) / (count * (count - 1)))
 
 
 def _harmonics_level(
@@ -112,7 +114,7 @@ def _harmonics_level(
         those = np.flatnonzero(sought & (counts == count))
         harmonics = (lowest[those, None] + np.arange(count)) * FUNDAMENTALS[those, None]
         lines = np.round((harmonics - frequency[0]) / spacing).astype(int)
-        level[:, those] = [np.median(one[lines], axis=-1) for one in power]
+        level[:, those] = np.median(power[:, lines], axis=-1)
         covered[those] = excluded[lines].all(axis=-1)
     return level, few, covered
 

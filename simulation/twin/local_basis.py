@@ -76,9 +76,9 @@ def local_basis(ops: LoadedPlate, whole: Composite, storage: float, reach: float
         # included
         fixed = unit_mass.matrix(whole.fixed)
         follows = high.T @ (fixed @ np.hstack([low, high @ np.hstack(residual)])) / above
-        left, strength, _ = np.linalg.svd(follows, full_matrices=False)
-        strong = strength > FOLLOWING * strength[0]
-        residual.append(left[:, strong] * (strength[strong] / strength[0]))
+        power, directions = np.linalg.eigh(follows.T @ follows)
+        strong = power > FOLLOWING**2 * power[-1]
+        residual.append(follows @ (directions[:, strong] / np.sqrt(power[-1])))
     beside = np.hstack(residual)
     beside = beside[:, np.linalg.norm(beside, axis=0) > 0.0]
     left, strength, _ = np.linalg.svd(beside / np.linalg.norm(beside, axis=0), full_matrices=False)

@@ -32,7 +32,8 @@ GUIDE = ROOT / "docs" / "guide"
 STARTS = r"(?:flexura|python3 start\.py)"
 NO_VERBS = ("tests", "docs", "VERB", "--help")
 """Words that start.py does not hand on to flexura, and what stands for a verb."""
-FENCED = re.compile(r"(<!-- not run: [^\n]*-->\n)?```sh\n(.*?)```", re.DOTALL)
+FENCED = re.compile(r"(<!-- not run: [^\n]*-->\n)?```sh\n(.*?)```(?:\n\n((?: {4}[^\n]*\n)+))?", re.DOTALL)
+"""Remark, commands, and what they print, right below and indented; three dots stand for what differs each time."""
 LONG = {
     "any-plate.md",
     "closing-a-gap.md",
@@ -201,7 +202,7 @@ def pages_to_run() -> list[object]:
     runnable = [
         page
         for page in sorted(GUIDE.glob("*.md"))
-        if any(not no for no, _ in FENCED.findall(page.read_text(encoding="utf-8")))
+        if any(not no for no, *_ in FENCED.findall(page.read_text(encoding="utf-8")))
     ]
     return [
         pytest.param(page, marks=[pytest.mark.slow] if page.name in LONG else [], id=page.name)
@@ -214,7 +215,7 @@ def pages_to_run() -> list[object]:
 def test_the_commands_of_a_page_run_from_top_to_bottom(
     page: Path, laboratory: dict[str, str], tmp_path: Path
 ) -> None:
-    for not_run, block in FENCED.findall(page.read_text(encoding="utf-8")):
+    for not_run, block, shown in FENCED.findall(page.read_text(encoding="utf-8")):
         if not_run:
             continue
         assert BASH is not None
@@ -226,4 +227,7 @@ def test_the_commands_of_a_page_run_from_top_to_bottom(
             text=True,
             check=False,
         )
-        assert done.returncode == 0, f"{block}\n{done.stdout}\n{done.stderr}"
+        printed = f"{done.stdout}\n{done.stderr}"
+        assert done.returncode == 0, f"{block}\n{printed}"
+        for line in map(str.strip, shown.splitlines()):
+            assert re.search(".*".join(map(re.escape, line.split("..."))), printed), f"{line}\n{printed}"
