@@ -7,7 +7,7 @@ neighbour, input by input; then the gains of an input are averaged into one.
 """
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
 
@@ -79,24 +79,9 @@ def update(
     coarse = [SweepData.of(frf, t, stride(frf, model.box)) for t in range(len(frf.temperature))]
     if begin is None:
         begin = start_material(model, coarse[middle_sweep(frf)], lambda share: report("start grid", share))
-    fits: dict[int, SweepFit] = {}
-
-    def advance() -> None:
-        report("sweeps", len(fits) / len(coarse))
-
     with ThreadPoolExecutor(2) as pool:
-        for source in frf.driving:
-            order = by_temperature(frf, source)
-            middle = len(order) // 2
-            if fits:  # the plate is the same whichever input drives it
-                nearest = min(fits, key=lambda t: abs(frf.temperature[t] - frf.temperature[order[middle]]))
-                begin = fits[nearest].material
-            fits[order[middle]] = fit_sweep(model, coarse[order[middle]], begin)
-            ways = (order[middle:], order[middle::-1])
-            for walk in [pool.submit(_walk, model, coarse, way, fits, advance) for way in ways]:
-                walk.result()
+        alone = _fitted_alone(frf, model, coarse, begin, report, pool)
         report("common gain", 0.0)
-        alone = [fits[t] for t in range(len(coarse))]
         start = tied(model.box, alone, frf.driven_by)
         if protocol is not None:
             laws = _laws_alone(frf, alone, protocol)
@@ -106,6 +91,33 @@ def update(
         fit = fit_gap(model, sweeps, start, (), pool)
     report("common gain", 1.0)
     return _summary(frf, model.box, sweeps, fit, alone)
+
+
+def _fitted_alone(
+    frf: Frf,
+    model: TwinModel,
+    data: Sequence[SweepData],
+    begin: NDArray[np.float64],
+    report: Progress,
+    executor: Executor,
+) -> list[SweepFit]:
+    """Fit each sweep alone, outwards from the middle one of every input; the first begins at `begin` (3,)."""
+    fits: dict[int, SweepFit] = {}
+
+    def advance() -> None:
+        report("sweeps", len(fits) / len(data))
+
+    for source in frf.driving:
+        order = by_temperature(frf, source)
+        middle = len(order) // 2
+        if fits:  # the plate is the same whichever input drives it
+            nearest = min(fits, key=lambda t: abs(frf.temperature[t] - frf.temperature[order[middle]]))
+            begin = fits[nearest].material
+        fits[order[middle]] = fit_sweep(model, data[order[middle]], begin)
+        ways = (order[middle:], order[middle::-1])
+        for walk in [executor.submit(_walk, model, data, way, fits, advance) for way in ways]:
+            walk.result()
+    return [fits[t] for t in range(len(data))]
 
 
 def material_of(fits: Sequence[SweepFit]) -> Material:
@@ -148,8 +160,9 @@ def tied(box: MaterialBox, fits: Sequence[SweepFit], source: NDArray[np.int_]) -
 def _laws_alone(frf: Frf, alone: Sequence[SweepFit], protocol: Protocol) -> list[LocalLaws]:
     """Laws near every sweep by the fits of single sweeps, with the slopes of smooth laws through them."""
     settled = np.array([fit.settled for fit in alone])
-    laws = laws_of_sweeps(frf.temperature, material_of(alone), _sigma_of(alone), settled, protocol)
-    return sweep_laws(frf.temperature, material_of(alone), laws)
+    material = material_of(alone)
+    laws = laws_of_sweeps(frf.temperature, material, _sigma_of(alone), settled, protocol)
+    return sweep_laws(frf.temperature, material, laws)
 
 
 def _sigma_of(fits: Sequence[SweepFit]) -> Material:

@@ -49,18 +49,12 @@ def given_frfs(record: RecordOfTest, columns: Columns, test: ModalTest) -> list[
     read, drove = _calibrated("response", test.frf.response), _calibrated("reference", test.frf.reference)
     made = []
     named = _named_frfs(record, columns, test, by_role)
-    beside = by_role.get("coherence", [])
-    if len(beside) not in (0, 1, len(named)):
-        raise ValueError(
-            f"{record.file}: {len(beside)} channels with the role coherence, {len(named)} FRFs; declare one for "
-            "all FRFs, or one for each in the same order"
-        )
-    for number, (name, h, response, reference) in enumerate(named):
+    coherences = _coherence_of_each(record.file, by_role.get("coherence", []), len(named))
+    for (name, h, response, reference), beside in zip(named, coherences, strict=True):
         used_lines = _checked_lines(record.file, name, frequency, h)
         variance, coherence = None, None
         if beside:
-            other = beside[number if len(beside) > 1 else 0]
-            coherence, variance = _with_coherence(record.file, other, columns.values[other], h, used_lines)
+            coherence, variance = _with_coherence(record.file, beside, columns.values[beside], h, used_lines)
         made.append(
             MeasuredTransfer(
                 name=f"{frf_name(read.quantity, drove.quantity)} {name}",
@@ -99,6 +93,16 @@ def _named_frfs(
         place = record.at.get(name) or channel.at or str(number)
         found.append((name, columns.values[name], place, record.at.get("reference") or channel.reference or "1"))
     return found
+
+
+def _coherence_of_each(file: str, names: list[str], count: int) -> list[str | None]:
+    """Return the column of coherence that belongs to each of `count` FRFs; None without any."""
+    if len(names) not in (0, 1, count):
+        raise ValueError(
+            f"{file}: {len(names)} channels with the role coherence, {count} FRFs; declare one for "
+            "all FRFs, or one for each in the same order"
+        )
+    return [*names] if len(names) == count else count * [names[0] if names else None]
 
 
 def _with_coherence(

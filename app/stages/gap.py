@@ -17,7 +17,7 @@ from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
 from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
-from analysis.updating.drift import sweep_laws, to_first_order
+from analysis.updating.drift import to_first_order
 from app.files.atomic import write_json
 from app.files.frf_file import save_frf
 from app.files.gap_file import GapFigures, save_gap
@@ -123,8 +123,7 @@ def compute(
     report("numerical floor", 0.0)
     with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
         floor = _floor(plain, twin, patches=bool(campaign.experiment.patch))
-        local = sweep_laws(plain.updated.temperature, plain.updated.material, plain.laws)
-        steady = to_first_order(frf, model, local, plain.updated.gains, protocol, executor)
+        steady = to_first_order(frf, model, plain.local_laws, plain.updated.gains, protocol, executor)
         found = find_gap(steady, plain.updated, model, protocol, executor, floor=floor, progress=report)
         not_tried = untried(campaign.experiment, folder)
         notes = (

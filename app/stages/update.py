@@ -65,6 +65,11 @@ class Updating:
         return as_html(headline(self.updated), [table_of(self.updated)], self._notes)
 
     @property
+    def local_laws(self) -> list[LocalLaws]:
+        """Laws near every sweep."""
+        return sweep_laws(self.updated.temperature, self.updated.material, self.laws)
+
+    @property
     def _notes(self) -> tuple[str, ...]:
         return (*self.frf.notes, *notes(self.updated, self.laws))
 
@@ -201,10 +206,9 @@ def _updated_under_effects(
     frf, plain = without.frf, without.updated
     twin, given = campaign_model(campaign.experiment, plain, report, start, folder)
     model = HeldEffects(twin, start.twin.effects)
-    local = sweep_laws(plain.temperature, plain.material, without.laws)
     report("laws under effects", 0.0)
     with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
-        steady = to_first_order(frf, model, local, plain.gains, protocol, executor)
+        steady = to_first_order(frf, model, without.local_laws, plain.gains, protocol, executor)
         fitted = fit_twin(steady, plain, model, protocol, executor, given)
     found = corrected_twin(frf, plain, model, protocol, fitted)
     report("laws under effects", 1.0)
