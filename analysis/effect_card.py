@@ -62,6 +62,8 @@ class EffectCard:
         The measurement that distinguishes it from effects with similar signatures.
     sites : tuple of mapping
         Values of the shapes from which a search starts; one empty mapping where there is no shape.
+    replaces : str
+        Declared quantity that this effect is beyond its tolerance; empty for all others.
     """
 
     name: str
@@ -70,6 +72,7 @@ class EffectCard:
     needs: str
     separated_by: str
     sites: tuple[Values, ...] = field(default=({},))
+    replaces: str = ""
 
     def __post_init__(self) -> None:
         names = [p.name for p in self.parameters]

@@ -16,6 +16,7 @@ from analysis.layout import check_patches, check_point
 from analysis.patch import Patch
 from analysis.plate import Plate
 from analysis.sweep_timing import SweepTiming
+from analysis.tolerances import Tolerances
 from analysis.transducers import Drive, Sensor
 
 LEAST_LINES = 20
@@ -135,6 +136,7 @@ class Experiment(Sparse):
     acquisition: Acquisition
     protocol: Protocol
     oven: OvenDeclaration
+    tolerances: Tolerances = Tolerances()
 
     @property
     def actuator(self) -> Patch | Drive:

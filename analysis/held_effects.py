@@ -1,4 +1,4 @@
-"""A twin with some effects fixed at given values; only the others can be varied."""
+"""A twin with some effects fixed at given values, and some declared quantities taken from their tolerance."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,10 +23,19 @@ class HeldEffects:
     twin : TwinModel
     held : mapping
         Values of these effects.
+    released : frozenset of str
+        Declared quantities that are no longer free within their tolerance: effects that replace them are candidates
+        instead. As long as a quantity has a tolerance, such an effect is none: it would be counted twice.
     """
 
     twin: TwinModel
     held: Effects
+    released: frozenset[str] = frozenset()
+
+    @classmethod
+    def around(cls, twin: TwinModel) -> "HeldEffects":
+        """Return `twin` with no effect held; itself where it is such a twin already."""
+        return twin if isinstance(twin, cls) else cls(twin, NO_EFFECTS)
 
     @property
     def box(self) -> MaterialBox:
@@ -36,7 +45,24 @@ class HeldEffects:
     @property
     def cards(self) -> Mapping[str, EffectCard]:
         """The candidates that are left."""
-        return {name: card for name, card in self.twin.cards.items() if name not in self.held}
+        known = self.tolerance_cards
+        return {
+            name: card
+            for name, card in self.twin.cards.items()
+            if name not in self.held and card.replaces not in known
+        }
+
+    @property
+    def tolerance_cards(self) -> Mapping[str, EffectCard]:
+        """Declared quantities of the twin that are free within their tolerance."""
+        replaced = {self.twin.cards[name].replaces for name in self.held if name in self.twin.cards}
+        known = self.twin.tolerance_cards
+        return {name: card for name, card in known.items() if name not in self.released | replaced}
+
+    def releasing(self, quantities: Iterable[str]) -> "HeldEffects":
+        """Return the same with those of some declared quantities released that an effect replaces."""
+        replaced = {card.replaces for name, card in self.twin.cards.items() if name not in self.held}
+        return replace(self, released=self.released | (replaced & set(quantities)))
 
     def counted(self, laws: Sequence[LocalLaws], effects: Iterable[str]) -> "HeldEffects":
         """Return the same with the twin in the units that these laws make."""

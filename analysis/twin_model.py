@@ -64,6 +64,11 @@ class TwinModel(Protocol):
         """Its effects; none for a plate as declared."""
         ...
 
+    @property
+    def tolerance_cards(self) -> Mapping[str, EffectCard]:
+        """Declared quantities that are not exact: free in every fit, and no candidates."""
+        ...
+
     def counted(self, laws: Sequence[LocalLaws], effects: Iterable[str]) -> Self:
         """Return the model with what `effects` count in units of the plain plate in the units that `laws` make.
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.declared_quantity import DeclaredQuantity
 from analysis.material import Material
 
 GOOD_MISFIT = 1.3
@@ -20,8 +21,8 @@ class Updated:
     temperature : (T,) ndarray
         Mean oven reading, degrees Celsius.
     material, sigma : Material
-        Estimates and their standard deviations, (T,) arrays; sigma is that of the noise, inflated by
-        sqrt(chi2_per_dof) where the twin misses more than the noise.
+        Estimates and their standard deviations, (T,) arrays: that of the noise, inflated by sqrt(chi2_per_dof) where
+        the twin misses more than the noise, and those of all that is declared with a tolerance.
     correlation : (T, 4, 4) ndarray
         Of log E, nu, log eta and log gain, as one sweep alone would see them.
     gain, sigma_gain : float
@@ -35,6 +36,11 @@ class Updated:
         False where the fit ran into the model's box or did not converge.
     further : (I - 1, 2) ndarray or None
         Gain and its standard deviation of every other input; None where there is but one.
+    declared : tuple of DeclaredQuantity
+        Those with a tolerance, as fitted.
+    common : (T, 3, P + 1) ndarray or None
+        What one standard deviation of each of the P moves in log E, nu and log eta, with sign, and last what the
+        twin's own error does: errors that all sweeps share. None without tolerances.
     """
 
     temperature: NDArray[np.float64]
@@ -49,6 +55,29 @@ class Updated:
     chi2_per_dof: NDArray[np.float64]
     settled: NDArray[np.bool_]
     further: NDArray[np.float64] | None = None
+    declared: tuple[DeclaredQuantity, ...] = ()
+    common: NDArray[np.float64] | None = None
+
+    @property
+    def shared(self) -> NDArray[np.float64]:
+        """Return `common`, without columns where there are no tolerances, (T, 3, P)."""
+        return np.zeros((self.temperature.size, 3, 0)) if self.common is None else self.common
+
+    @property
+    def departures(self) -> dict[str, dict[str, float]]:
+        """Values of `declared` as the twin takes them, by name and parameter."""
+        found: dict[str, dict[str, float]] = {}
+        for one in self.declared:
+            found.setdefault(one.name, {})[one.parameter] = one.value
+        return found
+
+    @property
+    def own_sigma(self) -> Material:
+        """Standard deviations by each sweep's own noise, (T,) arrays."""
+        m, total, common = self.material, self.sigma, (self.shared**2).sum(-1).T
+        scales = (m.youngs_modulus, np.ones_like(m.poisson_ratio), m.loss_factor)
+        rows = zip((total.youngs_modulus, total.poisson_ratio, total.loss_factor), scales, common, strict=True)
+        return Material(*(np.sqrt(np.maximum(t**2 - s**2 * c, (1e-6 * t) ** 2)) for t, s, c in rows))
 
     @property
     def gains(self) -> NDArray[np.float64]:

@@ -9,6 +9,7 @@ import numpy as np
 from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
 from analysis.frf import Frf
+from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.data.preparation import prepare, sharpest
 from analysis.gap.data.sweeps import GapSweeps
@@ -27,6 +28,7 @@ from analysis.gap.search.stepwise import SearchResult, stepwise_search
 from analysis.gap.search.unknown import unknown_evidence
 from analysis.gap.thresholds import Z_FLOOR
 from analysis.gap.verdict import Judgement, judge
+from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
 from analysis.twin_model import TwinModel
 from analysis.updated import Updated
@@ -52,7 +54,8 @@ def find_gap(
     updated : Updated
         Model updating of the same sweeps, from which the baseline starts.
     model : TwinModel
-        The twin with its library.
+        The twin with its library. A declared quantity that the data push beyond its tolerance is released where an
+        effect replaces it, and the search is made again.
     protocol : Protocol
         Gives the ramp rate.
     executor : Executor
@@ -77,9 +80,8 @@ def find_gap(
     report: Progress = progress or (lambda stage, share: None)
     report("baseline", 0.0)
     sweeps, noise = prepare(frf, protocol, updated, floor=floor)
-    context = SearchContext(model, sweeps, noise, executor, report)
-    baseline = context.fit(starting_state(updated, sweeps.groups), ())
-    found = stepwise_search(context, baseline)
+    context, found = _searched(HeldEffects.around(model), updated, sweeps, noise, executor, report)
+    model, baseline = context.model, found.baseline
     tried: list[HeldOut] = []
     if found.effects:
         significant = Z_FLOOR * float(np.sqrt(2.0 * baseline.dof))
@@ -91,10 +93,30 @@ def find_gap(
     notes = [*noise.notes, *(floor.notes if floor is not None else ()), judgement.reason]
     if float(np.exp(found.fit.state.laws[:, 2].min())) < sharpest(updated.material):
         notes.append("some resonances are sharper than the nodes resolve; the residual may show it")
+    declared = found.fit.declared_quantities(model.tolerance_cards)
+    notes += [f"the declaration is doubtful: {one.sentence}" for one in declared if one.beyond]
     notes += [f"{o.effect} is not observable with this data: {o.needs}" for o in found.seen if not o.observable]
     alone = () if judgement.verdict == "none" else signatures(context, found)
     report("done", 1.0)
     return _report(context, found, tried, judgement, alone, tuple(notes), clock() - begun)
+
+
+def _searched(
+    model: HeldEffects,
+    updated: Updated,
+    sweeps: GapSweeps,
+    noise: NoiseCheck,
+    executor: Executor,
+    report: Progress,
+) -> tuple[SearchContext, SearchResult]:
+    """Search, and again where an effect may replace a declared quantity that is beyond its tolerance."""
+    context = SearchContext(model, sweeps, noise, executor, report)
+    found = stepwise_search(context, context.fit(starting_state(updated, sweeps.groups), ()))
+    declared = found.fit.declared_quantities(model.tolerance_cards)
+    released = model.releasing(one.name for one in declared if one.beyond)
+    if released == model:
+        return context, found
+    return _searched(released, updated, sweeps, noise, executor, report)
 
 
 def _report(
@@ -132,6 +154,7 @@ def _report(
         noise=noise,
         notes=notes,
         seconds=seconds,
+        declared=final.declared_quantities(context.model.tolerance_cards),
     )
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from analysis.arrays import Real
+from analysis.declared_quantity import DeclaredQuantity
 from analysis.estimates import Estimate, FittedLaws
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.fitting.residual_map import ResidualMap
@@ -132,6 +133,8 @@ class GapReport:
     notes : tuple of str
         For people.
     seconds : float
+    declared : tuple of DeclaredQuantity
+        What is declared with a tolerance, as fitted at the end.
     """
 
     verdict: Verdict
@@ -154,3 +157,4 @@ class GapReport:
     noise: NoiseCheck = field(repr=False)
     notes: tuple[str, ...]
     seconds: float
+    declared: tuple[DeclaredQuantity, ...] = ()

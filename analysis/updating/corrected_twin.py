@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.declared_quantity import DeclaredQuantity
 from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
 from analysis.frf import Frf
@@ -62,12 +63,15 @@ class FittedTwin:
         Of every input's gain, V/V.
     effects : mapping of str to tuple of Estimate
         Fitted and held.
+    declared : tuple of DeclaredQuantity
+        What is declared with a tolerance.
     """
 
     state: GapState
     laws: FittedLaws
     sigma_gain: NDArray[np.float64]
     effects: Mapping[str, tuple[Estimate, ...]]
+    declared: tuple[DeclaredQuantity, ...] = ()
 
 
 def fit_twin(
@@ -111,7 +115,8 @@ def fit_twin(
     fit = fit_gap(model, sweeps, starting_state(plain, sweeps.groups), (), executor)
     gain = np.exp(fit.state.log_gain)
     laws = FittedLaws(sweeps.groups.reference, fit.state.laws, fit.stated.laws)
-    return FittedTwin(fit.state, laws, gain * fit.stated.log_gain, effects)
+    declared = fit.declared_quantities(model.tolerance_cards)
+    return FittedTwin(fit.state, laws, gain * fit.stated.log_gain, effects, declared)
 
 
 def corrected_twin(
@@ -137,14 +142,14 @@ def corrected_twin(
     """
     groups = TemperatureGroups.of(frf.temperature)
     local = LawSmoothness.of(groups.reference, mean_laws(plain.material, groups)).laws(fitted.state.laws)
-    model = model.counted(local, fitted.state.effects)
+    model = model.counted(local, fitted.state.on)
     gain = np.exp(fitted.state.log_gain)
     answers, material = [], []
     for sweep, read in enumerate(sweep_points(frf, protocol)):
         group, reading = groups.of_sweep[sweep], read.temperature
         point = fitted.state.circumstances(sweep, read)
         laws = local[group].tilted(fitted.state.tilt[group], fitted.state.bend[group], point.temperature)
-        answers.append(gain[point.source] * model.frf(laws, frf.frequency, fitted.state.effects, point))
+        answers.append(gain[point.source] * model.frf(laws, frf.frequency, fitted.state.on, point))
         material.append([laws.youngs_modulus(reading), laws.poisson_ratio(reading), laws.loss_factor(reading)])
     h = np.array(answers)
     return CorrectedTwin(
@@ -184,6 +189,7 @@ def _updated(
         chi2_per_dof=(rest / frf.variance[:, :, used]).mean((1, 2)),
         settled=model.box.inside(material),
         further=gains[1:] if len(gains) > 1 else None,
+        declared=fitted.declared,
     )
 
 

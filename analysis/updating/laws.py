@@ -24,6 +24,7 @@ def fit_laws(
     *,
     reading_sigma: float = 0.05 / np.sqrt(2.0),
     temperature_range: tuple[float, float] | None = None,
+    common: NDArray[np.float64] | None = None,
 ) -> MaterialLaws:
     """Laws through estimates at `temperature`.
 
@@ -32,13 +33,16 @@ def fit_laws(
     temperature : (T,) ndarray
         Degrees Celsius; may hold repeated values (up and down ramp).
     material, sigma : Material
-        Estimates and standard deviations, (T,) arrays.
+        Estimates and standard deviations by their own noise, (T,) arrays.
     reading_sigma : float
         Standard deviation of a sweep's temperature reading, K; on a steep law it outweighs that of the
         estimates. The default is the mean of two readings with 0.05 K each.
     temperature_range : (float, float), optional
         Validity range of the laws, degrees Celsius; that of the data by default. May exceed the data only by the
         uncertainty of the readings.
+    common : (T, 3, P) ndarray, optional
+        Errors of log E, nu and log eta that the estimates share, one standard deviation of each of P causes: they
+        widen the bands, and no smoothing takes them out.
 
     Returns
     -------
@@ -68,7 +72,11 @@ def fit_laws(
         (material.poisson_ratio, sigma.poisson_ratio, False),
         (np.log(material.loss_factor), sigma.loss_factor / material.loss_factor, False),
     ]
-    fitted = [_fit_curve(knots, temperature, y, s, reading_sigma, falling) for y, s, falling in curves]
+    shared = np.zeros((temperature.size, 3, 0)) if common is None else common
+    fitted = [
+        _fit_curve(knots, temperature, y, s, reading_sigma, falling, shared[:, law])
+        for law, (y, s, falling) in enumerate(curves)
+    ]
     return MaterialLaws(
         knots=knots,
         coefficients=np.array([c for c, _ in fitted]),
@@ -83,6 +91,7 @@ def laws_of_sweeps(
     sigma: Material,
     settled: NDArray[np.bool_],
     protocol: Protocol,
+    common: NDArray[np.float64] | None = None,
 ) -> MaterialLaws | None:
     """Laws through the settled estimates of a campaign's sweeps.
 
@@ -96,6 +105,8 @@ def laws_of_sweeps(
         Which estimates count.
     protocol : Protocol
         Gives the range of temperatures.
+    common : (T, 3, P) ndarray, optional
+        As in `fit_laws`.
 
     Returns
     -------
@@ -106,7 +117,8 @@ def laws_of_sweeps(
     if there.size < 3 or np.ptp(there) < 1.0:
         return None
     rows = [Material(**{name: row[settled] for name, row in vars(one).items()}) for one in (material, sigma)]
-    return fit_laws(there, *rows, temperature_range=reached(protocol, there))
+    shared = None if common is None else common[settled]
+    return fit_laws(there, *rows, temperature_range=reached(protocol, there), common=shared)
 
 
 def reached(protocol: Protocol, temperature: NDArray[np.float64]) -> tuple[float, float]:
@@ -124,6 +136,7 @@ def _fit_curve(
     sigma: NDArray[np.float64],
     reading_sigma: float,
     falling: bool,
+    common: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Coefficients of one law and their covariance; reading errors are included through the law's slope."""
     design = BSpline.design_matrix(temperature, knots, 3).toarray()
@@ -137,7 +150,7 @@ def _fit_curve(
     coefficients, covariance = np.zeros(size), np.eye(size)
     for _ in range(3):
         variance = sigma**2 + (np.interp(temperature, sites, slope) * reading_sigma) ** 2
-        coefficients, covariance = _smooth(design, y, variance, roughness, first if falling else None)
+        coefficients, covariance = _smooth(design, y, variance, roughness, first if falling else None, common)
         slope = BSpline(knots, coefficients, 3).derivative()(sites)
     return coefficients, covariance
 
@@ -156,6 +169,7 @@ def _smooth(
     variance: NDArray[np.float64],
     roughness: NDArray[np.float64],
     falling: NDArray[np.float64] | None,
+    common: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Penalised least squares with the penalty of maximum restricted likelihood.
 
@@ -189,4 +203,6 @@ def _smooth(
                 break
             matrix = matrix + stiff * falling[rising].T @ falling[rising]
             coefficients = np.linalg.solve(matrix, moment).astype(np.float64)
-    return coefficients, (scale * np.linalg.inv(matrix)).astype(np.float64)
+    inverse = np.linalg.inv(matrix)
+    carried = inverse @ (design.T @ (weight[:, None] * common))  # the fit is linear in the estimates
+    return coefficients, (scale * inverse + carried @ carried.T).astype(np.float64)

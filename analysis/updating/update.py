@@ -45,6 +45,7 @@ def update(
     frf: Frf,
     model: TwinModel,
     *,
+    tolerant: TwinModel | None = None,
     begin: NDArray[np.float64] | None = None,
     protocol: Protocol | None = None,
     progress: Progress | None = None,
@@ -57,6 +58,8 @@ def update(
         Measured; lines in `frf.excluded` take no part.
     model : TwinModel
         The twin, evaluated inside its box only.
+    tolerant : TwinModel, optional
+        The same twin for the joint fit, with tolerances of what is declared; `model` by default.
     begin : (3,) ndarray, optional
         E, nu and eta near those of `middle_sweep`; else the start grid finds them.
     protocol : Protocol, optional
@@ -88,9 +91,10 @@ def update(
             frf = to_first_order(frf, model, laws, np.exp(start.log_gain), protocol, pool)
             start = replace(start, tilt=np.array([law.slope for law in laws]))
         sweeps = apart(frf, material_of(alone), protocol)
-        fit = fit_gap(model, sweeps, start, (), pool)
+        joint = model if tolerant is None else tolerant
+        fit = fit_gap(joint, sweeps, start, (), pool)
     report("common gain", 1.0)
-    return _summary(frf, model.box, sweeps, fit, alone)
+    return _summary(frf, joint, sweeps, fit, alone)
 
 
 def _fitted_alone(
@@ -211,7 +215,7 @@ def _walk(
         advance()
 
 
-def _summary(frf: Frf, box: MaterialBox, sweeps: GapSweeps, fit: GapFit, fits: Sequence[SweepFit]) -> Updated:
+def _summary(frf: Frf, model: TwinModel, sweeps: GapSweeps, fit: GapFit, fits: Sequence[SweepFit]) -> Updated:
     """Collect the fitted sweeps into one value."""
     laws = fit.state.laws
     materials = np.stack([np.exp(laws[:, 0]), laws[:, 1], np.exp(laws[:, 2])], axis=1)
@@ -220,7 +224,10 @@ def _summary(frf: Frf, box: MaterialBox, sweeps: GapSweeps, fit: GapFit, fits: S
     within = np.array([sweep.chi2_within.sum() for sweep in sweeps.compressed])
     chi2_per_dof = (fit.chi2.sum(axis=1) + within) / (2 * sweeps.nodes.lines.size * len(frf.channels) - 4)
     # with one gain per input, a sweep's material has its own noise and a share of the gain's
-    sigma = fit.noise.laws * np.sqrt(np.maximum(chi2_per_dof, 1.0))[:, None]
+    own = np.maximum(fit.noise.laws**2 - (fit.noise.common**2).sum(axis=2), 0.0)
+    own *= np.maximum(chi2_per_dof, 1.0)[:, None]
+    common = _common(fit, own)
+    sigma = np.sqrt(own + (common**2).sum(axis=2))
     missed, power = sweep_powers(sweeps, fit)
     several = len(fit.state.log_gain) > 1
     means = [chi2_per_dof[frf.driven_by == one].mean() for one in range(len(fit.state.log_gain))]
@@ -237,6 +244,21 @@ def _summary(frf: Frf, box: MaterialBox, sweeps: GapSweeps, fit: GapFit, fits: S
         misfit=np.sqrt(missed / power),
         noise_floor=frf.noise_floor,
         chi2_per_dof=chi2_per_dof,
-        settled=np.array([f.settled for f in fits]) & box.inside(materials),
+        settled=np.array([f.settled for f in fits]) & model.box.inside(materials),
         further=gains[1:] if several else None,
+        declared=fit.declared_quantities(model.tolerance_cards),
+        common=common if common.size else None,
     )
+
+
+def _common(fit: GapFit, own: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return `Updated.common` of a fit whose sweeps have variances `own` (T, 3) by their noise.
+
+    The twin's own error is common to all sweeps, as those of the declaration are. Without tolerances it is left out:
+    the twin is then taken as exact.
+    """
+    declared = fit.stated.common
+    if not declared.size:
+        return declared
+    twin = np.sqrt(np.maximum(fit.stated.laws**2 - (declared**2).sum(axis=2) - own, 0.0))
+    return np.concatenate([declared, twin[:, :, None]], axis=2)

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from simulation.shell.fineness import Fineness
 
 FORMAT = "flexura-effect-operators/1"
-METHOD = 14
+METHOD = 19
 """Raised whenever the same declaration would give other operators."""
-SCALARS = ("offset_range", "cell", "thickness", "error", "plain_error", "dropped")
+SCALARS = ("offset_range", "cell", "thickness", "angle", "error", "plain_error", "dropped")
 PLAIN = (
     "capacitance",
     "coupling",
@@ -43,6 +43,11 @@ PLAIN = (
     "strain",
     "sheet",
     "strain_points",
+    "movable",
+    "patch_zone",
+    "thicker_coupling",
+    "footprint_slopes",
+    "moved_coupling",
 )
 
 
@@ -78,13 +83,61 @@ def cached_operators(
     """
     from simulation.reduction.effect_reduction import reduce_with_effects
 
-    file = cache_folder() / f"effects-{operators_key(experiment, box, fineness)}.h5"
+    def made() -> "EffectOperators":
+        return reduce_with_effects(experiment, box, basis=basis(), fineness=fineness, progress=report)[0]
+
+    return _kept("effects", experiment, box, fineness, made)
+
+
+def cached_departures(
+    experiment: Experiment,
+    box: MaterialBox,
+    report: Progress,
+    fineness: "Fineness | None" = None,
+    basis: "Callable[[], PlateBasis | None]" = lambda: None,
+) -> "EffectOperators":
+    """Operators of an experiment's plate for errors of its declaration alone; some seconds where they are made.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    box : MaterialBox
+    report : callable
+        Called with the stage's name and the share done.
+    fineness : Fineness, optional
+    basis : callable, optional
+        As in `cached_operators`.
+
+    Returns
+    -------
+    EffectOperators
+
+    Raises
+    ------
+    ResultFileError
+        Where the plate cannot be reduced, with what to change.
+    """
+    from simulation.reduction.effect_reduction import reduce_with_departures
+
+    def made() -> "EffectOperators":
+        return reduce_with_departures(experiment, box, basis=basis(), fineness=fineness, progress=report)
+
+    return _kept("departures", experiment, box, fineness, made)
+
+
+def _kept(
+    kind: str,
+    experiment: Experiment,
+    box: MaterialBox,
+    fineness: "Fineness | None",
+    made: "Callable[[], EffectOperators]",
+) -> "EffectOperators":
+    """Operators from the cache, made and kept there if they are not in it."""
+    file = cache_folder() / f"{kind}-{operators_key(experiment, box, fineness)}.h5"
     stored = load_operators(file)
     if stored is None:
         with reducing(box, experiment.protocol.band):
-            made = reduce_with_effects(experiment, box, basis=basis(), fineness=fineness, progress=report)[0]
-        save_operators(file, made)
-        del made  # half a gigabyte: what is used is read back, as by every later run
+            save_operators(file, made())  # half a gigabyte: what is used is read back, as by every later run
         stored = load_operators(file)
     if stored is None:
         raise ResultFileError(f"{file}: just written, and cannot be read back; check the disk, then start again")

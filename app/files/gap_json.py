@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from analysis.declared_quantity import DeclaredQuantity
 from analysis.estimates import Estimate, FittedLaws
 from analysis.gap.fitting.residual_map import Region
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect
@@ -58,12 +59,26 @@ def gap_record(
         "starting_effects": {name: _parameters(values) for name, values in given.items()},
         "observability": [_observability(one) for one in report.seen],
         "candidates": [_candidate(one) for one in report.candidates],
+        "declared": [declared_record(one) for one in report.declared],
         "laws": {"baseline": _laws(report.laws_before), "final": _laws(report.laws_after)},
         "noise": {
             "variance_over_stated": dict(zip(report.before.channels, report.noise.ratio.tolist(), strict=True))
         },
         "notes": list(report.notes),
         "provenance": dict(made_from),
+    }
+
+
+def declared_record(one: DeclaredQuantity) -> dict[str, Any]:
+    """Return a declared quantity as JSON holds it: true less declared, in its unit, or a share of the declared."""
+    return {
+        "name": one.name,
+        "parameter": one.parameter,
+        "unit": one.unit,
+        "tolerance": one.tolerance,
+        "value": one.value,
+        "sigma": one.sigma,
+        "beyond_tolerance": one.beyond,
     }
 
 

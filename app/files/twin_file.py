@@ -22,6 +22,7 @@ from analysis.experiment import (
     Protocol,
     Temperature,
 )
+from analysis.tolerances import Tolerances
 from analysis.transducers import Drive, Sensor
 from app.files.atomic import write_text
 from app.files.campaign_error import CampaignFileError, Problem
@@ -31,7 +32,8 @@ from app.files.toml_text import toml_text
 FORMAT = "flexura-twin/1"
 COMMENT = """\
 A twin of Flexura. SI units; temperatures in degrees Celsius; sigma is one standard deviation.
-laws: what the plate is made of at its own temperature. effect: what the plain twin lacked."""
+laws: what the plate is made of at its own temperature. effect: what the plain twin lacked.
+departure: true less declared value of what is declared with a tolerance; laws and effects hold together with it."""
 
 Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 Name = Annotated[str, Field(pattern="^[A-Za-z][A-Za-z0-9_]{0,63}$")]
@@ -52,6 +54,17 @@ class TwinEffect(Declared):
 
     name: Name
     parameter: Annotated[dict[str, Estimated], Field(min_length=1, max_length=32)]
+
+
+class TwinDeparture(Declared):
+    """What a fit found about one declared quantity: true less declared, or as a share of the declared."""
+
+    quantity: Annotated[str, Field(min_length=1, max_length=80)]
+    parameter: Name
+    value: float
+    sigma: Sigma
+    tolerance: Annotated[float, Field(gt=0.0)]
+    unit: Annotated[str, Field(max_length=32)]
 
 
 class TwinLaws(Declared):
@@ -112,10 +125,12 @@ class TwinFile(Sparse):
     acquisition: Acquisition
     protocol: Protocol
     oven: OvenDeclaration
+    tolerances: Tolerances = Tolerances()
     gain: Annotated[Estimated, Field(description="of the amplifier")]
     further_gain: Annotated[tuple[Estimated, ...], Field(max_length=200, description="of other actuators")] = ()
     laws: TwinLaws
     effect: Annotated[tuple[TwinEffect, ...], Field(max_length=64)] = ()
+    departure: Annotated[tuple[TwinDeparture, ...], Field(max_length=1000)] = ()
     basis: Basis
     origin: TwinOrigin
 
@@ -142,6 +157,7 @@ class TwinFile(Sparse):
             acquisition=self.acquisition,
             protocol=self.protocol,
             oven=self.oven,
+            tolerances=self.tolerances,
         )
 
     @property

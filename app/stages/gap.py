@@ -136,7 +136,9 @@ def compute(
         if found.verdict == "unknown":
             fitted = fit_twin(steady, plain.updated, model, protocol, executor, given, floor=floor)
         else:
-            fitted = FittedTwin(found.state, found.laws_after, found.sigma_gain, {**given, **claimed})
+            fitted = FittedTwin(
+                found.state, found.laws_after, found.sigma_gain, {**given, **claimed}, found.declared
+            )
     return GapComparison(
         frf, plain, twin, given, found, corrected_twin(frf, plain.updated, model, protocol, fitted)
     )

@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 
 import analysis
 from analysis.campaign import Campaign
+from analysis.declared_quantity import DeclaredQuantity
 from analysis.gap.report import Verdict
 from analysis.plate_material import material_box
 from analysis.updating.corrected_twin import CorrectedTwin, material_of
 from app.files.effect_cache import operators_key
-from app.files.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin
+from app.files.twin_file import Basis, Estimated, TwinDeparture, TwinEffect, TwinFile, TwinLaws, TwinOrigin
 
 
 def issued_twin(
@@ -54,6 +55,7 @@ def issued_twin(
         acquisition=experiment.acquisition,
         protocol=experiment.protocol,
         oven=experiment.oven,
+        tolerances=experiment.tolerances,
         gain=gain,
         further_gain=tuple(further_gain),
         laws=_laws(corrected),
@@ -61,6 +63,7 @@ def issued_twin(
             TwinEffect(name=name, parameter={p.name: _estimated(p.value, p.sigma, p.unit) for p in values})
             for name, values in corrected.effects.items()
         ),
+        departure=tuple(map(_departure, found.declared)),
         basis=Basis(
             operators=operators_key(experiment, material_box(experiment.plate.material)),
             error=_rounded(basis_error, 4),
@@ -72,6 +75,17 @@ def issued_twin(
             verdict=verdict,
             based_on=based_on,
         ),
+    )
+
+
+def _departure(one: DeclaredQuantity) -> TwinDeparture:
+    return TwinDeparture(
+        quantity=one.name,
+        parameter=one.parameter,
+        value=_rounded(one.value),
+        sigma=_rounded(one.sigma, 4),
+        tolerance=_rounded(one.tolerance),
+        unit=one.unit,
     )
 
 

@@ -31,8 +31,8 @@ from app.stages.drift_notes import drift_notes
 from app.terminal.notebook import as_html, as_text
 from app.terminal.update import headline, notes, table_of
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
-from app.twins.campaign_twin import campaign_twin, twin_is_built
-from simulation.twin.declared_plate import DeclaredPlate
+from app.twins.campaign_twin import campaign_twin, tolerant_twin, twin_is_built
+from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
 
@@ -154,11 +154,14 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating
     """
     frf, twin, updated = _fitted(campaign, mains, report)
     protocol = campaign.experiment.protocol
-    laws = laws_of_sweeps(updated.temperature, updated.material, updated.sigma, updated.settled, protocol)
+    laws = laws_of_sweeps(
+        updated.temperature, updated.material, updated.own_sigma, updated.settled, protocol, updated.common
+    )
     local = sweep_laws(updated.temperature, updated.material, laws)
+    found = updated.departures
 
     def answer(law: LocalLaws, point: SweepPoint) -> NDArray[np.complex128]:
-        return np.asarray(updated.gains[point.source] * twin.frf(law, frf.frequency, point=point))
+        return np.asarray(updated.gains[point.source] * twin.frf(law, frf.frequency, found, point))
 
     with ThreadPoolExecutor(WORKERS) as executor:
         answers = list(executor.map(answer, local, sweep_points(frf, protocol)))
@@ -168,7 +171,7 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating
     return Updating(frf, updated, laws, seen)
 
 
-def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Twin[DeclaredPlate], Updated]:
+def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Twin[EffectPlate], Updated]:
     """Measured FRFs with inverted channels corrected, the twin, and its material in every sweep."""
     protocol = campaign.experiment.protocol
     with judging(campaign):
@@ -179,22 +182,23 @@ def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Tw
 
             frf = replace(frf, notes=(*frf.notes, *check_declaration(campaign.experiment, frf, report)))
         twin = campaign_twin(campaign.experiment, report)
+        tolerant = tolerant_twin(campaign.experiment, report)
         frf, begin = polarity_corrected(frf, twin, report)
-        updated = update(frf, twin, begin=begin, protocol=protocol, progress=report)
+        updated = update(frf, twin, tolerant=tolerant, begin=begin, protocol=protocol, progress=report)
         outliers = outlier_sweeps(frf, updated)
         if outliers:
             frf = frf.without(
                 outliers,
                 "no material explains it although it explains the neighbours: overload, a knock, or a wrong file",
             )
-            updated = update(frf, twin, protocol=protocol, progress=report)
+            updated = update(frf, twin, tolerant=tolerant, protocol=protocol, progress=report)
         lines = frf.frequency
         notes = unresolved(
             (float(lines[0]), float(lines[-1])),
             float(lines[1] - lines[0]),
             float(np.median(updated.material.loss_factor)),
         )
-        return replace(frf, notes=(*frf.notes, *notes)), twin, updated
+        return replace(frf, notes=(*frf.notes, *notes)), tolerant, updated
 
 
 def _updated_under_effects(

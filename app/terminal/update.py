@@ -4,9 +4,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from analysis.channel import Channel
+from analysis.declared_quantity import budget
 from analysis.material import MaterialLaws
 from analysis.updated import GOOD_MISFIT, Updated
+from app.files.gap_json import declared_record
 from app.terminal.with_sigma import with_sigma
 
 if TYPE_CHECKING:
@@ -68,6 +72,8 @@ def record(updated: Updated, seconds: float, inputs: Sequence[Channel], source: 
         "gain": updated.gain,
         "sigma_gain": updated.sigma_gain,
         **({"gains": by_name} if several else {}),
+        "declared": [declared_record(one) for one in updated.declared],
+        "budget": budgets(updated),
         "seconds": seconds,
     }
 
@@ -76,7 +82,10 @@ def show(updated: Updated) -> None:
     """Print the estimates as a table for people."""
     from rich.console import Console
 
-    Console().print(table_of(updated))
+    console = Console()
+    console.print(table_of(updated))
+    for line in budget_lines(updated):
+        console.print(line, highlight=False, soft_wrap=True)
 
 
 def table_of(updated: Updated) -> "Table":
@@ -84,7 +93,7 @@ def table_of(updated: Updated) -> "Table":
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
-    caption = "σ: what a sweep's own noise leaves open; scatter between sweeps is in the laws' σ (report, laws.h5)"
+    caption = "σ: noise of the sweep, tolerances of the declaration, and the twin's own error"
     table = Table(
         title="Updated twin", caption=caption, header_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0)
     )
@@ -104,6 +113,42 @@ def table_of(updated: Updated) -> "Table":
             f"{100 * updated.noise_floor[t]:.2f} %",
         )
     return table
+
+
+def budgets(updated: Updated) -> dict[str, dict[str, float]]:
+    """Return what makes up one standard deviation of E, nu and eta at the middle temperature, as shares of them.
+
+    Of nu absolute; each with its `total`; empty without tolerances.
+    """
+    if updated.common is None:
+        return {}
+    middle = int(np.argsort(updated.temperature)[len(updated.temperature) // 2])
+    found, own, total = {}, updated.own_sigma, updated.sigma
+    for law, name in enumerate(("youngs_modulus", "poisson_ratio", "loss_factor")):
+        scale = 1.0 if name == "poisson_ratio" else float(getattr(updated.material, name)[middle])
+        rows = budget(updated.declared, updated.common[middle, law], float(getattr(own, name)[middle]) / scale)
+        found[name] = {"total": float(getattr(total, name)[middle]) / scale, **dict(rows)}
+    return found
+
+
+def budget_lines(updated: Updated) -> list[str]:
+    """Say for E, nu and eta what one standard deviation is made of, the largest contributions first."""
+    words = {
+        "youngs_modulus": ("σ_E", 100.0, " %"),
+        "poisson_ratio": ("σ_ν", 1.0, ""),
+        "loss_factor": ("σ_η", 100.0, " %"),
+    }
+    lines = []
+    for name, parts in budgets(updated).items():
+        symbol, factor, unit = words[name]
+        largest = [(kind, share) for kind, share in parts.items() if kind != "total"][:LISTED]
+        said = ", ".join(f"{kind} {factor * share:.2g}" for kind, share in largest)
+        lines.append(f"{symbol} {factor * parts['total']:.2g}{unit}: {said}")
+    return lines
+
+
+LISTED = 4
+"""Contributions named in one line of a budget: what comes after them is too small to be seen in the sum."""
 
 
 def headline(updated: Updated) -> str:
@@ -157,6 +202,7 @@ def notes(updated: Updated, laws: MaterialLaws | None) -> list[str]:
             "the twin lacks an effect that the plate has: E, nu and eta above absorb part of it. "
             "To find it: flexura gap"
         )
+    said += [f"the declaration is doubtful: {one.sentence}" for one in updated.declared if one.beyond]
     if laws is None:
         said.append("no laws over temperature: at least 3 temperatures with settled estimates are needed")
     return said

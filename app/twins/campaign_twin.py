@@ -11,11 +11,12 @@ from analysis.experiment import Experiment, Plate
 from analysis.plate_material import material_box
 from analysis.progress import Progress
 from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
-from app.files.effect_cache import cached_operators
+from app.files.effect_cache import cached_departures, cached_operators
 from simulation.effects.effect import Effect
 from simulation.effects.library import library
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.footprints import attached_disc
+from simulation.tolerances import tolerances
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
@@ -62,7 +63,14 @@ def effect_twin(experiment: Experiment, report: Progress, folder: Path | None = 
     operators = cached_operators(experiment, box, report, basis=lambda: plate_basis(experiment, report))
     if not operators.offset_range:
         known = {name: effect for name, effect in known.items() if name != "sensor_offset"}
-    return Twin.of(experiment, EffectPlate(operators), known)
+    return Twin.of(experiment, EffectPlate(operators), known, tolerances(experiment, operators.movable))
+
+
+def tolerant_twin(experiment: Experiment, report: Progress) -> Twin[EffectPlate]:
+    """Twin of a campaign's plate without effects, whose declared quantities have tolerances."""
+    box = material_box(experiment.plate.material)
+    operators = cached_departures(experiment, box, report, basis=lambda: plate_basis(experiment, report))
+    return Twin.of(experiment, EffectPlate(operators), tolerances=tolerances(experiment, operators.movable))
 
 
 def plate_basis(experiment: Experiment, report: Progress) -> "PlateBasis | None":

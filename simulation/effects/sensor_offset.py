@@ -24,6 +24,7 @@ def card(experiment: Experiment) -> EffectCard:
         ),
         needs="the first sensor, over many modes; better beside other sensors, which it leaves alone",
         separated_by="measure the patch's edges from the plate's with a calliper",
+        replaces=f"patch_place {experiment.sensors[0].id}" if experiment.sensors else "",
     )
 
 

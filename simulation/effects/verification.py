@@ -64,8 +64,8 @@ def numbers(state: PlateState) -> dict[str, NDArray[Any]]:
         "discs": [(disc.x, disc.y, disc.radius, disc.loss) for disc in discs],
         "laws": [state.laws.value, state.laws.slope, state.laws.curvature, np.full(3, state.laws.reference)],
     }
-    others = {name: value for name, value in vars(state).items() if name not in flat}
-    return {name: np.ravel(value) for name, value in {**others, **flat}.items()}
+    others = {name: value for name, value in vars(state).items() if name not in (*flat, "departures")}
+    return {name: np.ravel(value) for name, value in {**others, **flat, **vars(state.departures)}.items()}
 
 
 def interior_point(card: EffectCard, site: Mapping[str, float]) -> dict[str, float]:

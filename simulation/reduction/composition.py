@@ -1,12 +1,14 @@
 """Reduced matrices of a plate in one state, summed from the operators."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
 from analysis.arrays import Numbers, Real
 from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE, EffectOperators, monomials
+from simulation.state.departures import Departures
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import PlateState
 
@@ -28,6 +30,12 @@ class Coefficients:
     patch : (1 + 2 terms,) ndarray
     coupling : (1 + terms,) ndarray
     offset : (monomials,) ndarray
+    patch_each, patch_thicker, patch_mass : (P,) ndarray
+        Of each patch, to be added to all of them.
+    columns : (P,) ndarray
+        Factor on the coupling of each patch.
+    moves : (P, 3) ndarray
+        Of each patch along x, along y, and of its sides, m: `composed` leaves them out.
     """
 
     bending: Numbers
@@ -41,10 +49,15 @@ class Coefficients:
     patch: Numbers
     coupling: Numbers
     offset: Numbers
+    patch_each: Numbers
+    patch_thicker: Numbers
+    patch_mass: Numbers
+    columns: Numbers
+    moves: Numbers
 
     @classmethod
-    def of(cls, state: PlateState, offset_range: float) -> Self:
-        """Project the fields of `state`, given at the points of `field_basis`."""
+    def of(cls, state: PlateState, ops: EffectOperators) -> Self:
+        """Project the fields of `state`, given at the points of `field_basis`, and its departures."""
         fine, coarse = field_basis(BENDING_DEGREE), field_basis(MEMBRANE_DEGREE)
         nu = state.laws.poisson_ratio(state.temperature)
         c1 = state.laws.youngs_modulus(state.temperature) / (1.0 - nu**2)
@@ -56,21 +69,46 @@ class Coefficients:
             c1 * nu * np.sqrt(state.modulus_x * state.modulus_y),
             shear * state.in_plane_shear,
         ]
-        h, tau = state.thickness, state.thickness - 1.0
-        one = np.ones(1)
+        away = state.departures
+        h = state.thickness * away.thickness
+        tau, area = h - 1.0, away.stretch_x * away.stretch_y
+        # the plate was weighed: what it has more in volume, it has less in density
+        density = away.mass / (away.thickness * area)
+        moduli = [m * stretched for m, stretched in zip(moduli, _stretched(away, ops.angle), strict=True)]
+        one, patches = np.ones(1), np.ones(ops.coupling.shape[-1])
+        terms, few = ops.bending.shape[1], ops.membrane.shape[1]
+        thicker = patches * (away.patch_thickness - 1.0)
+        reach = ops.offset_range or 1.0
         return cls(
-            bending=np.array([fine.coefficients(m * h**3) for m in moduli]),
-            bending_loss=np.array([fine.coefficients(m * loss * h**3) for m in moduli]),
-            membrane=np.array([coarse.coefficients(m * h) for m in moduli]),
-            membrane_loss=np.array([coarse.coefficients(m * loss * h) for m in moduli]),
-            shear=coarse.coefficients(shear * h),
-            shear_loss=coarse.coefficients(shear * loss * h),
-            mass=coarse.coefficients(h),
-            rotary=coarse.coefficients(h**3),
-            patch=state.bond * np.concatenate([one, fine.coefficients(tau), fine.coefficients(tau**2)]),
-            coupling=state.bond * np.concatenate([one, fine.coefficients(tau)]),
-            offset=monomials(state.offset_x / offset_range, state.offset_y / offset_range),
+            bending=np.array([fine.coefficients(m * h**3)[:terms] for m in moduli]),
+            bending_loss=np.array([fine.coefficients(m * loss * h**3)[:terms] for m in moduli]),
+            membrane=np.array([coarse.coefficients(m * h)[:few] for m in moduli]),
+            membrane_loss=np.array([coarse.coefficients(m * loss * h)[:few] for m in moduli]),
+            shear=coarse.coefficients(shear * h)[:few],
+            shear_loss=coarse.coefficients(shear * loss * h)[:few],
+            mass=coarse.coefficients(density * area * h)[:few],
+            rotary=coarse.coefficients(density * h**3)[:few],
+            patch=state.bond
+            * np.concatenate([one, fine.coefficients(tau)[:terms], fine.coefficients(tau**2)[:terms]]),
+            coupling=state.bond * np.concatenate([one, fine.coefficients(tau)[:terms]]),
+            offset=monomials(state.offset_x / reach, state.offset_y / reach),
+            patch_each=patches * (1.0 / area - 1.0),
+            patch_thicker=thicker,
+            patch_mass=thicker + patches * (area - 1.0),
+            columns=patches * away.strain_constant,
+            moves=np.array([patches * one for one in (away.shift_x, away.shift_y, away.wider)]).T,
         )
+
+
+def _stretched(away: Departures, angle: float) -> Sequence[Any]:
+    """Factors on the energies of Q11, Q22, Q12 and Q66 of a plate with other lengths.
+
+    In axes turned against the plate's the energies mix; there the mean of both stretches is taken.
+    """
+    x, y = away.stretch_x, away.stretch_y
+    if angle:
+        return [1.0 / (x * y)] * 4
+    return [y / x**3, x / y**3, 1.0 / (x * y), 1.0 / (x * y)]
 
 
 @dataclass(frozen=True)
@@ -106,6 +144,9 @@ def composed(ops: EffectOperators, c: Coefficients) -> Composite:
     whole = _plain(ops, c)
     fixed = ops.patch_own + whole.fixed
     mass = ops.patch_mass + whole.mass
+    if c.patch_each.any() or c.patch_thicker.any():
+        others = of_patches(ops, ops.patch_zone, c, c)
+        fixed, mass = fixed + others.fixed, mass + others.mass
     if not c.offset.any():
         return replace(whole, fixed=fixed, mass=mass)
     moved = OffsetPart.of(ops, c, c.offset).on(ops.zone)
@@ -123,13 +164,63 @@ def _plain(ops: EffectOperators, c: Coefficients) -> Composite:
         + _summed(c.shear_loss, ops.shear),
         fixed=_summed(c.patch, ops.patch_membrane),
         mass=_summed(c.mass, ops.mass) + _summed(c.rotary, ops.rotary),
-        coupling=np.tensordot(c.coupling, ops.coupling, 1),
+        coupling=coupling_of(ops, c) * c.columns,
     )
+
+
+def coupling_of(ops: EffectOperators, c: Coefficients) -> Numbers:
+    """Coupling of all patches, (r, P), before the factor of each."""
+    found = np.tensordot(c.coupling, ops.coupling, 1)
+    for k in np.flatnonzero(c.patch_thicker):
+        found[:, k] += c.patch_thicker[k] * (ops.patch_zone[k].T @ ops.thicker_coupling[k])
+    return found
+
+
+def of_patches(ops: EffectOperators, zones: Real, c: Coefficients, change: Coefficients) -> Composite:
+    """What patches that are not as declared change, or its derivative; of the coupling what their moves change.
+
+    Parameters
+    ----------
+    ops : EffectOperators
+    zones : (P, q, m) ndarray
+        Motions around each patch, of the m coordinates wanted.
+    c : Coefficients
+        Of the state: its moduli act in the middle of the plate.
+    change : Coefficients
+        The same, whose moves do not count, or its derivative.
+
+    Returns
+    -------
+    Composite
+    """
+    m, derived = zones.shape[2], change is not c
+    plate, plate_loss, fixed, mass = (np.zeros((m, m)) for _ in range(4))
+    coupling = np.zeros((m, len(zones)))
+    for k, zone in enumerate(zones):
+        each, thicker, heavier = change.patch_each[k], change.patch_thicker[k], change.patch_mass[k]
+        moves = change.moves[k] if derived else np.zeros(3)
+        if not (each or thicker or heavier or moves.any()):
+            continue
+        own = each * ops.patch_each[k] + thicker * ops.patch_thicker[k]
+        fixed += zone.T @ (own + np.tensordot(moves, ops.moved_fixed[k], 1)) @ zone
+        inertia = heavier * ops.patch_mass_each[k] + np.tensordot(moves, ops.moved_mass[k], 1)
+        mass += zone.T @ inertia @ zone
+        if moves.any():
+            in_plane, shear = (
+                np.tensordot(moves, ops.moved_plane[k], 1),
+                np.tensordot(moves, ops.moved_shear[k], 1),
+            )
+            plate += zone.T @ (np.tensordot(c.bending[:, 0], in_plane, 1) + c.shear[0] * shear) @ zone
+            plate_loss += (
+                zone.T @ (np.tensordot(c.bending_loss[:, 0], in_plane, 1) + c.shear_loss[0] * shear) @ zone
+            )
+            coupling[:, k] = c.columns[k] * (zone.T @ (moves @ ops.moved_coupling[k]))
+    return Composite(plate, plate_loss, fixed, mass, coupling)
 
 
 @dataclass(frozen=True)
 class OffsetPart:
-    """Changes of a plate's matrices by the sensor's offset, over the motions around the sensor or coordinates.
+    """Changes of a plate's matrices where a patch is moved, over the motions around it or coordinates.
 
     Attributes
     ----------

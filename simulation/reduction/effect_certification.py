@@ -120,7 +120,7 @@ def solved(ops: EffectOperators, state: PlateState, frequency: Real, count: int)
     """
     ones, zeros = np.ones(frequency.size), np.zeros(frequency.size)
     state = state.with_(storage=ones, loss=ones, area_mass=zeros, area_resistance=zeros)
-    whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
+    whole = composed(ops, Coefficients.of(state, ops))
     if count:
         whole = replace(whole, coupling=np.hstack([whole.coupling, ops.forces[:, :count]]))
     return LocalSolution.of(ops, whole, state, frequency)

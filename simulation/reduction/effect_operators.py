@@ -98,6 +98,25 @@ class EffectOperators:
         against the full model as declared and with all effects at half of their certified ranges at once.
     footprints : (S, r) ndarray
         Mean deflection over the footprints of transducers, in the order of `Experiment.footprints`.
+    movable : (P,) ndarray
+        1 for patches with room around them, else 0.
+    patch_zone : (P, q, r) ndarray
+        Coordinates -> the motions that the cells under and around each patch can make; with all entries below for
+        `Departures`.
+    patch_each, patch_mass_each, patch_thicker : (P, q, q) ndarray
+        Stiffness, N/m, and mass of each patch as declared, and derivative of the first by its relative thickness.
+    thicker_coupling : (P, q) ndarray
+        Likewise, of its coupling.
+    moved_plane : (P, 3, 4, q, q) ndarray
+        Derivative of the in-plane energies of Q11, Q22, Q12 and Q66, for a modulus of 1 Pa and the nominal thickness,
+        by a patch's shift along x, along y, and by its sides, 1/m; ``moved_shear``, ``moved_mass`` with the patch's
+        own mass, and ``moved_fixed``, its stiffness, (P, 3, q, q) likewise.
+    moved_coupling : (P, 3, q) ndarray
+        Likewise, of its own coupling.
+    footprint_slopes : (2, S, r) ndarray
+        Derivatives of `footprints` by shifts along x and y, 1/m.
+    angle : float
+        Of the sheet's x axis against the plate's, rad.
     plain_error : float
         Of the plain reduction, see `ReducedModel.error`.
     dropped : float
@@ -134,6 +153,19 @@ class EffectOperators:
     offset_range: float
     error: float
     footprints: Real = field(default_factory=lambda: np.zeros((0, 0)))
+    movable: Real = field(default_factory=lambda: np.zeros(0))
+    patch_zone: Real = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    patch_each: Real = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    patch_mass_each: Real = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    patch_thicker: Real = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    thicker_coupling: Real = field(default_factory=lambda: np.zeros((0, 0)))
+    moved_plane: Real = field(default_factory=lambda: np.zeros((0, 3, 4, 0, 0)))
+    moved_shear: Real = field(default_factory=lambda: np.zeros((0, 3, 0, 0)))
+    moved_mass: Real = field(default_factory=lambda: np.zeros((0, 3, 0, 0)))
+    moved_fixed: Real = field(default_factory=lambda: np.zeros((0, 3, 0, 0)))
+    moved_coupling: Real = field(default_factory=lambda: np.zeros((0, 3, 0)))
+    footprint_slopes: Real = field(default_factory=lambda: np.zeros((2, 0, 0)))
+    angle: float = 0.0
     plain_error: float = 0.0
     dropped: float = 0.0
 

@@ -35,7 +35,9 @@ def weight_table(p: Projector, degrees: Collection[tuple[int, int]]) -> Real:
     return np.array([polynomial(pair, xi, zeta) for pair in degrees])
 
 
-def plate_energies(p: Projector, executor: Executor, step: Step) -> dict[str, Real]:
+def plate_energies(
+    p: Projector, executor: Executor, step: Step, degrees: tuple[int, int] = (BENDING_DEGREE, MEMBRANE_DEGREE)
+) -> dict[str, Real]:
     """Project the energies of the plate, weighted by smooth fields.
 
     Parameters
@@ -45,14 +47,16 @@ def plate_energies(p: Projector, executor: Executor, step: Step) -> dict[str, Re
         Works on several energies at a time.
     step : callable
         Called after every chunk of cells.
+    degrees : (int, int)
+        Largest total degrees of the fields that multiply bending energy, and all others.
 
     Returns
     -------
     dict of str to ndarray
         Stacks ``bending``, ``membrane``, ``shear``, ``mass``, ``rotary`` and ``normal`` of `EffectOperators`.
     """
-    fine, coarse = (len(polynomials(degree)) for degree in (BENDING_DEGREE, MEMBRANE_DEGREE))
-    table = weight_table(p, polynomials(BENDING_DEGREE))
+    fine, coarse = (len(polynomials(degree)) for degree in degrees)
+    table = weight_table(p, polynomials(degrees[0]))
     counts = {"bending": fine, "membrane": coarse, "shear": coarse, "mass": coarse, "normal": 1}
     found = weighed_energies(p, p.full.shell.space, table, counts, executor=executor, step=step)
     return {**found, "normal": found["normal"][0]}
@@ -211,10 +215,17 @@ def strains(p: Projector) -> dict[str, Any]:
         # energies are proportional to h and h**3: strains in zones are scaled to the plate's own thickness
         share, here = zone.thickness / plate.thickness, loop.contains(points)
         strain[:, here] *= np.array([share**0.5] * 3 + [share**1.5] * 3 + [share**0.5] * 2)[:, None, None]
+    cell = float(np.prod((high - low) / counts))
+    return {**unspotted(p), "strain": strain, "strain_points": points, "cell": cell}
+
+
+def unspotted(p: Projector) -> dict[str, Any]:
+    """Return the same entries without a point at which strains are stored: spots are not possible."""
+    sheet = p.full.shell.sheet
     return {
-        "strain": strain,
-        "sheet": np.array([1.0 - shell.sheet.delta_e, 1.0 + shell.sheet.delta_e, 1.0 + shell.sheet.delta_g]),
-        "strain_points": points,
-        "cell": float(np.prod((high - low) / counts)),
-        "thickness": plate.thickness,
+        "strain": np.zeros((8, 0, p.vectors.shape[1])),
+        "sheet": np.array([1.0 - sheet.delta_e, 1.0 + sheet.delta_e, 1.0 + sheet.delta_g]),
+        "strain_points": np.zeros((0, 2)),
+        "cell": 1.0,
+        "thickness": p.full.shell.plate.thickness,
     }

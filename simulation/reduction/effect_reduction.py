@@ -19,8 +19,8 @@ from analysis.material import MaterialBox
 from analysis.progress import Progress
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.effect_certification import measured_error
-from simulation.reduction.effect_operators import EffectOperators
-from simulation.reduction.effect_projection import plate_energies, strains
+from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE, EffectOperators
+from simulation.reduction.effect_projection import plate_energies, strains, unspotted
 from simulation.reduction.energy_decomposition import energy_shift, middle
 from simulation.reduction.missing_responses import extended_basis, missing_directions
 from simulation.reduction.patch_projection import patch_energies
@@ -31,11 +31,13 @@ from simulation.shell.fineness import Fineness, relative_loss
 from simulation.shell.footprints import attached_disc
 from simulation.shell.shell_model import ShellModel
 from simulation.state.extreme_states import SLIP, SOFT, STIFF, extreme_states, laws_within, offset_states
+from simulation.state.patch_departures import footprint_slopes, patch_departures
 from simulation.state.plate_state import PlateState
-from simulation.state.sensor_offset import OFFSET_RANGE, can_move, offset_energies
+from simulation.state.sensor_offset import OFFSET_RANGE, can_move, offset_energies, unmoved
 from simulation.state.state_matrices import FullPlate
 
 STAGE = "reducing the plate with its effects"
+TOLERANCES = "tolerances of the declaration"
 WORKERS = 2
 """Number of states solved, and of energies projected, at a time."""
 LEAST, TAIL = 5e-4, 2e-3
@@ -102,7 +104,7 @@ def reduce_with_effects(
         done[0] += 0.25 * CHUNK / model.space.mesh.cells
 
     places = np.array([disc.point for disc in attached]).reshape(-1, 2)
-    ops = project(full, vectors, model, places, probe, box, band, step)
+    ops = project(full, vectors, model, places, probe, box, band, step, footprints=experiment.footprints)
     report(STAGE, 0.9)
     error = measured_error(full, ops, acting[: len(attached) + FEW])
     ops = replace(ops, error=error, plain_error=basis.error, dropped=basis.dropped)
@@ -194,6 +196,62 @@ def training_states(full: FullPlate, box: MaterialBox) -> list[PlateState]:
     return [*extreme_states(*full.sampling, soft.laws, reach), *offset_states(soft, -reach), loose]
 
 
+def reduce_with_departures(
+    experiment: Experiment,
+    box: MaterialBox,
+    *,
+    basis: PlateBasis | None = None,
+    fineness: Fineness | None = None,
+    progress: Progress | None = None,
+) -> EffectOperators:
+    """Reduce an experiment's plate for errors of its declaration alone, with the vectors of the plain reduction.
+
+    Derivatives of a response by small changes need the response only, which these vectors represent: the first
+    order of every departure is as accurate as they are.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    box : MaterialBox
+    basis : PlateBasis, optional
+        As in `reduce_with_effects`.
+    fineness : Fineness, optional
+    progress : callable, optional
+        Called with the stage's name and the share done.
+
+    Returns
+    -------
+    EffectOperators
+        Of uniform fields, without offsets of the sensor beyond tolerances and without damaged spots.
+
+    Raises
+    ------
+    GeometryError, ValueError, RuntimeError
+        As `reduce_with_effects`.
+    """
+    report = progress or (lambda stage, share: None)
+    attached = [attached_disc(experiment.plate, a) for a in experiment.attachments]
+    model, basis = _plain(experiment, box, attached, basis, fineness, None, progress)
+    report(TOLERANCES, 0.2)
+    full = FullPlate.of(model)
+    probe = model.footprint_rows([*attached, *experiment.footprints])
+    places = np.array([disc.point for disc in attached]).reshape(-1, 2)
+    ops = project(
+        full,
+        basis.vectors,
+        model,
+        places,
+        probe,
+        box,
+        experiment.protocol.band,
+        lambda: None,
+        footprints=experiment.footprints,
+        uniform=True,
+    )
+    report(TOLERANCES, 1.0)
+    return replace(ops, error=basis.error, plain_error=basis.error, dropped=basis.dropped)
+
+
 def project(
     full: FullPlate,
     vectors: Real,
@@ -203,6 +261,9 @@ def project(
     box: MaterialBox,
     band: tuple[float, float],
     step: Callable[[], None],
+    *,
+    footprints: Sequence[Footprint] = (),
+    uniform: bool = False,
 ) -> EffectOperators:
     """Operators on given vectors; their error is not measured yet.
 
@@ -222,6 +283,10 @@ def project(
         Hz.
     step : callable
         Called after every chunk of cells.
+    footprints : sequence of Footprint
+        The S of transducers.
+    uniform : bool
+        Whether all fields are uniform, without damaged spots and without offsets of the sensor beyond tolerances.
 
     Returns
     -------
@@ -229,15 +294,19 @@ def project(
         With an infinite error, because it is not measured.
     """
     p = Projector(full, vectors)
+    bending, other = (0, 0) if uniform else (BENDING_DEGREE, MEMBRANE_DEGREE)
     with ThreadPoolExecutor(WORKERS) as executor:
         stacks: dict[str, Any] = {
-            **plate_energies(p, executor, step),
-            **patch_energies(p, executor),
-            **offset_energies(p, executor),
-            **strains(p),
+            **plate_energies(p, executor, step, (bending, other)),
+            **patch_energies(p, executor, bending),
+            **patch_departures(p, executor),
+            **(unmoved(vectors.shape[1]) if uniform else offset_energies(p, executor)),
+            **(unspotted(p) if uniform else strains(p)),
         }
     return EffectOperators(
         **stacks,
+        footprint_slopes=footprint_slopes(full, footprints, vectors),
+        angle=full.shell.sheet.angle,
         damping=vectors.T @ (full.damping @ vectors),
         capacitance=model.capacitance,
         points=places,

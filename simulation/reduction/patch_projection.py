@@ -13,10 +13,10 @@ from simulation.shell.shear_factor import SHEAR_FACTOR
 from simulation.state.field_basis import polynomials
 
 
-def patch_energies(p: Projector, executor: Executor) -> dict[str, Real]:
+def patch_energies(p: Projector, executor: Executor, degree: int = BENDING_DEGREE) -> dict[str, Real]:
     """Stacks ``patch_own``, ``patch_membrane``, ``patch_mass`` and ``coupling`` of `EffectOperators`."""
     table, nominal = (
-        weight_table(p, polynomials(BENDING_DEGREE)),
+        weight_table(p, polynomials(degree)),
         p.full.shell.space.spread(p.full.shell.thickness),
     )
 
@@ -37,11 +37,20 @@ def patch_energies(p: Projector, executor: Executor) -> dict[str, Real]:
     }
 
 
-def _one_patch(p: Projector, place: int, table: Real, nominal: Real) -> tuple[Real, Real, Real, Real]:
+def declared_patch(p: Projector, place: int, thicker: float = 1.0) -> tuple[Real, Real, Real]:
+    """Stiffness (r, r), mass (r, r) and coupling (r,) of one patch, thicker by a factor, on the plate as declared."""
+    nominal = p.full.shell.space.spread(p.full.shell.thickness)
+    own, membrane, mass, coupling = _one_patch(p, place, np.zeros((0, nominal.size)), nominal, thicker)
+    return own + membrane[0], mass, coupling[0]
+
+
+def _one_patch(
+    p: Projector, place: int, table: Real, nominal: Real, thicker: float = 1.0
+) -> tuple[Real, Real, Real, Real]:
     """Return one patch's terms of `patch_energies`: own, membrane, mass, and its column of the coupling."""
     r, terms, shell = p.vectors.shape[1], len(table), p.full.shell
     patch, covered = shell.patches[place], shell.under[place]
-    ceramic, t = shell.materials[patch.material], patch.thickness
+    ceramic, t = shell.materials[patch.material], patch.thickness * thicker
     sign = 1.0 if patch.side == "top" else -1.0
     q11, q12 = ceramic.stiffness
     plane = np.array([[q11, q12, 0.0], [q12, q11, 0.0], [0.0, 0.0, 0.5 * (q11 - q12)]])

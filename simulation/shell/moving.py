@@ -16,8 +16,8 @@ LEAST_ROOM = 0.4
 """Share of the free distance that must remain."""
 
 
-def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float]) -> ShapeSpace:
-    """Space over the mesh with one patch moved; functions and their numbers stay.
+def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float], wider: float = 0.0) -> ShapeSpace:
+    """Space over the mesh with one patch moved, or enlarged; functions and their numbers stay.
 
     Integrals depend smoothly on the shift. Cells under other patches, and their matrices, do not change.
 
@@ -28,6 +28,8 @@ def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float]) -> Sh
         Index among the plate's patches.
     shift : (float, float)
         m.
+    wider : float
+        Of its sides, m; of a patch that is no square, of the root of its area, all sides by the same share.
 
     Returns
     -------
@@ -50,7 +52,7 @@ def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float]) -> Sh
     others = walls + neighbours
     room = min(float(other.distance(own.polygon).min()) for other in others)
     room = min(room, min(float(own.distance(other.polygon).min()) for other in others))
-    if np.hypot(*shift) > (1.0 - LEAST_ROOM) * room:
+    if np.hypot(*shift) + abs(wider) > (1.0 - LEAST_ROOM) * room:
         raise ValueError(f"patch {shell.patches[patch].id!r} moved by {shift} m has not the room around it")
     rigid = min(RIGID * room, plate.thickness)
     near = np.maximum(_outside(own, mesh.points) - rigid, 0.0)
@@ -59,7 +61,9 @@ def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float]) -> Sh
     far = np.maximum(np.minimum(far - rigid, REACH), 0.0)
     share = np.maximum(0.0, np.minimum(far / np.maximum(near + far, 1e-12), 1.0 - near / REACH))
     share = np.where(near == 0.0, 1.0, share)
-    moved = shell.space.moved(share[:, None] * np.asarray(shift))
+    low, high = own.bounds
+    stretched = wider / np.sqrt(own.area) * (mesh.points - 0.5 * np.add(low, high))
+    moved = shell.space.moved(share[:, None] * (np.asarray(shift) + stretched))
     for here, there in zip(shell.space.groups, moved.groups, strict=True):
         if len(here.dx) and (there.dx < 0.2 * here.dx).any():
             raise ValueError(

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from analysis.experiment import Experiment, Plate, Point
 from analysis.local_laws import LocalLaws
 from analysis.sweep_point import SweepPoint
+from simulation.state.departures import AS_DECLARED, Departures
 
 Field = NDArray[Any]
 """Values at the sampling points, (Q,)."""
@@ -141,6 +142,8 @@ class PlateState:
         Natural log of the magnitude, and phase [rad], of a factor on every response.
     feedthrough : float
         Added to every response after that factor, V/V.
+    departures : Departures
+        Of the plate as it is from the plate as declared. The rest of the state is relative to the plate as it is.
     """
 
     xi: Field
@@ -163,6 +166,7 @@ class PlateState:
     offset_x: Any = 0.0
     offset_y: Any = 0.0
     feedthrough: Any = 0.0
+    departures: Departures = AS_DECLARED
 
     @classmethod
     def baseline(

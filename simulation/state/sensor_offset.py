@@ -37,10 +37,10 @@ class Zone:
     middle: tuple[float, float]
 
     @classmethod
-    def of(cls, full: FullPlate) -> "Zone":
-        """Find the elements that a small offset changes."""
+    def of(cls, full: FullPlate, patch: int | None = None) -> "Zone":
+        """Find the elements that a small offset of a patch changes, of the first sensor unless it is given."""
         mesh = full.shell.space.mesh
-        moved = full.moved_by(1e-3 * OFFSET_RANGE, 1e-3 * OFFSET_RANGE).shell.space.mesh
+        moved = full.moved_by(1e-3 * OFFSET_RANGE, 1e-3 * OFFSET_RANGE, patch).shell.space.mesh
         shifts = (mesh.points != moved.points).any(axis=1)
         elements = np.concatenate([shifts[mesh.quads].any(axis=1), shifts[mesh.triangles].any(axis=1)])
         area = np.where(full.shell.space.spread(elements), full.shell.space.dx, 0.0)
@@ -76,9 +76,9 @@ def can_move(full: FullPlate) -> bool:
 def offset_energies(p: Projector, executor: Executor) -> dict[str, object]:
     """Stacks ``offset_*`` of `EffectOperators`, fitted over a grid of offsets; zero where it cannot move."""
     if not can_move(p.full):
-        return _unmoved(p.vectors.shape[1])
+        return unmoved(p.vectors.shape[1])
     zone = Zone.of(p.full)
-    near, motions = _around(p, zone, executor)
+    near, motions = around(p, zone.elements, executor)
     origin = _energies(near, p.full, zone)
     places = padua_points(OFFSET_DEGREE)
     changes = {
@@ -116,7 +116,7 @@ def _powers() -> list[tuple[int, int]]:
     return polynomials(max(ZONE_DEGREES.values()))
 
 
-def _unmoved(size: int) -> dict[str, object]:
+def unmoved(size: int) -> dict[str, object]:
     """Return the stacks, all zero, of a sensor that cannot move."""
     found: dict[str, object] = {
         "zone": np.zeros((0, size)),
@@ -130,11 +130,11 @@ def _unmoved(size: int) -> dict[str, object]:
     return found
 
 
-def _around(p: Projector, zone: Zone, executor: Executor) -> tuple[Projector, Real]:
-    """Vectors (n, q) of the leading motions in the zone, and the reduced coordinates' shares in them (q, r)."""
+def around(p: Projector, cells: Mask, executor: Executor) -> tuple[Projector, Real]:
+    """Vectors (n, q) of the leading motions of some cells, and the reduced coordinates' shares in them (q, r)."""
     ones = np.ones((1, p.full.shell.space.dx.size))
     counts = dict.fromkeys(ZONE_DEGREES, 1)
-    found = weighed_energies(p, p.full.shell.space, ones, counts, cells=zone.elements, executor=executor)
+    found = weighed_energies(p, p.full.shell.space, ones, counts, cells=cells, executor=executor)
     in_plane = found["bending"][:, 0] + found["membrane"][:, 0]
     elastic = in_plane[0] + in_plane[1] + 0.5 * in_plane[3] + found["shear"][0]  # moduli of 1 Pa, nu = 0
     inertia = found["mass"][0] + found["rotary"][0]

@@ -74,9 +74,29 @@ class FullPlate:
         """Return xi and zeta of all points of quadrature; of a moved sensor's, see `moved_by`."""
         return self.shell.plate.normalised(self.shell.space.points)
 
-    def moved_by(self, dx: float, dy: float) -> "FullPlate":
-        """Return the plate with its first sensor offset by (dx, dy) m; ValueError if there is no space for it."""
-        return replace(self, shell=self.shell.on(moved_space(self.shell, self.moved, (dx, dy))))
+    def moved_by(self, dx: float, dy: float, patch: int | None = None, wider: float = 0.0) -> "FullPlate":
+        """Return the plate with one patch moved by (dx, dy) m, or enlarged.
+
+        Parameters
+        ----------
+        dx, dy : float
+            m.
+        patch : int, optional
+            The first sensor unless given.
+        wider : float
+            Of its sides, m.
+
+        Returns
+        -------
+        FullPlate
+
+        Raises
+        ------
+        ValueError
+            If there is no space for it.
+        """
+        moving = self.moved if patch is None else patch
+        return replace(self, shell=self.shell.on(moved_space(self.shell, moving, (dx, dy), wider)))
 
     def matrices(
         self, state: PlateState, *, loss: bool = True, footprints: Sequence[Footprint] = ()

@@ -8,6 +8,7 @@
 ``effect_plate``        in any state that effects make of it: for the gap workflow
 ``states``              states of a plate: effects of a library applied in order
 ``instruments``         inputs and outputs of an experiment as loads and readings
+``transducer_rows``     where transducers act, what they weigh, and derivatives of both
 ``transfer``            outputs per input, with all sensors connected
 ``reading``             recorded signals, with factors and feedthrough of effects
 ``local_basis``         reduced coordinates for one state and band

@@ -11,6 +11,7 @@ from analysis.material import MaterialBox
 from simulation.reduction.composition import STEP, Composite
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.plane_stress import plane_stress_moduli
+from simulation.state.departures import AS_DECLARED
 from simulation.state.plate_state import PlateState
 
 UNIFORM = ("thickness", "modulus_x", "modulus_y", "in_plane_shear", "bond")
@@ -53,6 +54,11 @@ class DeclaredPlate:
         return self.reduced.footprints
 
     @cached_property
+    def footprint_slopes(self) -> Real:
+        """Zeros: footprints are where they are declared."""
+        return np.zeros((2, *self.reduced.footprints.shape))
+
+    @cached_property
     def damping(self) -> Real:
         """Damping matrix of the supports' dashpots, (r, r), N s/m."""
         return np.asarray(self.reduced.dashpots @ self.reduced.dashpots.T)
@@ -79,6 +85,8 @@ class DeclaredPlate:
         off += [name for name in ("point_loads", "discs") if getattr(state, name)]
         if (state.temperature != state.temperature[0]).any():
             off.append("temperature over the plate")
+        if state.departures is not AS_DECLARED:
+            off.append("departures")
         if off:
             raise ValueError(
                 f"{', '.join(off)}: this twin holds the plate as declared only; effects on the plate need the "

@@ -11,7 +11,7 @@ from simulation.reduction.modal_slopes import ModalSlopes
 from simulation.state.plate_state import SPECTRA
 from simulation.twin.local_solution import LocalSolution
 from simulation.twin.reading import SignalReading
-from simulation.twin.reduced_plate import CompositeSlopes, ReducedPlate
+from simulation.twin.reduced_plate import CompositeSlopes
 from simulation.twin.sensitivity import ModalSensitivity, TransferSensitivity
 from simulation.twin.strain_energy import EnergySlopes, StateOf
 
@@ -43,7 +43,7 @@ class Derivatives:
     @classmethod
     def of(
         cls,
-        plate: ReducedPlate,
+        slopes: CompositeSlopes,
         solved: LocalSolution,
         reading: SignalReading,
         state_of: StateOf,
@@ -54,7 +54,8 @@ class Derivatives:
 
         Parameters
         ----------
-        plate : ReducedPlate
+        slopes : CompositeSlopes
+            Of the plate's matrices at the state, in the coordinates of `solved`.
         solved : LocalSolution
             Of the state at `energy`.
         reading : SignalReading
@@ -72,13 +73,13 @@ class Derivatives:
         else:
             ports, instruments = solved.composite.coupling, transfer.instruments
             seen, driving = ports[:, list(instruments.seen)], ports[:, list(instruments.driving)]
-            slopes = ModalSlopes.of(solved.modal, seen, driving, solved.frequency, solved.sums)
-            sensitivity = ModalSensitivity(solved, state, transfer, slopes)
+            modal = ModalSlopes.of(solved.modal, seen, driving, solved.frequency, solved.sums)
+            sensitivity = ModalSensitivity(solved, state, transfer, modal)
         follower = state_of(energy + 1j * STEP)
         by_energy = None
         if any(np.imag(getattr(follower, name)).any() for name in (*SPECTRA, "log_gain", "phase")):
             by_energy = EnergySlopes.of(solved, transfer.instruments.source, state, follower, scale)
-        return cls(reading, plate.slopes(state, solved.basis), sensitivity, energy, by_energy)
+        return cls(reading, slopes, sensitivity, energy, by_energy)
 
     def by(self, state_of: StateOf) -> Complex:
         """Differentiate the outputs, (K, F), by the parameter that has an imaginary step in `state_of`."""

@@ -44,6 +44,11 @@ class EffectPlate:
         return self.operators.footprints
 
     @property
+    def footprint_slopes(self) -> Real:
+        """Of `operators`."""
+        return self.operators.footprint_slopes
+
+    @property
     def damping(self) -> Real:
         """Of `operators`."""
         return self.operators.damping
@@ -76,7 +81,7 @@ class EffectPlate:
         return EffectSlopes(self.operators, LocalSlopes(self.operators, basis, self._coefficients(state)), basis)
 
     def _coefficients(self, state: PlateState) -> Coefficients:
-        return Coefficients.of(state, self.operators.offset_range or 1.0)
+        return Coefficients.of(state, self.operators)
 
 
 @dataclass(frozen=True)

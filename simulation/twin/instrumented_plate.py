@@ -22,9 +22,10 @@ from simulation.twin.instruments import Instruments
 from simulation.twin.local_basis import REACH
 from simulation.twin.local_plate import LocalPlate
 from simulation.twin.local_solution import LocalSolution
-from simulation.twin.reduced_plate import ReducedPlate
+from simulation.twin.reduced_plate import CompositeSlopes, ReducedPlate
 from simulation.twin.states import StateEffects, States
 from simulation.twin.strain_energy import StateOf, StrainEnergy
+from simulation.twin.transducer_rows import Transducers, TransducerSlopes
 
 Plate = TypeVar("Plate", bound=ReducedPlate, covariant=True)
 
@@ -46,6 +47,8 @@ class InstrumentedPlate(Generic[Plate]):
         Gives the masses of transducers, and the circumstances for effects.
     library : mapping
         Effects by name, in the order in which they are applied; none for the plate as declared.
+    tolerances : mapping
+        Declared quantities that are not exact, by name; none for the plate exactly as declared.
     peak_energy : float or None
         Largest strain energy over 100 to 1500 Hz at 25 degrees Celsius and 1 V on the first input, J per V2: the
         unit of `Circumstances.strain_energy`.
@@ -59,6 +62,7 @@ class InstrumentedPlate(Generic[Plate]):
     instruments: Instruments
     experiment: Experiment | None = None
     library: Mapping[str, Effect] = field(default_factory=dict)
+    tolerances: Mapping[str, Effect] = field(default_factory=dict)
     peak_energy: float | None = None
     reach: float = REACH
     further: tuple[Instruments, ...] = ()
@@ -80,6 +84,7 @@ class InstrumentedPlate(Generic[Plate]):
         experiment: Experiment,
         plate: Plate,  # type: ignore[misc]
         library: Mapping[str, Effect] | None = None,
+        tolerances: Mapping[str, Effect] | None = None,
     ) -> Self:
         """Join an experiment's instruments to its reduced plate.
 
@@ -89,13 +94,15 @@ class InstrumentedPlate(Generic[Plate]):
         plate : ReducedPlate
         library : mapping of str to Effect, optional
             In the order in which they are applied; none for the plate as declared.
+        tolerances : mapping of str to Effect, optional
+            Declared quantities that are not exact.
 
         Returns
         -------
         Twin
         """
         first, *others = (Instruments.of(experiment, source) for source in experiment.inputs)
-        return cls(plate, first, experiment, library or {}, further=tuple(others))
+        return cls(plate, first, experiment, library or {}, tolerances or {}, further=tuple(others))
 
     @property
     def box(self) -> MaterialBox:
@@ -122,6 +129,11 @@ class InstrumentedPlate(Generic[Plate]):
         """Cards of the effects that are possible in this experiment."""
         return self.states.cards
 
+    @property
+    def tolerance_cards(self) -> Mapping[str, EffectCard]:
+        """Cards of the declared quantities that are not exact: free in every fit, and no candidates."""
+        return self.states.tolerance_cards
+
     def driven_at(self, point: SweepPoint) -> Instruments:
         """Return the instruments with the input of a sweep driven."""
         return (self.instruments, *self.further)[point.source]
@@ -129,7 +141,7 @@ class InstrumentedPlate(Generic[Plate]):
     @cached_property
     def states(self) -> States:
         """States of the plate with effects."""
-        return States(self.experiment, self.library)
+        return States(self.experiment, self.library, self.tolerances)
 
     def state(
         self, laws: LocalLaws, frequency: Real, effects: StateEffects = NO_EFFECTS, point: SweepPoint | None = None
@@ -227,12 +239,24 @@ class InstrumentedPlate(Generic[Plate]):
 
     def _whole(self, state: PlateState) -> Composite:
         """Compose a state, with the footprints of transducers as further ports, and their masses."""
-        whole, rows = self.plate.composed(state), self.plate.footprints
-        if not len(rows):
+        whole = self.plate.composed(state)
+        if not len(self.plate.footprints):
             return whole
-        whole = replace(whole, coupling=np.hstack([whole.coupling, rows.T]))
-        masses = np.array([one.mass for one in self.experiment.footprints] if self.experiment else [])
-        return replace(whole, mass=whole.mass + (rows.T * masses) @ rows) if masses.any() else whole
+        transducers = self._transducers(state)
+        whole = replace(whole, coupling=np.hstack([whole.coupling, transducers.rows.T]))
+        return replace(whole, mass=whole.mass + transducers.inertia) if transducers.masses.any() else whole
+
+    def slopes(self, state: PlateState, basis: Real) -> CompositeSlopes:
+        """Return derivatives of a state's matrices and ports in the coordinates of `basis` (r, m)."""
+        own = self.plate.slopes(state, basis)
+        if not len(self.plate.footprints):
+            return own
+        return TransducerSlopes(own, self._transducers(state).on(basis))
+
+    def _transducers(self, state: PlateState) -> Transducers:
+        declared = [one.mass for one in self.experiment.footprints] if self.experiment else []
+        masses = np.array(declared or np.zeros(len(self.plate.footprints)))
+        return Transducers.of(self.plate.footprints, self.plate.footprint_slopes, masses, state.departures)
 
     def _strain_energy(
         self, linear: PlateState, state_of: StateOf, frequency: Real, point: SweepPoint, scale: float

@@ -11,7 +11,7 @@ A charge is the voltage times Cc in the limit of a large Cc, with its sign.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -159,6 +159,35 @@ class Instruments:
         loads = zip(self.connected, self.loads, strict=True)
         found = [load.across(capacitance[[port]], lines)[0] for port, load in loads]
         return np.reshape(found, (len(self.connected), lines.size)).astype(complex)
+
+    def wired(self, resistance: float, capacitance: float) -> Self:
+        """Return the same with resistance and capacitance of all inputs multiplied by factors."""
+        loads = tuple(ElectricLoad(a.resistance * resistance, a.capacitance * capacitance) for a in self.loads)
+        return replace(self, loads=loads)
+
+    def across_change(
+        self, capacitance: Real, resistance: float, input_capacitance: float, frequency: Real
+    ) -> Complex:
+        """Differentiate `across` by a parameter.
+
+        Parameters
+        ----------
+        capacitance : (P,) ndarray, F
+            Derivative of those of all patches.
+        resistance, input_capacitance : float
+            Relative derivatives of those of all inputs.
+        frequency : (F,) ndarray, Hz, above 0
+
+        Returns
+        -------
+        (c, F) complex ndarray, F
+        """
+        omega = 2 * np.pi * frequency
+        rows = [
+            capacitance[port] + load.capacitance * input_capacitance - resistance / (1j * omega * load.resistance)
+            for port, load in zip(self.connected, self.loads, strict=True)
+        ]
+        return np.reshape(rows, (len(self.connected), omega.size)).astype(complex)
 
     def factors(self, frequency: ArrayLike) -> Complex:
         """-sign (j w)**n of every output on its port's (G x), (K, F); 0 for voltages."""

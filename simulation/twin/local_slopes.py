@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from simulation.reduction.composition import STEP, Coefficients, Composite, OffsetPart
+from simulation.reduction.composition import STEP, Coefficients, Composite, OffsetPart, coupling_of, of_patches
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.plate_state import PlateState
 
@@ -38,10 +38,11 @@ class LocalSlopes:
         """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`, without discs."""
         m = self._basis.shape[1]
         laws = (stepped.laws.value, stepped.laws.slope, stepped.laws.curvature)
-        if not any(np.iscomplexobj(entry) for entry in (*laws, *(getattr(stepped, name) for name in FIELDS))):
+        of_fields = any(np.iscomplexobj(one) for one in (*laws, *(getattr(stepped, name) for name in FIELDS)))
+        if not (of_fields or stepped.departures.stepped_plate):
             nothing = np.zeros((m, m))
             return Composite(nothing, nothing, nothing, nothing, np.zeros((m, self._ops.coupling.shape[-1])))
-        there = Coefficients.of(stepped, self._ops.offset_range or 1.0)
+        there = Coefficients.of(stepped, self._ops)
         d = Coefficients(**{entry.name: np.imag(getattr(there, entry.name)) / STEP for entry in fields(there)})
         plate = self._energies(d.bending, d.membrane, d.shear)
         plate_loss = self._energies(d.bending_loss, d.membrane_loss, d.shear_loss)
@@ -51,8 +52,23 @@ class LocalSlopes:
                 part = OffsetPart.of(self._ops, by, place).on(self._zone)
                 plate, plate_loss = plate + part.plate, plate_loss + part.plate_loss
                 mass = mass + part.mass
-        coupling = self._basis.T @ np.tensordot(d.coupling, self._ops.coupling, 1)
-        return Composite(plate, plate_loss, self._summed("patch_membrane", d.patch), mass, coupling)
+        fixed, coupling = self._summed("patch_membrane", d.patch), self._coupling(d)
+        if d.patch_each.any() or d.patch_thicker.any() or d.moves.any():
+            others = of_patches(self._ops, self._patch_zones, self._value, d)
+            plate, plate_loss = plate + others.plate, plate_loss + others.plate_loss
+            fixed, mass, coupling = fixed + others.fixed, mass + others.mass, coupling + others.coupling
+        return Composite(plate, plate_loss, fixed, mass, coupling)
+
+    def _coupling(self, d: Coefficients) -> Real:
+        found = coupling_of(self._ops, d) * self._value.columns
+        if d.columns.any():
+            found = found + coupling_of(self._ops, self._value) * d.columns
+        return np.asarray(self._basis.T @ found)
+
+    @cached_property
+    def _patch_zones(self) -> Real:
+        """Motions around each patch of the local coordinates, (P, q, m)."""
+        return np.asarray(self._ops.patch_zone @ self._basis)
 
     @cached_property
     def _zone(self) -> Real:
@@ -71,6 +87,8 @@ class LocalSlopes:
         whole = getattr(self._ops, name)
         whole = whole.reshape(-1, *whole.shape[-2:])
         m = self._basis.shape[1]
+        if not flat.any():
+            return np.zeros((m, m))
         if name not in self._stacks:
             self._stacks[name] = np.zeros((len(whole), m, m)), np.zeros(len(whole), dtype=bool)
         small, carried = self._stacks[name]

@@ -1,13 +1,14 @@
 """Recorded signals of a plate with effects: outputs per unit of the input, and their derivatives."""
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.arrays import Complex
+from analysis.arrays import Complex, Real
 from simulation.reduction.composition import STEP
+from simulation.state.departures import Departures
 from simulation.state.plate_state import PlateState
 from simulation.twin.instruments import Instruments
 from simulation.twin.local_solution import LocalSolution
@@ -22,13 +23,15 @@ class SignalReading:
     ----------
     transfer : Transfer
         Before that factor.
-    factor : (F,) complex ndarray
+    factor : (K, F) complex ndarray
     electric : (K, 1) ndarray
         1 for voltages that follow a voltage, to which the feedthrough is added; else 0.
     response : (K, F) complex ndarray
         Transfer times factor, plus the feedthrough.
     ports : int
         Of the plate.
+    capacitance : (P,) ndarray, F
+        Of the patches as declared.
     """
 
     transfer: Transfer
@@ -36,6 +39,7 @@ class SignalReading:
     electric: NDArray[np.float64]
     response: Complex
     ports: int
+    capacitance: Real
 
     @classmethod
     def of(
@@ -50,19 +54,22 @@ class SignalReading:
         state : PlateState
         instruments : Instruments
         capacitance : (P,) ndarray, F
-            Of the patches.
+            Of the patches as declared.
 
         Returns
         -------
         SignalReading
         """
         between = solved.compliance(instruments.seen, instruments.driving)
-        transfer = Transfer.of(instruments, capacitance, between, solved.frequency)
-        factor = np.exp(state.log_gain + 1j * state.phase)
+        away = state.departures
+        wired = instruments.wired(away.resistance, away.capacitance)
+        transfer = Transfer.of(wired, _capacitance(capacitance, away), between, solved.frequency)
+        sensitivity = np.reshape(away.log_sensitivity, (-1, 1))
+        factor = np.exp(sensitivity + state.log_gain + 1j * state.phase)
         driven_by_voltage = instruments.source < capacitance.size
         electric = np.array([[float(one.voltage and driven_by_voltage)] for one in instruments.pickups])
         response = transfer.response * factor + electric * state.feedthrough
-        return cls(transfer, factor, electric, response, solved.composite.coupling.shape[1])
+        return cls(transfer, factor, electric, response, solved.composite.coupling.shape[1], capacitance)
 
     @property
     def drive(self) -> Complex:
@@ -76,6 +83,28 @@ class SignalReading:
 
     def change(self, transfer: Complex, stepped: PlateState) -> Complex:
         """Differentiate `response`, (K, F), given that of the transfer (K, F) and the stepped state."""
-        turned = (np.imag(stepped.log_gain) + 1j * np.imag(stepped.phase)) / STEP
+        away = stepped.departures
+        louder = np.reshape(np.imag(away.log_sensitivity), (-1, 1))
+        turned = (louder + np.imag(stepped.log_gain) + 1j * np.imag(stepped.phase)) / STEP
+        if away.stepped:
+            transfer = transfer + self._loaded(away)
         fed = self.electric * np.imag(stepped.feedthrough) / STEP
         return np.asarray(self.factor * (transfer + self.transfer.response * turned) + fed)
+
+    def _loaded(self, away: Departures) -> Complex:
+        """Differentiate the transfer (K, F) by what is connected to the patches, given stepped departures."""
+        wired = self.transfer.instruments
+        capacitance = np.imag(_capacitance(self.capacitance, away)) / STEP
+        resistance = np.imag(away.resistance) / np.real(away.resistance) / STEP
+        inputs = np.imag(away.capacitance) / np.real(away.capacitance) / STEP
+        if not (capacitance.any() or resistance or inputs):
+            return np.zeros_like(self.transfer.response)
+        lines = self.transfer.frequency
+        change = wired.across_change(capacitance, float(resistance), float(inputs), lines)
+        # as a change of the charge on the connected ports at their present voltages
+        return np.einsum("kcf,cf->kf", self.sense[:, list(wired.connected)], change * self.transfer.voltage)
+
+
+def _capacitance(declared: Real, away: Departures) -> Any:
+    """Capacitance (P,) of patches with other permittivities, areas and thicknesses, F."""
+    return declared * (away.permittivity * away.patch_area / away.patch_thickness)

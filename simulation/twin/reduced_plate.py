@@ -68,6 +68,11 @@ class ReducedPlate(LoadedPlate, Protocol):
         """Mean deflection over each, (S, r)."""
         ...
 
+    @property
+    def footprint_slopes(self) -> Real:
+        """Derivatives of `footprints` by shifts along x and y, (2, S, r), 1/m."""
+        ...
+
     def require(self, state: PlateState) -> None:
         """ValueError, naming value and range, for a state that is not supported or not certified."""
         ...

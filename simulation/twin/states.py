@@ -32,10 +32,13 @@ class States:
         Gives the circumstances for effects; None for a plate without effects.
     library : mapping
         Effects by name, in the order in which they are applied.
+    tolerances : mapping
+        Declared quantities that are not exact, by name, applied before the effects; no candidates.
     """
 
     experiment: Experiment | None = None
     library: Mapping[str, Effect] = field(default_factory=dict)
+    tolerances: Mapping[str, Effect] = field(default_factory=dict)
 
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
@@ -43,6 +46,13 @@ class States:
         if self.experiment is None:
             return {}
         return {name: effect.card(self.experiment) for name, effect in self.library.items()}
+
+    @cached_property
+    def tolerance_cards(self) -> Mapping[str, EffectCard]:
+        """Cards of the declared quantities that are not exact."""
+        if self.experiment is None:
+            return {}
+        return {name: one.card(self.experiment) for name, one in self.tolerances.items()}
 
     def follow_energy(self, effects: Iterable[str]) -> bool:
         """Whether any of some effects depends on the strain energy."""
@@ -82,4 +92,4 @@ class States:
         if self.experiment is None:
             raise ValueError("this plate has no experiment that gives effects their circumstances")
         seen = replace(Circumstances.of(self.experiment, point, frequency), strain_energy=energy)
-        return apply_all(self.library, state, seen, effects)
+        return apply_all({**self.tolerances, **self.library}, state, seen, effects)

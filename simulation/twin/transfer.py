@@ -22,6 +22,7 @@ class Transfer:
     admittance : (F, c, c) complex ndarray
     voltage : (c, F) complex ndarray
         On the connected ports.
+    frequency : (F,) ndarray, Hz
     factors : (K, F) complex ndarray
         Of `Instruments.factors`.
     response : (K, F) complex ndarray
@@ -31,6 +32,7 @@ class Transfer:
     compliance: Complex
     admittance: Complex
     voltage: Complex
+    frequency: Real
     factors: Complex
     response: Complex
 
@@ -57,9 +59,8 @@ class Transfer:
         voltage = np.asarray(-np.linalg.solve(admittance, short[:count].T[..., None])[..., 0].T, complex)
         moved = short + np.einsum("ikf,kf->if", compliance[:, :-1], voltage)
         factors = instruments.factors(frequency)
-        return cls(
-            instruments, compliance, admittance, voltage, factors, _read(instruments, voltage, moved, factors)
-        )
+        response = _read(instruments, voltage, moved, factors)
+        return cls(instruments, compliance, admittance, voltage, np.asarray(frequency), factors, response)
 
     @cached_property
     def impedance(self) -> Complex:

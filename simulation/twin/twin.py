@@ -77,7 +77,7 @@ class Twin(InstrumentedPlate[Plate]):
         """
         lines = np.atleast_1d(np.asarray(frequency, float))
         here = point or steady(laws)
-        if here.drifts:
+        if here.drifts or self.state(laws, lines, effects, here).departures.moves:
             return self._linearised(laws, lines, effects, here, ()).transfer
         state = self.state(laws, lines, effects, here)
         self.plate.require(state)
@@ -96,7 +96,8 @@ class Twin(InstrumentedPlate[Plate]):
         If the temperature drifts while the sweep passes, the transfer at each frequency is that at the temperature
         then, to first order. A sweep of 2 s on a ramp of 1 K/min drifts by 0.03 K, which changes a resonance of
         polypropylene by 0.7 % of its peak; what the first order leaves is 2e-5 of it. The derivatives are those at
-        the mean temperature.
+        the mean temperature. Likewise the transfer is linear in the moves of patches, see `Departures`, and the
+        derivatives are those without them.
 
         Parameters
         ----------
@@ -133,10 +134,11 @@ class Twin(InstrumentedPlate[Plate]):
         self.plate.require(state)
         solved = self.solved(state, lines)
         scale = self.energy_scale(here) if self.states.follow_energy(on) else 1.0
-        derivatives = Derivatives.of(
-            self.plate, solved, self._reading(solved, here), vicinity.state, energy, scale
-        )
+        slopes = self.slopes(state, solved.basis)
+        derivatives = Derivatives.of(slopes, solved, self._reading(solved, here), vicinity.state, energy, scale)
         found = vicinity.linearisation(derivatives, tangents)
+        if state.departures.moves:
+            found = replace(found, transfer=found.transfer + derivatives.by(vicinity.along_moves))
         if not here.drifts:
             return found
         return replace(found, transfer=found.transfer + here.drift(lines) * found.by_temperature)

@@ -42,6 +42,11 @@ class Vicinity:
         """Return the plate's state at relative strain energies (F,)."""
         return self.states.at(self.point, self.laws, self.effects, self.frequency, energy)
 
+    def along_moves(self, energy: NDArray[np.generic]) -> PlateState:
+        """Return the state with an imaginary step along the moves of its patches."""
+        state = self.state(energy)
+        return state.with_(departures=state.departures.along_moves(1j * STEP))
+
     def linearisation(self, derivatives: Derivatives, tangents: Sequence[Tangent]) -> Linearisation:
         """Differentiate the outputs by laws, temperature and the effects' parameters `tangents`."""
         response = derivatives.reading.response

@@ -79,7 +79,7 @@ def test_air_is_a_heavier_plate_at_one_frequency(twin, f):
     effects = {"air_loading": {"added_mass_factor": 1.5, "radiation_factor": 0.0}}
     state = twin.state(LAWS, line, effects, POINT)
     ops = twin.plate.operators
-    whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
+    whole = composed(ops, Coefficients.of(state, ops))
     heavier = replace(whole, mass=whole.mass + state.area_mass[0] * ops.normal)
     bare = state.with_(area_mass=np.zeros(1))
     wanted = LocalSolution.of(ops, heavier, bare, line, np.inf).compliance()
@@ -96,7 +96,7 @@ def test_a_light_load_shifts_a_mode_as_rayleighs_quotient_says(twin, kind):
     """Eigenvalue s: a mass m at p takes s m w(p)**2 off, a spring k adds k w(p)**2, w the mode of mass one."""
     ops = twin.plate.operators
     state = twin.state(LAWS, LINES, {}, POINT)
-    whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
+    whole = composed(ops, Coefficients.of(state, ops))
 
     def modes(loads):
         local = LocalSolution.of(ops, whole, state.with_(point_loads=loads), LINES[:2], np.inf)
@@ -123,7 +123,7 @@ def test_a_stiff_dashpot_holds_a_point_as_a_stiff_spring_does(twin):
     line = np.array([333.0])
     dashpot = frf(twin, {"suspension": {"stiffness": 0.0, "damping": 10.0}}, line)
     ops, state = twin.plate.operators, twin.state(LAWS, line, {}, POINT)
-    whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
+    whole = composed(ops, Coefficients.of(state, ops))
     solved = LocalSolution.of(ops, whole, state, line, np.inf)
     row = ops.deflection[0] @ solved.basis
     z = whole.plate + 1j * whole.plate_loss + whole.fixed - (2 * np.pi * 333.0) ** 2 * whole.mass
@@ -140,13 +140,13 @@ def test_orthotropy_at_once_along_both_axes_is_another_isotropic_plate(twin, pla
     """With E_x = E_y = f E and the shear modulus times f it is f E, but for the little of transverse shear."""
     state = twin.state(LAWS, LINES, {}, POINT).with_(modulus_x=1.05, modulus_y=1.05, in_plane_shear=1.05)
     ops = twin.plate.operators
-    whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
+    whole = composed(ops, Coefficients.of(state, ops))
     found = LocalSolution.of(ops, whole, state, LINES, np.inf).compliance()
     stiffer = twin.state(replace(LAWS, value=LAWS.value + np.array([np.log(1.05), 0.0, 0.0])), LINES, {}, POINT)
-    other = composed(ops, Coefficients.of(stiffer, ops.offset_range or 1.0))
+    other = composed(ops, Coefficients.of(stiffer, ops))
     wanted, before = (
         LocalSolution.of(ops, c, s, LINES, np.inf).compliance()
-        for c, s in ((other, stiffer), (composed(ops, Coefficients.of(_plain(twin), 1.0)), _plain(twin)))
+        for c, s in ((other, stiffer), (composed(ops, Coefficients.of(_plain(twin), ops)), _plain(twin)))
     )
     assert np.abs(found - wanted).max() < 0.1 * np.abs(before - wanted).max()
 

@@ -34,6 +34,7 @@ class _Trial:
     readings: Real
     smoothness: float
     prior: float
+    declared: float
 
 
 def fit_gap(
@@ -49,7 +50,9 @@ def fit_gap(
     most_steps: int = MOST_STEPS,
     enough: float = np.inf,
 ) -> GapFit:
-    """Fit laws, readings, gains and all parameters of `effects`; other effects of `start` are held.
+    """Fit laws, readings, gains, declared quantities and all parameters of `effects`.
+
+    Other effects of `start` are held.
 
     Parameters
     ----------
@@ -62,7 +65,8 @@ def fit_gap(
     executor : Executor
         Sweeps are linearised on it.
     gain_free, laws_free : bool
-        Whether gains and laws are fitted; for held-out data they may be kept from another fit.
+        Whether gains and declared quantities, and laws, are fitted; for held-out data they may be kept from another
+        fit.
     target : float
         Predicted decrease of chi2 at which to stop, for a fit that reaches the noise.
     most_steps : int
@@ -79,9 +83,11 @@ def fit_gap(
     ValueError
         Where the model cannot be evaluated at the start.
     """
-    free = FreeParameters.of(model.cards, effects)
-    values = np.clip(free.read(start.effects), free.low, free.high)
-    start = replace(start, laws=clipped_laws(model.box, start.laws), effects=free.write(start.effects, values))
+    tolerances = model.tolerance_cards if gain_free else {}
+    free = FreeParameters.of(model.cards, effects, tolerances, sweeps.overstated)
+    start = start.with_tolerances(model.tolerance_cards)
+    values = np.clip(free.read(start.on), free.low, free.high)
+    start = replace(start, laws=clipped_laws(model.box, start.laws)).with_values(free.write(start.on, values))
     best = _evaluate(model, sweeps, start, free, executor)
     switches = gain_free, laws_free, target, most_steps, enough
     best, done, passes = _descend(model, sweeps, best, free, executor, *switches)
@@ -142,14 +148,14 @@ def _descend(
 def _evaluate(
     model: TwinModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, executor: Executor
 ) -> _Trial:
-    tangents: list[Tangent] = [(name, parameter, state.effects[name]) for name, parameter in free.names]
+    tangents: list[Tangent] = [(name, parameter, state.on[name]) for name, parameter in free.names]
     equations = linearise_all(model, sweeps, state, tangents, executor)
     readings = (state.away / sweeps.reading_sigma) ** 2
-    prior = free.penalty(free.read(state.effects))
+    prior, declared = free.penalties(free.read(state.on))
     errors = sweeps.smoothness.errors(state.tilt, state.bend)
     smoothness = float(errors @ errors)
-    objective = sum(e.chi2 for e in equations) + float(readings.sum()) + smoothness + prior
-    return _Trial(state, equations, objective, readings, smoothness, prior)
+    objective = sum(e.chi2 for e in equations) + float(readings.sum()) + smoothness + prior + declared
+    return _Trial(state, equations, objective, readings, smoothness, prior, declared)
 
 
 def _try(
@@ -168,8 +174,8 @@ def _step(
 ) -> tuple[Real, LocalStep, float]:
     """Return steps of gains and parameters, steps of the eliminated unknowns, and the predicted decrease."""
     head = schur_complement(sweeps, at.equations, at.state, damping=damping, frozen=not laws_free)
-    values, gains = free.read(at.state.effects), np.zeros(head.gains)
-    precision = np.concatenate([gains, free.sigma**-2.0])
+    values, gains = free.read(at.state.on), np.zeros(head.gains)
+    precision = np.concatenate([gains, free.precision])
     matrix = head.matrix + np.diag(precision)
     gradient = head.gradient - precision * np.concatenate([gains, values - free.centre])
     reach = np.where(free.shapes, SHAPE_STEP * free.sigma, np.inf)
@@ -189,17 +195,18 @@ def _moved(
     model: TwinModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, step: Real, local: LocalStep
 ) -> GapState:
     gains = len(state.log_gain)
-    values = free.read(state.effects) + step[gains:]
+    values = free.read(state.on) + step[gains:]
     laws = clipped_laws(model.box, state.laws + np.clip(local.laws, -LARGEST_STEP, LARGEST_STEP))
     tilt, bend = sweeps.smoothness.deviations(local.errors)
-    return GapState(
+    moved = replace(
+        state,
         laws=laws,
         tilt=state.tilt + tilt,
         bend=state.bend + bend,
         away=state.away + local.away,
         log_gain=state.log_gain + step[:gains],
-        effects=free.write(state.effects, np.clip(values, free.low, free.high)),
     )
+    return moved.with_values(free.write(state.on, np.clip(values, free.low, free.high)))
 
 
 def _result(
@@ -211,11 +218,11 @@ def _result(
     settled: bool,
     passes: int,
 ) -> GapFit:
-    values = free.read(at.state.effects)
+    values = free.read(at.state.on)
     wall = (values <= free.low) | (values >= free.high)
     head = schur_complement(sweeps, at.equations, at.state, frozen=not laws_free)
-    fitted = len(free.names) + int((head.seen & gain_free).sum())
-    if laws_free:  # one error is fitted per reading: numbers and unknowns cancel
+    fitted = free.effects + int((head.seen & gain_free).sum())
+    if laws_free:  # one error is fitted per reading and per declared quantity: numbers and unknowns cancel
         fitted += 3 * len(sweeps.groups.size)
     dof = float(sweeps.numbers - fitted)
     excess = max((at.objective - at.prior) / dof, 1.0) * sweeps.overstated
@@ -231,6 +238,7 @@ def _result(
         smoothness=at.smoothness if laws_free else 0.0,
         dof=dof,
         prior=at.prior,
+        declared=at.declared,
         residual=np.array([e.residual for e in at.equations]),
         predicted=np.array([e.predicted for e in at.equations]),
         alone=np.array([_alone(e, p.source) for e, p in zip(at.equations, sweeps.points, strict=True)]),

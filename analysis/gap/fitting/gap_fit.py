@@ -1,5 +1,6 @@
 """Result of a fit of laws, readings, gain and effects."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -7,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
+from analysis.declared_quantity import DeclaredQuantity
+from analysis.effect_card import EffectCard
 from analysis.gap.fitting.schur_complement import SchurComplement
 from analysis.gap.fitting.state import FreeParameters, GapState
 
@@ -23,11 +26,15 @@ class Uncertainty:
         Of log E, nu and log eta of the groups.
     log_gain : (I,) ndarray
         Of every input; 0 where it was held.
+    common : (G, 3, P) ndarray
+        Share of each parameter's prior in the standard deviations of the laws, with sign: what one standard
+        deviation of a declared quantity moves.
     """
 
     parameters: Real
     laws: Real
     log_gain: Real
+    common: Real
 
     @classmethod
     def of(cls, head: SchurComplement, free: FreeParameters, gain_free: bool) -> Self:
@@ -47,7 +54,13 @@ class Uncertainty:
         left = head.without_gains(gain_free)
         joint = left.joint(np.asarray(np.linalg.inv(left.matrix + np.diag(free.sigma**-2.0))))
         deviation = np.sqrt(np.diag(joint))
-        return cls(deviation[head.gains :], head.law_sigma(joint), deviation[: head.gains])
+        common = -head.law_lever @ joint[:, head.gains :] / free.sigma
+        return cls(
+            deviation[head.gains :],
+            head.law_sigma(joint),
+            deviation[: head.gains],
+            common.reshape(head.groups, 3, -1),
+        )
 
 
 @dataclass(frozen=True)
@@ -73,7 +86,9 @@ class GapFit:
     dof : float
         Number of real data less fitted unknowns.
     prior : float
-        Minus twice the log prior of the parameters, up to a constant.
+        Minus twice the log prior of the effects' parameters, up to a constant.
+    declared : float
+        chi2 of the declared quantities, which are data too.
     residual, predicted : (T, K, n) complex ndarray
         Whitened residual, and the model's spline coefficients [V/V].
     alone : (T, 4, 4) ndarray
@@ -95,6 +110,7 @@ class GapFit:
     smoothness: float
     dof: float
     prior: float
+    declared: float
     residual: NDArray[np.complex128] = field(repr=False)
     predicted: NDArray[np.complex128] = field(repr=False)
     alone: Real
@@ -102,14 +118,24 @@ class GapFit:
     on_wall: tuple[tuple[str, str], ...]
     passes: int
 
+    def declared_quantities(self, cards: Mapping[str, EffectCard]) -> tuple[DeclaredQuantity, ...]:
+        """Return what was found about the declared quantities with a tolerance, of `cards`."""
+        rows = list(zip(self.free.names, self.free.cards, self.stated.parameters, strict=True))
+        return tuple(
+            DeclaredQuantity(
+                name, p.name, p.unit, cards[name].summary, p.sigma, self.state.declared[name][p.name], float(sigma)
+            )
+            for (name, _), p, sigma in rows[self.free.effects :]
+        )
+
     @property
     def total(self) -> float:
-        """chi2 over all sweeps, channels, readings and derivatives of the laws."""
-        return float(self.chi2.sum() + self.readings.sum()) + self.smoothness
+        """chi2 over all sweeps, channels, readings, derivatives of the laws and declared quantities."""
+        return float(self.chi2.sum() + self.readings.sum()) + self.smoothness + self.declared
 
     @property
     def log_evidence(self) -> float:
         """Laplace's approximation, up to a constant common to all sets of effects on the same sweeps."""
-        scaled = np.eye(len(self.information)) + self.free.sigma[:, None] ** 2 * self.information
+        scaled = np.eye(len(self.information)) + self.information / self.free.precision[:, None]
         occam = float(np.linalg.slogdet(scaled)[1]) if len(self.information) else 0.0
         return -0.5 * (self.total + self.prior + occam)

@@ -106,7 +106,7 @@ def linearise_all(
         Where the model refuses the state: outside its box, or an effect outside its certified range.
     """
     laws = sweeps.smoothness.laws(state.laws)
-    model = model.counted(laws, state.effects)
+    model = model.counted(laws, state.on)
 
     def linearised(sweep: int) -> SweepEquations:
         return _whitened(model, sweeps, sweep, laws, state, tangents).equations()
@@ -142,7 +142,7 @@ def whiten_all(
         As `linearise_all`.
     """
     laws = sweeps.smoothness.laws(state.laws)
-    model = model.counted(laws, state.effects)
+    model = model.counted(laws, state.on)
 
     def whitened(sweep: int) -> WhitenedSweep:
         return _whitened(model, sweeps, sweep, laws, state, tangents)
@@ -174,7 +174,7 @@ def _whitened(
     # errors of the slopes about the oven's own temperature change only the effects that use them (lag, gradient);
     # about the group's reference they would be collinear with errors of the readings
     near = laws[group].tilted(state.tilt[group], state.bend[group], moved.temperature)
-    line = model.linearise(near, frequency, state.effects, moved, tangents)
+    line = model.linearise(near, frequency, state.on, moved, tangents)
     driving = np.arange(len(state.log_gain)) == point.source
     gain = float(np.exp(state.log_gain[point.source]))
     local = np.concatenate([line.by_material, line.by_slope, line.by_curvature, line.by_temperature[None]])

@@ -125,9 +125,14 @@ class SchurComplement:
         gradient = self.gradient[count:] - lever.T @ self.gradient[:count]
         return WithoutGains(0.5 * (left + left.T), gradient, covariance, lever)
 
+    @property
+    def law_lever(self) -> Real:
+        """Minus the derivative of the laws by gains and parameters, (3G, I + P)."""
+        return self.lever[: 3 * self.groups]
+
     def law_sigma(self, joint: Real) -> Real:
         """Return standard deviations (G, 3) of the laws when gains and effects have covariance `joint`."""
-        lever = self.lever[: 3 * self.groups]
+        lever = self.law_lever
         variance = self.variance[: 3 * self.groups] + ((lever @ joint) * lever).sum(axis=1)
         return np.asarray(np.sqrt(variance)).reshape(-1, 3)
 

@@ -1,7 +1,7 @@
 """State of a fit: laws at the groups, errors of the readings, gains and effects."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,8 @@ class GapState:
         Of every input.
     effects : mapping
         Values of each effect that is switched on.
+    declared : mapping
+        True less declared values of what is declared with a tolerance.
     """
 
     laws: NDArray[np.float64]
@@ -37,6 +39,12 @@ class GapState:
     away: NDArray[np.float64]
     log_gain: NDArray[np.float64]
     effects: Mapping[str, Values]
+    declared: Mapping[str, Values] = field(default_factory=dict)
+
+    @property
+    def on(self) -> dict[str, Values]:
+        """Values of all that changes the twin: of declared quantities and of effects."""
+        return {**self.declared, **self.effects}
 
     def circumstances(self, sweep: int, point: SweepPoint) -> SweepPoint:
         """Return a sweep's circumstances with the fitted temperature and level.
@@ -46,6 +54,15 @@ class GapState:
         """
         louder = float(np.exp(self.log_gain[point.source] - self.log_gain[0]))
         return replace(point, temperature=point.temperature + float(self.away[sweep]), level=point.level * louder)
+
+    def with_values(self, values: Mapping[str, Values]) -> "GapState":
+        """Return the same state with other values of declared quantities and effects, all of which are on."""
+        parts = [{name: dict(values[name]) for name in part} for part in (self.declared, self.effects)]
+        return replace(self, declared=parts[0], effects=parts[1])
+
+    def with_tolerances(self, cards: Mapping[str, EffectCard]) -> "GapState":
+        """Return the same state with declared quantities free that have no value yet: they are as declared."""
+        return replace(self, declared={name: self.declared.get(name, card.zero()) for name, card in cards.items()})
 
     def with_effects(self, effects: Mapping[str, Values]) -> "GapState":
         """Return the same state with other effects."""
@@ -88,12 +105,14 @@ class GapState:
         change = after.laws - before.laws
         changes = [np.interp(groups.reference, few.reference, column) for column in change.T]
         log_gain = self.log_gain + after.log_gain - before.log_gain
-        return plain_state(groups, self.laws + np.array(changes).T, log_gain, after.effects)
+        laws = self.laws + np.array(changes).T
+        return replace(plain_state(groups, laws, log_gain, after.effects), declared=after.declared)
 
 
 def starting_state(updated: Updated, groups: TemperatureGroups) -> GapState:
     """State without effects from a model updating of the same sweeps; groups take the mean of their sweeps."""
-    return plain_state(groups, mean_laws(updated.material, groups), np.log(updated.gains), {})
+    start = plain_state(groups, mean_laws(updated.material, groups), np.log(updated.gains), {})
+    return replace(start, declared=updated.departures)
 
 
 def plain_state(
@@ -133,24 +152,60 @@ def clipped_laws(box: MaterialBox, laws: NDArray[np.float64]) -> NDArray[np.floa
 
 @dataclass(frozen=True)
 class FreeParameters:
-    """The effects' parameters that are fitted, with their priors and ranges.
+    """Parameters of effects and declared quantities that are fitted, with their priors and ranges.
 
     Attributes
     ----------
     names : tuple of (effect, parameter)
+        Of declared quantities last.
     cards : tuple of Parameter
+    tolerances : int
+        Number of those of declared quantities: their priors are data, as a reading is.
+    trusted : float
+        Weight of these priors. The twin's own error pulls at every quantity, however well it was measured: data
+        count as much less against the tolerances as they do in evidence, see `GapSweeps.overstated`.
     centre : (P,) ndarray
         Of the priors.
     """
 
     names: tuple[tuple[str, str], ...]
     cards: tuple[Parameter, ...]
+    tolerances: int = 0
+    trusted: float = 1.0
 
     @classmethod
-    def of(cls, cards: Mapping[str, EffectCard], effects: Sequence[str]) -> "FreeParameters":
-        """All parameters of `effects`, shapes included."""
+    def of(
+        cls,
+        cards: Mapping[str, EffectCard],
+        effects: Sequence[str],
+        tolerances: Mapping[str, EffectCard],
+        trusted: float = 1.0,
+    ) -> "FreeParameters":
+        """All parameters of `effects`, shapes included, and of declared quantities.
+
+        Parameters
+        ----------
+        cards : mapping
+            Of effects.
+        effects : sequence of str
+        tolerances : mapping
+            Cards of the declared quantities.
+        trusted : float
+            Weight of their priors.
+
+        Returns
+        -------
+        FreeParameters
+        """
         pairs = [(name, p) for name in effects for p in cards[name].parameters]
-        return cls(tuple((name, p.name) for name, p in pairs), tuple(p for _, p in pairs))
+        declared = [(name, p) for name, card in tolerances.items() for p in card.parameters]
+        both = [*pairs, *declared]
+        return cls(tuple((name, p.name) for name, p in both), tuple(p for _, p in both), len(declared), trusted)
+
+    @property
+    def effects(self) -> int:
+        """Number of parameters of effects, which come first."""
+        return len(self.names) - self.tolerances
 
     @property
     def centre(self) -> NDArray[np.float64]:
@@ -161,6 +216,12 @@ class FreeParameters:
     def sigma(self) -> NDArray[np.float64]:
         """Standard deviations of the priors, (P,)."""
         return np.array([p.sigma for p in self.cards])
+
+    @property
+    def precision(self) -> NDArray[np.float64]:
+        """Inverse variances with which the priors act on the data's chi2, (P,)."""
+        weight = np.repeat([1.0, self.trusted], [self.effects, self.tolerances])
+        return weight / self.sigma**2
 
     @property
     def low(self) -> NDArray[np.float64]:
@@ -202,6 +263,7 @@ class FreeParameters:
             changed[name][parameter] = float(value)
         return changed
 
-    def penalty(self, values: NDArray[np.float64]) -> float:
-        """Return minus twice the log prior of `values` (P,), up to a constant."""
-        return float((((values - self.centre) / self.sigma) ** 2).sum())
+    def penalties(self, values: NDArray[np.float64]) -> tuple[float, float]:
+        """Return minus twice the log prior of `values` (P,), up to a constant: of effects, of declared quantities."""
+        each = (values - self.centre) ** 2 * self.precision
+        return float(each[: self.effects].sum()), float(each[self.effects :].sum())

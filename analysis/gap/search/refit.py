@@ -39,10 +39,10 @@ class Refit:
         """
         if self.fit is None:
             return False
-        free, values = self.fit.free, self.fit.free.read(self.fit.state.effects)
+        free, values = self.fit.free, self.fit.free.read(self.fit.state.on)
         return not any(
             name in self.fit.on_wall and not card.shape and value != 0.0
-            for name, card, value in zip(free.names, free.cards, values, strict=True)
+            for name, card, value in zip(free.names[: free.effects], free.cards, values, strict=False)
         )
 
 

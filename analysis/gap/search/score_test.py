@@ -27,9 +27,10 @@ class ScoreTest:
     Attributes
     ----------
     columns : tuple of Column
-        First all parameters of the effects that are on, then the amplitudes of the others.
+        First all parameters of the declared quantities and of the effects that are on, then the amplitudes of the
+        others.
     active : tuple of str
-        Effects that are on.
+        Declared quantities with a tolerance, and effects that are on.
     matrix, read, raw : (Q, Q) ndarray
         J'J with laws, readings and gain eliminated; with laws and gain eliminated, for exactly known temperatures;
         and before elimination.
@@ -181,17 +182,18 @@ def score_test(
     ValueError
         Where the model refuses the state of the fit.
     """
-    on = fit.state.effects
+    on = fit.state.on
+    cards = {**model.tolerance_cards, **model.cards}
     columns = [
         Column(
             name,
             0,
             p,
             on[name][p.name],
-            {q.name: on[name][q.name] for q in model.cards[name].parameters if q.shape},
+            {q.name: on[name][q.name] for q in cards[name].parameters if q.shape},
         )
         for name in on
-        for p in model.cards[name].parameters
+        for p in cards[name].parameters
     ]
     for name, card in model.cards.items():
         if name not in on and (effects is None or name in effects):
@@ -199,7 +201,7 @@ def score_test(
                 Column(name, place, p, 0.0, site) for place, site in enumerate(card.sites) for p in card.amplitudes
             ]
     tangents: list[Tangent] = [
-        (c.effect, c.card.name, on.get(c.effect, model.cards[c.effect].zero(c.shapes))) for c in columns
+        (c.effect, c.card.name, on.get(c.effect, cards[c.effect].zero(c.shapes))) for c in columns
     ]
     equations = linearise_all(model, sweeps, fit.state, tangents, executor)
     head = schur_complement(sweeps, equations, fit.state)

@@ -30,6 +30,10 @@ class AffineModes:
         self.residues = rng.uniform(0.5, 1.5, (sensors, modes)) * rng.choice([-1, 1], (sensors, modes)) * 1e4
 
     @property
+    def tolerance_cards(self) -> dict[str, EffectCard]:
+        return {}
+
+    @property
     def cards(self) -> dict[str, EffectCard]:
         return {}
 

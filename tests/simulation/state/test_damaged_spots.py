@@ -191,7 +191,7 @@ def test_a_spot_shifts_frequencies_as_a_disc_of_softer_cells_does(loss: float, o
     basis = field_basis(BENDING_DEGREE)
     spotted = PlateState.baseline(basis.xi, basis.zeta, laws, laws.reference, np.array([500.0]))
     spotted = spotted.with_(discs=(Disc(*place, RADIUS, loss),))
-    found = with_spots(operators, composed(operators, Coefficients.of(spotted, 1.0)), spotted)
+    found = with_spots(operators, composed(operators, Coefficients.of(spotted, operators)), spotted)
     squares = eigh(found.plate + found.fixed, found.mass, eigvals_only=True)[6:]
     shift, wanted = np.sqrt(squares) / intact - 1.0, damaged / intact - 1.0
     assert wanted.min() < -0.004 * loss

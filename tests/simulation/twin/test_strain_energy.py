@@ -110,7 +110,7 @@ def values_of(twin: Twin[EffectPlate], name: str) -> dict[str, float]:
 def stored(twin: Twin[EffectPlate], state: PlateState, lines: np.ndarray) -> np.ndarray:
     """u^H K u / 2 per volt on the actuator, K as softened, each line factorized."""
     ops = twin.plate.operators
-    whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
+    whole = composed(ops, Coefficients.of(state, ops))
     rows = [ops.deflection[np.abs(ops.points - load.point).sum(1).argmin()] for load in state.point_loads]
     energies = np.zeros(lines.size)
     for k, omega in enumerate(2 * np.pi * lines):

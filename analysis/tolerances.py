@@ -1,0 +1,59 @@
+"""Tolerances of a declaration: how exactly a campaign's plate, patches and instruments are known.
+
+Nothing declared is exact. Each quantity is a Gaussian parameter of the twin, with the declared value as its mean and
+its tolerance as its standard deviation. Those below are what a careful workshop reaches with a steel rule, a
+calliper, a laboratory scale and the data sheets of patches and cards.
+"""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from analysis.declared import Declared
+
+Share = Annotated[float, Field(ge=0.0, le=0.3)]
+Distance = Annotated[float, Field(ge=0.0, le=0.01, description="m")]
+
+
+class Tolerances(Declared):
+    """``[tolerances]``: standard deviations; 0 for what is exact.
+
+    Attributes
+    ----------
+    length : float
+        Of the plate's extents along x and y, m.
+    thickness, mass : float
+        Of the plate, as a share.
+    patch_place, patch_size : float
+        Of a patch's centre along x and along y, and of both its sides, m.
+    patch_thickness, strain_constant, permittivity : float
+        Of each patch, as a share; the strain constant is d31.
+    input_resistance, input_capacitance : float
+        Of the card's inputs with their cables, as a share.
+    transducer_place : float
+        Of a force's or a motion sensor's centre along x and along y, m.
+    transducer_mass : float
+        Of an accelerometer that is not laid aside weightless, with what holds it, kg.
+    sensitivity : float
+        Of a motion sensor, as a share; that of the drive is the gain, which is always free.
+    oven_offset : float
+        Of the plate's temperature at room temperature, less the reading, K.
+    oven_slope : float
+        Of the same, per kelvin above it, as a share.
+    """
+
+    length: Distance = 2e-4
+    thickness: Share = 0.005
+    mass: Share = 0.001
+    patch_place: Distance = 3e-4
+    patch_size: Distance = 1e-4
+    patch_thickness: Share = 0.02
+    strain_constant: Share = 0.05
+    permittivity: Share = 0.1
+    input_resistance: Share = 0.02
+    input_capacitance: Share = 0.05
+    transducer_place: Distance = 5e-4
+    transducer_mass: Annotated[float, Field(ge=0.0, le=0.01, description="kg")] = 5e-5
+    sensitivity: Share = 0.02
+    oven_offset: Annotated[float, Field(ge=0.0, le=10.0, description="K")] = 0.3
+    oven_slope: Annotated[float, Field(ge=0.0, le=0.1)] = 0.005

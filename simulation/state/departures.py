@@ -1,0 +1,90 @@
+"""Departures of a plate from its declaration: what a careful workshop's rule, scale and glue leave open.
+
+Lengths are changed by mapping the plate onto the declared outline, (X, Y) = (s_x x, s_y y), with w(X, Y) = w(x, y)
+and rotations and in-plane displacements divided by the stretch along them. Curvatures and membrane strains along x
+are then divided by s_x**2, those along y by s_y**2, shears by s_x s_y, and areas grow by s_x s_y: forms change by
+powers of both stretches, and no mesh is needed. Patches are stretched with the plate: one that keeps its size is as
+much smaller.
+"""
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Departures:
+    """True over declared values; shifts and masses are true less declared ones.
+
+    Numbers, or one for each of P patches, K outputs or S footprints; complex for a complex step.
+
+    Attributes
+    ----------
+    thickness, mass, stretch_x, stretch_y : float
+        Of the plate, which was weighed: its mass does not follow its thickness and its lengths.
+    patch_thickness, strain_constant, permittivity, patch_area : float or (P,) ndarray
+        Of each patch; the strain constant is d31. The area is for its capacitance alone, and follows `wider`.
+    shift_x, shift_y, wider : float or (P,) ndarray
+        Of each patch's centre, and of its sides, m.
+    resistance, capacitance : float
+        Of the inputs.
+    log_sensitivity : float or (K,) ndarray
+        Natural logarithm of a factor on each output.
+    place_x, place_y : float or (S,) ndarray
+        Shift of each transducer's footprint, m.
+    added_mass : float or (S,) ndarray
+        On each footprint, kg.
+    """
+
+    thickness: Any = 1.0
+    mass: Any = 1.0
+    stretch_x: Any = 1.0
+    stretch_y: Any = 1.0
+    patch_thickness: Any = 1.0
+    strain_constant: Any = 1.0
+    permittivity: Any = 1.0
+    patch_area: Any = 1.0
+    shift_x: Any = 0.0
+    shift_y: Any = 0.0
+    wider: Any = 0.0
+    resistance: Any = 1.0
+    capacitance: Any = 1.0
+    log_sensitivity: Any = 0.0
+    place_x: Any = 0.0
+    place_y: Any = 0.0
+    added_mass: Any = 0.0
+
+    @property
+    def moves(self) -> bool:
+        """Whether a border of a patch moves."""
+        return any(bool(np.any(getattr(self, name))) for name in MOVES)
+
+    def along_moves(self, step: complex) -> "Departures":
+        """Return the same with a step times its moves in place of them: for a derivative along them."""
+        return replace(self, **{name: step * np.real(getattr(self, name)) for name in MOVES})
+
+    @property
+    def stepped(self) -> bool:
+        """Whether any value has an imaginary part."""
+        return any(np.iscomplexobj(getattr(self, entry.name)) for entry in fields(self))
+
+    @property
+    def stepped_plate(self) -> bool:
+        """Whether a value that the matrices of plate and patches depend on has an imaginary part."""
+        return any(np.iscomplexobj(getattr(self, name)) for name in OF_THE_PLATE)
+
+
+MOVES = ("shift_x", "shift_y", "wider")
+"""Departures that move borders of patches: the mesh moves with them."""
+OF_THE_PLATE = (
+    *MOVES,
+    "thickness",
+    "mass",
+    "stretch_x",
+    "stretch_y",
+    "patch_thickness",
+    "strain_constant",
+)
+AS_DECLARED = Departures()
+"""None."""

@@ -1,0 +1,117 @@
+"""Change of the matrices where a patch is not as declared, and slopes under transducers.
+
+A patch is thicker, has its centre beside its declared place, or is larger. Its own matrices and those of the cells
+around it change: they act on the few motions that these cells can make. Where borders move, the mesh moves with them,
+as in `simulation.state.sensor_offset`. Moves are some tenths of a millimetre. To first order the change of a response
+needs the response alone, which the vectors represent; the second order would need vectors that follow the moves, and
+without them it is ten times too large: responses are linear in the moves, see `simulation.twin.twin`.
+"""
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from analysis.arrays import Mask, Real
+from analysis.channel import Footprint
+from simulation.reduction.effect_projection import weighed_energies
+from simulation.reduction.patch_projection import declared_patch
+from simulation.reduction.projector import Projector
+from simulation.shell.footprints import footprint_points
+from simulation.shell.rigidity import W
+from simulation.state.sensor_offset import Zone, around
+from simulation.state.state_matrices import FullPlate
+
+STEP = 1e-4
+"""Step of the central differences by moves, m."""
+THICKER = 1e-3
+"""Step of those by the thickness, relative."""
+KINDS = {"bending": 1, "membrane": 1, "shear": 1, "mass": 1}
+WAYS = ((STEP, 0.0, 0.0), (0.0, STEP, 0.0), (0.0, 0.0, STEP))
+"""Along x, along y, and wider on both sides, m."""
+
+
+def patch_departures(p: Projector, executor: Executor) -> dict[str, Real]:
+    """Entries ``movable``, ``patch_zone``, ``patch_each`` and all after it of `EffectOperators`."""
+    found = [_of_patch(p, patch, executor) for patch in range(len(p.full.shell.patches))]
+    most = max((len(one["patch_zone"]) for one in found), default=0)
+    empty = _unmoved(0, p.vectors.shape[1])
+    names = [name for name in empty if name != "movable"]
+    stacks = {name: _stacked([one[name] for one in found], empty[name], most) for name in names}
+    return {**stacks, "movable": np.array([float(one["movable"]) for one in found])}
+
+
+def _of_patch(p: Projector, patch: int, executor: Executor) -> dict[str, Real]:
+    """Return one patch's entries, over the q motions of the cells around it."""
+    try:
+        sides = [[p.full.moved_by(sign * x, sign * y, patch, sign * w) for sign in (1, -1)] for x, y, w in WAYS]
+        cells = Zone.of(p.full, patch).elements
+    except ValueError:  # no room for it, or another patch on the opposite face
+        sides, cells = [], p.full.shell.under[patch]
+    near, motions = around(p, cells, executor)
+    found = _unmoved(len(motions), p.vectors.shape[1])
+    high, low = (declared_patch(near, patch, 1.0 + sign * THICKER) for sign in (1, -1))
+    found |= {
+        "patch_zone": motions,
+        "patch_each": 0.5 * (high[0] + low[0]),
+        "patch_mass_each": 0.5 * (high[1] + low[1]),
+        "patch_thicker": (high[0] - low[0]) / (2.0 * THICKER),
+        "thicker_coupling": (high[2] - low[2]) / (2.0 * THICKER),
+        "movable": np.array(float(bool(sides))),
+    }
+
+    def slopes(two: Sequence[FullPlate]) -> dict[str, Real]:
+        ahead, behind = (_energies(near, one, patch, cells) for one in two)
+        return {name: (ahead[name] - behind[name]) / (2.0 * STEP) for name in ahead}
+
+    for way, slope in enumerate(executor.map(slopes, sides)):
+        for name, value in slope.items():
+            found[name][way] = value
+    return found
+
+
+def _energies(near: Projector, full: FullPlate, patch: int, cells: Mask) -> dict[str, Real]:
+    """Energies of a plate whose patch has moved, over the cells that are deformed, and those of the patch."""
+    here, space = Projector(full, near.vectors), full.shell.space
+    found = weighed_energies(here, space, np.ones((1, space.dx.size)), KINDS, cells=cells)
+    stiffness, mass, coupling = declared_patch(here, patch)
+    return {
+        "moved_plane": found["bending"][:, 0] + found["membrane"][:, 0],
+        "moved_shear": found["shear"][0],
+        "moved_mass": found["mass"][0] + found["rotary"][0] + mass,
+        "moved_fixed": stiffness,
+        "moved_coupling": coupling,
+    }
+
+
+def _unmoved(q: int, r: int) -> dict[str, Real]:
+    """Return one patch's entries, all zero."""
+    square, ways = np.zeros((q, q)), len(WAYS)
+    return {
+        "patch_zone": np.zeros((q, r)),
+        **dict.fromkeys(("patch_each", "patch_mass_each", "patch_thicker"), square),
+        "thicker_coupling": np.zeros(q),
+        "moved_plane": np.zeros((ways, 4, q, q)),
+        **{name: np.zeros((ways, q, q)) for name in ("moved_shear", "moved_mass", "moved_fixed")},
+        "moved_coupling": np.zeros((ways, q)),
+        "movable": np.zeros(()),
+    }
+
+
+def _stacked(parts: Sequence[Real], empty: Real, most: int) -> Real:
+    """Stack the entries of all patches, of as many motions each: those that a patch lacks are zero."""
+    shape = tuple(most if size == 0 else size for size in empty.shape)
+    found = np.zeros((len(parts), *shape))
+    for row, part in zip(found, parts, strict=True):
+        row[tuple(slice(size) for size in part.shape)] = part
+    return found
+
+
+def footprint_slopes(full: FullPlate, footprints: Sequence[Footprint], vectors: Real) -> Real:
+    """Derivatives of the mean deflection over footprints by their shifts, (2, S, r), 1/m."""
+    points, average = footprint_points(footprints)
+    rows = (
+        full.unknowns.rows(csr_matrix(csr_matrix(average) @ one), W) for one in full.shell.space.slopes(points)
+    )
+    return np.array([one @ vectors for one in rows]).reshape(2, len(footprints), vectors.shape[1])

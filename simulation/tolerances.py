@@ -1,0 +1,204 @@
+"""Declared quantities as parameters of the twin: each with its tolerance, applied before any effect.
+
+They use the machinery of effects, but are no candidates: all of them are free in every fit, with the tolerance as
+standard deviation of their prior about zero.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from analysis.arrays import Real
+from analysis.effect_card import EffectCard, Parameter
+from analysis.experiment import Experiment
+from simulation.effects.effect import Effect
+from simulation.state.departures import Departures
+from simulation.state.plate_state import Circumstances, PlateState
+
+FARTHEST = 8.0
+"""Range of every quantity, in tolerances: far enough to see that a declaration is wrong."""
+
+Change = Callable[[Departures, Mapping[str, Any]], dict[str, Any]]
+"""(departures, values) -> attributes of `Departures` that change."""
+
+
+def tolerances(experiment: Experiment, movable: Real) -> dict[str, Effect]:
+    """Declared quantities that are not exact, by name.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    movable : (P,) ndarray
+        1 for patches that have room around them to be moved, see `EffectOperators.movable`.
+
+    Returns
+    -------
+    dict of str to Effect
+    """
+    parts = (_of_the_plate(experiment), _of_patches(experiment, movable), _of_instruments(experiment))
+    return {effect.card(experiment).name: effect for part in parts for effect in part}
+
+
+def _of_the_plate(experiment: Experiment) -> Iterator[Effect]:
+    given, plate = experiment.tolerances, experiment.plate
+    yield from _quantity(
+        "plate_thickness", "thickness of the plate", {"share": ("1", given.thickness)}, _scaled("thickness")
+    )
+    yield from _quantity("plate_mass", "mass of the plate", {"share": ("1", given.mass)}, _scaled("mass"))
+    for axis, length in (("x", plate.length_x), ("y", plate.length_y)):
+        yield from _quantity(
+            f"plate_length_{axis}",
+            f"length of the plate along {axis}",
+            {"longer": ("m", given.length)},
+            _stretched(f"stretch_{axis}", length, [float(np.sqrt(patch.area)) for patch in experiment.patch]),
+        )
+    yield from _oven(experiment)
+
+
+def _oven(experiment: Experiment) -> Iterator[Effect]:
+    """Temperature of the plate less the reading: an offset at room temperature, and a slope."""
+    given = experiment.tolerances
+    wanted = {"offset": ("K", given.oven_offset), "slope": ("1", given.oven_slope)}
+
+    def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
+        warmer = circumstances.point.temperature - circumstances.room_temperature
+        away = values.get("offset", 0.0) + values.get("slope", 0.0) * warmer
+        return state.with_(temperature=state.temperature + away)
+
+    card = _card("oven_reading", "temperature of the plate less the oven's reading", wanted)
+    if card is not None:
+        yield Effect(lambda _: card, apply)
+
+
+def _of_patches(experiment: Experiment, movable: Real) -> Iterator[Effect]:
+    given, count = experiment.tolerances, len(experiment.patch)
+    for k, patch in enumerate(experiment.patch):
+        name = patch.id
+        if movable[k]:
+            yield from _quantity(
+                f"patch_place {name}",
+                f"place of patch {name}",
+                {"dx": ("m", given.patch_place), "dy": ("m", given.patch_place)},
+                _moved("shift_x", "shift_y", k, count),
+            )
+            yield from _quantity(
+                f"patch_size {name}",
+                f"sides of patch {name}",
+                {"wider": ("m", given.patch_size)},
+                _enlarged(k, count, float(np.sqrt(patch.area))),
+            )
+        shares = {
+            "patch_thickness": (f"thickness of patch {name}", given.patch_thickness),
+            "strain_constant": (f"strain constant d31 of patch {name}", given.strain_constant),
+            "permittivity": (f"permittivity of patch {name}", given.permittivity),
+        }
+        if patch.role != "sensor" or patch.quantity == "charge":  # its voltage is given, or kept at zero
+            del shares["permittivity"]
+        for kind, (words, tolerance) in shares.items():
+            yield from _quantity(
+                f"{kind} {name}", words, {"share": ("1", tolerance)}, _scaled_of(kind, k, count, 1.0, "share")
+            )
+
+
+def _of_instruments(experiment: Experiment) -> Iterator[Effect]:
+    given = experiment.tolerances
+    if any(one.patch is not None and one.quantity == "voltage" for one in experiment.outputs):
+        for kind in ("resistance", "capacitance"):
+            share = given.input_resistance if kind == "resistance" else given.input_capacitance
+            yield from _quantity(f"input_{kind}", f"{kind} of the inputs", {"share": ("1", share)}, _scaled(kind))
+    outputs, placed = experiment.outputs, (*experiment.inputs, *experiment.outputs)
+    for k, output in enumerate(outputs):
+        if output.patch is None and len(outputs) > 1:  # of a single output it is the gain
+            yield from _quantity(
+                f"sensitivity {output.id}",
+                f"sensitivity of {output.id}",
+                {"share": ("1", given.sensitivity)},
+                _added_to("log_sensitivity", k, len(outputs), "share"),
+            )
+    feet = [channel for channel in placed if channel.footprint is not None]
+    if len(feet) > MOST_PLACED:  # a scan: its points are known by their grid
+        return
+    for k, channel in enumerate(feet):
+        yield from _quantity(
+            f"transducer_place {channel.id}",
+            f"place of {channel.id}",
+            {"dx": ("m", given.transducer_place), "dy": ("m", given.transducer_place)},
+            _moved("place_x", "place_y", k, len(feet)),
+        )
+        if channel.footprint is not None and channel.footprint.mass:
+            yield from _quantity(
+                f"transducer_mass {channel.id}",
+                f"mass of {channel.id}",
+                {"heavier": ("kg", given.transducer_mass)},
+                _added_to("added_mass", k, len(feet), "heavier"),
+            )
+
+
+MOST_PLACED = 12
+"""Number of transducers up to which each has a place of its own to be wrong."""
+
+
+def _quantity(name: str, words: str, wanted: dict[str, tuple[str, float]], change: Change) -> Iterator[Effect]:
+    """Yield a quantity with its parameters, {name: (unit, tolerance)}, unless all of them are exact."""
+    card = _card(name, words, wanted)
+    if card is None:
+        return
+
+    def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
+        return state.with_(departures=replace(state.departures, **change(state.departures, values)))
+
+    yield Effect(lambda _: card, apply)
+
+
+def _card(name: str, words: str, wanted: dict[str, tuple[str, float]]) -> EffectCard | None:
+    parameters = tuple(
+        Parameter(key, unit, -FARTHEST * tolerance, FARTHEST * tolerance, tolerance)
+        for key, (unit, tolerance) in wanted.items()
+        if tolerance > 0.0
+    )
+    if not parameters:
+        return None
+    return EffectCard(name, words, parameters, "nothing: it is always free", "measure it more exactly")
+
+
+def _scaled(attribute: str, factor: float = 1.0, key: str = "share") -> Change:
+    return lambda away, values: {attribute: getattr(away, attribute) * (1.0 + factor * values[key])}
+
+
+def _scaled_of(attribute: str, place: int, count: int, factor: float, key: str) -> Change:
+    def change(away: Departures, values: Mapping[str, Any]) -> dict[str, Any]:
+        unit = np.arange(count) == place
+        return {attribute: getattr(away, attribute) * (1.0 + unit * (factor * values[key]))}
+
+    return change
+
+
+def _added_to(attribute: str, place: int, count: int, key: str) -> Change:
+    def change(away: Departures, values: Mapping[str, Any]) -> dict[str, Any]:
+        return {attribute: getattr(away, attribute) + (np.arange(count) == place) * values[key]}
+
+    return change
+
+
+def _stretched(attribute: str, length: float, sides: Sequence[float]) -> Change:
+    """Stretch the plate with its patches, which keep their size: the mean of both sides is as much smaller."""
+    longer = _scaled(attribute, 1.0 / length, "longer")
+
+    def change(away: Departures, values: Mapping[str, Any]) -> dict[str, Any]:
+        smaller = 0.5 * np.array(sides) * (values["longer"] / length)
+        return {**longer(away, values), "wider": away.wider - smaller if sides else away.wider}
+
+    return change
+
+
+def _enlarged(place: int, count: int, side: float) -> Change:
+    wider = _added_to("wider", place, count, "wider")
+    area = _scaled_of("patch_area", place, count, 2.0 / side, "wider")
+    return lambda away, values: {**wider(away, values), **area(away, values)}
+
+
+def _moved(along_x: str, along_y: str, place: int, count: int) -> Change:
+    x, y = _added_to(along_x, place, count, "dx"), _added_to(along_y, place, count, "dy")
+    return lambda away, values: {**x(away, values), **y(away, values)}
