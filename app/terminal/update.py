@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from analysis.channel import Channel
 from analysis.material import MaterialLaws
+from analysis.pairing.paired_sweeps import Pairing
 from analysis.updated import GOOD_MISFIT, Updated
 from app.terminal.with_sigma import with_sigma
 
@@ -118,7 +119,7 @@ def headline(updated: Updated) -> str:
     )
 
 
-def summary(updated: Updated, run: Path, seconds: float, unit: str) -> str:
+def summary(updated: Updated, run: Path, seconds: float, unit: str, pairing: Pairing | None = None) -> str:
     """Return the closing line of the update verb.
 
     Parameters
@@ -130,20 +131,24 @@ def summary(updated: Updated, run: Path, seconds: float, unit: str) -> str:
         Time that it took, s.
     unit : str
         Of the gain.
+    pairing : Pairing, optional
 
     Returns
     -------
     str
     """
     ratio = float((updated.misfit / updated.noise_floor).max())
+    no_fit = "no fit: " if pairing is not None and not pairing.fits else ""
     return (
-        f"{len(updated.temperature)} sweeps updated in {seconds:.1f} s, gain {updated.gain:.3f} {unit}, "
+        f"{no_fit}{len(updated.temperature)} sweeps updated in {seconds:.1f} s, gain {updated.gain:.3f} {unit}, "
         f"misfit at most {ratio:.2f} times the noise; results in {run}"
     )
 
 
-def notes(updated: Updated, laws: MaterialLaws | None) -> list[str]:
+def notes(updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None = None) -> list[str]:
     """Say what has to be known before the estimates are trusted."""
+    if pairing is not None and not pairing.fits:
+        return [pairing.said, *filter(None, [pairing.likely])]
     said = []
     unsettled = int((~updated.settled).sum())
     if unsettled:
