@@ -1,4 +1,4 @@
-"""CoarseTrial of an alternative declaration: how many modes of one sweep a coarse model of it has where and as they are.
+"""Trial of an alternative declaration: how many modes of one sweep a coarse model has where and as they are.
 
 The modulus is found by `analysis.updating.modulus_scan`'s comparison of levels; around the best the modes are
 paired. Gain and the sign of every channel are free: what is tried is where resonances lie and which of them a

@@ -88,6 +88,11 @@ class Pairing:
     likely: str = ""
     effect: str = ""
 
+    @classmethod
+    def of(cls, before: PairedSweeps | None) -> "Pairing | None":
+        """Return the pairing without effects found; None where nothing could be paired."""
+        return None if before is None else cls(before)
+
     @property
     def fits(self) -> bool:
         """Whether the twin is a fit, with the effects found or without."""

@@ -136,7 +136,20 @@ def scan_grid(frequency: Real) -> Real:
 
 
 def smoothed(power: Real, frequency: Real, grid: Real) -> Real:
-    """Mean of powers (K, F) over Hann windows of `WINDOW` about every point of a grid: (K, G)."""
+    """Mean of powers over Hann windows of `WINDOW` about every point of a grid.
+
+    Parameters
+    ----------
+    power : (K, F) ndarray
+    frequency : (F,) ndarray
+        Hz.
+    grid : (G,) ndarray
+        Hz.
+
+    Returns
+    -------
+    (K, G) ndarray
+    """
     distance = np.log(frequency[None, :] / grid[:, None]) / WINDOW
     weight = np.where(np.abs(distance) < 1.0, 1.0 + np.cos(np.pi * np.clip(distance, -1.0, 1.0)), 0.0)
     weight *= np.gradient(frequency)

@@ -34,13 +34,12 @@ def command(
     weighted by its variance. With --twin the effects in that file are on with the values they have there, and the
     laws are those of the plate under them. Pairs measured modes with the twin's: those of modes.h5 in the run
     folder if flexura identify was run, else those of one sweep. Writes frf.h5 and laws.h5 into the run folder.
-    Exit status 1 where a temperature's fit did not settle inside the twin's certified range, and where the modes do
-    not pair: the twin is no fit then, and the likely reason is looked for.
+    Exit status 1 where a temperature's fit did not settle inside the twin's certified range, and where the modes
+    do not pair: the twin is no fit then, and the likely reason is looked for.
     """
     from app.files.campaign import load_campaign
     from app.files.pairing_json import pairing_record
     from app.files.run_folder import run_folder
-    from app.terminal.pairing import show_pairing
     from app.terminal.update import gains_text, notes, record, show, summary
 
     started = time.perf_counter()
@@ -58,7 +57,7 @@ def command(
     pairs = pairing_record(found.pairing)
     output.result(
         lambda: {**record(updated, seconds, inputs, found.frf.driven_by.tolist()), "pairing": pairs},
-        lambda: (show(updated), show_pairing(pairs)),
+        lambda: show(updated, pairs),
     )
     if len(inputs) > 1:
         output.note(f"gains: {gains_text(updated, inputs)}")

@@ -133,8 +133,10 @@ def compute(
     with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
         floor = _floor(plain, twin, patches=bool(campaign.experiment.patch))
         steady = to_first_order(frf, model, plain.local_laws, plain.updated.gains, protocol, executor)
-        begun = fit_twin(steady, plain.updated, model, protocol, executor, given, floor=floor) if given else None
-        start_twin = begun and corrected_twin(frf, plain.updated, model, protocol, begun)
+        start_twin = None
+        if given:
+            begun = fit_twin(steady, plain.updated, model, protocol, executor, given, floor=floor)
+            start_twin = corrected_twin(frf, plain.updated, model, protocol, begun)
         pairing = pairing_before(campaign, plain, twin, start_twin, report)
         if pairing is not None and not (pairing.fits or pairing.effect):
             model = replace(model, twin=replace(twin, library={name: twin.library[name] for name in given}))

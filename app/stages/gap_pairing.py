@@ -41,8 +41,7 @@ def pairing_before(
     """
     pairing = plain.pairing
     if begun is not None:
-        pairs = _paired(campaign, plain, twin, begun)
-        pairing = pairs and Pairing(pairs)
+        pairing = Pairing.of(_paired(campaign, plain, twin, begun))
     return with_reason(campaign.experiment, plain.frf, plain.measured, pairing, report)
 
 
@@ -107,8 +106,6 @@ def _paired(
     campaign: Campaign, plain: Updating, twin: Twin[EffectPlate], corrected: CorrectedTwin
 ) -> PairedSweeps | None:
     """Pair the modes with those of a twin with effects; None where either is not known."""
-    if plain.measured is None:
-        return None
     updated = corrected.updated
     laws = sweep_laws(updated.temperature, updated.material, corrected.laws)
     effects = {name: {p.name: p.value for p in values} for name, values in corrected.effects.items()}

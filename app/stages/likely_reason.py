@@ -8,7 +8,7 @@ import numpy as np
 from analysis.experiment import Experiment
 from analysis.geometry.fault import GeometryError
 from analysis.material import MaterialBox
-from analysis.pairing.coarse_trial import SweepModes, CoarseTrial, tried
+from analysis.pairing.coarse_trial import CoarseTrial, SweepModes, tried
 from analysis.pairing.paired_sweeps import LEAST_SHARE
 from analysis.plate_material import material_box
 from analysis.progress import Progress

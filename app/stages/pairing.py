@@ -131,7 +131,7 @@ def paired_sweeps(
     experiment: Experiment,
     frf: Frf,
     updated: Updated,
-    measured: MeasuredSweeps,
+    measured: MeasuredSweeps | None,
     twin: InstrumentedPlate[Any],
     laws: Sequence[LocalLaws],
     answers: Complex,
@@ -146,7 +146,7 @@ def paired_sweeps(
         T sweeps, as fitted.
     updated : Updated
         Of the same sweeps, for the twin with `effects`.
-    measured : MeasuredSweeps
+    measured : MeasuredSweeps or None
     twin : InstrumentedPlate
     laws : sequence of LocalLaws
         Near every sweep.
@@ -158,8 +158,11 @@ def paired_sweeps(
     Returns
     -------
     PairedSweeps or None
-        None for a twin whose modes are not known, see `app.twins.computed_modes.computed_poles`.
+        None without measured modes, and for a twin whose modes are not known, see
+        `app.twins.computed_modes.computed_poles`.
     """
+    if measured is None:
+        return None
     points, used = sweep_points(frf, experiment.protocol), ~frf.excluded
     pairs: list[ModePairs] = []
     for t, modes in measured.modes.items():

@@ -187,8 +187,8 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress, run: Path |
     seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
     frf = replace(frf, notes=(*frf.notes, *drift_notes(protocol, updated, laws)))
     measured = measured_sweeps(campaign, frf, updated, report, run=run, mains=mains)
-    pairs = measured and paired_sweeps(campaign.experiment, frf, updated, measured, twin, local, seen.h)
-    return Updating(frf, updated, laws, seen, measured, pairs and Pairing(pairs))
+    pairs = paired_sweeps(campaign.experiment, frf, updated, measured, twin, local, seen.h)
+    return Updating(frf, updated, laws, seen, measured, Pairing.of(pairs))
 
 
 def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Twin[DeclaredPlate], Updated]:
@@ -237,7 +237,7 @@ def _updated_under_effects(
     density = campaign.experiment.plate.density
     seen = TwinFrf(frf.frequency, found.answers, twin.error, density)
     measured, local = without.measured, sweep_laws(found.updated.temperature, found.updated.material, found.laws)
-    pairs = measured and paired_sweeps(
+    pairs = paired_sweeps(
         campaign.experiment, frf, found.updated, measured, twin, local, seen.h, start.twin.effects
     )
-    return Updating(frf, found.updated, found.laws, seen, measured, pairs and Pairing(pairs))
+    return Updating(frf, found.updated, found.laws, seen, measured, Pairing.of(pairs))

@@ -13,16 +13,6 @@ CAPTION = (
 )
 
 
-def show_pairing(record: Record | None) -> None:
-    """Print the tables; nothing where there is no pairing."""
-    if record is not None:
-        from rich.console import Console
-
-        console = Console()
-        for table in pairing_tables(record):
-            console.print(table)
-
-
 def pairing_tables(record: Record) -> list[Any]:
     """Return a table of rich for one sweep, and one with the effects found on."""
     from rich.box import SIMPLE_HEAD

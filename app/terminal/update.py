@@ -1,6 +1,6 @@
 """Estimates of model updating as JSON, as a table and in one line; notes for the user."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,6 +8,7 @@ from analysis.channel import Channel
 from analysis.material import MaterialLaws
 from analysis.pairing.paired_sweeps import Pairing
 from analysis.updated import GOOD_MISFIT, Updated
+from app.terminal.pairing import pairing_tables
 from app.terminal.with_sigma import with_sigma
 
 if TYPE_CHECKING:
@@ -73,11 +74,13 @@ def record(updated: Updated, seconds: float, inputs: Sequence[Channel], source: 
     }
 
 
-def show(updated: Updated) -> None:
-    """Print the estimates as a table for people."""
+def show(updated: Updated, pairing: Mapping[str, Any] | None = None) -> None:
+    """Print the estimates, and the record of paired modes, as tables for people."""
     from rich.console import Console
 
-    Console().print(table_of(updated))
+    console = Console()
+    for table in (table_of(updated), *(pairing_tables(pairing) if pairing else ())):
+        console.print(table)
 
 
 def table_of(updated: Updated) -> "Table":
@@ -146,7 +149,18 @@ def summary(updated: Updated, run: Path, seconds: float, unit: str, pairing: Pai
 
 
 def notes(updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None = None) -> list[str]:
-    """Say what has to be known before the estimates are trusted."""
+    """Say what has to be known before the estimates are trusted.
+
+    Parameters
+    ----------
+    updated : Updated
+    laws : MaterialLaws or None
+    pairing : Pairing, optional
+
+    Returns
+    -------
+    list of str
+    """
     if pairing is not None and not pairing.fits:
         return [pairing.said, *filter(None, [pairing.likely])]
     said = []
