@@ -40,6 +40,7 @@
 ``protocol``          what is to be measured, and what a good measurement is
 ``identification``    poles and residues of FRFs, tracked over temperature
 ``shapes``            mode shapes at many places, and how they are judged
+``pairing``           measured modes beside those of a twin, and whether it is a fit
 ``updating``          material parameters of a twin fitted to measured FRFs
 ``gap``               which effect the twin lacks
 ``focusing``          STIF filters, contrast and spot error

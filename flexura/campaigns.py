@@ -133,7 +133,7 @@ def update(
     campaign, run, folder = _loaded(campaign), _run(out), None if effects is None else Path(effects)
     start = start_of(None if twin is None else Path(twin), campaign.experiment, folder)
     with computing(shown=progress) as report:
-        found = update_stage.compute(campaign, mains, report, start=start, folder=folder)
+        found = update_stage.compute(campaign, mains, report, start=start, folder=folder, run=run)
     if run is not None:
         update_stage.save(run, campaign, found, mains, start)
     return found
@@ -177,7 +177,7 @@ def gap(
     folder, start_file = (None if path is None else Path(path) for path in (effects, twin))
     start = start_of(start_file, campaign.experiment, folder)
     with computing(shown=progress) as report:
-        found = gap_stage.compute(campaign, mains, report, start=start, folder=folder)
+        found = gap_stage.compute(campaign, mains, report, start=start, folder=folder, run=run)
     if run is not None:
         gap_stage.save(run, campaign, found, mains, perf_counter() - began, start=start_file, folder=folder)
     return found

@@ -107,15 +107,15 @@ def scan_modulus(model: CoarseModel, frequency: Real, h: NDArray[np.complex128],
     -------
     ModulusScan
     """
-    grid = np.geomspace(frequency[0], frequency[-1], _count(frequency))
-    seen = _levels(_smoothed(np.abs(h) ** 2, frequency, grid))
+    grid = scan_grid(frequency)
+    seen = levels(smoothed(np.abs(h) ** 2, frequency, grid))
     low, high = scanned_box(box).youngs_modulus
     moduli = np.geomspace(low, high, int(np.ceil(np.log(high / low) / STEP)) + 1)
     nu_low, nu_high = box.poisson_ratio
 
     def agreement(e: float, nu: float) -> float:
-        power = _smoothed(np.abs(model.frf(e, nu, grid)) ** 2, grid, grid)
-        return float(np.mean((seen * _levels(power)).mean(axis=1)))
+        power = smoothed(np.abs(model.frf(e, nu, grid)) ** 2, grid, grid)
+        return float(np.mean((seen * levels(power)).mean(axis=1)))
 
     found = np.array([agreement(float(e), 0.5 * (nu_low + nu_high)) for e in moduli])
     declared = (moduli >= box.youngs_modulus[0] / np.exp(STEP)) & (moduli <= box.youngs_modulus[1] * np.exp(STEP))
@@ -129,19 +129,34 @@ def scan_modulus(model: CoarseModel, frequency: Real, h: NDArray[np.complex128],
     )
 
 
-def _count(frequency: Real) -> int:
-    return int(np.ceil(np.log(frequency[-1] / frequency[0]) * POINTS_PER_WINDOW / WINDOW)) + 1
+def scan_grid(frequency: Real) -> Real:
+    """Frequencies (G,), Hz, at which levels of FRFs measured at `frequency` (F,) are compared."""
+    count = int(np.ceil(np.log(frequency[-1] / frequency[0]) * POINTS_PER_WINDOW / WINDOW)) + 1
+    return np.asarray(np.geomspace(frequency[0], frequency[-1], count))
 
 
-def _smoothed(power: Real, frequency: Real, grid: Real) -> Real:
-    """Mean of powers (K, F) over Hann windows of `WINDOW` about every point of a grid: (K, G)."""
+def smoothed(power: Real, frequency: Real, grid: Real) -> Real:
+    """Mean of powers over Hann windows of `WINDOW` about every point of a grid.
+
+    Parameters
+    ----------
+    power : (K, F) ndarray
+    frequency : (F,) ndarray
+        Hz.
+    grid : (G,) ndarray
+        Hz.
+
+    Returns
+    -------
+    (K, G) ndarray
+    """
     distance = np.log(frequency[None, :] / grid[:, None]) / WINDOW
     weight = np.where(np.abs(distance) < 1.0, 1.0 + np.cos(np.pi * np.clip(distance, -1.0, 1.0)), 0.0)
     weight *= np.gradient(frequency)
     return np.asarray((power @ weight.T) / weight.sum(axis=1))
 
 
-def _levels(power: Real) -> Real:
+def levels(power: Real) -> Real:
     """Logarithms of powers (K, G) without linear trend, of mean 0 and variance 1."""
     level = np.log(np.maximum(power, FLOOR * power.max(axis=1, keepdims=True)))
     place = np.linspace(-1.0, 1.0, level.shape[1])

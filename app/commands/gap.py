@@ -37,8 +37,9 @@ def command(
     exceeds the noise, and tries every effect of the library on it. An effect is accepted by its remaining residual
     and by data that it was not fitted to; where none is good enough, the verdict is unknown. Writes gap.json,
     gap.h5 (for flexura report), twin.toml (the twin with what was found) and laws-corrected.h5 (its laws) into the
-    run folder. Exit status 0: no gap, or explained; 1: partly explained or unknown; 2: input that cannot be
-    judged.
+    run folder. Where the modes of twin and plate do not pair, this is no fit: no effect is named, the verdict is
+    unknown, and the likely reason is looked for. Exit status 0: no gap, or explained; 1: partly explained or
+    unknown; 2: input that cannot be judged.
     """
     from app.files.campaign import load_campaign
     from app.files.run_folder import run_folder
@@ -51,7 +52,7 @@ def command(
     start = start_of(twin, loaded.experiment, effects)
     started = time.perf_counter()
     with run_folder(campaign, out) as run, output.progress() as report:
-        found = gap.compute(loaded, mains, report, start=start, folder=effects)
+        found = gap.compute(loaded, mains, report, start=start, folder=effects, run=run)
     seconds = time.perf_counter() - started
     record = gap.save(run, loaded, found, mains, seconds, start=twin, folder=effects)
     output.result(lambda: record, lambda: show(record))

@@ -32,10 +32,13 @@ def command(
 
     Fits the finite-element twin of the declared plate, patches and electronics to the measured FRFs, each line
     weighted by its variance. With --twin the effects in that file are on with the values they have there, and the
-    laws are those of the plate under them. Writes frf.h5 and laws.h5 into the run folder. Exit status 1 where a
-    temperature's fit did not settle inside the twin's certified range.
+    laws are those of the plate under them. Pairs measured modes with the twin's: those of modes.h5 in the run
+    folder if flexura identify was run, else those of one sweep. Writes frf.h5 and laws.h5 into the run folder.
+    Exit status 1 where a temperature's fit did not settle inside the twin's certified range, and where the modes
+    do not pair: the twin is no fit then, and the likely reason is looked for.
     """
     from app.files.campaign import load_campaign
+    from app.files.pairing_json import pairing_record
     from app.files.run_folder import run_folder
     from app.terminal.update import gains_text, notes, record, show, summary
 
@@ -46,15 +49,19 @@ def command(
 
     start = start_of(twin, loaded.experiment, effects)
     with run_folder(campaign, out) as run, output.progress() as report:
-        found = update.compute(loaded, mains, report, start=start, folder=effects)
+        found = update.compute(loaded, mains, report, start=start, folder=effects, run=run)
     replaced = other_effects(run / "laws.h5", {} if start is None else start.twin.effects)
     update.save(run, loaded, found, mains, start)
     updated, seconds = found.updated, time.perf_counter() - started
     inputs = loaded.experiment.inputs
-    output.result(lambda: record(updated, seconds, inputs, found.frf.driven_by.tolist()), lambda: show(updated))
+    pairs = pairing_record(found.pairing)
+    output.result(
+        lambda: {**record(updated, seconds, inputs, found.frf.driven_by.tolist()), "pairing": pairs},
+        lambda: show(updated, pairs),
+    )
     if len(inputs) > 1:
         output.note(f"gains: {gains_text(updated, inputs)}")
-    for note in (*found.frf.notes, *notes(updated, found.laws)):
+    for note in (*found.frf.notes, *notes(updated, found.laws, found.pairing)):
         output.note(note)
     if start is not None:
         on = ", ".join(start.twin.effects) or "no effect"
@@ -63,8 +70,8 @@ def command(
         output.note(
             f"{run / 'laws.h5'} held the laws {replaced}; they are replaced. To keep both: --out ANOTHER-FOLDER"
         )
-    output.summary(summary(updated, run, seconds, inputs[0].gain_unit))
-    if not updated.settled.all():
+    output.summary(summary(updated, run, seconds, inputs[0].gain_unit, found.pairing))
+    if not updated.settled.all() or not (found.pairing is None or found.pairing.fits):
         raise click.exceptions.Exit(1)
 
 

@@ -9,7 +9,9 @@ from analysis.gap.fitting.residual_map import Region
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect
 from analysis.gap.search.held_out import HeldOut
 from analysis.gap.search.observability import Observability
+from analysis.pairing.paired_sweeps import Pairing
 from analysis.updating.corrected_twin import material_of
+from app.files.pairing_json import pairing_record
 
 SCHEMA = "flexura-gap/1"
 
@@ -19,6 +21,7 @@ def gap_record(
     given: Mapping[str, tuple[Estimate, ...]],
     made_from: Mapping[str, Any],
     seconds: float,
+    pairing: Pairing | None = None,
 ) -> dict[str, Any]:
     """Return what gap.json holds.
 
@@ -31,6 +34,7 @@ def gap_record(
         Provenance.
     seconds : float
         Wall time from reading the FRFs to the file.
+    pairing : Pairing, optional
 
     Returns
     -------
@@ -43,6 +47,7 @@ def gap_record(
         "schema": SCHEMA,
         "verdict": report.verdict,
         "effects": [_effect(effect) for effect in report.effects],
+        "pairing": pairing_record(pairing),
         "not_observable": [o.effect for o in report.not_observable],
         "gap": {
             "baseline": _agreement(report.baseline),

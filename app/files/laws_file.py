@@ -1,5 +1,6 @@
 """``laws.h5``: what updating found: E, nu, eta per sweep, the laws through them, and the twin's FRFs."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +14,12 @@ from analysis.updated import Updated
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import result_file
+from app.files.pairing_json import checked_pairing
+from app.files.parsed_text import parse_json
 from app.files.provenance import read_stamp, stamp
 from app.files.values import read_value, write_value
+
+PAIRING = "pairing"
 
 
 @dataclass(frozen=True)
@@ -40,7 +45,12 @@ class TwinFrf:
 
 
 def save_laws(
-    target: Path, updated: Updated, laws: MaterialLaws | None, twin: TwinFrf, made_from: Mapping[str, Any]
+    target: Path,
+    updated: Updated,
+    laws: MaterialLaws | None,
+    twin: TwinFrf,
+    made_from: Mapping[str, Any],
+    pairing: Mapping[str, Any] | None = None,
 ) -> None:
     """Write the result of updating, whole or not at all.
 
@@ -53,6 +63,8 @@ def save_laws(
     twin : TwinFrf
     made_from : mapping
         Provenance.
+    pairing : mapping, optional
+        Of `app.files.pairing_json.pairing_record`.
     """
     with atomic_hdf5(target) as file:
         stamp(file, made_from)
@@ -60,6 +72,17 @@ def save_laws(
         write_value(file.create_group("twin"), twin)
         if laws is not None:
             write_value(file.create_group("laws"), laws)
+        if pairing is not None:
+            file.create_dataset(PAIRING, data=json.dumps(pairing, allow_nan=False))
+
+
+def load_pairing(path: Path) -> dict[str, Any] | None:
+    """Read the record of the paired modes; None where there is none, as in files of earlier versions."""
+    with result_file(path, "update") as file:
+        if PAIRING not in file:
+            return None
+        record: dict[str, Any] = parse_json(file[PAIRING].asstr()[()])
+        return checked_pairing(record)
 
 
 def load_laws(path: Path) -> MaterialLaws:

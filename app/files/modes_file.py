@@ -102,6 +102,12 @@ def load_modes(path: Path) -> TrackedModes:
         return TrackedModes(**parts, modes=modes)
 
 
+def modes_made_from(path: Path) -> dict[str, str]:
+    """SHA-256 of the inputs that modes were identified from, by name; ResultFileError where it cannot be read."""
+    with result_file(path, "identify") as file:
+        return {str(name): str(digest) for name, digest in read_stamp(file)["inputs"].items()}
+
+
 def load_shapes(path: Path) -> ModeShapes:
     """Read back the shapes of a test; ResultFileError where the file holds none."""
     with result_file(path, "identify") as file:

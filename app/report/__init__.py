@@ -13,6 +13,7 @@
 ``measured``        FRFs over temperature (paper Fig. 7)
 ``identified``      modes (paper Figs. 9 and 10)
 ``updated``         twin and measurement (paper Figs. 11 and 12)
+``pairing``         measured modes beside those of the twin
 ``gap``             figures of the gap
 ``gap_section``     the section on the gap
 ``focusing``        contrast and spot error (paper Figs. 4, 13, 15 and 17)

@@ -7,7 +7,9 @@ from typing import Any
 from app.files.gap_file import load_gap
 from app.report import gap
 from app.report.page import Item, PageTable, Paragraph, Picture, VerdictBox
-from app.terminal.gap import estimate, gap_closed, held_out_parts, named, verdict_words
+from app.report.pairing import pairing_items
+from app.terminal.gap import concluded, estimate, gap_closed, held_out_parts, named, verdict_words
+from app.terminal.pairing import no_fit_words
 
 Record = Mapping[str, Any]
 SETTLED = ("none", "explained")
@@ -16,7 +18,10 @@ SETTLED = ("none", "explained")
 def gap_section(path: Path) -> list[Item]:
     """Read a run's gap.h5 and lay it out."""
     figures, record = load_gap(path)
-    items: list[Item] = [verdict(record), _agreement(record)]
+    pairing = record.get("pairing")
+    items: list[Item] = [verdict(record), *pairing_items(pairing, "gap-pairing"), _agreement(record)]
+    if no_fit_words(pairing):
+        return items
     if record["effects"]:
         items.append(_effects(record))
     items.append(
@@ -74,7 +79,7 @@ def verdict(record: Record) -> VerdictBox:
             f"response (chi2 per degree of freedom {before['chi2_per_dof']:.3f})."
         )
         return VerdictBox(verdict_words("none").capitalize(), sentences, settled=True)
-    headline = verdict_words(record["verdict"]).capitalize()
+    headline = concluded(record).capitalize()
     if record["effects"]:
         headline += f" (hints: {found})" if record["verdict"] == "unknown" else f": {found}"
     share = record["unexplained"]["share"]

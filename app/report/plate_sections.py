@@ -11,11 +11,12 @@ from analysis.material import MaterialLaws
 from analysis.plate import Plate
 from analysis.updated import GOOD_MISFIT, Updated
 from app.files.bad_file import ResultFileError
-from app.files.laws_file import TwinFrf, load_laws, load_updated
+from app.files.laws_file import TwinFrf, load_laws, load_pairing, load_updated
 from app.files.modes_file import load_modes
 from app.report import identified, measured, paper, updated
 from app.report.declared import picture, pieces_of_experiment, plate_words, transducer_rows
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture
+from app.report.pairing import pairing_items
 from app.terminal.mode_rows import READ_AS
 from app.terminal.update import gains_text
 from app.terminal.with_sigma import with_sigma
@@ -145,6 +146,7 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
         )
     return [
         Paragraph(text),
+        *pairing_items(load_pairing(run / "laws.h5"), "pairing"),
         *([] if laws is None else [_constants(laws)]),
         *(_compared(experiment.plate, frf, twin, estimates) if same else []),
         Picture(

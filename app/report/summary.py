@@ -9,7 +9,7 @@ from app.files.frf_file import load_frf
 from app.files.gap_file import load_gap
 from app.files.laws_file import load_updated
 from app.files.modes_file import load_modes
-from app.terminal.gap import named, verdict_words
+from app.terminal.gap import concluded, named
 
 
 def summary(run: Path) -> dict[str, str]:
@@ -53,7 +53,7 @@ def _updated(path: Path) -> str:
 
 def _compared(path: Path) -> str:
     _, record = load_gap(path)
-    words = verdict_words(record["verdict"])
+    words = concluded(record)
     if record["effects"] and record["verdict"] != "unknown":
         words += " by " + ", ".join(named(effect) for effect in record["effects"])
     before, after = (record["gap"][when]["chi2_per_dof"] for when in ("baseline", "final"))

@@ -9,8 +9,12 @@
 ``identify_structure``     modes and mode shapes of a test or of a universal file
 ``declaration_check``      declared plate compared with one sweep, before its twin is built
 ``update``                 E, nu, eta and gain of a campaign, and laws through them
+``pairing``                measured modes of some sweeps beside those of the twin
+``likely_reason``          other declarations, tried where the twin is no fit
+``alternatives``           which: places, lengths, order of channels, orthotropy
 ``gap``                    comparison of a campaign with its twin
 ``gap_notes``                effects that were not tried, and the error of the twin
+``gap_pairing``              modes paired before and after the effects found
 ``drift_notes``              drift of the temperature that is not taken into account
 ``issued_twin``            twin file that the gap stage writes
 ``focus``                  filters of a panel over temperature

@@ -15,6 +15,7 @@ from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.gap import find_gap
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
+from analysis.pairing.paired_sweeps import Pairing
 from analysis.progress import Progress
 from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
 from analysis.updating.drift import to_first_order
@@ -23,10 +24,12 @@ from app.files.frf_file import save_frf
 from app.files.gap_file import GapFigures, save_gap
 from app.files.gap_json import gap_record
 from app.files.laws_file import TwinFrf, save_laws
+from app.files.pairing_json import pairing_record
 from app.files.provenance import provenance, sha256
 from app.files.twin_file import write_twin
 from app.stages.drift_notes import untimed
 from app.stages.gap_notes import missing_words, roughness
+from app.stages.gap_pairing import paired_report, pairing_before
 from app.stages.issued_twin import issued_twin
 from app.stages.update import Updating, updated_twin
 from app.terminal.gap import headline, tables
@@ -58,6 +61,8 @@ class GapComparison:
     report : GapReport
     corrected : CorrectedTwin
         With the effects claimed; with verdict unknown the effects found are hints and are left out.
+    pairing : Pairing or None
+        Of measured modes with the twin's, before and after; None where either is not known.
     """
 
     frf: Frf
@@ -66,10 +71,11 @@ class GapComparison:
     given: Mapping[str, tuple[Estimate, ...]]
     report: GapReport
     corrected: CorrectedTwin
+    pairing: Pairing | None = None
 
     def record(self) -> dict[str, Any]:
         """Return what gap.json holds, without provenance and time."""
-        return gap_record(self.report, self.given, {}, 0.0)
+        return gap_record(self.report, self.given, {}, 0.0, self.pairing)
 
     def __repr__(self) -> str:
         """Verdict, effects and chi2 in one line, and the notes."""
@@ -88,6 +94,7 @@ def compute(
     start: Start | None = None,
     folder: Path | None = None,
     without: Collection[str] = (),
+    run: Path | None = None,
 ) -> GapComparison:
     """Compare a campaign with its twin.
 
@@ -104,6 +111,8 @@ def compute(
         A user's own effects.
     without : collection of str
         Effects of the library that are no candidates.
+    run : Path, optional
+        Run folder whose modes.h5 gives the measured modes to pair, if it is of these recordings.
 
     Returns
     -------
@@ -114,7 +123,7 @@ def compute(
     ResultFileError
         For a campaign that cannot be compared with its twin, with the reason.
     """
-    plain = updated_twin(campaign, mains, report)
+    plain = updated_twin(campaign, mains, report, run)
     frf = plain.frf
     twin, given = campaign_model(campaign.experiment, plain.updated, report, start, folder)
     twin = replace(twin, library={name: effect for name, effect in twin.library.items() if name not in without})
@@ -124,6 +133,13 @@ def compute(
     with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
         floor = _floor(plain, twin, patches=bool(campaign.experiment.patch))
         steady = to_first_order(frf, model, plain.local_laws, plain.updated.gains, protocol, executor)
+        start_twin = None
+        if given:
+            begun = fit_twin(steady, plain.updated, model, protocol, executor, given, floor=floor)
+            start_twin = corrected_twin(frf, plain.updated, model, protocol, begun)
+        pairing = pairing_before(campaign, plain, twin, start_twin, report)
+        if pairing is not None and not (pairing.fits or pairing.effect):
+            model = replace(model, twin=replace(twin, library={name: twin.library[name] for name in given}))
         found = find_gap(steady, plain.updated, model, protocol, executor, floor=floor, progress=report)
         not_tried = untried(campaign.experiment, folder)
         notes = (
@@ -133,15 +149,16 @@ def compute(
         )
         found = replace(found, notes=(*found.notes, *notes))
         claimed = {e.name: e.parameters for e in found.effects}
+        parts = found.state, found.laws_after, found.sigma_gain
+        named = FittedTwin(*parts, {**given, **claimed}, found.declared)
+        last = corrected_twin(frf, plain.updated, model, protocol, named)
+        found, pairing = paired_report(campaign, plain, twin, found, pairing, last)
         if found.verdict == "unknown":
             fitted = fit_twin(steady, plain.updated, model, protocol, executor, given, floor=floor)
         else:
-            fitted = FittedTwin(
-                found.state, found.laws_after, found.sigma_gain, {**given, **claimed}, found.declared
-            )
-    return GapComparison(
-        frf, plain, twin, given, found, corrected_twin(frf, plain.updated, model, protocol, fitted)
-    )
+            fitted = named
+    corrected = corrected_twin(frf, plain.updated, model, protocol, fitted)
+    return GapComparison(frf, plain, twin, given, found, corrected, pairing)
 
 
 def _origin(campaign: Campaign, mains: float, start: Path | None, folder: Path | None) -> dict[str, Any]:
@@ -195,13 +212,14 @@ def save(
         Where the run folder cannot be written.
     """
     origin = _origin(campaign, mains, start, folder)
-    record = gap_record(found.report, found.given, origin, seconds)
+    record = gap_record(found.report, found.given, origin, seconds, found.pairing)
     save_frf(run / "frf.h5", campaign.experiment, found.frf, origin)
     figures = GapFigures.of(found.report, found.corrected.nodes)
     save_gap(run / FIGURES, figures, found.report.signatures, record, origin)
     if not (run / "laws.h5").is_file():
         plain = found.plain
-        save_laws(run / "laws.h5", plain.updated, plain.laws, plain.twin, origin)
+        record_of_plain = pairing_record(plain.pairing)
+        save_laws(run / "laws.h5", plain.updated, plain.laws, plain.twin, origin, record_of_plain)
     based_on = None if start is None else sha256(start)
     issued = issued_twin(campaign, found.corrected, found.twin.error, found.report.verdict, based_on)
     write_twin(run / TWIN, issued)

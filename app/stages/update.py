@@ -14,6 +14,7 @@ from analysis.gap.data.preparation import sweep_points
 from analysis.held_effects import HeldEffects
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialLaws
+from analysis.pairing.paired_sweeps import Pairing
 from analysis.progress import Progress
 from analysis.protocol.advice import unresolved
 from analysis.sweep_point import SweepPoint
@@ -26,8 +27,10 @@ from analysis.updating.polarity import polarity_corrected
 from analysis.updating.update import update
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
+from app.files.pairing_json import pairing_record
 from app.files.provenance import provenance, sha256
 from app.stages.drift_notes import drift_notes
+from app.stages.pairing import MeasuredSweeps, measured_sweeps, paired_sweeps, with_reason
 from app.terminal.notebook import as_html, as_text
 from app.terminal.update import headline, notes, table_of
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
@@ -50,12 +53,18 @@ class Updating:
         Smooth laws through the estimates; None for fewer than three temperatures.
     twin : TwinFrf
         FRFs of the updated twin.
+    measured : MeasuredSweeps or None
+        Modes of some sweeps; None where none can be identified.
+    pairing : Pairing or None
+        Of these with the twin's; None where either is not known.
     """
 
     frf: Frf
     updated: Updated
     laws: MaterialLaws | None
     twin: TwinFrf
+    measured: MeasuredSweeps | None = None
+    pairing: Pairing | None = None
 
     def __repr__(self) -> str:
         """Sweeps, ranges of E, nu and eta, and misfit in one line, and the notes."""
@@ -71,11 +80,17 @@ class Updating:
 
     @property
     def _notes(self) -> tuple[str, ...]:
-        return (*self.frf.notes, *notes(self.updated, self.laws))
+        return (*self.frf.notes, *notes(self.updated, self.laws, self.pairing))
 
 
 def compute(
-    campaign: Campaign, mains: float, report: Progress, *, start: Start | None = None, folder: Path | None = None
+    campaign: Campaign,
+    mains: float,
+    report: Progress,
+    *,
+    start: Start | None = None,
+    folder: Path | None = None,
+    run: Path | None = None,
 ) -> Updating:
     """Fit the material of a campaign's twin to its FRFs, and laws through the estimates.
 
@@ -90,6 +105,8 @@ def compute(
         Twin file whose effects are held at their values.
     folder : Path, optional
         A user's own effects.
+    run : Path, optional
+        Run folder whose modes.h5 gives the measured modes to pair, if it is of these recordings.
 
     Returns
     -------
@@ -100,9 +117,11 @@ def compute(
     ResultFileError
         For a campaign that cannot be fitted, with the reason.
     """
-    if start is None:
-        return updated_twin(campaign, mains, report)
-    return _updated_under_effects(campaign, mains, start, folder, report)
+    found = updated_twin(campaign, mains, report, run)
+    if start is not None:
+        found = _updated_under_effects(campaign, found, start, folder, report)
+    reasoned = with_reason(campaign.experiment, found.frf, found.measured, found.pairing, report)
+    return replace(found, pairing=reasoned)
 
 
 def save(run: Path, campaign: Campaign, found: Updating, mains: float, start: Start | None = None) -> None:
@@ -129,11 +148,11 @@ def save(run: Path, campaign: Campaign, found: Updating, mains: float, start: St
         settings |= {"twin": sha256(start.path), "effects": start.twin.effects}
     made_from = provenance(campaign.hashes, {**settings, "campaign": campaign.name})
     save_frf(run / "frf.h5", campaign.experiment, found.frf, made_from)
-    save_laws(run / "laws.h5", found.updated, found.laws, found.twin, made_from)
+    save_laws(run / "laws.h5", found.updated, found.laws, found.twin, made_from, pairing_record(found.pairing))
 
 
-def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating:
-    """Fit the twin without effects, as `compute` does.
+def updated_twin(campaign: Campaign, mains: float, report: Progress, run: Path | None = None) -> Updating:
+    """Fit the twin without effects, as `compute` does, but for the likely reason where it is no fit.
 
     Parameters
     ----------
@@ -142,6 +161,8 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating
         Frequency of the mains, Hz.
     report : callable
         Called with a stage's name and the share of it done.
+    run : Path, optional
+        As in `compute`.
 
     Returns
     -------
@@ -168,7 +189,9 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating
     density = campaign.experiment.plate.density
     seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
     frf = replace(frf, notes=(*frf.notes, *drift_notes(protocol, updated, laws)))
-    return Updating(frf, updated, laws, seen)
+    measured = measured_sweeps(campaign, frf, updated, report, run=run, mains=mains)
+    pairs = paired_sweeps(campaign.experiment, frf, updated, measured, twin, local, seen.h)
+    return Updating(frf, updated, laws, seen, measured, Pairing.of(pairs))
 
 
 def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Twin[EffectPlate], Updated]:
@@ -202,11 +225,10 @@ def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Tw
 
 
 def _updated_under_effects(
-    campaign: Campaign, mains: float, start: Start, folder: Path | None, report: Progress
+    campaign: Campaign, without: Updating, start: Start, folder: Path | None, report: Progress
 ) -> Updating:
     """Fit with the effects of a twin file held at their values; sweeps at one temperature share E, nu and eta."""
     protocol = campaign.experiment.protocol
-    without = updated_twin(campaign, mains, report)
     frf, plain = without.frf, without.updated
     twin, given = campaign_model(campaign.experiment, plain, report, start, folder)
     model = HeldEffects(twin, start.twin.effects)
@@ -218,4 +240,8 @@ def _updated_under_effects(
     report("laws under effects", 1.0)
     density = campaign.experiment.plate.density
     seen = TwinFrf(frf.frequency, found.answers, twin.error, density)
-    return Updating(frf, found.updated, found.laws, seen)
+    measured, local = without.measured, sweep_laws(found.updated.temperature, found.updated.material, found.laws)
+    pairs = paired_sweeps(
+        campaign.experiment, frf, found.updated, measured, twin, local, seen.h, start.twin.effects
+    )
+    return Updating(frf, found.updated, found.laws, seen, measured, Pairing.of(pairs))

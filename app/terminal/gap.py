@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from app.terminal.pairing import no_fit_words, pairing_tables
 from app.terminal.with_sigma import with_sigma
 
 Record = Mapping[str, Any]
@@ -19,11 +20,16 @@ def headline(record: Record) -> str:
     gap = record["gap"]
     before, after = gap["baseline"]["chi2_per_dof"], gap["final"]["chi2_per_dof"]
     found = ", ".join(named(effect) for effect in record["effects"])
-    words = verdict_words(record["verdict"])
+    words = concluded(record)
     if record["effects"]:
         words += f" by {found}" if record["verdict"] != "unknown" else f" (hints: {found})"
     closed = "" if record["verdict"] == "none" else f" -> {after:.3g}"
     return f"{words}; chi2 per dof {before:.3g}{closed}"
+
+
+def concluded(record: Record) -> str:
+    """Return the verdict in words, or that there is no fit to judge."""
+    return "unknown: this is no fit" if no_fit_words(record.get("pairing")) else verdict_words(record["verdict"])
 
 
 def verdict_words(verdict: str) -> str:
@@ -63,8 +69,16 @@ def show(record: Record) -> None:
 
 
 def tables(record: Record) -> list[Any]:
-    """Return what was found, the agreement, what is left and what could not be seen, as tables of rich."""
-    every = (_found(record), _agreement(record), _where(record), _unseen(record))
+    """Return paired modes, effects, agreement, what is left and what could not be seen, as tables of rich."""
+    pairing = record.get("pairing")
+    pairs = () if pairing is None else pairing_tables(pairing)
+    no_fit = bool(no_fit_words(pairing))
+    every = (
+        *pairs,
+        *(() if no_fit else (_found(record),)),
+        _agreement(record),
+        *(() if no_fit else (_where(record), _unseen(record))),
+    )
     return [table for table in every if table.row_count]
 
 

@@ -1,6 +1,6 @@
 """Estimates of model updating as JSON, as a table and in one line; notes for the user."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,8 +9,10 @@ import numpy as np
 from analysis.channel import Channel
 from analysis.declared_quantity import budget
 from analysis.material import MaterialLaws
+from analysis.pairing.paired_sweeps import Pairing
 from analysis.updated import GOOD_MISFIT, Updated
 from app.files.gap_json import declared_record
+from app.terminal.pairing import pairing_tables
 from app.terminal.with_sigma import with_sigma
 
 if TYPE_CHECKING:
@@ -78,14 +80,16 @@ def record(updated: Updated, seconds: float, inputs: Sequence[Channel], source: 
     }
 
 
-def show(updated: Updated) -> None:
-    """Print the estimates as a table for people."""
+def show(updated: Updated, pairing: Mapping[str, Any] | None = None) -> None:
+    """Print the estimates, and the record of paired modes, as tables for people."""
     from rich.console import Console
 
     console = Console()
     console.print(table_of(updated))
     for line in budget_lines(updated):
         console.print(line, highlight=False, soft_wrap=True)
+    for table in pairing_tables(pairing) if pairing else ():
+        console.print(table)
 
 
 def table_of(updated: Updated) -> "Table":
@@ -163,7 +167,7 @@ def headline(updated: Updated) -> str:
     )
 
 
-def summary(updated: Updated, run: Path, seconds: float, unit: str) -> str:
+def summary(updated: Updated, run: Path, seconds: float, unit: str, pairing: Pairing | None = None) -> str:
     """Return the closing line of the update verb.
 
     Parameters
@@ -175,20 +179,35 @@ def summary(updated: Updated, run: Path, seconds: float, unit: str) -> str:
         Time that it took, s.
     unit : str
         Of the gain.
+    pairing : Pairing, optional
 
     Returns
     -------
     str
     """
     ratio = float((updated.misfit / updated.noise_floor).max())
+    no_fit = "no fit: " if pairing is not None and not pairing.fits else ""
     return (
-        f"{len(updated.temperature)} sweeps updated in {seconds:.1f} s, gain {updated.gain:.3f} {unit}, "
+        f"{no_fit}{len(updated.temperature)} sweeps updated in {seconds:.1f} s, gain {updated.gain:.3f} {unit}, "
         f"misfit at most {ratio:.2f} times the noise; results in {run}"
     )
 
 
-def notes(updated: Updated, laws: MaterialLaws | None) -> list[str]:
-    """Say what has to be known before the estimates are trusted."""
+def notes(updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None = None) -> list[str]:
+    """Say what has to be known before the estimates are trusted.
+
+    Parameters
+    ----------
+    updated : Updated
+    laws : MaterialLaws or None
+    pairing : Pairing, optional
+
+    Returns
+    -------
+    list of str
+    """
+    if pairing is not None and not pairing.fits:
+        return [pairing.said, *filter(None, [pairing.likely])]
     said = []
     unsettled = int((~updated.settled).sum())
     if unsettled:

@@ -6,5 +6,6 @@
 ``panel_twin``        twin of a focusing panel
 ``tilted_twin``     the same with one side warmer than the other
 ``expected_modes``    modes that the twin of an updated run expects
+``computed_modes``    poles and residues of a twin as an FRF shows them
 ====================  ===========================================================
 """

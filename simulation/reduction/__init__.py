@@ -26,6 +26,7 @@ A plate over a range of materials:
 ``basis_key``              cache key of a reduced model, from all its inputs
 ``plate_basis``            finite-element functions and vectors of a reduced model
 ``coarse_plate``           fast model with errors of a per cent, for a first check of data
+``coarse_places``          the same with one transducer anywhere on the plate
 =========================  ================================================================
 
 The same plate with physical effects on it:

@@ -53,8 +53,10 @@ class CoarsePlate:
         reduced = coarse_reduction(experiment.plate, experiment.patch, box, experiment.protocol.band, footprints)
         return cls(reduced.loaded(np.array([one.mass for one in footprints])), Instruments.of(experiment))
 
-    def frf(self, youngs_modulus: float, poisson_ratio: float, frequency: Real) -> Complex:
-        """Return the approximate outputs per unit of the input, with the loss factor `LOSS_FACTOR`.
+    def frf(
+        self, youngs_modulus: float, poisson_ratio: float, frequency: Real, loss_factor: float = LOSS_FACTOR
+    ) -> Complex:
+        """Return the approximate outputs per unit of the input.
 
         Parameters
         ----------
@@ -62,6 +64,8 @@ class CoarsePlate:
             Pa.
         poisson_ratio : float
         frequency : (F,) ndarray, Hz
+        loss_factor : float
+            Of plate and patches.
 
         Returns
         -------
@@ -71,9 +75,29 @@ class CoarsePlate:
         seen, driving = self.instruments.seen, self.instruments.driving
         ports = list(dict.fromkeys((*seen, *driving)))
         modes = DampedModes.of(stiffness, self.reduced.ports[:, ports], self.reduced.dashpots)
-        answer = modes.transfers(frequency, LOSS_FACTOR)
+        answer = modes.transfers(frequency, loss_factor)
         between = answer[np.ix_([ports.index(one) for one in seen], [ports.index(one) for one in driving])]
         return Transfer.of(self.instruments, self.reduced.capacitance, between, frequency).response
+
+    def poles(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float = LOSS_FACTOR) -> Complex:
+        """Poles of the plate, its patches short-circuited and without dashpots.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+            Of plate and patches.
+
+        Returns
+        -------
+        (r,) complex ndarray
+            rad/s, ascending; motions without stiffness are left out.
+        """
+        stiffness = self.reduced.stiffness(youngs_modulus, poisson_ratio, 0.0).real
+        squares = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))
+        return np.asarray(1j * np.sqrt((1.0 + 1j * loss_factor) * squares[squares > 1.0]))
 
 
 def coarse_reduction(

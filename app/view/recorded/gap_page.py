@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QListWidget, QList
 
 from analysis.arrays import Real
 from app.files.gap_file import GapFigures, Signatures
-from app.terminal.gap import estimate, named, verdict_words
+from app.terminal.gap import concluded, estimate, named
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
 from app.view.map import Map
 from app.view.map_chart import MapChart
@@ -67,7 +67,7 @@ class GapPage(QWidget):
                 item.setCheckState(Qt.CheckState.Checked if on else Qt.CheckState.Unchecked)
 
     def _lay_out(self, record: Record) -> None:
-        words = verdict_words(record["verdict"]).capitalize()
+        words = concluded(record).capitalize()
         found = "".join(
             f"<li><b>{named(effect)}</b>: "
             + ", ".join(f"{name} = {estimate(p)}" for name, p in effect["parameters"].items())

@@ -1,0 +1,196 @@
+"""Measured and computed modes, paired one to one.
+
+A pair's value is (1 - d**2)(1 + a)/2, with the distance d of both frequencies over half the window, and the
+agreement a of both residues, 1 for equal ones and -1 for opposite ones. The pairs of largest total value are found
+by linear assignment (Kuhn 1955, as scipy solves it): two close modes are not exchanged because one of them lies a
+little nearer, and a weak computed mode takes no strong measured one from its neighbour.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from analysis.pairing.mode_list import ModeList
+from analysis.shapes.assurance import mac
+
+SHIFT = 0.02
+"""Least half width of the window, relative. Else it is the half-power bandwidth; on lightly damped plates that is
+less than masses and supports that nobody declared move modes."""
+HALF_POWER = 0.5
+"""Distance in the window up to which frequencies agree: where the window is the bandwidth, to where a resonance
+falls to half its power."""
+ALIKE = 0.5
+"""Agreement of residues from which they are alike: 0.8 stands for a factor of two, 0.5 for 60 degrees of phase."""
+
+
+@dataclass(frozen=True)
+class ModePairs:
+    """Modes of one sweep, measured and computed, and which belong together.
+
+    Attributes
+    ----------
+    temperature : float
+        Of the sweep, degrees Celsius.
+    band : (float, float)
+        In which modes were identified, Hz.
+    measured, computed : ModeList
+    measured_index, computed_index : (N,) int ndarray
+        Of every pair, by ascending frequency.
+    """
+
+    temperature: float
+    band: tuple[float, float]
+    measured: ModeList
+    computed: ModeList
+    measured_index: NDArray[np.int_]
+    computed_index: NDArray[np.int_]
+
+    @property
+    def difference(self) -> NDArray[np.float64]:
+        """Computed over measured frequency, less 1, of every pair, (N,)."""
+        return np.asarray(self._computed("frequency") / self._measured("frequency") - 1.0)
+
+    @property
+    def sigma(self) -> NDArray[np.float64]:
+        """Standard deviation of `difference`, (N,)."""
+        spread = np.hypot(self._measured("sigma_frequency"), self._computed("sigma_frequency"))
+        return np.asarray(spread / self._measured("frequency"))
+
+    @property
+    def damping(self) -> NDArray[np.float64]:
+        """Measured over computed damping ratio of every pair, (N,)."""
+        return np.asarray(self._measured("damping_ratio") / self._computed("damping_ratio"))
+
+    @property
+    def distance(self) -> NDArray[np.float64]:
+        """Distance of both frequencies over the half width of the window, 0 to 1, (N,)."""
+        return distance_of(self.measured, self.computed)[self.measured_index, self.computed_index]
+
+    @property
+    def window(self) -> NDArray[np.float64]:
+        """Half width of every pair's window, a share of the measured frequency, (N,)."""
+        width = half_window(self.measured, self.computed)[self.measured_index, self.computed_index]
+        return np.asarray(width / self._measured("frequency"))
+
+    @property
+    def mac(self) -> NDArray[np.float64] | None:
+        """Modal assurance criterion of every pair, (N,); None for one channel, of which it says nothing."""
+        one, other = self._residues
+        if len(one) < 2:
+            return None
+        return np.asarray(np.diagonal(mac(one.T, other.T)))
+
+    @property
+    def agreement(self) -> NDArray[np.float64]:
+        """Agreement of the residues of every pair, (N,), see `agreement_of`."""
+        one, other = self._residues
+        return np.asarray(np.diagonal(agreement_of(one, other)))
+
+    @property
+    def unpaired_measured(self) -> NDArray[np.int_]:
+        """Measured modes without a partner."""
+        return np.setdiff1d(np.arange(len(self.measured.frequency)), self.measured_index)
+
+    @property
+    def missing(self) -> NDArray[np.int_]:
+        """Computed modes that the FRFs should show and that were not measured.
+
+        Not those beyond the band, not those that the instruments hardly see, and not those whose peak a larger one
+        of a computed neighbour covers: there the measured mode stands for both.
+        """
+        alone = np.setdiff1d(np.arange(len(self.computed.frequency)), self.computed_index)
+        peak, f, width = self.computed.peak, self.computed.frequency, self.computed.bandwidth
+        shown = []
+        inside = (f > self.band[0]) & (f < self.band[1])
+        for j in alone[(self.computed.strong & inside)[alone]]:
+            near = (np.abs(f - f[j]) < np.maximum(width, width[j])) & (peak > peak[j])
+            if not near.any():
+                shown.append(int(j))
+        return np.array(shown, dtype=int)
+
+    @property
+    def matched(self) -> NDArray[np.bool_]:
+        """Pairs that show one mode: frequencies in the inner half of the window, and residues alike, (N,)."""
+        return np.asarray((self.distance < HALF_POWER) & (self.agreement > ALIKE))
+
+    @property
+    def count(self) -> tuple[int, int]:
+        """Number of strong measured modes that are `matched`, and of all strong ones."""
+        strong = self.measured.strong
+        return int(strong[self.measured_index[self.matched]].sum()), int(strong.sum())
+
+    @property
+    def share(self) -> float:
+        """Share of the strong measured modes that are `matched`; NaN where no mode is strong."""
+        matched, strong = self.count
+        return matched / strong if strong else float("nan")
+
+    @property
+    def counted(self) -> str:
+        """Say `count` in words."""
+        matched, strong = self.count
+        return f"{matched} of {strong} strong measured modes where and as they are"
+
+    @property
+    def _residues(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        return self.measured.residues[:, self.measured_index], self.computed.residues[:, self.computed_index]
+
+    def _measured(self, name: str) -> NDArray[np.float64]:
+        return np.asarray(getattr(self.measured, name)[self.measured_index])
+
+    def _computed(self, name: str) -> NDArray[np.float64]:
+        return np.asarray(getattr(self.computed, name)[self.computed_index])
+
+
+def agreement_of(one: NDArray[np.complex128], other: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Agreement 2 Re(a* b)/(|a|**2 + |b|**2) of all pairs of residues.
+
+    Parameters
+    ----------
+    one, other : (K, J) and (K, M) ndarray
+
+    Returns
+    -------
+    (J, M) ndarray
+        -1 for opposite residues, 0 where one is much larger, 1 for equal ones.
+    """
+    cross = 2.0 * (one.conj().T @ other).real
+    size = (np.abs(one) ** 2).sum(axis=0)[:, None] + (np.abs(other) ** 2).sum(axis=0)[None, :]
+    found: NDArray[np.float64] = np.divide(cross, size, out=np.zeros_like(cross), where=size > 0.0)
+    return found
+
+
+def half_window(measured: ModeList, computed: ModeList) -> NDArray[np.float64]:
+    """Half widths of all pairs' windows, Hz, (J, M): the wider mode's bandwidth, or `SHIFT` if that is more."""
+    width = np.maximum(measured.bandwidth[:, None], computed.bandwidth[None, :])
+    return np.asarray(np.maximum(width, SHIFT * measured.frequency[:, None]))
+
+
+def distance_of(measured: ModeList, computed: ModeList) -> NDArray[np.float64]:
+    """Distance of all frequencies over the half width of the window, (J, M)."""
+    away = np.abs(measured.frequency[:, None] - computed.frequency[None, :])
+    return np.asarray(away / half_window(measured, computed))
+
+
+def pair_modes(temperature: float, band: tuple[float, float], measured: ModeList, computed: ModeList) -> ModePairs:
+    """Pair the modes of one sweep.
+
+    Parameters
+    ----------
+    temperature : float
+        Degrees Celsius.
+    band : (float, float)
+        In which modes were identified, Hz.
+    measured, computed : ModeList
+
+    Returns
+    -------
+    ModePairs
+    """
+    value = np.maximum(1.0 - distance_of(measured, computed) ** 2, 0.0)
+    value *= 0.5 * (1.0 + agreement_of(measured.residues, computed.residues))
+    rows, columns = linear_sum_assignment(value, maximize=True)
+    real = value[rows, columns] > 0.0
+    return ModePairs(temperature, band, measured, computed, rows[real], columns[real])

@@ -1,0 +1,102 @@
+"""The pairing of modes, for ``--json``, laws.h5 and gap.json: one record a sweep, SI units."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.pairing.assignment import ModePairs
+from analysis.pairing.mode_list import ModeList
+from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
+
+
+def pairing_record(pairing: Pairing | None) -> dict[str, Any] | None:
+    """Return what JSON holds of a pairing; None where there is none."""
+    if pairing is None:
+        return None
+    return {
+        "fit": pairing.fits,
+        "said": pairing.said,
+        "likely_reason": pairing.likely,
+        "measured_modes": pairing.before.source,
+        "shown": pairing.before.worst,
+        "sweeps": _sweeps(pairing.before),
+        "sweeps_after": None if pairing.after is None else _sweeps(pairing.after),
+    }
+
+
+def checked_pairing(record: Any) -> dict[str, Any]:
+    """Return a record that was read, if it is one; ValueError otherwise."""
+    if not isinstance(record, dict) or not isinstance(record.get("sweeps"), list):
+        raise ValueError("a pairing is a table with a list of sweeps")
+    wanted = {"fit", "said", "likely_reason", "measured_modes", "shown", "sweeps_after"}
+    if lacking := sorted(wanted - set(record)):
+        raise ValueError(f"a pairing lacks {', '.join(lacking)}")
+    if not isinstance(record["shown"], int) or not 0 <= record["shown"] < len(record["sweeps"]):
+        raise ValueError(f"a pairing shows sweep {record['shown']}; {len(record['sweeps'])} are there")
+    return record
+
+
+def shown(record: Mapping[str, Any], sweeps: str = "sweeps") -> Mapping[str, Any]:
+    """Return the sweep of a record that is shown first: the worst of those that are no fit, or of all."""
+    found: Mapping[str, Any] = record[sweeps][record["shown"]]
+    return found
+
+
+def _sweeps(paired: PairedSweeps) -> list[dict[str, Any]]:
+    return [
+        _sweep(one, float(misfit), bool(failing))
+        for one, misfit, failing in zip(paired.sweeps, paired.misfit, paired.failing, strict=True)
+    ]
+
+
+def _sweep(pairs: ModePairs, misfit: float, failing: bool) -> dict[str, Any]:
+    matched, strong = pairs.count
+    return {
+        "temperature_c": pairs.temperature,
+        "band_hz": list(pairs.band),
+        "misfit": misfit,
+        "fit": not failing,
+        "strong": strong,
+        "matched": matched,
+        "pairs": _pairs(pairs),
+        "measured_only": _alone(pairs.measured, pairs.unpaired_measured),
+        "computed_only": _alone(pairs.computed, pairs.missing),
+    }
+
+
+def _pairs(pairs: ModePairs) -> list[dict[str, Any]]:
+    measured, computed = pairs.measured, pairs.computed
+    mac = pairs.mac
+    rows = []
+    for n, (i, j) in enumerate(zip(pairs.measured_index.tolist(), pairs.computed_index.tolist(), strict=True)):
+        difference, sigma = float(pairs.difference[n]), float(pairs.sigma[n])
+        rows.append(
+            {
+                "measured_hz": float(measured.frequency[i]),
+                "computed_hz": float(computed.frequency[j]),
+                "difference": difference,
+                "window": float(pairs.window[n]),
+                "difference_sigma": difference / sigma if sigma > 0.0 else None,
+                "measured_damping_ratio": float(measured.damping_ratio[i]),
+                "computed_damping_ratio": float(computed.damping_ratio[j]),
+                "damping": float(pairs.damping[n]),
+                "mac": None if mac is None else float(mac[n]),
+                "residues": float(pairs.agreement[n]),
+                "strong": bool(measured.strong[i]),
+                "matched": bool(pairs.matched[n]),
+            }
+        )
+    return rows
+
+
+def _alone(modes: ModeList, rows: NDArray[np.int_]) -> list[dict[str, Any]]:
+    return [
+        {
+            "frequency_hz": float(modes.frequency[j]),
+            "damping_ratio": float(modes.damping_ratio[j]),
+            "strong": bool(modes.strong[j]),
+        }
+        for j in rows.tolist()
+    ]

@@ -1,0 +1,88 @@
+"""The pairing of modes as a table on the screen, from its record."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from app.files.pairing_json import shown
+
+Record = Mapping[str, Any]
+HEADINGS = ("measured [Hz]", "twin [Hz]", "Δf [%]", "Δf [σ]", "ζ measured/twin")
+CAPTION = (
+    "match: frequency within half a bandwidth (at least 1 %), residue alike; – : weak or overlapped, not counted. "
+    "Δf: twin less measured"
+)
+
+
+def pairing_tables(record: Record) -> list[Any]:
+    """Return a table of rich for one sweep, and one with the effects found on."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    tables = []
+    for name, words in (("sweeps", ""), ("sweeps_after", ", with the effects found")):
+        if record[name] is None:
+            continue
+        sweep = shown(record, name)
+        table = Table(
+            title=f"{title(sweep)}{words}",
+            title_justify="left",
+            caption=CAPTION,
+            caption_justify="left",
+            header_style="bold",
+            box=SIMPLE_HEAD,
+            padding=(0, 1, 0, 0),
+        )
+        for heading in (*HEADINGS, likeness(sweep), "match"):
+            table.add_column(heading, justify="right", no_wrap=True)
+        for row in rows(sweep):
+            table.add_row(*row)
+        tables.append(table)
+    return tables
+
+
+def title(sweep: Record) -> str:
+    """Say what a table shows."""
+    return (
+        f"Modes at {sweep['temperature_c']:.1f} °C: {sweep['matched']} of {sweep['strong']} strong ones match, "
+        f"misfit {100 * sweep['misfit']:.1f} %"
+    )
+
+
+def likeness(sweep: Record) -> str:
+    """Return the heading of the column that compares shapes: MAC, or residues where there is one channel."""
+    return "residues" if any(pair["mac"] is None for pair in sweep["pairs"]) else "MAC"
+
+
+def rows(sweep: Record) -> list[tuple[str, ...]]:
+    """Return a row of text for each pair and each mode without a partner, by frequency."""
+    kind = "residues" if likeness(sweep) == "residues" else "mac"
+    found = [
+        (
+            pair["measured_hz"],
+            (
+                f"{pair['measured_hz']:.1f}",
+                f"{pair['computed_hz']:.1f}",
+                f"{100 * pair['difference']:+.2f}",
+                "" if pair["difference_sigma"] is None else f"{pair['difference_sigma']:+.1f}",
+                f"{pair['damping']:.2f}",
+                f"{pair[kind]:.2f}",
+                "–" if not pair["strong"] else "yes" if pair["matched"] else "no",
+            ),
+        )
+        for pair in sweep["pairs"]
+    ]
+    for one in sweep["measured_only"]:
+        alone = (f"{one['frequency_hz']:.1f}", "none", "", "", "", "", "no" if one["strong"] else "–")
+        found.append((one["frequency_hz"], alone))
+    found += [
+        (one["frequency_hz"], ("none", f"{one['frequency_hz']:.1f}", "", "", "", "", ""))
+        for one in sweep["computed_only"]
+    ]
+    return [row for _, row in sorted(found, key=lambda one: one[0])]
+
+
+def no_fit_words(record: Record | None) -> list[str]:
+    """Return what has to be said of a twin that is no fit, and the likely reason; nothing of others."""
+    if record is None or record["fit"]:
+        return []
+    return [word for word in (record["said"], record["likely_reason"]) if word]

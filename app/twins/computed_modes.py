@@ -1,0 +1,100 @@
+"""Modes of a twin as an FRF shows them: poles with the patches connected, residues with the gain."""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from analysis.arrays import Complex, Real
+from analysis.identification.lines import Lines
+from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.variable_projection import project
+from analysis.local_laws import LocalLaws
+from analysis.sweep_point import SweepPoint
+from analysis.twin_model import NO_EFFECTS, Effects
+from simulation.twin.instrumented_plate import InstrumentedPlate
+from simulation.twin.loaded_modes import LoadedModes
+
+PARTS = 6
+"""Parts of the band, at the middle of each of which modes are computed where the stiffness changes along it."""
+BEYOND = 0.3
+"""Share of the band's edges up to which modes outside it have residues of their own."""
+
+
+def computed_poles(
+    twin: InstrumentedPlate[Any], laws: LocalLaws, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
+) -> Complex | None:
+    """Poles of a plate with its patches connected.
+
+    Parameters
+    ----------
+    twin : InstrumentedPlate
+    laws : LocalLaws
+    effects : mapping
+        Values of those that are on.
+    point : SweepPoint, optional
+        Circumstances of the sweep.
+
+    Returns
+    -------
+    (J,) complex ndarray or None
+        rad/s, upper half plane, by ascending magnitude, up to some way beyond the band; None for a plate whose
+        modes are not known: with dashpots and connected patches, or with a mass that changes along the band.
+    """
+    low, high = twin.band
+    edges = np.array([low, high]) * [1.0 - BEYOND, 1.0 + BEYOND]
+    whole = _poles(twin, laws, np.asarray(twin.band), effects, point)
+    if whole is not None:
+        return _within(whole, *edges)
+    bounds = np.geomspace(low, high, PARTS + 1)
+    bounds[0], bounds[-1] = edges
+    found = []
+    for first, last in pairwise(bounds.tolist()):
+        middle = np.clip(np.sqrt(first * last), low, high)
+        here = _poles(twin, laws, np.array([middle]), effects, point)
+        if here is None:
+            return None
+        found.append(_within(here, first, last))
+    return np.concatenate(found)
+
+
+def _poles(
+    twin: InstrumentedPlate[Any], laws: LocalLaws, lines: Real, effects: Effects, point: SweepPoint | None
+) -> Complex | None:
+    solved = twin.solved(twin.state(laws, lines, effects, point), lines)
+    if solved.modal is None:
+        return None
+    instruments = twin.instruments if point is None else twin.driven_at(point)
+    if not solved.modal.count:
+        return LoadedModes.of(solved, solved.modal, instruments, twin.plate.capacitance).poles
+    if instruments.connected:
+        return None
+    roots = 1j * np.sqrt(solved.modal.damped_poles())
+    return np.asarray(-np.abs(roots.real) + 1j * np.abs(roots.imag))
+
+
+def _within(poles: Complex, low: float, high: float) -> Complex:
+    f = np.abs(poles) / (2.0 * np.pi)
+    return poles[(f >= low) & (f < high) & (poles.real < 0.0)]
+
+
+def residues_at(poles: Complex, frequency: Real, h: Complex, deviation: Real, terms: ResidualTerms) -> Complex:
+    """Residues of a twin's FRFs at its poles, as an identification of these FRFs has them.
+
+    Parameters
+    ----------
+    poles : (J,) complex ndarray
+        rad/s.
+    frequency : (F,) ndarray, Hz
+    h : (K, F) complex ndarray
+        Of the twin.
+    deviation : (K, F) ndarray
+        Of the measured FRFs: their weights.
+    terms : ResidualTerms
+        For the modes outside the band.
+
+    Returns
+    -------
+    (K, J) complex ndarray
+    """
+    return project(Lines(frequency, h, deviation), poles, terms, derivatives=False).residues
