@@ -8,6 +8,7 @@
 ``space``           function space over a mesh, and its integrals
 ``rigidity``        strains of a shell, and cells' matrices from section rigidities
 ``shear_factor``    correction of the transverse shear stiffness
+``theory_error``    errors of natural frequencies by the theory itself
 ``edges``           supports along edges
 ``footprints``      discs on which transducers act
 ``points``          supports at points

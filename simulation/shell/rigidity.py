@@ -139,6 +139,11 @@ class CellMatrices:
         """Integral of w times w, m2."""
         return self._summed({(W, W): {("0", "0"): 1.0}})
 
+    def bent(self, weight: Weight) -> Iterator[Block]:
+        """Half of the weighted product of w with the divergence of the rotation, as a symmetric form."""
+        mixed = 0.5 * weight
+        return self._summed({(W, THX): {("0", "x"): mixed}, (W, THY): {("0", "y"): mixed}})
+
     def _summed(self, terms: dict[tuple[int, int], dict[tuple[str, str], Weight]]) -> Iterator[Block]:
         for (f, g), pairs in terms.items():
             for group in (0, 1):
