@@ -1,7 +1,7 @@
 """What plate theory itself gets wrong in natural frequencies, against three-dimensional elasticity.
 
-Bending about the mid-plane stretches one half of the plate and compresses the other. By Poisson's effect the points
-at height z then move along the normal by const - nu/(1 - nu) (z**2/2) div theta. The deflection w of Reissner's
+Bending about the mid-plane stretches one half of the plate and compresses the other. By Poisson's effect points at
+height z then move along the normal by const - nu/(1 - nu) (z**2/2) div theta. The deflection w of Reissner's
 theory, the one with which the shear force does work, is their mean with the weight of the shear stress,
 1 - 4 z**2/h**2; the momentum goes with the plain mean
 
@@ -11,11 +11,11 @@ The twin takes the momentum of w, so that its frequencies are too low. With shea
 
     omega**2 = D k**4/(rho h) (1 - (17 - 5 nu)/(60 (1 - nu)) (k h)**2),
 
-those of Rayleigh and Lamb have 7 nu in place of 5 nu: a relative error of -c (k h)**2. That of a mode follows from
-its own shape (`mode_errors`). Shear factor 5/(6 - nu) gives the waves of Rayleigh and Lamb, but not the layer along
-free edges, whose width (torsion of a strip, 0.630 h, St. Venant) goes with 5/6 (0.632 h).
+those of Rayleigh and Lamb have 7 nu in place of 5 nu: a relative error of -c (k h)**2. That of a mode follows
+from its own shape (`mode_errors`). Shear factor 5/(6 - nu) gives the waves of Rayleigh and Lamb, but not the layer
+along free edges, whose width (torsion of a strip, 0.630 h, St. Venant) goes with 5/6 (0.632 h).
 
-Constants here are fitted to natural frequencies of solids, see docs/verification.md.
+Constants here are fitted to natural frequencies of solids, see docs/theory/solids.md.
 """
 
 from dataclasses import dataclass
@@ -30,12 +30,10 @@ from simulation.shell.shell_model import ShellModel
 FREE = 0.7
 """Part of the error of waves that the modes of free plates have: 0.65 to 0.74."""
 MODES = 0.10
-"""Scatter between modes about that, in errors of waves: 0.04 to 0.06 of the whole, more for the lowest modes."""
+"""Scatter between modes about that, in errors of waves: 0.04 to 0.06, more for the lowest modes."""
 CLAMPED, CLAMPED_MODES = 0.02, 0.01
-"""Lower by clamped edges, mean and scatter, over h/sqrt(area): the twin holds the rotation of the normal there, but
-not the warping of the face."""
-CURVED = 0.09
-"""Scatter between modes of a curved panel, over the square of its largest slope."""
+"""Lower by clamped edges, mean and scatter, over h/sqrt(area): the twin holds the rotation of the normal there,
+but not the warping of the face."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,7 @@ def mode_errors(model: ShellModel, poisson_ratio: float, vectors: Real) -> Real:
         Of the twin: negative for modes of bending.
     """
     shell = model.shell
-    weight = shell.plate.density * shell.thickness**3
+    weight = shell.density * shell.thickness**3
     mixed = model.unknowns.matrix(shell.cells.bent(weight))
     kinetic = np.einsum("nk,nk->k", vectors, model.mass @ vectors)
     return np.asarray(-wave_error(poisson_ratio) * np.einsum("nk,nk->k", vectors, mixed @ vectors) / kinetic)
@@ -105,15 +103,5 @@ def frequency_error(
     of_waves = wave_error(poisson_ratio) * h**2 * omega * np.sqrt(plate.density * h / rigidity)
     held = any(edge.support.kind == "clamped" for edge in plate.supported_edges())
     at_edges = h / plate.area**0.5 if held else 0.0
-    scatter = np.hypot(np.hypot(MODES * of_waves, CLAMPED_MODES * at_edges), curved_error(plate))
+    scatter = np.hypot(MODES * of_waves, CLAMPED_MODES * at_edges)
     return FrequencyError(-FREE * of_waves - CLAMPED * at_edges, scatter)
-
-
-def curved_error(plate: Plate) -> float:
-    """Relative scatter of a curved panel's natural frequencies by the theory of shallow shells; 0 for a flat one."""
-    return CURVED * steepest(plate) ** 2
-
-
-def steepest(plate: Plate) -> float:
-    """Largest slope along the edge of a plate, m/m."""
-    return float(np.hypot(*plate.slope(plate.loop.polygon).T).max())
