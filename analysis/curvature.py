@@ -120,3 +120,22 @@ class Curvature(Sparse):
             polynomial.polyval2d(xi, zeta, polynomial.polyder(table, axis=axis)) / half[axis] for axis in (0, 1)
         ]
         return np.stack(slopes, axis=-1)
+
+    def bend_at(self, xi: Real, zeta: Real, half: tuple[float, float]) -> Real:
+        """Second derivatives of the height of the mid-plane.
+
+        Parameters
+        ----------
+        xi, zeta : (K,) ndarray
+            Places, -1 to 1 over the bounding box.
+        half : (float, float)
+            Half lengths of the bounding box, m.
+
+        Returns
+        -------
+        (2, 2, K) ndarray
+            1/m.
+        """
+        first = [polynomial.polyder(self.coefficients(half), axis=a) / half[a] for a in (0, 1)]
+        second = [[polynomial.polyder(one, axis=b) / half[b] for b in (0, 1)] for one in first]
+        return np.array([[polynomial.polyval2d(xi, zeta, one) for one in row] for row in second])

@@ -190,7 +190,7 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress, run: Path |
     seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
     frf = replace(frf, notes=(*frf.notes, *drift_notes(protocol, updated, laws)))
     measured = measured_sweeps(campaign, frf, updated, report, run=run, mains=mains)
-    pairs = paired_sweeps(campaign.experiment, frf, updated, measured, twin, local, seen.h)
+    pairs = paired_sweeps(campaign.experiment, frf, updated, measured, twin, local, seen.h, found)
     return Updating(frf, updated, laws, seen, measured, Pairing.of(pairs))
 
 
@@ -241,7 +241,6 @@ def _updated_under_effects(
     density = campaign.experiment.plate.density
     seen = TwinFrf(frf.frequency, found.answers, twin.error, density)
     measured, local = without.measured, sweep_laws(found.updated.temperature, found.updated.material, found.laws)
-    pairs = paired_sweeps(
-        campaign.experiment, frf, found.updated, measured, twin, local, seen.h, start.twin.effects
-    )
+    effects = {**start.twin.effects, **found.updated.departures}
+    pairs = paired_sweeps(campaign.experiment, frf, found.updated, measured, twin, local, seen.h, effects)
     return Updating(frf, found.updated, found.laws, seen, measured, Pairing.of(pairs))

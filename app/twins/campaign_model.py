@@ -13,6 +13,7 @@ from analysis.estimates import Estimate
 from analysis.experiment import Experiment
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
 from analysis.gap.data.law_smoothness import LawSmoothness
+from analysis.gap.data.numerical_floor import allowed_error
 from analysis.progress import Progress
 from analysis.updated import Updated
 from app.files.bad_file import ResultFileError
@@ -20,11 +21,14 @@ from app.files.twin_check import require_known_effects, require_same_plate
 from app.files.twin_file import TwinFile, read_twin
 from app.twins.campaign_twin import effect_twin
 from simulation.effects.library import library
+from simulation.reduction.sufficient_fineness import RequiredError
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
 REFERENCE = 25.0
 """Temperature to which strain energies are referred, degrees Celsius."""
+LEAST_LOSS = 1e-4
+"""Smallest loss factor for which the twin's error is estimated: a fit may end below that of any real plate."""
 WORKERS = 2
 """Sweeps linearised at a time."""
 
@@ -68,7 +72,7 @@ def campaign_model(
     ResultFileError
         For an effect that does not fit onto the plate.
     """
-    twin = effect_twin(experiment, report, folder)
+    twin = effect_twin(experiment, report, folder, required_error(plain))
     given: dict[str, tuple[Estimate, ...]] = {}
     if start is not None:
         given = {
@@ -79,6 +83,12 @@ def campaign_model(
         if missing:
             raise ResultFileError(f"{start.path}: this plate's mesh leaves no room for {', '.join(missing)}")
     return referred(twin, plain), given
+
+
+def required_error(plain: Updated) -> RequiredError:
+    """Error of a twin with which a campaign can be compared, at the least damping found by model updating."""
+    loss_factor = max(float(plain.material.loss_factor.min()), LEAST_LOSS)
+    return RequiredError(allowed_error(float(np.median(plain.noise_floor))), loss_factor)
 
 
 def referred(twin: Twin[EffectPlate], plain: Updated) -> Twin[EffectPlate]:

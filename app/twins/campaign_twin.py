@@ -15,6 +15,7 @@ from app.files.effect_cache import cached_departures, cached_operators
 from simulation.effects.effect import Effect
 from simulation.effects.library import library
 from simulation.reduction.reduced_model import ReducedModel
+from simulation.reduction.sufficient_fineness import RequiredError, sufficient_fineness
 from simulation.shell.footprints import attached_disc
 from simulation.tolerances import tolerances
 from simulation.twin.declared_plate import DeclaredPlate
@@ -23,6 +24,7 @@ from simulation.twin.twin import Twin
 
 if TYPE_CHECKING:
     from simulation.reduction.plate_basis import PlateBasis
+    from simulation.shell.fineness import Fineness
 
 SHAPE_POINTS = 32
 """Points along the longer side of the box around a plate on which its mode shapes are known."""
@@ -38,7 +40,12 @@ def campaign_reduction(experiment: Experiment, report: Progress) -> ReducedModel
     return cached_reduction(**_asked(experiment), progress=report)
 
 
-def effect_twin(experiment: Experiment, report: Progress, folder: Path | None = None) -> Twin[EffectPlate]:
+def effect_twin(
+    experiment: Experiment,
+    report: Progress,
+    folder: Path | None = None,
+    required: RequiredError | None = None,
+) -> Twin[EffectPlate]:
     """Return the twin of a campaign's plate with the project's effects and a user's own.
 
     Parameters
@@ -48,6 +55,8 @@ def effect_twin(experiment: Experiment, report: Progress, folder: Path | None = 
         Called with a stage's name and the share of it done.
     folder : Path, optional
         A user's own effects.
+    required : RequiredError, optional
+        The mesh is refined if the twin is not as exact, and a finer one within the bound of its cost is.
 
     Returns
     -------
@@ -60,7 +69,9 @@ def effect_twin(experiment: Experiment, report: Progress, folder: Path | None = 
     """
     known: Mapping[str, Effect] = library(experiment, folder)
     box = material_box(experiment.plate.material)
-    operators = cached_operators(experiment, box, report, basis=lambda: plate_basis(experiment, report))
+    fineness = None if required is None else finer(experiment, required, report)
+    basis = (lambda: plate_basis(experiment, report)) if fineness is None else lambda: None
+    operators = cached_operators(experiment, box, report, fineness=fineness, basis=basis)
     if not operators.offset_range:
         known = {name: effect for name, effect in known.items() if name != "sensor_offset"}
     return Twin.of(experiment, EffectPlate(operators), known, tolerances(experiment, operators.movable))
@@ -71,6 +82,30 @@ def tolerant_twin(experiment: Experiment, report: Progress) -> Twin[EffectPlate]
     box = material_box(experiment.plate.material)
     operators = cached_departures(experiment, box, report, basis=lambda: plate_basis(experiment, report))
     return Twin.of(experiment, EffectPlate(operators), tolerances=tolerances(experiment, operators.movable))
+
+
+def finer(experiment: Experiment, required: RequiredError, report: Progress) -> "Fineness | None":
+    """Fineness that a twin needs to be as exact as required.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    required : RequiredError
+    report : callable
+        Called with the stage's name and the share done.
+
+    Returns
+    -------
+    Fineness or None
+        None for the usual one: if it is sufficient, and if no finer one within the bound of its cost is.
+    """
+    known = plate_basis(experiment, report)
+    if known is None or required.met(known.dropped, known.error):
+        return None
+    report("refining the mesh", 0.0)
+    asked = _asked(experiment)
+    names = ("plate", "patches", "box", "band", "footprints", "attached")
+    return sufficient_fineness(**{name: asked[name] for name in names}, required=required)
 
 
 def plate_basis(experiment: Experiment, report: Progress) -> "PlateBasis | None":

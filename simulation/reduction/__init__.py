@@ -40,5 +40,6 @@ The same plate with physical effects on it:
 ``composition``            matrices of one state, summed from these
 ``effect_reduction``       the whole reduction to the operators of a plate
 ``effect_certification``   error of the operators
+``sufficient_fineness``    finer mesh and selection where the usual ones are not exact enough
 =========================  ================================================================
 """

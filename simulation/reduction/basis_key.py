@@ -18,6 +18,10 @@ METHOD = 21
 """Version, increased whenever the same declaration would give another reduced model."""
 
 
+CURVED = 2
+"""The same for curved plates alone."""
+
+
 def basis_key(
     plate: Plate,
     patches: Sequence[Patch],
@@ -67,6 +71,8 @@ def basis_key(
         "fineness": asdict(fineness or Fineness()),
         "training": asdict(training or BasisTraining()),
     }
+    if plate.curvature is not None:
+        declared["surface"] = CURVED
     if plate.material is not None and plate.material.departure is not None:
         declared["orthotropy"] = asdict(plate.material.departure)
     digest = hashlib.sha256(json.dumps(declared, sort_keys=True, allow_nan=False).encode())

@@ -31,6 +31,15 @@ KEEPING = Lock()
 """Held while they are looked up or stored: sweeps are linearised in several threads."""
 
 
+def truncation_error(dropped: float, loss_factor: float) -> float:
+    """Estimate the error of a transfer by functions left out, as a share of its rms.
+
+    If they hold a share `dropped` of a response's energy, a natural frequency is too high by half of it, relative,
+    and a response near resonance changes by `dropped` over the loss factor.
+    """
+    return DISCRETIZATION * dropped / loss_factor
+
+
 def monomials(x: Any, y: Any) -> NDArray[Any]:
     """Products of powers of x and y with total degree 1 to `OFFSET_DEGREE`."""
     return np.array([x ** (n - j) * y**j for n in range(1, OFFSET_DEGREE + 1) for j in range(n + 1)])
@@ -181,12 +190,8 @@ class EffectOperators:
         return len(self.normal)
 
     def numerical_error(self, loss_factor: float) -> float:
-        """Estimate the error of a transfer without effects by truncation and reduction, as a share of its rms.
-
-        If the truncated functions hold a share e of a response's energy, a natural frequency is too high by e/2,
-        relative, and a response near resonance changes by e over the loss factor.
-        """
-        return self.plain_error + DISCRETIZATION * self.dropped / loss_factor
+        """Estimate the error of a transfer without effects by truncation and reduction, as a share of its rms."""
+        return self.plain_error + truncation_error(self.dropped, loss_factor)
 
     def offset_energies(self, place: Real) -> dict[str, Real]:
         """Return changes of energies around the first sensor by monomials of its offset, or their derivatives.

@@ -15,7 +15,8 @@ from analysis.arrays import Mask, Real
 from analysis.sheet_orthotropy import Orthotropy
 from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE
 from simulation.reduction.projector import Projector, Rows
-from simulation.shell.rigidity import STRAINS, THX, THY, TILTED, U, V, W
+from simulation.shell.curved_surface import CurvedSurface
+from simulation.shell.rigidity import STRAINS, U, V, W
 from simulation.shell.shear_factor import SHEAR_FACTOR
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
@@ -127,14 +128,14 @@ def weighed_energies(
 
 def _factors(shell: ShellPlate) -> dict[str, Real]:
     """Factor (Q,) of the squared strains or displacements in each energy, at the points of quadrature."""
-    h, rho = shell.space.spread(shell.thickness), shell.plate.density
+    h, rho = shell.space.spread(shell.thickness), shell.density
     return {
         "bending": h**3 / 12.0,
         "membrane": h,
         "shear": SHEAR_FACTOR * h,
         "mass": rho * h,
         "rotary": rho * h**3 / 12.0,
-        "normal": np.ones_like(h),
+        "normal": np.ones_like(h) if shell.surface is None else 1.0 / shell.surface.area,
     }
 
 
@@ -143,11 +144,11 @@ def _motions(rows: Rows, angle: float) -> dict[str, list[Any]]:
 
     One list for each stack of the energy; arrays are (Q, r).
     """
-    u, v, w, thx, thy = (rows.motion[field] for field in (U, V, W, THX, THY))
+    u, v, w = (rows.motion[field] for field in (U, V, W))
     motions: dict[str, list[Any]] = {
         "shear": [rows.strain[6:]],
         "mass": [[u, v, w]],
-        "rotary": [[thx, thy]],
+        "rotary": [list(rows.director)],
         "normal": [[w]],
     }
     for name, part in zip(IN_PLANE, (rows.strain[3:6], rows.strain[:3]), strict=True):
@@ -203,9 +204,9 @@ def strains(p: Projector) -> dict[str, Any]:
     matrices = {"x": by_x, "y": by_y, "0": space.values(points)}
     parts: list[list[tuple[int, str, Any]]] = [[(f, d, 1.0) for f, d in row] for row in STRAINS]
     if plate.curvature is not None:
-        slope = plate.slope(points)
-        for k, row in enumerate(TILTED):
-            parts[k] += [(W, d, slope[:, axis, None]) for d, axis in row]
+        there = CurvedSurface.of(plate, points)
+        root = np.sqrt(there.area)  # strains are squared, and weighed by the area of the drawing
+        parts = [[(f, d, (root * w)[:, None]) for (f, d), w in form.items()] for form in there.strains]
     strain = np.array(
         [sum(factor * (over.rows(matrices[d], f) @ p.vectors) for f, d, factor in row) for row in parts]
     )

@@ -8,7 +8,7 @@ from analysis.arrays import Real
 from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.reduction.effect_projection import weight_table
 from simulation.reduction.projector import Projector, Rows
-from simulation.shell.rigidity import THX, THY, U, V, W
+from simulation.shell.rigidity import U, V, W
 from simulation.shell.shear_factor import SHEAR_FACTOR
 from simulation.state.field_basis import polynomials
 
@@ -87,8 +87,10 @@ def _form(left: Real, right: Real, plane: Real, weight: Real) -> Real:
 def _inertia(rows: Rows, height: Real, thickness: float) -> Real:
     """Inertia per area density of a layer whose middle lies `height` (Q,) over the mid-plane."""
     total = np.zeros((rows.motion.shape[2],) * 2)
-    for straight, turning in ((U, THX), (V, THY)):
-        moving = rows.motion[straight] + height[:, None] * rows.motion[turning]
+    for straight, turning in zip((U, V, W), rows.director, strict=False):  # a flat plate's does not move along z
+        moving = rows.motion[straight] + height[:, None] * turning
         total += moving.T @ (rows.dx[:, None] * moving)
-        total += thickness**2 / 12.0 * rows.motion[turning].T @ (rows.dx[:, None] * rows.motion[turning])
-    return np.asarray(total + rows.motion[W].T @ (rows.dx[:, None] * rows.motion[W]))
+        total += thickness**2 / 12.0 * turning.T @ (rows.dx[:, None] * turning)
+    if len(rows.director) < 3:
+        total += rows.motion[W].T @ (rows.dx[:, None] * rows.motion[W])
+    return np.asarray(total)

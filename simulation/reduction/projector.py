@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from analysis.arrays import Mask, Real, Whole
-from simulation.shell.rigidity import FIELDS, STRAINS, TILTED, W
+from simulation.shell.rigidity import FIELDS, STRAINS, THX
 from simulation.shell.space import ShapeSpace
 from simulation.state.state_matrices import FullPlate
 
@@ -17,10 +17,14 @@ CHUNK = 12
 
 @dataclass(frozen=True)
 class Rows:
-    """Strains (8, Q, r) and displacements (5, Q, r) of vectors at points; areas and numbers (Q,) of these."""
+    """Strains (8, Q, r) and motions of vectors at points; areas and numbers (Q,) of these.
+
+    Motions are displacements and rotations (5, Q, r), and the director's along x, y and, of a curved plate, z.
+    """
 
     strain: Real
     motion: Real
+    director: Real
     dx: Real
     points: Whole
 
@@ -40,7 +44,7 @@ class Projector:
     def rows(self, space: ShapeSpace, cells: Mask | None = None) -> Iterator[Rows]:
         """Strains and displacements over all or some cells of a space, `CHUNK` cells at a time."""
         first, offset = 0, 0
-        tilt = self.full.shell.tilt
+        surface = self.full.shell.surface
         for group in space.groups:
             count, each = group.dx.shape
             chosen = np.arange(count) if cells is None else np.flatnonzero(cells[first : first + count])
@@ -57,11 +61,16 @@ class Projector:
                         cache[field, letter] = found.reshape(-1, found.shape[-1])  # noqa: B023
                     return cache[field, letter]  # noqa: B023
 
-                strain = [sum((value(f, d) for f, d in parts[1:]), value(*parts[0])) for parts in STRAINS]
-                if tilt is not None:
-                    for k, parts in enumerate(TILTED):
-                        for letter, axis in parts:
-                            strain[k] = strain[k] + tilt[axis][points, None] * value(W, letter)
-                motion = [value(field, "0") for field in range(len(FIELDS))]
-                yield Rows(np.array(strain), np.array(motion), group.dx[mine].ravel(), points)
+                motion = np.array([value(field, "0") for field in range(len(FIELDS))])
+                director, dx = motion[THX:], group.dx[mine].ravel()
+                if surface is None:
+                    strain = [sum((value(f, d) for f, d in parts[1:]), value(*parts[0])) for parts in STRAINS]
+                else:
+                    strain = [
+                        np.sum([w[points, None] * value(*part) for part, w in form.items()], axis=0)
+                        for form in surface.strains
+                    ]
+                    up = np.sum(surface.slope[:, points, None] * director, axis=0)
+                    director, dx = np.array([*director, up]), dx * surface.area[points]
+                yield Rows(np.array(strain), motion, director, dx, points)
             first, offset = first + count, offset + count * each

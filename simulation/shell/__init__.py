@@ -7,7 +7,9 @@
 ``cell_group``      functions and points of quadrature on all cells of one shape
 ``space``           function space over a mesh, and its integrals
 ``rigidity``        strains of a shell, and cells' matrices from section rigidities
+``curved_surface``  strains of a curved plate in its tangent plane
 ``shear_factor``    correction of the transverse shear stiffness
+``theory_error``    errors of natural frequencies by the theory itself
 ``edges``           supports along edges
 ``footprints``      discs on which transducers act
 ``points``          supports at points

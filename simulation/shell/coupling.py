@@ -37,13 +37,17 @@ def _dilatation(shell: ShellPlate, patch: int, flat: Real, height: Real) -> dict
     """Integral under a patch of flat (u,x + v,y) + height (thx,x + thy,y), (Q,) each, by field (N,)."""
     cells = shell.under[patch]
     moments = shell.space.moments
-    found = {
-        U: moments("x", flat, cells),
-        V: moments("y", flat, cells),
-        THX: moments("x", height, cells),
-        THY: moments("y", height, cells),
-    }
-    if shell.tilt is not None:
-        tilted = [moments(d, flat * slope, cells) for d, slope in zip("xy", shell.tilt, strict=True)]
-        found[2] = tilted[0] + tilted[1]
+    if shell.surface is None:
+        return {
+            U: moments("x", flat, cells),
+            V: moments("y", flat, cells),
+            THX: moments("x", height, cells),
+            THY: moments("y", height, cells),
+        }
+    found: dict[int, Real] = {}
+    for weight, strains in ((flat, (0, 1)), (height, (3, 4))):
+        for strain in strains:
+            for (field, letter), factor in shell.surface.strains[strain].items():
+                part = moments(letter, shell.surface.area * weight * factor, cells)
+                found[field] = found.get(field, 0.0) + part
     return found

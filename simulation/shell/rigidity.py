@@ -3,7 +3,7 @@
 Five fields: mid-plane displacements u, v, w (m) and the rotations thx, thy (rad) of the normal towards +x and +y,
 so that a point at height z moves by (u + z thx, v + z thy, w). Eight strains follow from them: membrane (u,x; v,y;
 u,y + v,x), curvature (thx,x; thy,y; thx,y + thy,x) and transverse shear (w,x + thx; w,y + thy). On a shallow shell
-of height Z(x, y) the membrane strains gain Z,x w,x; Z,y w,y; Z,x w,y + Z,y w,x (Marguerre, 1938).
+of height Z(x, y) all strains gain terms of the slopes, see `simulation.shell.curved_surface`.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from analysis.arrays import Real, Whole
+from simulation.shell.curved_surface import CurvedSurface
 from simulation.shell.space import ShapeSpace
 
 FIELDS = ("u", "v", "w", "thx", "thy")
@@ -28,8 +29,6 @@ STRAINS: tuple[tuple[tuple[int, str], ...], ...] = (
     ((W, "y"), (THY, "0")),
 )
 """Fields in every strain, each with its derivative: ``x``, ``y``, or ``0`` for the field itself."""
-TILTED: tuple[tuple[tuple[str, int], ...], ...] = ((("x", 0),), (("y", 1),), (("y", 0), ("x", 1)))
-"""Terms of the deflection in the three membrane strains: a derivative times a slope of the mid-surface."""
 
 Weight = float | Real
 """A number, a value for every cell (cells,) or one for every point of quadrature (Q,)."""
@@ -64,12 +63,12 @@ class Rigidity:
     ----------
     entries : mapping-like tuple of ((row, column), Weight)
         Upper triangle; missing entries are zero.
-    tilt : pair of (Q,) ndarray, optional
-        Slopes Z,x and Z,y of a shallow shell's mid-surface at the points of quadrature.
+    surface : CurvedSurface, optional
+        Of a curved plate, at the points of quadrature; entries are then (Q,) and per area of the drawing.
     """
 
     entries: tuple[tuple[tuple[int, int], Weight], ...]
-    tilt: tuple[Real, Real] | None = None
+    surface: CurvedSurface | None = None
 
     def terms(self) -> dict[tuple[int, int], dict[tuple[str, str], Weight]]:
         """Weights of products of derivatives, by pair of fields (row <= column) and pair of letters."""
@@ -86,10 +85,9 @@ class Rigidity:
         return found
 
     def _parts(self, strain: int) -> list[tuple[int, str, Weight]]:
-        parts: list[tuple[int, str, Weight]] = [(f, d, 1.0) for f, d in STRAINS[strain]]
-        if self.tilt is not None and strain < len(TILTED):
-            parts += [(W, d, self.tilt[axis]) for d, axis in TILTED[strain]]
-        return parts
+        if self.surface is None:
+            return [(f, d, 1.0) for f, d in STRAINS[strain]]
+        return [(f, d, factor) for (f, d), factor in self.surface.strains[strain].items()]
 
 
 def _times(one: Weight, other: Weight) -> Weight:
@@ -111,7 +109,9 @@ class CellMatrices:
         """Stiffness: blocks of all pairs of fields with row <= column."""
         return self._summed(rigidity.terms())
 
-    def inertia(self, straight: Weight, first: Weight | None, turning: Weight) -> Iterator[Block]:
+    def inertia(
+        self, straight: Weight, first: Weight | None, turning: Weight, slope: Real | None = None
+    ) -> Iterator[Block]:
         """Mass from moments over the thickness.
 
         Parameters
@@ -122,6 +122,8 @@ class CellMatrices:
             First moment, kg/m; none for layers symmetric about the mid-plane.
         turning : float or ndarray
             Second moment, kg.
+        slope : (2, Q) ndarray, optional
+            Of a curved plate's mid-surface at the points of quadrature.
 
         Yields
         ------
@@ -133,11 +135,22 @@ class CellMatrices:
         }
         if first is not None:
             terms |= {(U, THX): {("0", "0"): first}, (V, THY): {("0", "0"): first}}
+        if slope is not None:  # the director moves along z, too, by Z,x thx + Z,y thy
+            for k, field in enumerate((THX, THY)):
+                terms[field, field] = {("0", "0"): turning * (1.0 + slope[k] ** 2)}
+                if first is not None:
+                    terms[W, field] = {("0", "0"): first * slope[k]}
+            terms[THX, THY] = {("0", "0"): turning * slope[0] * slope[1]}
         return self._summed(terms)
 
     def normal(self) -> Iterator[Block]:
         """Integral of w times w, m2."""
         return self._summed({(W, W): {("0", "0"): 1.0}})
+
+    def bent(self, weight: Weight) -> Iterator[Block]:
+        """Half of the weighted product of w with the divergence of the rotation, as a symmetric form."""
+        mixed = 0.5 * weight
+        return self._summed({(W, THX): {("0", "x"): mixed}, (W, THY): {("0", "y"): mixed}})
 
     def _summed(self, terms: dict[tuple[int, int], dict[tuple[str, str], Weight]]) -> Iterator[Block]:
         for (f, g), pairs in terms.items():

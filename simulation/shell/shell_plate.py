@@ -10,6 +10,7 @@ from analysis.arrays import Mask, Real
 from analysis.experiment import Patch, Plate
 from analysis.sheet_orthotropy import Orthotropy
 from simulation.meshing.recipe import MeshRecipe
+from simulation.shell.curved_surface import CurvedSurface
 from simulation.shell.edges import LineBlock, held_functions, spring_blocks
 from simulation.shell.in_plane import InPlane, matrix
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
@@ -107,12 +108,17 @@ class ShellPlate:
         )
 
     @cached_property
-    def tilt(self) -> tuple[Real, Real] | None:
-        """Slopes of a shallow shell at the points of quadrature, (Q,) each; None for a flat plate."""
-        if self.plate.curvature is None:
-            return None
-        slope = self.plate.slope(self.space.points)
-        return slope[:, 0], slope[:, 1]
+    def surface(self) -> CurvedSurface | None:
+        """Mid-surface at the points of quadrature; None for a flat plate."""
+        return None if self.plate.curvature is None else CurvedSurface.of(self.plate, self.space.points)
+
+    @cached_property
+    def density(self) -> float:
+        """Mass over volume, kg/m3; a curved plate has more than its drawing."""
+        if self.surface is None:
+            return self.plate.density
+        volume = self.space.spread(self.thickness) * self.space.dx
+        return self.plate.density * float(volume.sum() / (volume @ self.surface.area))
 
     @cached_property
     def held(self) -> Mask:
@@ -189,7 +195,9 @@ class ShellPlate:
         ------
         Block
         """
-        density = self.plate.density if plate else 0.0
+        density, surface = self.density if plate else 0.0, self.surface
+        if surface is not None and len(thickness) == self.space.mesh.cells:
+            thickness = self.space.spread(thickness)
         straight, turning = density * thickness, density * thickness**3 / 12.0
         first = np.zeros_like(thickness)
         for patch, place, height in self._layers(thickness) if patches else ():
@@ -197,7 +205,10 @@ class ShellPlate:
             straight = straight + area
             first = first + area * height
             turning = turning + area * (height**2 + patch.thickness**2 / 12.0)
-        return self.cells.inertia(straight, first if first.any() else None, turning)
+        if surface is None:
+            return self.cells.inertia(straight, first if first.any() else None, turning)
+        straight, first, turning = (surface.area * one for one in (straight, first, turning))
+        return self.cells.inertia(straight, first if first.any() else None, turning, surface.slope)
 
     def on(self, space: ShapeSpace) -> "ShellPlate":
         """Return the same plate on another space."""
@@ -221,10 +232,10 @@ class ShellPlate:
     ) -> Rigidity:
         entries = laminate(a, b, d, shear)
         used = tuple((place, value) for place, value in entries if np.any(value))
-        if self.tilt is None:
+        if self.surface is None:
             return Rigidity(used)
-        spread = tuple(
+        spread = (
             (place, self.space.spread(v) if not isinstance(v, float) and len(v) == self.space.mesh.cells else v)
             for place, v in used
         )
-        return Rigidity(spread, self.tilt)
+        return Rigidity(tuple((place, self.surface.area * v) for place, v in spread), self.surface)

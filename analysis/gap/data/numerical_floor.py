@@ -16,6 +16,21 @@ def carried_error(estimated: float) -> float:
     return float(np.hypot(estimated, MODEL_ERROR))
 
 
+def allowed_error(noise: float) -> float:
+    """Largest estimated error of a twin, of rms|H|, with which a campaign can be compared.
+
+    Parameters
+    ----------
+    noise : float
+        Standard deviation of one line of a sweep, of rms|H|.
+
+    Returns
+    -------
+    float
+    """
+    return max(MODEL_ERROR, NUMERICAL_REST * noise)
+
+
 @dataclass(frozen=True)
 class NumericalFloor:
     """Discretisation error of the twin, and noise, as shares of rms|H|.
@@ -35,14 +50,14 @@ class NumericalFloor:
     patches: bool = False
 
     def __post_init__(self) -> None:
-        rest = self.error / self.noise
         parts = "plate and patches" if self.patches else "the plate"
-        if self.error > MODEL_ERROR and rest > NUMERICAL_REST:
+        if self.error > allowed_error(self.noise):
             raise ValueError(
                 f"the twin of this plate has an estimated error of {100 * self.error:.2g} % of the response, "
-                f"{rest:.2f} sigma of the noise; at most {NUMERICAL_REST:g} sigma or {100 * MODEL_ERROR:g} % "
-                "allowed, or effects would be named that are not there. Check the sizes of "
-                f"{parts}, or lower protocol.band"
+                f"{self.error / self.noise:.2f} sigma of the noise; at most {NUMERICAL_REST:g} sigma or "
+                f"{100 * MODEL_ERROR:g} % allowed, or effects would be named that are not there. No finer mesh "
+                "within the bound of its cost is sufficient either, and a declared mesh is not refined. Check the "
+                f"sizes of {parts}, or lower protocol.band"
             )
 
     @property

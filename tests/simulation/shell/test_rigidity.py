@@ -6,6 +6,7 @@ from scipy.sparse.linalg import spsolve
 
 from analysis.experiment import Patch, Plate
 from simulation.meshing.recipe import MeshRecipe
+from simulation.shell.curved_surface import CurvedSurface
 from simulation.shell.in_plane import moduli
 from simulation.shell.rigidity import THX, THY, CellMatrices, Rigidity, U, V, W, laminate
 from simulation.shell.shell_plate import ShellPlate
@@ -40,9 +41,9 @@ def motion(space):
 def energy(space, everything):
     cells = CellMatrices(space)
 
-    def of(entries, parts, tilt=None) -> float:
+    def of(entries, parts) -> float:
         whole = everything.vector(parts)
-        return float(whole @ (everything.matrix(cells.of(Rigidity(tuple(entries), tilt))) @ whole))
+        return float(whole @ (everything.matrix(cells.of(Rigidity(tuple(entries)))) @ whole))
 
     return of
 
@@ -105,21 +106,11 @@ def test_a_layer_off_the_middle_couples_stretch_and_bending(motion, energy):
     assert energy(layer, {U: u, V: v, THX: thx, THY: thy}) == pytest.approx(wanted, rel=1e-12)
 
 
-def test_on_a_slope_the_deflection_stretches(space, motion, energy):
-    """Membrane strains of Marguerre: those of u + Z,x w and v + Z,y w where both slopes are constant."""
-    q = np.array([[3.0, 1.0, 0.2], [1.0, 2.0, 0.1], [0.2, 0.1, 0.7]])
-    flat = laminate(q.tolist(), None, NONE, 0.0)
-    u, v, w = (motion(f) for f in (lambda x, y: x**2, lambda x, y: x * y, lambda x, y: x**2 * y))
-    tilt = tuple(np.full(len(space.dx), slope) for slope in (1.0, -2.0))
-    wanted = energy(flat, {U: u + 1.0 * w, V: v - 2.0 * w})
-    assert energy(flat, {U: u, V: v, W: w}, tilt) == pytest.approx(wanted, rel=1e-12)
-    assert energy(flat, {U: u, V: v, W: w}) != pytest.approx(wanted, rel=0.02)
-
-
 def test_weights_per_cell_and_per_point_do_not_mix(space):
-    tilt = (np.ones(len(space.dx)), np.ones(len(space.dx)))
+    plate = Plate(length_x=A, length_y=B, thickness=0.003, mass=1e3 * A * B * 0.003, curvature={"radius": 2.0})
+    surface = CurvedSurface.of(plate, space.points)
     with pytest.raises(ValueError, match="all per point, or all per cell"):
-        Rigidity((((0, 0), np.ones(space.mesh.cells)),), tilt).terms()
+        Rigidity((((0, 0), np.ones(space.mesh.cells)),), surface).terms()
 
 
 @pytest.mark.parametrize("side", ["top", "bottom"])

@@ -1,0 +1,107 @@
+"""What plate theory itself gets wrong in natural frequencies, against three-dimensional elasticity.
+
+Bending about the mid-plane stretches one half of the plate and compresses the other. By Poisson's effect points at
+height z then move along the normal by const - nu/(1 - nu) (z**2/2) div theta. The deflection w of Reissner's
+theory, the one with which the shear force does work, is their mean with the weight of the shear stress,
+1 - 4 z**2/h**2; the momentum goes with the plain mean
+
+    w - c h**2 div theta,   c = nu/(1 - nu) (1/12 - 1/20)/2 = nu/(60 (1 - nu)).
+
+The twin takes the momentum of w, so that its frequencies are too low. With shear factor 5/6 those of waves are
+
+    omega**2 = D k**4/(rho h) (1 - (17 - 5 nu)/(60 (1 - nu)) (k h)**2),
+
+those of Rayleigh and Lamb have 7 nu in place of 5 nu: a relative error of -c (k h)**2. That of a mode follows
+from its own shape (`mode_errors`). Shear factor 5/(6 - nu) gives the waves of Rayleigh and Lamb, but not the layer
+along free edges, whose width (torsion of a strip, 0.630 h, St. Venant) goes with 5/6 (0.632 h).
+
+Constants here are fitted to natural frequencies of solids, see docs/theory/solids.md.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from analysis.arrays import Real
+from analysis.experiment import Plate
+from simulation.shell.shell_model import ShellModel
+
+FREE = 0.7
+"""Part of the error of waves that the modes of free plates have: 0.65 to 0.74."""
+MODES = 0.10
+"""Scatter between modes about that, in errors of waves: 0.04 to 0.06, more for the lowest modes."""
+CLAMPED, CLAMPED_MODES = 0.02, 0.01
+"""Lower by clamped edges, mean and scatter, over h/sqrt(area): the twin holds the rotation of the normal there,
+but not the warping of the face."""
+
+
+@dataclass(frozen=True)
+class FrequencyError:
+    """Relative errors of natural frequencies by the theory, the twin's over the plate's less 1.
+
+    Attributes
+    ----------
+    expected : (F,) ndarray
+        Mean of the modes near a frequency.
+    scatter : (F,) ndarray
+        Standard deviation between modes about it.
+    """
+
+    expected: Real
+    scatter: Real
+
+
+def wave_error(poisson_ratio: float) -> float:
+    """Return c: waves of the theory are too slow by c (k h)**2, relative, to the lowest order."""
+    return poisson_ratio / (60.0 * (1.0 - poisson_ratio))
+
+
+def mode_errors(model: ShellModel, poisson_ratio: float, vectors: Real) -> Real:
+    """Relative errors of natural frequencies by the momentum of the mean deflection, to first order.
+
+    Parameters
+    ----------
+    model : ShellModel
+        Of n unknowns.
+    poisson_ratio : float
+    vectors : (n, K) ndarray
+        Mode shapes.
+
+    Returns
+    -------
+    (K,) ndarray
+        Of the twin: negative for modes of bending.
+    """
+    shell = model.shell
+    weight = shell.density * shell.thickness**3
+    mixed = model.unknowns.matrix(shell.cells.bent(weight))
+    kinetic = np.einsum("nk,nk->k", vectors, model.mass @ vectors)
+    return np.asarray(-wave_error(poisson_ratio) * np.einsum("nk,nk->k", vectors, mixed @ vectors) / kinetic)
+
+
+def frequency_error(
+    plate: Plate, youngs_modulus: float, poisson_ratio: float, frequency: ArrayLike
+) -> FrequencyError:
+    """Relative errors to be expected of the natural frequencies of a plate's bending.
+
+    Parameters
+    ----------
+    plate : Plate
+    youngs_modulus : float
+        Pa.
+    poisson_ratio : float
+    frequency : (F,) array_like, Hz
+
+    Returns
+    -------
+    FrequencyError
+    """
+    h = max([plate.thickness, *(zone.thickness for zone in plate.zone)])
+    rigidity = youngs_modulus * h**3 / (12.0 * (1.0 - poisson_ratio**2))
+    omega = 2.0 * np.pi * np.asarray(frequency, float)
+    of_waves = wave_error(poisson_ratio) * h**2 * omega * np.sqrt(plate.density * h / rigidity)
+    held = any(edge.support.kind == "clamped" for edge in plate.supported_edges())
+    at_edges = h / plate.area**0.5 if held else 0.0
+    scatter = np.hypot(MODES * of_waves, CLAMPED_MODES * at_edges)
+    return FrequencyError(-FREE * of_waves - CLAMPED * at_edges, scatter)
