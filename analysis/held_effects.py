@@ -24,8 +24,9 @@ class HeldEffects:
     held : mapping
         Values of these effects.
     released : frozenset of str
-        Declared quantities that are no longer free within their tolerance: effects that replace them are candidates
-        instead. As long as a quantity has a tolerance, such an effect is none: it would be counted twice.
+        Declared quantities that are no longer free within their tolerance: effects that replace them are
+        candidates instead. As long as a quantity has a tolerance, such an effect is none: it would be counted
+        twice.
     """
 
     twin: TwinModel

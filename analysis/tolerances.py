@@ -1,7 +1,7 @@
 """Tolerances of a declaration: how exactly a campaign's plate, patches and instruments are known.
 
-Nothing declared is exact. Each quantity is a Gaussian parameter of the twin, with the declared value as its mean and
-its tolerance as its standard deviation. Those below are what a careful workshop reaches with a steel rule, a
+Nothing declared is exact. Each quantity is a Gaussian parameter of the twin, with the declared value as its mean
+and its tolerance as its standard deviation. Those below are what a careful workshop reaches with a steel rule, a
 calliper, a laboratory scale and the data sheets of patches and cards.
 """
 

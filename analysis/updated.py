@@ -21,8 +21,8 @@ class Updated:
     temperature : (T,) ndarray
         Mean oven reading, degrees Celsius.
     material, sigma : Material
-        Estimates and their standard deviations, (T,) arrays: that of the noise, inflated by sqrt(chi2_per_dof) where
-        the twin misses more than the noise, and those of all that is declared with a tolerance.
+        Estimates and their standard deviations, (T,) arrays: that of the noise, inflated by sqrt(chi2_per_dof)
+        where the twin misses more than the noise, and those of all that is declared with a tolerance.
     correlation : (T, 4, 4) ndarray
         Of log E, nu, log eta and log gain, as one sweep alone would see them.
     gain, sigma_gain : float

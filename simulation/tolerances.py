@@ -25,7 +25,7 @@ Change = Callable[[Departures, Mapping[str, Any]], dict[str, Any]]
 
 
 def tolerances(experiment: Experiment, movable: Real) -> dict[str, Effect]:
-    """Declared quantities that are not exact, by name.
+    """Return the declared quantities that are not exact, by name.
 
     Parameters
     ----------

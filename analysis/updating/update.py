@@ -254,8 +254,8 @@ def _summary(frf: Frf, model: TwinModel, sweeps: GapSweeps, fit: GapFit, fits: S
 def _common(fit: GapFit, own: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return `Updated.common` of a fit whose sweeps have variances `own` (T, 3) by their noise.
 
-    The twin's own error is common to all sweeps, as those of the declaration are. Without tolerances it is left out:
-    the twin is then taken as exact.
+    The twin's own error is common to all sweeps, as those of the declaration are. Without tolerances it is left
+    out: the twin is then taken as exact.
     """
     declared = fit.stated.common
     if not declared.size:

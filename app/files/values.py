@@ -1,8 +1,8 @@
 """Frozen values as groups of an HDF5 file: one rule for every dataclass of arrays.
 
 Arrays and tuples of numbers become datasets, numbers and strings attributes, tuples of strings a JSON
-attribute, dataclasses sub-groups, tuples of dataclasses numbered sub-groups. Reading goes by the type hints and makes the value anew, so that its own
-checks run; nothing in the file decides what is built.
+attribute, dataclasses sub-groups, tuples of dataclasses numbered sub-groups. Reading goes by the type hints and
+makes the value anew, so that its own checks run; nothing in the file decides what is built.
 """
 
 import json

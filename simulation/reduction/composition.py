@@ -177,7 +177,7 @@ def coupling_of(ops: EffectOperators, c: Coefficients) -> Numbers:
 
 
 def of_patches(ops: EffectOperators, zones: Real, c: Coefficients, change: Coefficients) -> Composite:
-    """What patches that are not as declared change, or its derivative; of the coupling what their moves change.
+    """Sum what patches that are not as declared change, or its derivative; of the coupling what moves change.
 
     Parameters
     ----------

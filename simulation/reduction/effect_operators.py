@@ -117,9 +117,9 @@ class EffectOperators:
     thicker_coupling : (P, q) ndarray
         Likewise, of its coupling.
     moved_plane : (P, 3, 4, q, q) ndarray
-        Derivative of the in-plane energies of Q11, Q22, Q12 and Q66, for a modulus of 1 Pa and the nominal thickness,
-        by a patch's shift along x, along y, and by its sides, 1/m; ``moved_shear``, ``moved_mass`` with the patch's
-        own mass, and ``moved_fixed``, its stiffness, (P, 3, q, q) likewise.
+        Derivative of the in-plane energies of Q11, Q22, Q12 and Q66, for a modulus of 1 Pa and the nominal
+        thickness, by a patch's shift along x, along y, and by its sides, 1/m; ``moved_shear``, ``moved_mass``
+        with the patch's own mass, and ``moved_fixed``, its stiffness, (P, 3, q, q) likewise.
     moved_coupling : (P, 3, q) ndarray
         Likewise, of its own coupling.
     footprint_slopes : (2, S, r) ndarray

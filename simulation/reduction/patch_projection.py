@@ -38,7 +38,7 @@ def patch_energies(p: Projector, executor: Executor, degree: int = BENDING_DEGRE
 
 
 def declared_patch(p: Projector, place: int, thicker: float = 1.0) -> tuple[Real, Real, Real]:
-    """Stiffness (r, r), mass (r, r) and coupling (r,) of one patch, thicker by a factor, on the plate as declared."""
+    """Stiffness (r, r), mass (r, r) and coupling (r,) of one patch, thicker by a factor, on the declared plate."""
     nominal = p.full.shell.space.spread(p.full.shell.thickness)
     own, membrane, mass, coupling = _one_patch(p, place, np.zeros((0, nominal.size)), nominal, thicker)
     return own + membrane[0], mass, coupling[0]

@@ -3,8 +3,8 @@
 Lengths are changed by mapping the plate onto the declared outline, (X, Y) = (s_x x, s_y y), with w(X, Y) = w(x, y)
 and rotations and in-plane displacements divided by the stretch along them. Curvatures and membrane strains along x
 are then divided by s_x**2, those along y by s_y**2, shears by s_x s_y, and areas grow by s_x s_y: forms change by
-powers of both stretches, and no mesh is needed. Patches are stretched with the plate: one that keeps its size is as
-much smaller.
+powers of both stretches, and no mesh is needed. Patches are stretched with the plate: one that keeps its size is
+as much smaller.
 """
 
 from dataclasses import dataclass, fields, replace

@@ -1,10 +1,11 @@
 """Change of the matrices where a patch is not as declared, and slopes under transducers.
 
 A patch is thicker, has its centre beside its declared place, or is larger. Its own matrices and those of the cells
-around it change: they act on the few motions that these cells can make. Where borders move, the mesh moves with them,
-as in `simulation.state.sensor_offset`. Moves are some tenths of a millimetre. To first order the change of a response
-needs the response alone, which the vectors represent; the second order would need vectors that follow the moves, and
-without them it is ten times too large: responses are linear in the moves, see `simulation.twin.twin`.
+around it change: they act on the few motions that these cells can make. Where borders move, the mesh moves with
+them, as in `simulation.state.sensor_offset`. Moves are some tenths of a millimetre. To first order the change of
+a response needs the response alone, which the vectors represent; the second order would need vectors that follow
+the moves, and without them it is ten times too large: responses are linear in the moves, see
+`simulation.twin.twin`.
 """
 
 from collections.abc import Sequence
@@ -109,7 +110,7 @@ def _stacked(parts: Sequence[Real], empty: Real, most: int) -> Real:
 
 
 def footprint_slopes(full: FullPlate, footprints: Sequence[Footprint], vectors: Real) -> Real:
-    """Derivatives of the mean deflection over footprints by their shifts, (2, S, r), 1/m."""
+    """Return derivatives of the mean deflection over footprints by their shifts, (2, S, r), 1/m."""
     points, average = footprint_points(footprints)
     rows = (
         full.unknowns.rows(csr_matrix(csr_matrix(average) @ one), W) for one in full.shell.space.slopes(points)

@@ -102,7 +102,8 @@ class SignalReading:
         lines = self.transfer.frequency
         change = wired.across_change(capacitance, float(resistance), float(inputs), lines)
         # as a change of the charge on the connected ports at their present voltages
-        return np.einsum("kcf,cf->kf", self.sense[:, list(wired.connected)], change * self.transfer.voltage)
+        felt = np.einsum("kcf,cf->kf", self.sense[:, list(wired.connected)], change * self.transfer.voltage)
+        return np.asarray(felt)
 
 
 def _capacitance(declared: Real, away: Departures) -> Any:

@@ -65,8 +65,8 @@ def fit_gap(
     executor : Executor
         Sweeps are linearised on it.
     gain_free, laws_free : bool
-        Whether gains and declared quantities, and laws, are fitted; for held-out data they may be kept from another
-        fit.
+        Whether gains and declared quantities, and laws, are fitted; for held-out data they may be kept from
+        another fit.
     target : float
         Predicted decrease of chi2 at which to stop, for a fit that reaches the noise.
     most_steps : int

@@ -264,6 +264,6 @@ class FreeParameters:
         return changed
 
     def penalties(self, values: NDArray[np.float64]) -> tuple[float, float]:
-        """Return minus twice the log prior of `values` (P,), up to a constant: of effects, of declared quantities."""
+        """Return minus twice the log priors of `values` (P,), up to constants: of effects, of what is declared."""
         each = (values - self.centre) ** 2 * self.precision
         return float(each[: self.effects].sum()), float(each[self.effects :].sum())

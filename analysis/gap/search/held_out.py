@@ -167,12 +167,8 @@ def _tried(model: TwinModel, sweeps: GapSweeps, split: Split, whole: GapFit, exe
     if split.laws_free:
         groups, places = _kept(sweeps, split.test)
         begin = whole.state.restricted(groups, places)
-    learnt = {
-        "log_gain": taught.state.log_gain,
-        "effects": taught.state.effects,
-        "declared": taught.state.declared,
-    }
-    begin = replace(begin, **learnt)
+    learnt = taught.state
+    begin = replace(begin, log_gain=learnt.log_gain, effects=learnt.effects, declared=learnt.declared)
     return fit_gap(model, split.test, begin, (), executor, gain_free=False, laws_free=split.laws_free)
 
 
