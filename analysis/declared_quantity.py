@@ -53,8 +53,8 @@ class DeclaredQuantity:
         factor, unit = {"m": (1e3, "mm"), "kg": (1e3, "g"), "K": (1.0, "K")}.get(self.unit, (100.0, "%"))
         along = {"dx": " along x", "dy": " along y"}.get(self.parameter, "")
         value, sigma, tolerance = (factor * one for one in (self.value, self.sigma, self.tolerance))
-        return
-        f"{self.words}{along}: {value:+.2g} ± {sigma:.1g} {unit} from its declaration (tolerance {tolerance:.2g})"
+        said = f"{self.words}{along}: {value:+.2g} ± {sigma:.1g} {unit} from its declaration"
+        return f"{said} (tolerance {tolerance:.2g})"
 
 
 def budget(

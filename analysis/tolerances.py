@@ -5,7 +5,8 @@ and its tolerance as its standard deviation. Those below are what a careful work
 calliper, a laboratory scale and the data sheets of patches and cards.
 """
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -40,6 +41,9 @@ class Tolerances(Declared):
         Of the plate's temperature at room temperature, less the reading, K.
     oven_slope : float
         Of the same, per kelvin above it, as a share.
+    own : mapping
+        Of single quantities, by their place in the declaration (``plate.thickness``, ``patch.S1.center``), in the
+        unit of the quantity; declared there: ``thickness = { value = 0.003, tolerance = 3e-5 }``.
     """
 
     length: Distance = 2e-4
@@ -57,3 +61,57 @@ class Tolerances(Declared):
     sensitivity: Share = 0.02
     oven_offset: Annotated[float, Field(ge=0.0, le=10.0, description="K")] = 0.3
     oven_slope: Annotated[float, Field(ge=0.0, le=0.1)] = 0.005
+    own: dict[str, Annotated[float, Field(ge=0.0)]] = Field(default_factory=dict, max_length=1000)
+
+    def of(self, place: str, usual: float) -> float:
+        """Return the tolerance of a quantity at a place: its own, else `usual`; in the quantity's unit."""
+        return self.own.get(place, usual)
+
+
+ALLOWED = {
+    "plate": ("thickness", "mass", "length_x", "length_y"),
+    "patch": ("center", "size", "thickness"),
+    "drive": ("point",),
+    "sensor": ("point", "mass"),
+    "acquisition": ("input_resistance", "input_capacitance"),
+}
+"""Keys of each table that may be declared with a tolerance of their own."""
+
+
+def without_tolerances(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a declaration whose ``{ value, tolerance }`` are values, the tolerances under ``tolerances.own``.
+
+    ValueError, with the place, for a key that cannot have one, or a tolerance that is no number of at least 0.
+    """
+    found, own = dict(table), {}
+    for name in ALLOWED:
+        part = table.get(name)
+        if isinstance(part, Mapping):
+            found[name] = _values(name, name, part, own)
+        elif isinstance(part, (list, tuple)):
+            found[name] = [
+                _values(name, f"{name}.{one.get('id', place)}", one, own) if isinstance(one, Mapping) else one
+                for place, one in enumerate(part)
+            ]
+    if own:
+        given = table.get("tolerances", {})
+        kinds = dict(given) if isinstance(given, Mapping) else given.model_dump()
+        found["tolerances"] = {**kinds, "own": {**kinds.get("own", {}), **own}}
+    return found
+
+
+def _values(kind: str, place: str, part: Mapping[str, Any], own: dict[str, Any]) -> dict[str, Any]:
+    """Return a table with values only; tolerances are put into `own`."""
+    found = dict(part)
+    for key, item in part.items():
+        if not (isinstance(item, Mapping) and set(item) == {"value", "tolerance"}):
+            continue
+        if key not in ALLOWED[kind]:
+            raise ValueError(
+                f"{place}.{key} has a tolerance of its own; allowed for {', '.join(ALLOWED[kind])} of {kind}"
+            )
+        tolerance = item["tolerance"]
+        if isinstance(tolerance, bool) or not isinstance(tolerance, (int, float)) or not tolerance >= 0.0:
+            raise ValueError(f"{place}.{key}: tolerance {tolerance!r}; a number of at least 0 wanted, in its unit")
+        found[key], own[f"{place}.{key}"] = item["value"], float(tolerance)
+    return found

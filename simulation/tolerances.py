@@ -43,16 +43,16 @@ def tolerances(experiment: Experiment, movable: Real) -> dict[str, Effect]:
 
 def _of_the_plate(experiment: Experiment) -> Iterator[Effect]:
     given, plate = experiment.tolerances, experiment.plate
-    yield from _quantity(
-        "plate_thickness", "thickness of the plate", {"share": ("1", given.thickness)}, _scaled("thickness")
-    )
-    yield from _quantity("plate_mass", "mass of the plate", {"share": ("1", given.mass)}, _scaled("mass"))
+    for kind, value in (("thickness", plate.thickness), ("mass", plate.mass)):
+        share = given.of(f"plate.{kind}", getattr(given, kind) * value) / value
+        yield from _quantity(f"plate_{kind}", f"{kind} of the plate", {"share": ("1", share)}, _scaled(kind))
+    sides = [float(np.sqrt(patch.area)) for patch in experiment.patch]
     for axis, length in (("x", plate.length_x), ("y", plate.length_y)):
         yield from _quantity(
             f"plate_length_{axis}",
             f"length of the plate along {axis}",
-            {"longer": ("m", given.length)},
-            _stretched(f"stretch_{axis}", length, [float(np.sqrt(patch.area)) for patch in experiment.patch]),
+            {"longer": ("m", given.of(f"plate.length_{axis}", given.length))},
+            _stretched(f"stretch_{axis}", length, sides),
         )
     yield from _oven(experiment)
 
@@ -76,21 +76,23 @@ def _of_patches(experiment: Experiment, movable: Real) -> Iterator[Effect]:
     given, count = experiment.tolerances, len(experiment.patch)
     for k, patch in enumerate(experiment.patch):
         name = patch.id
+        centre = given.of(f"patch.{name}.center", given.patch_place)
+        thickness = given.of(f"patch.{name}.thickness", given.patch_thickness * patch.thickness) / patch.thickness
         if movable[k]:
             yield from _quantity(
                 f"patch_place {name}",
                 f"place of patch {name}",
-                {"dx": ("m", given.patch_place), "dy": ("m", given.patch_place)},
+                {"dx": ("m", centre), "dy": ("m", centre)},
                 _moved("shift_x", "shift_y", k, count),
             )
             yield from _quantity(
                 f"patch_size {name}",
                 f"sides of patch {name}",
-                {"wider": ("m", given.patch_size)},
+                {"wider": ("m", given.of(f"patch.{name}.size", given.patch_size))},
                 _enlarged(k, count, float(np.sqrt(patch.area))),
             )
         shares = {
-            "patch_thickness": (f"thickness of patch {name}", given.patch_thickness),
+            "patch_thickness": (f"thickness of patch {name}", thickness),
             "strain_constant": (f"strain constant d31 of patch {name}", given.strain_constant),
             "permittivity": (f"permittivity of patch {name}", given.permittivity),
         }
@@ -106,7 +108,10 @@ def _of_instruments(experiment: Experiment) -> Iterator[Effect]:
     given = experiment.tolerances
     if any(one.patch is not None and one.quantity == "voltage" for one in experiment.outputs):
         for kind in ("resistance", "capacitance"):
-            share = given.input_resistance if kind == "resistance" else given.input_capacitance
+            declared = getattr(experiment.acquisition, f"input_{kind}")
+            usual = getattr(given, f"input_{kind}")
+            own = given.of(f"acquisition.input_{kind}", usual * declared)
+            share = own / declared if declared else 0.0
             yield from _quantity(f"input_{kind}", f"{kind} of the inputs", {"share": ("1", share)}, _scaled(kind))
     outputs, placed = experiment.outputs, (*experiment.inputs, *experiment.outputs)
     for k, output in enumerate(outputs):
@@ -121,17 +126,19 @@ def _of_instruments(experiment: Experiment) -> Iterator[Effect]:
     if len(feet) > MOST_PLACED:  # a scan: its points are known by their grid
         return
     for k, channel in enumerate(feet):
+        table = "drive" if k in experiment.driven else "sensor"
+        place = given.of(f"{table}.{channel.id}.point", given.transducer_place)
         yield from _quantity(
             f"transducer_place {channel.id}",
             f"place of {channel.id}",
-            {"dx": ("m", given.transducer_place), "dy": ("m", given.transducer_place)},
+            {"dx": ("m", place), "dy": ("m", place)},
             _moved("place_x", "place_y", k, len(feet)),
         )
         if channel.footprint is not None and channel.footprint.mass:
             yield from _quantity(
                 f"transducer_mass {channel.id}",
                 f"mass of {channel.id}",
-                {"heavier": ("kg", given.transducer_mass)},
+                {"heavier": ("kg", given.of(f"sensor.{channel.id}.mass", given.transducer_mass))},
                 _added_to("added_mass", k, len(feet), "heavier"),
             )
 

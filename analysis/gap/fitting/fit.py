@@ -26,6 +26,11 @@ SHAPE_STEP = 0.25
 """Largest step of a shape parameter in one iteration, in standard deviations of its prior."""
 
 
+ROUGH, ROUGHLY_SETTLED = 3.0, 300.0
+"""chi2 per number above which a fit first moves with the declared quantities held, and the predicted decrease, per
+chi2 per number, at which they are freed: they are most of the tangents, and far from the data they only follow."""
+
+
 @dataclass(frozen=True)
 class _Trial:
     state: GapState
@@ -88,10 +93,18 @@ def fit_gap(
     start = start.with_tolerances(model.tolerance_cards)
     values = np.clip(free.read(start.on), free.low, free.high)
     start = replace(start, laws=clipped_laws(model.box, start.laws)).with_values(free.write(start.on, values))
+    rough = 0
+    if free.tolerances:
+        few = FreeParameters.of(model.cards, effects, {})
+        begun = _evaluate(model, sweeps, start, few, executor)
+        if begun.objective > ROUGH * sweeps.numbers:
+            switches = gain_free, laws_free, ROUGHLY_SETTLED, most_steps, enough
+            begun, _, rough = _descend(model, sweeps, begun, few, executor, *switches)
+            start = begun.state
     best = _evaluate(model, sweeps, start, free, executor)
     switches = gain_free, laws_free, target, most_steps, enough
     best, done, passes = _descend(model, sweeps, best, free, executor, *switches)
-    return _result(sweeps, best, free, gain_free, laws_free, done, passes)
+    return _result(sweeps, best, free, gain_free, laws_free, done, rough + passes)
 
 
 def _descend(
