@@ -18,6 +18,9 @@ from app.stages.declaration_check import sentence
 from simulation.reduction.coarse_plate import CoarsePlate
 
 STAGE = "looking for the reason"
+LIKELY = 0.8
+"""Share of paired modes from which an alternative is named: right ones had 0.95 and more, a wrong length beside a
+wrong place, the length alone put right, 0.73."""
 CLEARLY = 0.85
 """Share of paired modes from which no further alternatives are tried."""
 GAINED = 0.2
@@ -79,7 +82,7 @@ def likely_reason(experiment: Experiment, sweep: SweepModes, report: Progress) -
 
 def _concluded(declared: CoarseTrial, found: list[Found]) -> LikelyReason:
     """Choose the best of what was found, best first."""
-    own, least = declared.pairs.counted, max(LEAST_SHARE, declared.share + GAINED)
+    own, least = declared.pairs.counted, max(LIKELY, declared.share + GAINED)
     if found and found[0][0] >= least:
         as_good = [words for share, words, _ in found[:2] if share >= max(least, found[0][0] - EQUAL)]
         sentence = f"likely reason, tried on a coarse model that as declared has {own}: {', or: '.join(as_good)}"
