@@ -5,9 +5,8 @@ enough for any plate of a laboratory and tight enough to catch a wrong unit (mm 
 for degrees Celsius, kHz for Hz).
 """
 
-from collections.abc import Mapping
 from datetime import date as Date  # noqa: N812 (the field is called date)
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -17,7 +16,7 @@ from analysis.layout import check_patches, check_point
 from analysis.patch import Patch
 from analysis.plate import Plate
 from analysis.sweep_timing import SweepTiming
-from analysis.tolerances import Tolerances, without_tolerances
+from analysis.tolerances import Tolerances
 from analysis.transducers import Drive, Sensor
 
 LEAST_LINES = 20
@@ -138,11 +137,6 @@ class Experiment(Sparse):
     protocol: Protocol
     oven: OvenDeclaration
     tolerances: Tolerances = Tolerances()
-
-    @model_validator(mode="before")
-    @classmethod
-    def _own_tolerances(cls, table: Any) -> Any:
-        return without_tolerances(table) if isinstance(table, Mapping) else table
 
     @property
     def actuator(self) -> Patch | Drive:

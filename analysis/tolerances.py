@@ -83,7 +83,8 @@ def without_tolerances(table: Mapping[str, Any]) -> dict[str, Any]:
 
     ValueError, with the place, for a key that cannot have one, or a tolerance that is no number of at least 0.
     """
-    found, own = dict(table), {}
+    found: dict[str, Any] = dict(table)
+    own: dict[str, float] = {}
     for name in ALLOWED:
         part = table.get(name)
         if isinstance(part, Mapping):

@@ -16,7 +16,9 @@ LEAST_SHARE = 0.6
 """Share of the strong measured modes that a twin which fits has where and as they are. Of 13 simulated campaigns
 of a polypropylene plate with a side 5 to 20 % or a patch 7 to 17 cm wrong, 0.18 to 0.50; of 51 with an effect of
 the library of one, two and four times its prior, 0.85 and more wherever the misfit is `POOR`, but for orthotropy
-of 10 % and more (0.33 and 0.47), which an isotropic twin does not fit either."""
+of 10 % and more (0.33 and 0.47). On aluminium with a loss factor of 0.5 % orthotropy of 5 % and a taper of four
+times its prior move modes by more than a bandwidth (0.31 and 0.50): without them that twin is no fit either, and
+whether it is one with them is judged after the search."""
 
 Source = Literal["modes.h5", "identified"]
 
@@ -79,14 +81,14 @@ class Pairing:
         With the effects that were found, named or hints; None where none was.
     likely : str
         Likely reason where it is no fit, as tried; empty otherwise.
-    effect : str
-        Effect of the gap workflow's library which that reason is an amount of; empty otherwise.
+    wrong_declaration : bool
+        Whether that reason is a declaration that makes the modes pair.
     """
 
     before: PairedSweeps
     after: PairedSweeps | None = None
     likely: str = ""
-    effect: str = ""
+    wrong_declaration: bool = False
 
     @classmethod
     def of(cls, before: PairedSweeps | None) -> "Pairing | None":

@@ -14,6 +14,7 @@ from analysis.protocol.programme import Programme
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.sweep import SweepSettings
 from analysis.sensitivity import Sensitivities, Sensitivity
+from analysis.tolerances import Tolerances
 from app.files.acquired_transducers import AcquiredDrive, AcquiredPatch, AcquiredSensor, Amplifier, Exciter
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_kind import DECLARATION
@@ -63,6 +64,7 @@ class AcquiredExperiment(Sparse):
     programme: Programme
     limits: Limits
     simulation: Simulation | None = None
+    tolerances: Tolerances = Tolerances()
 
     def on(self, rig: RigKind) -> Self:
         """Return the same for a rig; where that is simulated, the title says so wherever results go."""
@@ -124,6 +126,7 @@ class AcquiredExperiment(Sparse):
             ),
             protocol=self.protocol.recorded(),
             oven=OvenDeclaration(room_temperature=self.oven.room_temperature),
+            tolerances=self.tolerances,
         )
 
     @model_validator(mode="after")

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from analysis.tolerances import without_tolerances
 from app.files.allowed_values import allowed_at, key_at, keys_at
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.drawing import DrawingError, with_drawings
@@ -74,6 +75,11 @@ def checked(path: Path, table: Mapping[str, Any], model: type[Model]) -> Model:
         wrong_drawing = Misplaced(path, table, places, tuple(error.curves)) if error.curves else None
         problem = Problem(path.name, error.key, str(error), "")
         raise CampaignFileError(path.parent, [problem], wrong_drawing) from error
+    if "tolerances" in model.model_fields:
+        try:
+            table = without_tolerances(table)
+        except ValueError as error:
+            raise CampaignFileError(path.parent, [Problem(path.name, "tolerance", str(error), "")]) from error
     try:  # through JSON, where pydantic's strict reading takes lists for tuples but no "0.24" for 0.24
         made = model.model_validate_json(json.dumps(table, default=str), strict=True)
     except ValidationError as error:

@@ -22,9 +22,9 @@ from simulation.twin.instruments import ports
 
 BETTER = 0.1
 """Least gain in the levels' correlation for a place to be tried; pairing then decides."""
-PLACES = 2
+PLACES = 3
 """Places of each transducer that are tried."""
-APART = 0.1
+APART = 0.05
 """Least distance of these, as a share of the plate's longer side."""
 ORTHOTROPY = (-0.3, -0.16, -0.08, 0.08, 0.16, 0.3)
 """Values of delta_e."""

@@ -138,7 +138,7 @@ def compute(
             begun = fit_twin(steady, plain.updated, model, protocol, executor, given, floor=floor)
             start_twin = corrected_twin(frf, plain.updated, model, protocol, begun)
         pairing = pairing_before(campaign, plain, twin, start_twin, report)
-        if pairing is not None and not (pairing.fits or pairing.effect):
+        if pairing is not None and pairing.wrong_declaration:
             model = replace(model, twin=replace(twin, library={name: twin.library[name] for name in given}))
         found = find_gap(steady, plain.updated, model, protocol, executor, floor=floor, progress=report)
         not_tried = untried(campaign.experiment, folder)

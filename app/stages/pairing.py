@@ -221,4 +221,4 @@ def with_reason(
         measured.terms,
     )
     found = likely_reason(experiment, here, report)
-    return replace(pairing, likely=found.sentence, effect=found.effect)
+    return replace(pairing, likely=found.sentence, wrong_declaration=found.wrong_declaration)

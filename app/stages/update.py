@@ -32,6 +32,7 @@ from app.files.provenance import provenance, sha256
 from app.stages.drift_notes import drift_notes
 from app.stages.pairing import MeasuredSweeps, measured_sweeps, paired_sweeps, with_reason
 from app.terminal.notebook import as_html, as_text
+from app.terminal.pairing import pairing_tables
 from app.terminal.update import headline, notes, table_of
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
 from app.twins.campaign_twin import campaign_twin, tolerant_twin, twin_is_built
@@ -71,7 +72,9 @@ class Updating:
         return as_text(f"Updating: {headline(self.updated)}", self._notes)
 
     def _repr_html_(self) -> str:
-        return as_html(headline(self.updated), [table_of(self.updated)], self._notes)
+        record = pairing_record(self.pairing)
+        tables = [table_of(self.updated), *(pairing_tables(record) if record else ())]
+        return as_html(headline(self.updated), tables, self._notes)
 
     @property
     def local_laws(self) -> list[LocalLaws]:

@@ -31,6 +31,13 @@ ROUGH, ROUGHLY_SETTLED = 3.0, 300.0
 chi2 per number, at which they are freed: they are most of the tangents, and far from the data they only follow."""
 
 
+ROUNDS, FELL = 4, 0.7
+"""Largest number of times that the tolerances are weighed, and how far chi2 has to fall for another time."""
+FAR = 1e-3
+"""Predicted decrease, as a share of the objective, at which a fit that leaves more than `ROUGH` is settled where
+declared quantities are free: the transfer is linear in moves of patches, its derivatives are those without them."""
+
+
 @dataclass(frozen=True)
 class _Trial:
     state: GapState
@@ -88,23 +95,28 @@ def fit_gap(
     ValueError
         Where the model cannot be evaluated at the start.
     """
-    tolerances = model.tolerance_cards if gain_free else {}
-    free = FreeParameters.of(model.cards, effects, tolerances, sweeps.overstated)
+    free = FreeParameters.of(model.cards, effects, model.tolerance_cards if gain_free else {})
     start = start.with_tolerances(model.tolerance_cards)
     values = np.clip(free.read(start.on), free.low, free.high)
     start = replace(start, laws=clipped_laws(model.box, start.laws)).with_values(free.write(start.on, values))
-    rough = 0
-    if free.tolerances:
-        few = FreeParameters.of(model.cards, effects, {})
-        begun = _evaluate(model, sweeps, start, few, executor)
-        if begun.objective > ROUGH * sweeps.numbers:
-            switches = gain_free, laws_free, ROUGHLY_SETTLED, most_steps, enough
-            begun, _, rough = _descend(model, sweeps, begun, few, executor, *switches)
-            start = begun.state
-    best = _evaluate(model, sweeps, start, free, executor)
-    switches = gain_free, laws_free, target, most_steps, enough
-    best, done, passes = _descend(model, sweeps, best, free, executor, *switches)
-    return _result(sweeps, best, free, gain_free, laws_free, done, rough + passes)
+    held = FreeParameters.of(model.cards, effects, {}) if free.tolerances else free
+    passes, left, done = 0, 1.0, False
+    best = _evaluate(model, sweeps, start, held, executor)
+    if free.tolerances and best.objective > ROUGH * sweeps.numbers:
+        switches = gain_free, laws_free, ROUGHLY_SETTLED, most_steps, enough
+        best, _, passes = _descend(model, sweeps, best, held, executor, *switches)
+    for _ in range(ROUNDS if free.tolerances else 1):
+        if free.tolerances:
+            left = max(1.0, (best.objective - best.declared) / sweeps.numbers)
+            free = replace(free, trusted=sweeps.overstated * left)
+            best = _evaluate(model, sweeps, best.state, free, executor)
+        switches = gain_free, laws_free, target, most_steps, enough
+        best, done, more = _descend(model, sweeps, best, free, executor, *switches)
+        passes += more
+        # what the fit leaves weighs the tolerances: once it leaves much less, they are fitted again
+        if max(1.0, (best.objective - best.declared) / sweeps.numbers) > FELL * left:
+            break
+    return _result(sweeps, best, free, gain_free, laws_free, done, passes)
 
 
 def _descend(
@@ -125,6 +137,8 @@ def _descend(
         step, local, predicted_decrease = _step(sweeps, best, free, damping, gain_free, laws_free)
         # where the residual is many sigma, the tolerance grows: fractions of a nat need no other linearisation
         settled = target * max(1.0, best.objective / sweeps.numbers)
+        if free.tolerances and best.objective > ROUGH * sweeps.numbers:
+            settled = max(settled, FAR * best.objective)
         if predicted_decrease < settled:
             done = True
             break

@@ -162,8 +162,9 @@ class FreeParameters:
     tolerances : int
         Number of those of declared quantities: their priors are data, as a reading is.
     trusted : float
-        Weight of these priors. The twin's own error pulls at every quantity, however well it was measured: data
-        count as much less against the tolerances as they do in evidence, see `GapSweeps.overstated`.
+        Weight of these priors. The twin's own error, and any effect that it lacks, pull at every quantity, however
+        well it was measured: data count as much less against the tolerances as they do in evidence, see
+        `GapSweeps.overstated`, and as chi2 per number is above 1.
     centre : (P,) ndarray
         Of the priors.
     """
@@ -179,7 +180,6 @@ class FreeParameters:
         cards: Mapping[str, EffectCard],
         effects: Sequence[str],
         tolerances: Mapping[str, EffectCard],
-        trusted: float = 1.0,
     ) -> "FreeParameters":
         """All parameters of `effects`, shapes included, and of declared quantities.
 
@@ -190,8 +190,6 @@ class FreeParameters:
         effects : sequence of str
         tolerances : mapping
             Cards of the declared quantities.
-        trusted : float
-            Weight of their priors.
 
         Returns
         -------
@@ -200,7 +198,7 @@ class FreeParameters:
         pairs = [(name, p) for name in effects for p in cards[name].parameters]
         declared = [(name, p) for name, card in tolerances.items() for p in card.parameters]
         both = [*pairs, *declared]
-        return cls(tuple((name, p.name) for name, p in both), tuple(p for _, p in both), len(declared), trusted)
+        return cls(tuple((name, p.name) for name, p in both), tuple(p for _, p in both), len(declared))
 
     @property
     def effects(self) -> int:

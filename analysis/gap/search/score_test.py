@@ -184,11 +184,13 @@ def score_test(
     """
     on = fit.state.on
     cards = {**model.tolerance_cards, **model.cards}
+    # priors of declared quantities count as in the fit
+    trusted = dict.fromkeys(fit.state.declared, fit.free.trusted ** (-0.5))
     columns = [
         Column(
             name,
             0,
-            p,
+            replace(p, sigma=p.sigma * trusted.get(name, 1.0)),
             on[name][p.name],
             {q.name: on[name][q.name] for q in cards[name].parameters if q.shape},
         )

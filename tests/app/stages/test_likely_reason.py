@@ -68,7 +68,7 @@ def test_a_thickness_that_no_declared_modulus_makes_up_for_is_told(
     experiment, sweep = measured
     reason = likely_reason(plate(experiment, thickness=0.0022), sweep, silent)
     assert "thickness 2.2 mm declared; the resonances at 20 °C say" in reason.sentence
-    assert reason.effect == ""
+    assert reason.wrong_declaration
 
 
 @pytest.mark.slow
