@@ -1,0 +1,95 @@
+"""Declared quantities with a tolerance are free in every fit, and widen the laws' bands by what they leave open."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.gap import find_gap
+
+TOLERANCES = {"mass": 1.0, "stretch": 0.01}
+"""Of the toy's mass, g, and of both its moduli."""
+
+
+@pytest.fixture
+def tolerant(toy):
+    """Toy whose mass and anisotropy are declared with a tolerance, and are no candidates."""
+
+    @dataclass
+    class Tolerant(toy.Plate):
+        @property
+        def tolerance_cards(self):
+            return {
+                name: replace(
+                    toy.cards[name],
+                    parameters=tuple(
+                        replace(p, sigma=sigma, low=-8.0 * sigma, high=8.0 * sigma)
+                        for p in toy.cards[name].parameters
+                    ),
+                )
+                for name, sigma in TOLERANCES.items()
+            }
+
+        @property
+        def cards(self):
+            return {name: card for name, card in super().cards.items() if name not in TOLERANCES}
+
+    return Tolerant()
+
+
+DRAWN = {"mass": {"grams": 0.8}, "stretch": {"delta_e": -0.007, "delta_g": 0.004}}
+
+
+def test_they_are_found_and_the_laws_are_within_their_bands(toy, tolerant, pool):
+    sweeps, _ = toy.prepared(effects=DRAWN, reading_sigma=0.0)
+    fit = fit_gap(tolerant, sweeps, toy.start(sweeps.groups), (), pool)
+    true = toy.laws(sweeps.groups.reference)
+    away = np.abs(fit.state.laws - true) / fit.stated.laws
+    assert (away < 3.0).mean() > 0.95
+    for one in fit.declared_quantities(tolerant.tolerance_cards):
+        assert abs(one.value - DRAWN[one.name][one.parameter]) < 3.0 * one.sigma
+        assert one.sigma <= one.tolerance * (1.0 + 1e-9)
+
+
+def test_without_them_a_stated_deviation_is_many_times_too_small(toy, tolerant, pool):
+    sweeps, _ = toy.prepared(effects=DRAWN, reading_sigma=0.0)
+    start = toy.start(sweeps.groups)
+    exact, free = (fit_gap(model, sweeps, start, (), pool) for model in (toy.Plate(), tolerant))
+    away = np.abs(exact.state.laws - toy.laws(sweeps.groups.reference))[:, 0]
+    assert (away / exact.noise.laws[:, 0]).mean() > 5.0
+    assert (exact.noise.laws < free.noise.laws)[:, 0].all()
+
+
+def test_a_quantity_that_no_line_tells_keeps_its_tolerance(toy, tolerant, pool):
+    """A common factor on all moduli of the toy is its E: what a tolerance of it leaves open is the law's band."""
+    sweeps, _ = toy.prepared(effects={})
+    fit = fit_gap(tolerant, sweeps, toy.start(sweeps.groups), (), pool)
+    whole, common = fit.stated.laws**2, (fit.stated.common**2).sum(axis=2)
+    assert (common < whole * (1.0 + 1e-9)).all()
+    # the same from the joint covariance: a law's variance is that at known quantities, and what these add
+    held = fit_gap(toy.Plate(), sweeps, fit.state.with_effects({}), (), pool)
+    assert (held.noise.laws**2 <= fit.noise.laws**2 + 1e-18).all()
+
+
+def test_nothing_is_claimed_of_a_careful_declaration(toy, tolerant, pool):
+    frf, rig = toy.record(effects=DRAWN)
+    report = find_gap(frf, toy.updated(frf), tolerant, rig, pool)
+    assert report.verdict == "none"
+    assert {one.name for one in report.declared} == set(TOLERANCES)
+    assert not any(one.beyond for one in report.declared)
+
+
+def test_an_effect_is_named_beside_errors_of_the_declaration(toy, tolerant, pool):
+    frf, rig = toy.record(effects={**DRAWN, "damage": {"loss": 0.3, "x": 0.31}})
+    report = find_gap(frf, toy.updated(frf), tolerant, rig, pool)
+    assert [effect.name for effect in report.effects] == ["damage"]
+    found = {p.name: p for p in report.effects[0].parameters}
+    assert abs(found["loss"].value - 0.3) < 3.0 * found["loss"].sigma
+
+
+def test_a_declaration_that_is_wrong_is_said_in_words(toy, tolerant, pool):
+    frf, rig = toy.record(effects={"mass": {"grams": 6.0}})
+    report = find_gap(frf, toy.updated(frf), tolerant, rig, pool)
+    assert any(note.startswith("the declaration is doubtful: toy mass") for note in report.notes)
+    assert [one.name for one in report.declared if one.beyond] == ["mass"]

@@ -1,0 +1,35 @@
+"""Declared quantities in words, and the budget of a standard deviation."""
+
+import numpy as np
+import pytest
+
+from analysis.declared_quantity import DeclaredQuantity, budget
+
+
+def quantity(name="patch_place S1", parameter="dx", value=2.1e-3, tolerance=3e-4, unit="m"):
+    return DeclaredQuantity(name, parameter, unit, "place of patch S1", tolerance, value, 2e-4)
+
+
+def test_beyond_three_tolerances_the_declaration_is_doubtful():
+    assert quantity(value=-9.1e-4).beyond
+    assert not quantity(value=8.9e-4).beyond
+
+
+def test_a_sentence_has_people_s_units():
+    assert quantity().sentence == (
+        "place of patch S1 along x: +2.1 ± 0.2 mm from its declaration (tolerance 0.3)"
+    )
+
+
+def test_the_squares_of_a_budget_add_up():
+    quantities = [quantity("plate_length_x"), quantity("plate_length_y"), quantity("oven_reading")]
+    rows = dict(budget(quantities, np.array([0.3, -0.4, 0.7, 0.2]), 0.1))
+    assert rows == pytest.approx({"lengths": 0.5, "oven": 0.7, "twin": 0.2, "noise": 0.1})
+    assert list(rows) == ["oven", "lengths", "twin", "noise"]
+
+
+def test_nonsense_is_refused():
+    with pytest.raises(ValueError, match="tolerance 0"):
+        quantity(tolerance=0.0)
+    with pytest.raises(ValueError, match="nan"):
+        quantity(value=np.nan)

@@ -1,0 +1,159 @@
+"""Tolerances of the twin: derivatives, and the twin of the plate whose declaration is changed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.experiment import Experiment
+from analysis.local_laws import LocalLaws
+from analysis.material import MaterialBox
+from analysis.sweep_point import SweepPoint
+from analysis.tolerances import Tolerances
+from simulation.reduction.effect_reduction import reduce_with_departures
+from simulation.shell.fineness import Fineness
+from simulation.tolerances import tolerances
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
+
+BAND = (100.0, 500.0)
+LINES = np.linspace(*BAND, 120)
+POINT = SweepPoint(26.0, 0.0, 1.0)
+BOX = MaterialBox((1e9, 3.2e9), (0.33, 0.46), (0.02, 0.12))
+LAWS = LocalLaws(25.0, np.array([np.log(2e9), 0.38, np.log(0.06)]), np.array([-0.02, 0.002, -0.01]), np.zeros(3))
+
+
+@pytest.fixture(scope="module")
+def made():
+    """Make the twin of an experiment, with tolerances."""
+
+    def make(experiment, fineness=None):
+        operators = reduce_with_departures(experiment, BOX, fineness=fineness)
+        plate, known = EffectPlate(operators), tolerances(experiment, operators.movable)
+        return replace(Twin.of(experiment, plate, tolerances=known), reach=np.inf)
+
+    return make
+
+
+@pytest.fixture(scope="module")
+def patched(declare, patches):
+    """Two patches, one of them open, a hammer, an accelerometer and a laser."""
+    dumped = declare(patches, BAND).model_dump()
+    return Experiment.model_validate(
+        dumped
+        | {
+            "patch": [dumped["patch"][0], dumped["patch"][1]],
+            "sensor": [
+                {"id": "acc", "kind": "acceleration", "point": (0.17, 0.12), "mass": 0.003},
+                {"id": "laser", "kind": "velocity", "point": (0.1, 0.15)},
+            ],
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def coarse(made, patched, coarse_mesh):
+    return made(patched, Fineness(coarse_mesh, degree=4, tolerance=0.0))
+
+
+@pytest.fixture(scope="module")
+def twin(made, patched):
+    return made(patched)
+
+
+def zeros(twin):
+    return {name: card.zero() for name, card in twin.tolerance_cards.items()}
+
+
+def test_as_declared_nothing_changes(coarse):
+    exact = replace(coarse, tolerances={})
+    assert np.allclose(coarse.frf(LAWS, LINES, zeros(coarse), POINT), exact.frf(LAWS, LINES, point=POINT), rtol=1e-9)
+
+
+def test_every_quantity_has_its_derivative(coarse):
+    twin = coarse
+    here = zeros(twin)
+    tangents = [(name, p.name, here[name]) for name, card in twin.tolerance_cards.items() for p in card.parameters]
+    line = twin.linearise(LAWS, LINES, here, POINT, tangents)
+    cards = [p for card in twin.tolerance_cards.values() for p in card.parameters]
+    seen = {name for name, _, _ in tangents}
+    assert {"plate_thickness", "patch_place A1", "transducer_place acc", "transducer_mass acc"} <= seen
+    for (name, parameter, _), card, exact in zip(tangents, cards, line.by_parameter, strict=True):
+        step = 0.02 * card.sigma
+        sides = [
+            twin.frf(LAWS, LINES, {**here, name: {**here[name], parameter: sign * step}}, POINT) for sign in (1, -1)
+        ]
+        quotient = (sides[0] - sides[1]) / (2.0 * step)
+        assert np.abs(exact).max() > 0.0, name
+        assert np.abs(exact - quotient).max() < 1e-3 * np.abs(quotient).max(), (name, parameter)
+
+
+CHANGES = [
+    ("plate_thickness", {"share": 0.01}, {"plate": {"thickness": 0.003 * 1.01}}, 0.02),
+    ("plate_mass", {"share": 0.01}, {"plate": {"mass": 1.01}}, 0.02),
+    ("plate_length_x", {"longer": 1e-3}, {"plate": {"length_x": 1e-3}}, 0.06),
+    ("patch_place A1", {"dx": -5e-4, "dy": 3e-4}, {"place": (0, -5e-4, 3e-4)}, 0.06),
+    ("patch_place S1", {"dx": 3e-4, "dy": 5e-4}, {"place": (1, 3e-4, 5e-4)}, 0.06),
+    ("patch_size S1", {"wider": 4e-4}, {"size": (1, 4e-4)}, 0.12),
+    ("patch_thickness A1", {"share": 0.04}, {"thicker": (0, 1.04)}, 0.06),
+    ("input_resistance", {"share": 0.1}, {"inputs": 1.1}, 0.01),
+    ("transducer_mass acc", {"heavier": 2e-4}, {"mass": 2e-4}, 0.01),
+    ("transducer_place acc", {"dx": 3e-4, "dy": -2e-4}, {"at": (3e-4, -2e-4)}, 0.03),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "values", "change", "left"), CHANGES, ids=[row[0] for row in CHANGES])
+def test_it_is_the_twin_of_the_changed_declaration(made, patched, twin, name, values, change, left):
+    """Its change of the transfer is that of a twin made anew, up to a share `left` of it."""
+    before, there = twin.frf(LAWS, LINES, zeros(twin), POINT), zeros(twin)
+    there[name] = {**there[name], **values}
+    if name.startswith("plate_length"):  # patches and transducers keep their places from the corner
+        for place, at in {"patch_place A1": 0, "patch_place S1": 1}.items():
+            there[place] = {**there[place], "dx": -patched.patch[at].center[0] * 1e-3 / patched.plate.length_x}
+        for place in patched.sensor:
+            moved = {"dx": -place.point[0] * 1e-3 / patched.plate.length_x}
+            there[f"transducer_place {place.id}"] = {**there[f"transducer_place {place.id}"], **moved}
+    wanted = made(changed(patched, change)).frf(LAWS, LINES, point=POINT) - before
+    found = twin.frf(LAWS, LINES, there, POINT) - before
+    for k in range(len(wanted)):
+        assert np.linalg.norm(found[k] - wanted[k]) < left * np.linalg.norm(wanted[k])
+
+
+def changed(experiment, change):
+    """Return an experiment declared otherwise."""
+    table = experiment.model_dump()
+    table["plate"] |= {
+        "thickness": change.get("plate", {}).get("thickness", table["plate"]["thickness"]),
+        "mass": table["plate"]["mass"] * change.get("plate", {}).get("mass", 1.0),
+        "length_x": table["plate"]["length_x"] + change.get("plate", {}).get("length_x", 0.0),
+    }
+    patch = [dict(one) for one in table["patch"]]
+    if "place" in change:
+        k, dx, dy = change["place"]
+        patch[k]["center"] = (patch[k]["center"][0] + dx, patch[k]["center"][1] + dy)
+    if "size" in change:
+        k, wider = change["size"]
+        patch[k]["size"] = tuple(side + wider for side in patch[k]["size"])
+    if "thicker" in change:
+        k, factor = change["thicker"]
+        patch[k]["thickness"] *= factor
+    table["acquisition"]["input_resistance"] *= change.get("inputs", 1.0)
+    sensor = [dict(one) for one in table["sensor"]]
+    sensor[0]["mass"] += change.get("mass", 0.0)
+    dx, dy = change.get("at", (0.0, 0.0))
+    sensor[0]["point"] = (sensor[0]["point"][0] + dx, sensor[0]["point"][1] + dy)
+    return Experiment.model_validate({**table, "patch": patch, "sensor": sensor})
+
+
+def test_what_is_exact_is_no_parameter(patched):
+    exact = Tolerances(**dict.fromkeys(Tolerances.model_fields.keys() - {"own"}, 0.0), own={"plate.thickness": 6e-5})
+    known = tolerances(patched.model_copy(update={"tolerances": exact}), np.ones(2))
+    (card,) = [one.card(patched) for one in known.values()]
+    assert (card.name, card.parameters[0].sigma) == ("plate_thickness", 6e-5 / patched.plate.thickness)
+
+
+def test_patches_without_room_have_no_place_to_be_wrong(patched):
+    known = tolerances(patched, np.array([0.0, 1.0]))
+    assert "patch_place S1" in known
+    assert not {"patch_place A1", "patch_size A1"} & set(known)
