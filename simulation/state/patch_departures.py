@@ -28,6 +28,8 @@ STEP = 1e-4
 """Step of the central differences by moves, m."""
 THICKER = 1e-3
 """Step of those by the thickness, relative."""
+WEAKEST = 3e-4
+"""Motions weaker than this share of the strongest are left out: derivatives by tolerances are good to a per cent."""
 KINDS = {"bending": 1, "membrane": 1, "shear": 1, "mass": 1}
 WAYS = ((STEP, 0.0, 0.0), (0.0, STEP, 0.0), (0.0, 0.0, STEP))
 """Along x, along y, and wider on both sides, m."""
@@ -50,7 +52,7 @@ def _of_patch(p: Projector, patch: int, executor: Executor) -> dict[str, Real]:
         cells = Zone.of(p.full, patch).elements
     except ValueError:  # no room for it, or another patch on the opposite face
         sides, cells = [], p.full.shell.under[patch]
-    near, motions = around(p, cells, executor)
+    near, motions = around(p, cells, executor, WEAKEST)
     found = _unmoved(len(motions), p.vectors.shape[1])
     high, low = (declared_patch(near, patch, 1.0 + sign * THICKER) for sign in (1, -1))
     found |= {

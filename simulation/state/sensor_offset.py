@@ -130,8 +130,11 @@ def unmoved(size: int) -> dict[str, object]:
     return found
 
 
-def around(p: Projector, cells: Mask, executor: Executor) -> tuple[Projector, Real]:
-    """Vectors (n, q) of the leading motions of some cells, and the reduced coordinates' shares in them (q, r)."""
+def around(p: Projector, cells: Mask, executor: Executor, least: float = KEPT) -> tuple[Projector, Real]:
+    """Vectors (n, q) of the leading motions of some cells, and the reduced coordinates' shares in them (q, r).
+
+    Motions weaker than a share `least` of the strongest are left out.
+    """
     ones = np.ones((1, p.full.shell.space.dx.size))
     counts = dict.fromkeys(ZONE_DEGREES, 1)
     found = weighed_energies(p, p.full.shell.space, ones, counts, cells=cells, executor=executor)
@@ -140,7 +143,7 @@ def around(p: Projector, cells: Mask, executor: Executor) -> tuple[Projector, Re
     inertia = found["mass"][0] + found["rotary"][0]
     energy = elastic + inertia * np.trace(elastic) / np.trace(inertia)
     values, basis = np.linalg.eigh(0.5 * (energy + energy.T))
-    kept = values > KEPT**2 * values[-1]
+    kept = values > least**2 * values[-1]
     root = np.sqrt(values[kept])
     return Projector(p.full, p.vectors @ (basis[:, kept] / root)), root[:, None] * basis[:, kept].T
 
