@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -62,9 +63,9 @@ def body(h: float) -> tuple[Layer, ...]:
 def lines(
     ends: tuple[float, float], h: float, spacing: float, inner: Sequence[float] = ()
 ) -> list[tuple[float, int]]:
-    """Ends of the pieces of an axis with their cells: strips at both ends, the rest about `spacing` wide, m."""
+    """Return ends and cells of the pieces of an axis: strips at both ends, other cells about `spacing` wide, m."""
     places = [ends[0], ends[0] + EDGE * h, *inner, ends[1] - EDGE * h, ends[1]]
-    counts = [1, *(max(round((b - a) / spacing), 1) for a, b in zip(places[1:-2], places[2:-1], strict=True)), 1]
+    counts = [1, *(max(round((b - a) / spacing), 1) for a, b in pairwise(places[1:-1])), 1]
     return list(zip(places[1:], counts, strict=True))
 
 

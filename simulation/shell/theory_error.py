@@ -15,7 +15,7 @@ those of Rayleigh and Lamb have 7 nu in place of 5 nu: a relative error of -c (k
 from its own shape (`mode_errors`). Shear factor 5/(6 - nu) gives the waves of Rayleigh and Lamb, but not the layer
 along free edges, whose width (torsion of a strip, 0.630 h, St. Venant) goes with 5/6 (0.632 h).
 
-Constants here are fitted to natural frequencies of solids, see docs/theory/solids.md.
+Constants here are fitted to natural frequencies of solids, see docs/verification.md.
 """
 
 from dataclasses import dataclass
