@@ -30,6 +30,7 @@ class SolidComparison:
     Attributes
     ----------
     plate : Plate
+    patches : tuple of Patch
     material : (float, float)
         E [Pa] and nu.
     solid : (K,) ndarray
@@ -41,6 +42,7 @@ class SolidComparison:
     """
 
     plate: Plate
+    patches: tuple[Patch, ...]
     material: tuple[float, float]
     solid: Real
     error: Real
@@ -50,7 +52,7 @@ class SolidComparison:
     def of(cls, stored: Mapping[str, Any]) -> Self:
         """Compute the twin of a case of docs/make_solid_references.py."""
         plate = Plate.model_validate(stored["plate"])
-        patches = [Patch.model_validate(one) for one in stored["patches"]]
+        patches = tuple(Patch.model_validate(one) for one in stored["patches"])
         material = (stored["youngs_modulus"], stored["poisson_ratio"])
         model = assemble(plate, patches, recipe=MESH, degree=DEGREE)
         solid, rigid = np.array(stored["frequency"]), 0 if plate.support else 6
@@ -59,7 +61,7 @@ class SolidComparison:
         bending = _bending(model, vectors)
         error = np.sqrt(squares) / (2 * np.pi) / solid - 1.0
         predicted = mode_errors(model, material[1], vectors)
-        return cls(plate, material, solid[bending], error[bending], predicted[bending])
+        return cls(plate, patches, material, solid[bending], error[bending], predicted[bending])
 
     @property
     def left(self) -> Real:

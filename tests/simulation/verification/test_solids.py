@@ -34,25 +34,25 @@ def test_modes_of_free_plates_are_off_as_their_shapes_predict(name: str) -> None
 @pytest.mark.parametrize("name", FREE)
 def test_the_expected_error_is_the_mean_and_its_scatter_that_between_modes(name: str) -> None:
     found = compared(name)
-    expected = frequency_error(found.plate, *found.material, found.solid)
+    expected = frequency_error(found.plate, *found.material, found.solid, found.patches)
     normal = (found.error - expected.expected) / expected.scatter
     assert abs(normal.mean()) < 1.5
     assert 0.3 < np.sqrt(np.mean(normal**2)) < 1.6
 
 
-def test_the_end_face_of_a_step_is_less_stiff_than_the_twin_s() -> None:
-    """A zone of twice the thickness: frequencies of the twin are too high by up to 0.66 %."""
-    found = compared("step-of-thickness")
-    expected = frequency_error(found.plate, *found.material, found.solid)
+@pytest.mark.parametrize(("name", "most"), [("step-of-thickness", 7e-3), ("with-patch", 4e-3)])
+def test_ends_of_thicker_parts_are_less_stiff_than_the_twin_s(name: str, most: float) -> None:
+    found = compared(name)
+    expected = frequency_error(found.plate, *found.material, found.solid, found.patches)
     normal = (found.error - expected.expected) / expected.scatter
     assert 0.3 < np.sqrt(np.mean(normal**2)) < 1.6
     assert (found.left > 0.0).all()
-    assert found.error.max() < 7e-3
+    assert found.error.max() < most
 
 
 def test_a_clamped_face_is_stiffer_than_clamped_rotations() -> None:
     found = compared("cantilever")
-    expected = frequency_error(found.plate, *found.material, found.solid)
+    expected = frequency_error(found.plate, *found.material, found.solid, found.patches)
     normal = (found.error - expected.expected) / expected.scatter
     assert 0.3 < np.sqrt(np.mean(normal**2)) < 1.6
     assert (found.error < found.predicted).all()
