@@ -42,8 +42,8 @@ area: the twin turns the whole height of the thicker part's end face, whose oute
 zone of twice the thickness."""
 
 PATCHES, PATCHES_MODES = 0.14, 0.05
-"""Higher by patches, mean and scatter, over their perimeter times the plate's thickness over its area: near the edge
-of a patch the solid does not strain as the theory says. From one patch of 0.5 mm on 3 mm of polypropylene."""
+"""Higher by patches, mean and scatter, over their perimeter times the plate's thickness over its area: near the
+edge of a patch the solid does not strain as the theory says. From one patch of 0.5 mm on 3 mm of polypropylene."""
 
 
 @dataclass(frozen=True)
