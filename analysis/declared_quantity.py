@@ -98,5 +98,7 @@ KINDS = {
     "sensitivity": "sensitivities",
     "transducer_place": "places of transducers",
     "transducer_mass": "masses of transducers",
+    "attachment_place": "places of attachments",
+    "plate_theory": "plate theory",
 }
 """How a budget names the quantities of a twin, by the first word of their names."""

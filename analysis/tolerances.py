@@ -35,12 +35,17 @@ class Tolerances(Declared):
         Of a force's or a motion sensor's centre along x and along y, m.
     transducer_mass : float
         Of an accelerometer that is not laid aside weightless, with what holds it, kg.
+    attachment_place : float
+        Of a string's or a cable's point along x and along y, m: felt where an effect acts there.
     sensitivity : float
         Of a motion sensor, as a share; that of the drive is the gain, which is always free.
     oven_offset : float
         Of the plate's temperature at room temperature, less the reading, K.
     oven_slope : float
         Of the same, per kelvin above it, as a share.
+    plate_theory : float
+        Share of what elasticity adds to the theory of plates that may be missing: a real plate has all of it, one
+        computed by Mindlin's theory nothing.
     own : mapping
         Of single quantities, by their place in the declaration (``plate.thickness``, ``patch.S1.center``), in the
         unit of the quantity; declared there: ``thickness = { value = 0.003, tolerance = 3e-5 }``.
@@ -58,9 +63,11 @@ class Tolerances(Declared):
     input_capacitance: Share = 0.05
     transducer_place: Distance = 5e-4
     transducer_mass: Annotated[float, Field(ge=0.0, le=0.01, description="kg")] = 5e-5
+    attachment_place: Distance = 5e-4
     sensitivity: Share = 0.02
     oven_offset: Annotated[float, Field(ge=0.0, le=10.0, description="K")] = 0.3
     oven_slope: Annotated[float, Field(ge=0.0, le=0.1)] = 0.005
+    plate_theory: Annotated[float, Field(ge=0.0, le=3.0)] = 1.0
     own: dict[str, Annotated[float, Field(ge=0.0)]] = Field(default_factory=dict, max_length=1000)
 
     def of(self, place: str, usual: float) -> float:

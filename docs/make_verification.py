@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from finite_element_plate import solve_plate
 from numpy.typing import NDArray
+from solid_comparison import section as solids
 from verification_pictures import draw_mesh, draw_modes
 
 from analysis.arrays import Real
@@ -95,7 +96,7 @@ def pictures(comparison: CaseComparison) -> dict[str, str]:
 def page() -> str:
     """Compute everything and return the text of the page."""
     done, missing = compare_all(CASES, frequencies, REFINEMENTS)
-    parts = [HEAD, "## Summary\n", summary(done)]
+    parts = [HEAD, "## Summary\n", summary(done), solids()]
     if missing:
         parts.append(left_out(CASES, missing))
     parts.append("## Cases\n")

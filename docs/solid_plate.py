@@ -2,6 +2,7 @@
 
 import itertools
 import re
+import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable, Sequence
@@ -108,7 +109,7 @@ def meshed(blocks: Sequence[Block], refinement: int, lift: Callable[[Real], Real
     points: list[Real] = []
     parts: dict[str, list[Whole]] = {}
     first = 0
-    for block, layer in ((block, layer) for block in blocks for layer in block.layers):
+    for block, layer in [(one, layer) for one in blocks for layer in one.layers]:
         counts = [max(round(refinement * cells), 1) for cells in (*block.cells, layer.cells)]
         axes = [np.linspace(0.0, 1.0, 2 * count + 1) for count in counts]
         s, t, up = (grid.ravel() for grid in np.meshgrid(*axes, indexing="ij"))
@@ -152,8 +153,11 @@ def frequencies(mesh: Mesh, materials: dict[str, Solid], count: int, held: Whole
     Raises
     ------
     RuntimeError
-        If CalculiX gives no eigenvalues.
+        If CalculiX is not installed or gives no eigenvalues.
     """
+    solver = shutil.which("ccx")
+    if solver is None:
+        raise RuntimeError("ccx is not installed: apt-get install calculix-ccx")
     text = ["*NODE, NSET=ALL"]
     text += [f"{k + 1}, {x:.12e}, {y:.12e}, {z:.12e}" for k, (x, y, z) in enumerate(mesh.nodes)]
     number = itertools.count(1)
@@ -168,7 +172,7 @@ def frequencies(mesh: Mesh, materials: dict[str, Solid], count: int, held: Whole
     text += ["*STEP", "*FREQUENCY", f"{count}", "*END STEP", ""]
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "plate.inp").write_text("\n".join(text), encoding="ascii")
-        done = subprocess.run(["ccx", "plate"], cwd=folder, capture_output=True, text=True, check=False)
+        done = subprocess.run([solver, "plate"], cwd=folder, capture_output=True, text=True, check=False)
         written = Path(folder) / "plate.dat"
         found = _eigenvalues(written.read_text(encoding="ascii")) if written.is_file() else np.zeros(0)
     if found.size < count:

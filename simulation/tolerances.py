@@ -37,7 +37,13 @@ def tolerances(experiment: Experiment, movable: Real) -> dict[str, Effect]:
     -------
     dict of str to Effect
     """
-    parts = (_of_the_plate(experiment), _of_patches(experiment, movable), _of_instruments(experiment))
+    parts = (
+        _of_the_plate(experiment),
+        _of_patches(experiment, movable),
+        _of_instruments(experiment),
+        _of_attachments(experiment),
+        _of_the_theory(experiment),
+    )
     return {effect.card(experiment).name: effect for part in parts for effect in part}
 
 
@@ -141,6 +147,31 @@ def _of_instruments(experiment: Experiment) -> Iterator[Effect]:
                 {"heavier": ("kg", given.of(f"sensor.{channel.id}.mass", given.transducer_mass))},
                 _added_to("added_mass", k, len(feet), "heavier"),
             )
+
+
+def _of_attachments(experiment: Experiment) -> Iterator[Effect]:
+    """Places of strings and cables, as far as the twin has to know them: where an effect acts there."""
+    places = [*(f"string {k + 1}" for k in range(len(experiment.string)))]
+    places += [f"cable {k + 1}" for k in range(len(experiment.cable))]
+    tolerance = experiment.tolerances.attachment_place
+    for k, name in enumerate(places):
+        yield from _quantity(
+            f"attachment_place {name}",
+            f"place of {name}",
+            {"dx": ("m", tolerance), "dy": ("m", tolerance)},
+            _moved("attached_x", "attached_y", k, len(places)),
+        )
+
+
+def _of_the_theory(experiment: Experiment) -> Iterator[Effect]:
+    """Share of what elasticity adds to the plate's theory; on curved plates it is not known."""
+    if experiment.plate.curvature is None:
+        yield from _quantity(
+            "plate_theory",
+            "elasticity beyond Mindlin's plate",
+            {"share": ("1", experiment.tolerances.plate_theory)},
+            lambda away, values: {"momentum": away.momentum + values["share"]},
+        )
 
 
 MOST_PLACED = 12

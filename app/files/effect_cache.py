@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from simulation.shell.fineness import Fineness
 
 FORMAT = "flexura-effect-operators/1"
-METHOD = 20
+METHOD = 21
 """Raised whenever the same declaration would give other operators."""
 SCALARS = ("offset_range", "cell", "thickness", "angle", "error", "plain_error", "dropped")
 PLAIN = (
@@ -47,6 +47,7 @@ PLAIN = (
     "patch_zone",
     "thicker_coupling",
     "footprint_slopes",
+    "deflection_slopes",
     "moved_coupling",
 )
 

@@ -36,6 +36,7 @@ class Coefficients:
         Factor on the coupling of each patch.
     moves : (P, 3) ndarray
         Of each patch along x, along y, and of its sides, m: `composed` leaves them out.
+    momentum : float
     """
 
     bending: Numbers
@@ -54,6 +55,7 @@ class Coefficients:
     patch_mass: Numbers
     columns: Numbers
     moves: Numbers
+    momentum: Any
 
     @classmethod
     def of(cls, state: PlateState, ops: EffectOperators) -> Self:
@@ -96,6 +98,7 @@ class Coefficients:
             patch_thicker=thicker,
             patch_mass=thicker + patches * (area - 1.0),
             columns=patches * away.strain_constant,
+            momentum=away.momentum * np.mean(density * h**3 * nu / (60.0 * (1.0 - nu))),
             moves=np.array([patches * one for one in (away.shift_x, away.shift_y, away.wider)]).T,
         )
 
@@ -144,6 +147,8 @@ def composed(ops: EffectOperators, c: Coefficients) -> Composite:
     whole = _plain(ops, c)
     fixed = ops.patch_own + whole.fixed
     mass = ops.patch_mass + whole.mass
+    if c.momentum:
+        mass = mass + c.momentum * ops.momentum
     if c.patch_each.any() or c.patch_thicker.any():
         others = of_patches(ops, ops.patch_zone, c, c)
         fixed, mass = fixed + others.fixed, mass + others.mass
@@ -210,10 +215,9 @@ def of_patches(ops: EffectOperators, zones: Real, c: Coefficients, change: Coeff
                 np.tensordot(moves, ops.moved_plane[k], 1),
                 np.tensordot(moves, ops.moved_shear[k], 1),
             )
-            plate += zone.T @ (np.tensordot(c.bending[:, 0], in_plane, 1) + c.shear[0] * shear) @ zone
-            plate_loss += (
-                zone.T @ (np.tensordot(c.bending_loss[:, 0], in_plane, 1) + c.shear_loss[0] * shear) @ zone
-            )
+            stiffer = zone.T @ (np.tensordot(c.bending[:, 0], in_plane, 1) + c.shear[0] * shear) @ zone
+            plate += stiffer
+            plate_loss += c.shear_loss[0] / c.shear[0] * stiffer  # one loss factor in the middle of the plate
             coupling[:, k] = c.columns[k] * (zone.T @ (moves @ ops.moved_coupling[k]))
     return Composite(plate, plate_loss, fixed, mass, coupling)
 

@@ -123,7 +123,10 @@ class EffectOperators:
     moved_coupling : (P, 3, q) ndarray
         Likewise, of its own coupling.
     footprint_slopes : (2, S, r) ndarray
-        Derivatives of `footprints` by shifts along x and y, 1/m.
+        Derivatives of `footprints` by shifts along x and y, 1/m; ``deflection_slopes`` (2, K, r) of `deflection`.
+    momentum : (r, r) ndarray
+        Change of the mass by the momentum of the mean deflection, see `simulation.shell.theory_error`, for a
+        share c of 1.
     angle : float
         Of the sheet's x axis against the plate's, rad.
     plain_error : float
@@ -174,6 +177,8 @@ class EffectOperators:
     moved_fixed: Real = field(default_factory=lambda: np.zeros((0, 3, 0, 0)))
     moved_coupling: Real = field(default_factory=lambda: np.zeros((0, 3, 0)))
     footprint_slopes: Real = field(default_factory=lambda: np.zeros((2, 0, 0)))
+    deflection_slopes: Real = field(default_factory=lambda: np.zeros((2, 0, 0)))
+    momentum: Real = field(default_factory=lambda: np.zeros((0, 0)))
     angle: float = 0.0
     plain_error: float = 0.0
     dropped: float = 0.0

@@ -54,13 +54,14 @@ def plate_energies(
     Returns
     -------
     dict of str to ndarray
-        Stacks ``bending``, ``membrane``, ``shear``, ``mass``, ``rotary`` and ``normal`` of `EffectOperators`.
+        Stacks ``bending``, ``membrane``, ``shear``, ``mass``, ``rotary``, ``normal`` and ``momentum`` of
+        `EffectOperators`.
     """
     fine, coarse = (len(polynomials(degree)) for degree in degrees)
     table = weight_table(p, polynomials(degrees[0]))
-    counts = {"bending": fine, "membrane": coarse, "shear": coarse, "mass": coarse, "normal": 1}
+    counts = {"bending": fine, "membrane": coarse, "shear": coarse, "mass": coarse, "normal": 1, "momentum": 1}
     found = weighed_energies(p, p.full.shell.space, table, counts, executor=executor, step=step)
-    return {**found, "normal": found["normal"][0]}
+    return {**found, "normal": found["normal"][0], "momentum": found["momentum"][0]}
 
 
 def weighed_energies(
@@ -85,7 +86,8 @@ def weighed_energies(
         somewhere, so that every energy is a sum of squares.
     counts : dict
         Number of weights used for each kind: ``bending``, ``membrane``, ``shear``, ``mass``, ``normal`` (the
-        square of the deflection).
+        square of the deflection), ``momentum`` (minus twice the deflection times the divergence of the rotation;
+        no sum of squares, so of the first weight alone).
     cells : (cells,) bool ndarray, optional
         All unless given.
     executor : Executor, optional
@@ -111,6 +113,10 @@ def weighed_energies(
     def add(task: tuple[str, int]) -> None:
         name, term = task
         weight = rows.dx * scale[name][rows.points] * (table[term, rows.points] + lift[term])
+        if name == "momentum":
+            mixed = rows.motion[W].T @ (weight[:, None] * (rows.strain[3] + rows.strain[4]))
+            found[name][0, term] -= mixed + mixed.T
+            return
         root = np.sqrt(weight)[:, None]
         for place, parts in enumerate(motions[name]):
             for part in parts:
@@ -135,6 +141,7 @@ def _factors(shell: ShellPlate) -> dict[str, Real]:
         "shear": SHEAR_FACTOR * h,
         "mass": rho * h,
         "rotary": rho * h**3 / 12.0,
+        "momentum": rho * h**3,
         "normal": np.ones_like(h) if shell.surface is None else 1.0 / shell.surface.area,
     }
 

@@ -104,7 +104,8 @@ def reduce_with_effects(
         done[0] += 0.25 * CHUNK / model.space.mesh.cells
 
     places = np.array([disc.point for disc in attached]).reshape(-1, 2)
-    ops = project(full, vectors, model, places, probe, box, band, step, footprints=experiment.footprints)
+    transducers = experiment.footprints
+    ops = project(full, vectors, model, places, probe, box, band, step, footprints=transducers, attached=attached)
     report(STAGE, 0.9)
     error = measured_error(full, ops, acting[: len(attached) + FEW])
     ops = replace(ops, error=error, plain_error=basis.error, dropped=basis.dropped)
@@ -246,6 +247,7 @@ def reduce_with_departures(
         experiment.protocol.band,
         lambda: None,
         footprints=experiment.footprints,
+        attached=attached,
         uniform=True,
     )
     report(TOLERANCES, 1.0)
@@ -263,6 +265,7 @@ def project(
     step: Callable[[], None],
     *,
     footprints: Sequence[Footprint] = (),
+    attached: Sequence[Footprint] = (),
     uniform: bool = False,
 ) -> EffectOperators:
     """Operators on given vectors; their error is not measured yet.
@@ -283,8 +286,8 @@ def project(
         Hz.
     step : callable
         Called after every chunk of cells.
-    footprints : sequence of Footprint
-        The S of transducers.
+    footprints, attached : sequence of Footprint
+        The S of transducers, and the K discs at `places`.
     uniform : bool
         Whether all fields are uniform, without damaged spots and without offsets of the sensor beyond tolerances.
 
@@ -306,6 +309,7 @@ def project(
     return EffectOperators(
         **stacks,
         footprint_slopes=footprint_slopes(full, footprints, vectors),
+        deflection_slopes=footprint_slopes(full, attached, vectors),
         angle=full.shell.sheet.angle,
         damping=vectors.T @ (full.damping @ vectors),
         capacitance=model.capacitance,

@@ -138,7 +138,7 @@ def _condensed(space: ShapeSpace, problem: ResponseProblem, number: Whole) -> It
 
 
 def _coupled(problem: ResponseProblem, group: int, count: int) -> list[tuple[Fields, Whole]]:
-    """Coupled fields, and the cells of a group with this coupling: all fields under patches and in shallow shells.
+    """Coupled fields, and the cells of a group with this coupling: all fields under patches and on curved plates.
 
     Elsewhere membrane and bending are uncoupled, and zeros between them would only fill the factors.
     """

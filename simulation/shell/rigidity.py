@@ -2,7 +2,7 @@
 
 Five fields: mid-plane displacements u, v, w (m) and the rotations thx, thy (rad) of the normal towards +x and +y,
 so that a point at height z moves by (u + z thx, v + z thy, w). Eight strains follow from them: membrane (u,x; v,y;
-u,y + v,x), curvature (thx,x; thy,y; thx,y + thy,x) and transverse shear (w,x + thx; w,y + thy). On a shallow shell
+u,y + v,x), curvature (thx,x; thy,y; thx,y + thy,x) and transverse shear (w,x + thx; w,y + thy). On a curved plate
 of height Z(x, y) all strains gain terms of the slopes, see `simulation.shell.curved_surface`.
 """
 

@@ -35,6 +35,11 @@ class Departures:
         Shift of each transducer's footprint, m.
     added_mass : float or (S,) ndarray
         On each footprint, kg.
+    attached_x, attached_y : float or (K,) ndarray
+        Shift of each point where a string or a cable is attached, m.
+    momentum : float
+        Share of what elasticity adds to Mindlin's plate: the momentum is that of the mean deflection over the
+        thickness, w - c h**2 div theta with c = nu / (60 (1 - nu)), see `simulation.shell.theory_error`.
     """
 
     thickness: Any = 1.0
@@ -54,6 +59,9 @@ class Departures:
     place_x: Any = 0.0
     place_y: Any = 0.0
     added_mass: Any = 0.0
+    attached_x: Any = 0.0
+    attached_y: Any = 0.0
+    momentum: Any = 0.0
 
     @property
     def moves(self) -> bool:
@@ -85,6 +93,7 @@ OF_THE_PLATE = (
     "stretch_y",
     "patch_thickness",
     "strain_constant",
+    "momentum",
 )
 AS_DECLARED = Departures()
 """None."""

@@ -59,6 +59,11 @@ class DeclaredPlate:
         return np.zeros((2, *self.reduced.footprints.shape))
 
     @cached_property
+    def deflection_slopes(self) -> Real:
+        """Empty, as `points`."""
+        return np.zeros((2, 0, self.reduced.size))
+
+    @cached_property
     def damping(self) -> Real:
         """Damping matrix of the supports' dashpots, (r, r), N s/m."""
         return np.asarray(self.reduced.dashpots @ self.reduced.dashpots.T)

@@ -49,6 +49,11 @@ class EffectPlate:
         return self.operators.footprint_slopes
 
     @property
+    def deflection_slopes(self) -> Real:
+        """Of `operators`."""
+        return self.operators.deflection_slopes
+
+    @property
     def damping(self) -> Real:
         """Of `operators`."""
         return self.operators.damping

@@ -1,12 +1,12 @@
 """A plate in one state, in reduced coordinates for this state."""
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
 from analysis.arrays import Real
-from simulation.reduction.composition import Composite, proportion
+from simulation.reduction.composition import STEP, Composite, proportion
 from simulation.state.plate_state import PlateState, PointLoad
 from simulation.twin.local_basis import REACH, LocalBasis, local_basis
 from simulation.twin.reduced_plate import LoadedPlate
@@ -50,7 +50,7 @@ class LocalPlate:
         """
         stiffness, mass = whole.fixed, whole.mass
         for load in state.point_loads:
-            row = deflection_at(ops, load)
+            row = deflection_at(ops, load, state)
             stiffness = stiffness + load.stiffness * np.outer(row, row)
             mass = mass + load.mass * np.outer(row, row)
         whole = Composite(whole.plate, whole.plate_loss, stiffness, mass, whole.coupling)
@@ -61,17 +61,43 @@ class LocalPlate:
     def dashpots(self, state: PlateState) -> Real:
         """Damping of supports, and at points, (m, m), N s/m."""
         own = _small(self.operators.damping, self.basis)
-        rows = [(load.damping, deflection_at(self.operators, load) @ self.basis) for load in state.point_loads]
+        loads = state.point_loads
+        rows = [(load.damping, deflection_at(self.operators, load, state) @ self.basis) for load in loads]
         return np.asarray(sum((c * np.outer(row, row) for c, row in rows if c), own))
 
 
-def deflection_at(ops: LoadedPlate, load: PointLoad) -> Real:
-    """Row (r,) that gives w at a point load's place; ValueError if no point is declared there."""
+def deflection_at(ops: LoadedPlate, load: PointLoad, state: PlateState, *, stepped: bool = False) -> Real:
+    """Row (r,) that gives w at a point load's place, or its derivative; ValueError if no point is declared there.
+
+    Parameters
+    ----------
+    ops : LoadedPlate
+    load : PointLoad
+    state : PlateState
+        Its departures move the point.
+    stepped : bool
+        Whether the derivative is wanted by the parameter whose imaginary step gave `state`.
+
+    Returns
+    -------
+    (r,) ndarray
+    """
     distance = np.hypot(*(ops.points - np.asarray(load.point)).T) if len(ops.points) else np.zeros(0)
     if not distance.size or distance.min() > 1e-6:
         known = ", ".join(f"({x:g}, {y:g})" for x, y in ops.points) or "none"
         raise ValueError(f"no load can act at {load.point} m; declared string and cable points: {known}")
-    return np.asarray(ops.deflection[int(distance.argmin())])
+    place = int(distance.argmin())
+    away = [np.broadcast_to(one, len(ops.points))[place] for one in _attached(state)]
+    if stepped:
+        moved = [np.imag(one) / STEP for one in away]
+        return np.asarray(np.tensordot(moved, ops.deflection_slopes[:, place], 1))
+    moved = [np.real(one) for one in away]
+    row = ops.deflection[place]
+    return np.asarray(row + np.tensordot(moved, ops.deflection_slopes[:, place], 1) if any(moved) else row)
+
+
+def _attached(state: PlateState) -> tuple[Any, Any]:
+    return state.departures.attached_x, state.departures.attached_y
 
 
 def _restricted(whole: Composite, local: LocalBasis, storage: float) -> Composite:

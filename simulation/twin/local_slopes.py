@@ -47,6 +47,8 @@ class LocalSlopes:
         plate = self._energies(d.bending, d.membrane, d.shear)
         plate_loss = self._energies(d.bending_loss, d.membrane_loss, d.shear_loss)
         mass = self._summed("mass", d.mass) + self._summed("rotary", d.rotary)
+        if d.momentum:
+            mass = mass + self._summed("momentum", d.momentum)
         for place, by in ((self._value.offset, d), (d.offset, self._value)):
             if place.any():
                 part = OffsetPart.of(self._ops, by, place).on(self._zone)

@@ -44,6 +44,11 @@ class LoadedPlate(Protocol):
         """Deflection w there, (K, r)."""
         ...
 
+    @property
+    def deflection_slopes(self) -> Real:
+        """Derivatives of `deflection` by shifts along x and y, (2, K, r), 1/m."""
+        ...
+
 
 class ReducedPlate(LoadedPlate, Protocol):
     """A plate with P patches and S footprints of transducers over r coordinates."""

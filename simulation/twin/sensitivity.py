@@ -157,9 +157,13 @@ def impedance_change(
     loads = zip(state.point_loads, stepped.point_loads, strict=False)
     added = ((PointLoad(load.point), load) for load in stepped.point_loads[len(state.point_loads) :])
     for load, step in (*loads, *added):
-        row = deflection_at(solved.operators, load) @ solved.basis
+        row = deflection_at(solved.operators, load, state) @ solved.basis
         rate = _rate(step.stiffness) + 1j * omega * _rate(step.damping) - omega**2 * _rate(step.mass)
         weighed.append((np.outer(row, row), rate))
+        if stepped.departures.stepped:
+            moved = np.outer(deflection_at(solved.operators, load, stepped, stepped=True) @ solved.basis, row)
+            acting = load.stiffness + 1j * omega * load.damping - omega**2 * load.mass
+            weighed.append((moved + moved.T, acting))
     return [(matrix, weight) for matrix, weight in weighed if weight.any() and matrix.any()]
 
 

@@ -11,6 +11,7 @@
 ``published``         benchmarks and unusual shapes, with converged solutions
 ``cases``             all of them
 ``report``            comparison of a solver's frequencies with the known ones, and order of convergence
+``solids``              comparison with three-dimensional elasticity
 ``markdown``          the comparison as Markdown
 ====================  ================================================================
 """

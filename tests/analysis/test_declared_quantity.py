@@ -16,9 +16,7 @@ def test_beyond_three_tolerances_the_declaration_is_doubtful():
 
 
 def test_a_sentence_has_people_s_units():
-    assert quantity().sentence == (
-        "place of patch S1 along x: +2.1 ± 0.2 mm from its declaration (tolerance 0.3)"
-    )
+    assert quantity().sentence == ("place of patch S1 along x: +2.1 ± 0.2 mm from its declaration (tolerance 0.3)")
 
 
 def test_the_squares_of_a_budget_add_up():

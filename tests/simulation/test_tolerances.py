@@ -67,7 +67,9 @@ def zeros(twin):
 
 def test_as_declared_nothing_changes(coarse):
     exact = replace(coarse, tolerances={})
-    assert np.allclose(coarse.frf(LAWS, LINES, zeros(coarse), POINT), exact.frf(LAWS, LINES, point=POINT), rtol=1e-9)
+    assert np.allclose(
+        coarse.frf(LAWS, LINES, zeros(coarse), POINT), exact.frf(LAWS, LINES, point=POINT), rtol=1e-9
+    )
 
 
 def test_every_quantity_has_its_derivative(coarse):
@@ -81,7 +83,8 @@ def test_every_quantity_has_its_derivative(coarse):
     for (name, parameter, _), card, exact in zip(tangents, cards, line.by_parameter, strict=True):
         step = 0.02 * card.sigma
         sides = [
-            twin.frf(LAWS, LINES, {**here, name: {**here[name], parameter: sign * step}}, POINT) for sign in (1, -1)
+            twin.frf(LAWS, LINES, {**here, name: {**here[name], parameter: sign * step}}, POINT)
+            for sign in (1, -1)
         ]
         quotient = (sides[0] - sides[1]) / (2.0 * step)
         assert np.abs(exact).max() > 0.0, name
@@ -147,7 +150,9 @@ def changed(experiment, change):
 
 
 def test_what_is_exact_is_no_parameter(patched):
-    exact = Tolerances(**dict.fromkeys(Tolerances.model_fields.keys() - {"own"}, 0.0), own={"plate.thickness": 6e-5})
+    exact = Tolerances(
+        **dict.fromkeys(Tolerances.model_fields.keys() - {"own"}, 0.0), own={"plate.thickness": 6e-5}
+    )
     known = tolerances(patched.model_copy(update={"tolerances": exact}), np.ones(2))
     (card,) = [one.card(patched) for one in known.values()]
     assert (card.name, card.parameters[0].sigma) == ("plate_thickness", 6e-5 / patched.plate.thickness)

@@ -35,7 +35,8 @@ ROUNDS, FELL = 4, 0.7
 """Largest number of times that the tolerances are weighed, and how far chi2 has to fall for another time."""
 FAR = 1e-3
 """Predicted decrease, as a share of the objective, at which a fit that leaves more than `ROUGH` is settled where
-declared quantities are free: the transfer is linear in moves of patches, its derivatives are those without them."""
+declared quantities are free: the transfer is linear in moves of patches, its derivatives are those without
+them."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,5 @@
-"""Declared quantities with a tolerance are free in every fit, and widen the laws' bands by what they leave open."""
+"""Declared quantities with a tolerance are free in every fit, and widen the laws' bands by what they leave
+open."""
 
 from dataclasses import dataclass, replace
 
