@@ -29,8 +29,8 @@ STEP = 1e-4
 THICKER = 1e-3
 """Step of those by the thickness, relative."""
 WEAKEST = 3e-4
-"""Motions weaker than this share of the strongest are left out: derivatives by tolerances are good to a per
-cent.""" KINDS = {"bending": 1, "membrane": 1, "shear": 1, "mass": 1}
+"""Motions weaker than this share of the strongest are left out: derivatives by moves are good to 1 %."""
+KINDS = {"bending": 1, "membrane": 1, "shear": 1, "mass": 1}
 WAYS = ((STEP, 0.0, 0.0), (0.0, STEP, 0.0), (0.0, 0.0, STEP))
 """Along x, along y, and wider on both sides, m."""
 

@@ -1,5 +1,4 @@
-"""Declared quantities with a tolerance are free in every fit, and widen the laws' bands by what they leave
-open."""
+"""Declared quantities with a tolerance are free in every fit, and widen the laws' bands."""
 
 from dataclasses import dataclass, replace
 
