@@ -3,6 +3,8 @@
 ====================  ============================================================================
 ``experiment``        the plate, its patches, the electronics and the protocol, as declared
 ``declared``          what every declared value has in common
+``tolerances``        how exactly what is declared is known
+``declared_quantity`` what a fit found about it, and the budget of a standard deviation
 ``plate``, ``patch``  each of these by itself: ``outline``, ``support``, ``curvature``, ``layout``
 ``supported_edges``   what supports hold along the edges
 ``plate_parts``       whether parts of a plate fit together

@@ -5,6 +5,7 @@
 ``shell``         the laminated Mindlin shell with piezo patches on such a mesh
 ``state``         state of a plate during one sweep, and its matrices
 ``effects``       the library of effects, one in a file; each turns one state into another
+``tolerances``    declared quantities as parameters of the twin, applied before any effect
 ``reduction``     reduced models for a whole range of materials and states
 ``twin``          transfers from inputs to outputs, with derivatives
 ``verification``  comparison with exact and published solutions

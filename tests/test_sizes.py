@@ -1,4 +1,4 @@
-"""Files have at most 250 lines, functions at most 60 without their docstrings."""
+"""Functions have at most 60 lines without their docstrings; a file of over 500 holds more than one concept."""
 
 import ast
 from collections.abc import Callable
@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 FLOORS = ("analysis", "app", "drivers", "flexura", "simulation")
 FILES = sorted(path for floor in FLOORS for path in (ROOT / floor).rglob("*.py"))
-LINES, FUNCTION_LINES = 250, 60
+LINES, FUNCTION_LINES = 500, 60
 
 
 def name(path: Path) -> str:

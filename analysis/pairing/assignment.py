@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from analysis.pairing.mode_list import ModeList
 from analysis.shapes.assurance import mac
@@ -191,6 +190,8 @@ def pair_modes(temperature: float, band: tuple[float, float], measured: ModeList
     """
     value = np.maximum(1.0 - distance_of(measured, computed) ** 2, 0.0)
     value *= 0.5 * (1.0 + agreement_of(measured.residues, computed.residues))
+    from scipy.optimize import linear_sum_assignment  # slow import
+
     rows, columns = linear_sum_assignment(value, maximize=True)
     real = value[rows, columns] > 0.0
     return ModePairs(temperature, band, measured, computed, rows[real], columns[real])

@@ -232,7 +232,8 @@ def _summary(frf: Frf, model: TwinModel, sweeps: GapSweeps, fit: GapFit, fits: S
     several = len(fit.state.log_gain) > 1
     means = [chi2_per_dof[frf.driven_by == one].mean() for one in range(len(fit.state.log_gain))]
     gain = np.exp(fit.state.log_gain)
-    gains = np.stack([gain, gain * fit.noise.log_gain * np.sqrt(np.maximum(means, 1.0))], axis=1)
+    by_noise = fit.noise.log_gain * np.sqrt(np.maximum(means, 1.0))
+    gains = np.stack([gain, gain * (fit.stated.log_gain if common.size else by_noise)], axis=1)
     return Updated(
         temperature=frf.temperature,
         material=Material(*materials.T),

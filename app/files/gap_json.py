@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from analysis.declared_quantity import DeclaredQuantity
 from analysis.estimates import Estimate, FittedLaws
 from analysis.gap.fitting.residual_map import Region
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect
@@ -11,6 +10,7 @@ from analysis.gap.search.held_out import HeldOut
 from analysis.gap.search.observability import Observability
 from analysis.pairing.paired_sweeps import Pairing
 from analysis.updating.corrected_twin import material_of
+from app.files.declared_json import declared_record
 from app.files.pairing_json import pairing_record
 
 SCHEMA = "flexura-gap/1"
@@ -71,19 +71,6 @@ def gap_record(
         },
         "notes": list(report.notes),
         "provenance": dict(made_from),
-    }
-
-
-def declared_record(one: DeclaredQuantity) -> dict[str, Any]:
-    """Return a declared quantity as JSON holds it: true less declared, in its unit, or a share of the declared."""
-    return {
-        "name": one.name,
-        "parameter": one.parameter,
-        "unit": one.unit,
-        "tolerance": one.tolerance,
-        "value": one.value,
-        "sigma": one.sigma,
-        "beyond_tolerance": one.beyond,
     }
 
 

@@ -62,7 +62,7 @@ def read_value(group: h5py.Group, kind: type[Value]) -> Value:
             if is_dataclass(wanted):
                 parts[field.name] = read_value(group[field.name], wanted)  # type: ignore[arg-type]
             elif (row := _row_of(hints[field.name])) is not None:
-                rows = group[field.name]
+                rows = group.get(field.name, {})  # empty ones are stored as text
                 parts[field.name] = tuple(read_value(rows[place], row) for place in sorted(rows))
             elif get_origin(wanted) is tuple and str in get_args(wanted):
                 parts[field.name] = tuple(str(part) for part in parse_json(group.attrs[field.name]))

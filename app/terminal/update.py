@@ -11,7 +11,7 @@ from analysis.declared_quantity import budget
 from analysis.material import MaterialLaws
 from analysis.pairing.paired_sweeps import Pairing
 from analysis.updated import GOOD_MISFIT, Updated
-from app.files.gap_json import declared_record
+from app.files.declared_json import declared_record
 from app.terminal.pairing import pairing_tables
 from app.terminal.with_sigma import with_sigma
 

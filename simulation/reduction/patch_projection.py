@@ -14,7 +14,21 @@ from simulation.state.field_basis import polynomials
 
 
 def patch_energies(p: Projector, executor: Executor, degree: int = BENDING_DEGREE) -> dict[str, Real]:
-    """Stacks ``patch_own``, ``patch_membrane``, ``patch_mass`` and ``coupling`` of `EffectOperators`."""
+    """Project the energies of all patches.
+
+    Parameters
+    ----------
+    p : Projector
+    executor : Executor
+        Works on several patches at a time.
+    degree : int
+        Largest total degree of the plate's thickness over it.
+
+    Returns
+    -------
+    dict of str to ndarray
+        Stacks ``patch_own``, ``patch_membrane``, ``patch_mass`` and ``coupling`` of `EffectOperators`.
+    """
     table, nominal = (
         weight_table(p, polynomials(degree)),
         p.full.shell.space.spread(p.full.shell.thickness),
@@ -38,7 +52,21 @@ def patch_energies(p: Projector, executor: Executor, degree: int = BENDING_DEGRE
 
 
 def declared_patch(p: Projector, place: int, thicker: float = 1.0) -> tuple[Real, Real, Real]:
-    """Stiffness (r, r), mass (r, r) and coupling (r,) of one patch, thicker by a factor, on the declared plate."""
+    """Stiffness, mass and coupling of one patch on the declared plate.
+
+    Parameters
+    ----------
+    p : Projector
+    place : int
+        Of the patch.
+    thicker : float
+        Its thickness over the declared one.
+
+    Returns
+    -------
+    stiffness, mass : (r, r) ndarray
+    coupling : (r,) ndarray
+    """
     nominal = p.full.shell.space.spread(p.full.shell.thickness)
     own, membrane, mass, coupling = _one_patch(p, place, np.zeros((0, nominal.size)), nominal, thicker)
     return own + membrane[0], mass, coupling[0]

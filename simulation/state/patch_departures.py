@@ -112,7 +112,19 @@ def _stacked(parts: Sequence[Real], empty: Real, most: int) -> Real:
 
 
 def footprint_slopes(full: FullPlate, footprints: Sequence[Footprint], vectors: Real) -> Real:
-    """Return derivatives of the mean deflection over footprints by their shifts, (2, S, r), 1/m."""
+    """Differentiate the mean deflection over footprints by their shifts.
+
+    Parameters
+    ----------
+    full : FullPlate
+    footprints : sequence of S Footprint
+    vectors : (n, r) ndarray
+
+    Returns
+    -------
+    (2, S, r) ndarray
+        Along x and y, 1/m.
+    """
     points, average = footprint_points(footprints)
     rows = (
         full.unknowns.rows(csr_matrix(csr_matrix(average) @ one), W) for one in full.shell.space.slopes(points)

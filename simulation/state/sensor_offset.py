@@ -131,9 +131,23 @@ def unmoved(size: int) -> dict[str, object]:
 
 
 def around(p: Projector, cells: Mask, executor: Executor, least: float = KEPT) -> tuple[Projector, Real]:
-    """Vectors (n, q) of the leading motions of some cells, and the reduced coordinates' shares in them (q, r).
+    """Find the leading motions of some cells.
 
-    Motions weaker than a share `least` of the strongest are left out.
+    Parameters
+    ----------
+    p : Projector
+    cells : (cells,) bool ndarray
+    executor : Executor
+        Works on several energies at a time.
+    least : float
+        Motions weaker than this share of the strongest are left out.
+
+    Returns
+    -------
+    near : Projector
+        With their vectors, (n, q).
+    motions : (q, r) ndarray
+        The reduced coordinates' shares in them.
     """
     ones = np.ones((1, p.full.shell.space.dx.size))
     counts = dict.fromkeys(ZONE_DEGREES, 1)

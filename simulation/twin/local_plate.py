@@ -67,7 +67,7 @@ class LocalPlate:
 
 
 def deflection_at(ops: LoadedPlate, load: PointLoad, state: PlateState, *, stepped: bool = False) -> Real:
-    """Row (r,) that gives w at a point load's place, or its derivative; ValueError if no point is declared there.
+    """Row that gives w at a point load's place, or its derivative.
 
     Parameters
     ----------
@@ -81,6 +81,11 @@ def deflection_at(ops: LoadedPlate, load: PointLoad, state: PlateState, *, stepp
     Returns
     -------
     (r,) ndarray
+
+    Raises
+    ------
+    ValueError
+        If no point is declared there.
     """
     distance = np.hypot(*(ops.points - np.asarray(load.point)).T) if len(ops.points) else np.zeros(0)
     if not distance.size or distance.min() > 1e-6:
