@@ -5,7 +5,8 @@ standard deviation of their prior about zero.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,47 @@ from simulation.state.plate_state import Circumstances, PlateState
 FARTHEST = 8.0
 """Range of every quantity, in tolerances: far enough to see that a declaration is wrong."""
 
-Change = Callable[[Departures, Mapping[str, Any]], dict[str, Any]]
-"""(departures, values) -> attributes of `Departures` that change."""
+Change = Callable[[Any, Mapping[str, Any]], dict[str, Any]]
+"""(departures, or anything with their attributes; values) -> attributes of `Departures` that change."""
+
+
+@dataclass(frozen=True)
+class Tolerance(Effect):
+    """A declared quantity, and what it changes in the departures; None for one that changes the state otherwise."""
+
+    change: Change | None = None
+
+
+def depart(
+    known: Mapping[str, Effect],
+    state: PlateState,
+    circumstances: Circumstances,
+    values: Mapping[str, Mapping[str, Any]],
+) -> PlateState:
+    """Apply those declared quantities that have values: all departures at once, which is faster than one by one.
+
+    Parameters
+    ----------
+    known : mapping of str to Effect
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping of str to mapping
+        Of effects, too: these are not applied.
+
+    Returns
+    -------
+    PlateState
+    """
+    away = SimpleNamespace(**vars(state.departures))
+    for name, one in known.items():
+        if name not in values:
+            continue
+        if isinstance(one, Tolerance) and one.change is not None:
+            away.__dict__.update(one.change(away, values[name]))
+        else:
+            state = one.apply(state, circumstances, values[name])
+    return state.with_(departures=Departures(**vars(away)))
 
 
 def tolerances(experiment: Experiment, movable: Real) -> dict[str, Effect]:
@@ -187,7 +227,7 @@ def _quantity(name: str, words: str, wanted: dict[str, tuple[str, float]], chang
     def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
         return state.with_(departures=replace(state.departures, **change(state.departures, values)))
 
-    yield Effect(lambda _: card, apply)
+    yield Tolerance(lambda _: card, apply, change=change)
 
 
 def _card(name: str, words: str, wanted: dict[str, tuple[str, float]]) -> EffectCard | None:
@@ -206,7 +246,7 @@ def _scaled(attribute: str, factor: float = 1.0, key: str = "share") -> Change:
 
 
 def _scaled_of(attribute: str, place: int, count: int, factor: float, key: str) -> Change:
-    def change(away: Departures, values: Mapping[str, Any]) -> dict[str, Any]:
+    def change(away: Any, values: Mapping[str, Any]) -> dict[str, Any]:
         unit = np.arange(count) == place
         return {attribute: getattr(away, attribute) * (1.0 + unit * (factor * values[key]))}
 
@@ -214,7 +254,7 @@ def _scaled_of(attribute: str, place: int, count: int, factor: float, key: str) 
 
 
 def _added_to(attribute: str, place: int, count: int, key: str) -> Change:
-    def change(away: Departures, values: Mapping[str, Any]) -> dict[str, Any]:
+    def change(away: Any, values: Mapping[str, Any]) -> dict[str, Any]:
         return {attribute: getattr(away, attribute) + (np.arange(count) == place) * values[key]}
 
     return change
@@ -224,7 +264,7 @@ def _stretched(attribute: str, length: float, sides: Sequence[float]) -> Change:
     """Stretch the plate with its patches, which keep their size: the mean of both sides is as much smaller."""
     longer = _scaled(attribute, 1.0 / length, "longer")
 
-    def change(away: Departures, values: Mapping[str, Any]) -> dict[str, Any]:
+    def change(away: Any, values: Mapping[str, Any]) -> dict[str, Any]:
         smaller = 0.5 * np.array(sides) * (values["longer"] / length)
         return {**longer(away, values), "wider": away.wider - smaller if sides else away.wider}
 

@@ -17,6 +17,7 @@ from simulation.effects.library import apply_all
 from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import Circumstances, PlateState
+from simulation.tolerances import depart
 
 StateEffects = Mapping[str, Mapping[str, Any]]
 """As `analysis.twin_model.Effects`; values may be complex."""
@@ -92,4 +93,6 @@ class States:
         if self.experiment is None:
             raise ValueError("this plate has no experiment that gives effects their circumstances")
         seen = replace(Circumstances.of(self.experiment, point, frequency), strain_energy=energy)
-        return apply_all({**self.tolerances, **self.library}, state, seen, effects)
+        departed = depart(self.tolerances, state, seen, effects) if self.tolerances else state
+        others = {name: values for name, values in effects.items() if name not in self.tolerances}
+        return apply_all(self.library, departed, seen, others)
