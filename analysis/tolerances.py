@@ -6,7 +6,7 @@ calliper, a laboratory scale and the data sheets of patches and cards.
 """
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from pydantic import Field
 
@@ -69,6 +69,11 @@ class Tolerances(Declared):
     oven_slope: Annotated[float, Field(ge=0.0, le=0.1)] = 0.005
     plate_theory: Annotated[float, Field(ge=0.0, le=3.0)] = 1.0
     own: dict[str, Annotated[float, Field(ge=0.0)]] = Field(default_factory=dict, max_length=1000)
+
+    @classmethod
+    def exact(cls) -> Self:
+        """Return those of a declaration in which everything is exact, as of a computed campaign."""
+        return cls(**dict.fromkeys(cls.model_fields.keys() - {"own"}, 0.0))
 
     def of(self, place: str, usual: float) -> float:
         """Return the tolerance of a quantity at a place: its own, else `usual`; in the quantity's unit."""

@@ -27,7 +27,7 @@ Change = Callable[[Any, Mapping[str, Any]], dict[str, Any]]
 
 @dataclass(frozen=True)
 class Tolerance(Effect):
-    """A declared quantity, and what it changes in the departures; None for one that changes the state otherwise."""
+    """A declared quantity, and what it changes in the departures; None where it changes the state otherwise."""
 
     change: Change | None = None
 
