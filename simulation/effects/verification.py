@@ -65,7 +65,8 @@ def numbers(state: PlateState) -> dict[str, NDArray[Any]]:
         "laws": [state.laws.value, state.laws.slope, state.laws.curvature, np.full(3, state.laws.reference)],
     }
     others = {name: value for name, value in vars(state).items() if name not in (*flat, "departures")}
-    return {name: np.ravel(value) for name, value in {**others, **flat, **vars(state.departures)}.items()}
+    departures = {f"departures.{name}": value for name, value in vars(state.departures).items()}
+    return {name: np.ravel(value) for name, value in {**others, **flat, **departures}.items()}
 
 
 def interior_point(card: EffectCard, site: Mapping[str, float]) -> dict[str, float]:
