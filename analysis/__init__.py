@@ -1,58 +1,58 @@
 """Arrays in, values out: what a measurement means, with no hardware, no mesh and no screen.
 
-====================  ============================================================================
-``experiment``        the plate, its patches, the electronics and the protocol, as declared
-``declared``          what every declared value has in common
-``tolerances``        how exactly what is declared is known
-``declared_quantity`` what a fit found about it, and the budget of a standard deviation
-``plate``, ``patch``  each of these by itself: ``outline``, ``support``, ``curvature``, ``layout``
-``supported_edges``   what supports hold along the edges
-``plate_parts``       whether parts of a plate fit together
-``plate_material``    material of a plate, isotropic or orthotropic, and its range
-``material_kinds``    ranges of E, nu and eta of common materials, by name
-``sheet_orthotropy``  orthotropic sheets
-``foreign_mesh``      a mesh made elsewhere
-``geometry``          curves and closed loops
-``transducers``       drives and sensors that are no patches
-``channel``           inputs and outputs, their names and units
-``sensitivity``       volts per unit of each channel
-``campaign``          recorded sweeps of one experiment over temperature
-``h1``                H1 of synchronous repeats
-``sweep_h1``          the same of one sweep at all outputs
-``noise_power``       power of the noise of an FRF at each line
-``local_rational``    the same without repeats, from roughness along frequency
-``estimation``        H1, H2, Hv and hammer tests: signals of any test to FRFs
-``frf``               FRFs of a campaign, coherence and variance per line
-``phase``             phase of an FRF as a curve that can be drawn
-``drawn_lines``       curves with gaps, without points to which no line leads
-``repeat_shift``      how far resonances move over the repeats of a sweep
-``still_ringing``     responses that have not come to rest where their record ends
-``chosen_actuator``   sweeps of one of several actuators
-``mains``             lines that mains hum takes
-``material``          E(T), nu(T), eta(T) with their bands
-``material_table``    laws through a table of values
-``estimates``         a parameter or laws with standard deviations
-``updated``           result of model updating
-``local_laws``        the same near one temperature
-``sweep_point``       temperature, its rate and the drive's level of one sweep
-``sweep_timing``      when a sweep passes its frequencies
-``effect_card``       a physical effect without any physics: parameters, ranges, priors
-``twin_model``        what a twin must offer to be fitted to data
-``held_effects``      a twin with some effects switched on for good
-``protocol``          what is to be measured, and what a good measurement is
-``identification``    poles and residues of FRFs, tracked over temperature
-``shapes``            mode shapes at many places, and how they are judged
-``pairing``           measured modes beside those of a twin, and whether it is a fit
-``updating``          material parameters of a twin fitted to measured FRFs
-``gap``               which effect the twin lacks
-``focusing``          STIF filters, contrast and spot error
-``compensation``      filters at any temperature: Bayesian-regularised networks and their rivals
-``rendering``         sound through filters that follow the temperature
-``thermometry``       a panel as its own thermometer
-``arrays``            types of arrays
-``median_deviation``  a standard deviation that a few outliers do not move
-``progress``          type of a progress callable
-====================  ============================================================================
+=====================  ============================================================================
+``experiment``         the plate, its patches, the electronics and the protocol, as declared
+``declared``           what every declared value has in common
+``tolerances``         how exactly what is declared is known
+``declared_quantity``  what a fit found about it, and the budget of a standard deviation
+``plate``, ``patch``   each of these by itself: ``outline``, ``support``, ``curvature``, ``layout``
+``supported_edges``    what supports hold along the edges
+``plate_parts``        whether parts of a plate fit together
+``plate_material``     material of a plate, isotropic or orthotropic, and its range
+``material_kinds``     ranges of E, nu and eta of common materials, by name
+``sheet_orthotropy``   orthotropic sheets
+``foreign_mesh``       a mesh made elsewhere
+``geometry``           curves and closed loops
+``transducers``        drives and sensors that are no patches
+``channel``            inputs and outputs, their names and units
+``sensitivity``        volts per unit of each channel
+``campaign``           recorded sweeps of one experiment over temperature
+``h1``                 H1 of synchronous repeats
+``sweep_h1``           the same of one sweep at all outputs
+``noise_power``        power of the noise of an FRF at each line
+``local_rational``     the same without repeats, from roughness along frequency
+``estimation``         H1, H2, Hv and hammer tests: signals of any test to FRFs
+``frf``                FRFs of a campaign, coherence and variance per line
+``phase``              phase of an FRF as a curve that can be drawn
+``drawn_lines``        curves with gaps, without points to which no line leads
+``repeat_shift``       how far resonances move over the repeats of a sweep
+``still_ringing``      responses that have not come to rest where their record ends
+``chosen_actuator``    sweeps of one of several actuators
+``mains``              lines that mains hum takes
+``material``           E(T), nu(T), eta(T) with their bands
+``material_table``     laws through a table of values
+``estimates``          a parameter or laws with standard deviations
+``updated``            result of model updating
+``local_laws``         the same near one temperature
+``sweep_point``        temperature, its rate and the drive's level of one sweep
+``sweep_timing``       when a sweep passes its frequencies
+``effect_card``        a physical effect without any physics: parameters, ranges, priors
+``twin_model``         what a twin must offer to be fitted to data
+``held_effects``       a twin with some effects switched on for good
+``protocol``           what is to be measured, and what a good measurement is
+``identification``     poles and residues of FRFs, tracked over temperature
+``shapes``             mode shapes at many places, and how they are judged
+``pairing``            measured modes beside those of a twin, and whether it is a fit
+``updating``           material parameters of a twin fitted to measured FRFs
+``gap``                which effect the twin lacks
+``focusing``           STIF filters, contrast and spot error
+``compensation``       filters at any temperature: Bayesian-regularised networks and their rivals
+``rendering``          sound through filters that follow the temperature
+``thermometry``        a panel as its own thermometer
+``arrays``             types of arrays
+``median_deviation``   a standard deviation that a few outliers do not move
+``progress``           type of a progress callable
+=====================  ============================================================================
 """
 
 __version__ = "0.2.0"

@@ -64,6 +64,7 @@ Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; ``toml
 ``laws_file``          ``laws.h5``: estimates per sweep, laws, FRFs of the twin
 ``pairing_json``       measured modes beside the twin's, in ``laws.h5``, ``gap.json`` and on the screen
 ``gap_json``           ``gap.json``: result of the gap workflow, for machines
+``declared_json``      declared quantities as found, in ``gap.json`` and on the screen
 ``gap_file``           ``gap.h5``: its figures
 ``twin_file``          twin files: a plate with its laws and effects
 ``twin_check``         whether one belongs to a campaign
