@@ -100,10 +100,12 @@ def test_the_laws_put_in_come_back(acquired: tuple[Path, Path, Result], tmp_path
     told = json.loads(result.stdout)
     simulation = read_acquired_experiment(file).simulation
     assert simulation is not None
-    assert told["gain"] == pytest.approx(simulation.gain, rel=0.005)
+    assert abs(told["gain"] - simulation.gain) < 3.0 * told["sigma_gain"]  # d31 is declared to 5 % only
+    assert told["gain"] == pytest.approx(simulation.gain, rel=0.03)
     for row in told["temperatures"]:
         truth = simulation.laws.laws().at(row["temperature_c"])
-        assert row["youngs_modulus_pa"] == pytest.approx(truth.youngs_modulus[0], rel=0.005)
+        assert abs(row["youngs_modulus_pa"] - truth.youngs_modulus[0]) < 3.0 * row["sigma"]["youngs_modulus_pa"]
+        assert row["youngs_modulus_pa"] == pytest.approx(truth.youngs_modulus[0], rel=0.015)
         assert row["poisson_ratio"] == pytest.approx(truth.poisson_ratio[0], abs=0.01)
         assert row["loss_factor"] == pytest.approx(truth.loss_factor[0], rel=0.03)
         assert row["misfit"] < 1.5 * row["noise_floor"]

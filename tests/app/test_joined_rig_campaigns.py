@@ -40,7 +40,7 @@ def test_both_amplifiers_and_one_material_are_found(
     assert status == 0, message
     found = json.loads(output)
     gains = {name: gain["gain"] for name, gain in found["gains"].items()}
-    assert gains == pytest.approx(GAINS, rel=1e-3)
+    assert gains == pytest.approx(GAINS, rel=0.03)  # d31 is declared to 5 % only
     laws = Laws.model_validate(read_table(QUICK)["simulation"]["laws"]).laws()
     assert [sweep["actuator"] for sweep in found["temperatures"]] == ["A1"] * 4 + ["A2"] * 4
     for sweep in found["temperatures"]:

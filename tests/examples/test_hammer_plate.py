@@ -33,7 +33,7 @@ def test_the_material_put_in_comes_back(tmp_path: Path) -> None:
     result = CliRunner().invoke(flexura, ["update", str(EXAMPLE), "--out", str(tmp_path / "run"), "--json"])
     assert result.exit_code == 0, result.stderr
     found = json.loads(result.stdout)
-    assert found["gain"] == pytest.approx(made["CALIBRATION"], rel=2e-3)
+    assert found["gain"] == pytest.approx(made["CALIBRATION"], rel=0.02)  # sensitivities are declared to 2 %
     assert len(found["temperatures"]) == 4
     for row in found["temperatures"]:
         e, nu, eta = made["material"](row["temperature_c"])
