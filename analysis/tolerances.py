@@ -73,7 +73,7 @@ class Tolerances(Declared):
     @classmethod
     def exact(cls) -> Self:
         """Return those of a declaration in which everything is exact, as of a computed campaign."""
-        return cls(**dict.fromkeys(cls.model_fields.keys() - {"own"}, 0.0))
+        return cls.model_validate(dict.fromkeys(cls.model_fields.keys() - {"own"}, 0.0))
 
     def of(self, place: str, usual: float) -> float:
         """Return the tolerance of a quantity at a place: its own, else `usual`; in the quantity's unit."""
