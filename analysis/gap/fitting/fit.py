@@ -33,7 +33,7 @@ chi2 per number, at which they are freed: they are most of the tangents, and far
 
 ROUNDS, FELL = 4, 0.7
 """Largest number of times that the tolerances are weighed, and how far chi2 has to fall for another time."""
-FAR = 1e-3
+FAR = 1e-2
 """Predicted decrease, as a share of the objective, at which a fit that leaves more than `ROUGH` is settled where
 declared quantities are free: the transfer is linear in moves of patches, its derivatives are those without
 them."""
