@@ -34,7 +34,7 @@ def printed_laws(table: str) -> dict[int, tuple[float, ...]]:
 
 def assert_close(laws: dict[int, tuple[float, ...]]) -> None:
     for e, e_found, nu, nu_found, eta, eta_found in laws.values():
-        assert e_found == pytest.approx(e, rel=0.005)
+        assert e_found == pytest.approx(e, rel=0.015)  # thickness and lengths are declared to tolerances
         assert nu_found == pytest.approx(nu, abs=0.01)
         assert eta_found == pytest.approx(eta, rel=0.03)
 

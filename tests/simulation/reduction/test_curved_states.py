@@ -29,7 +29,7 @@ def test_energies_on_a_bumpy_plate_are_those_of_its_full_matrices(
     ops, full, vectors = reduce_with_effects(experiment, BOX, fineness=fineness)
     basis, laws = field_basis(BENDING_DEGREE), laws_within(BOX, (0.4, 0.6), 0.04)
     for size, share in ((0.0, 1e-11), (-0.5, 5e-4)):
-        whole = composed(ops, Coefficients.of(combined_state(basis.xi, basis.zeta, laws, 0.0, size), 1.0))
+        whole = composed(ops, Coefficients.of(combined_state(basis.xi, basis.zeta, laws, 0.0, size), ops))
         exact = full.matrices(combined_state(*full.sampling, laws, 0.0, size))
         for found, wanted in (
             (whole.plate, vectors.T @ (exact.plate @ vectors)),
