@@ -57,6 +57,11 @@ class DeclaredQuantity:
         return f"{said} (tolerance {tolerance:.2g})"
 
 
+def doubts(quantities: Sequence[DeclaredQuantity]) -> list[str]:
+    """Say which declarations the data push beyond `TOLERANCES`."""
+    return [f"the declaration is doubtful: {one.sentence}" for one in quantities if one.beyond]
+
+
 def budget(
     quantities: Sequence[DeclaredQuantity], common: NDArray[np.float64], noise: float
 ) -> list[tuple[str, float]]:

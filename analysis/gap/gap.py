@@ -6,6 +6,7 @@ from concurrent.futures import Executor
 
 import numpy as np
 
+from analysis.declared_quantity import doubts
 from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
 from analysis.frf import Frf
@@ -93,8 +94,7 @@ def find_gap(
     notes = [*noise.notes, *(floor.notes if floor is not None else ()), judgement.reason]
     if float(np.exp(found.fit.state.laws[:, 2].min())) < sharpest(updated.material):
         notes.append("some resonances are sharper than the nodes resolve; the residual may show it")
-    declared = found.fit.declared_quantities(model.tolerance_cards)
-    notes += [f"the declaration is doubtful: {one.sentence}" for one in declared if one.beyond]
+    notes += doubts(found.fit.declared_quantities(model.tolerance_cards))
     notes += [f"{o.effect} is not observable with this data: {o.needs}" for o in found.seen if not o.observable]
     alone = () if judgement.verdict == "none" else signatures(context, found)
     report("done", 1.0)

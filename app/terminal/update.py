@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis.channel import Channel
-from analysis.declared_quantity import budget
+from analysis.declared_quantity import budget, doubts
 from analysis.material import MaterialLaws
 from analysis.pairing.paired_sweeps import Pairing
 from analysis.updated import GOOD_MISFIT, Updated
@@ -221,7 +221,7 @@ def notes(updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None =
             "the twin lacks an effect that the plate has: E, nu and eta above absorb part of it. "
             "To find it: flexura gap"
         )
-    said += [f"the declaration is doubtful: {one.sentence}" for one in updated.declared if one.beyond]
+    said += doubts(updated.declared)
     if laws is None:
         said.append("no laws over temperature: at least 3 temperatures with settled estimates are needed")
     return said

@@ -25,14 +25,13 @@ BACKTRACKED = 0.4
 SHAPE_STEP = 0.25
 """Largest step of a shape parameter in one iteration, in standard deviations of its prior."""
 
-
 ROUGH, ROUGHLY_SETTLED = 3.0, 300.0
 """chi2 per number above which a fit first moves with the declared quantities held, and the predicted decrease, per
 chi2 per number, at which they are freed: they are most of the tangents, and far from the data they only follow."""
 
-
 ROUNDS, FELL = 4, 0.7
 """Largest number of times that the tolerances are weighed, and how far chi2 has to fall for another time."""
+
 FAR = 1e-2
 """Predicted decrease, as a share of the objective, at which a fit that leaves more than `ROUGH` is settled where
 declared quantities are free: the transfer is linear in moves of patches, its derivatives are those without
@@ -108,16 +107,21 @@ def fit_gap(
         best, _, passes = _descend(model, sweeps, best, held, executor, *switches)
     for _ in range(ROUNDS if free.tolerances else 1):
         if free.tolerances:
-            left = max(1.0, (best.objective - best.declared) / sweeps.numbers)
+            left = _left(sweeps, best)
             free = replace(free, trusted=sweeps.overstated * left)
             best = _evaluate(model, sweeps, best.state, free, executor)
         switches = gain_free, laws_free, target, most_steps, enough
         best, done, more = _descend(model, sweeps, best, free, executor, *switches)
         passes += more
         # what the fit leaves weighs the tolerances: once it leaves much less, they are fitted again
-        if max(1.0, (best.objective - best.declared) / sweeps.numbers) > FELL * left:
+        if _left(sweeps, best) > FELL * left:
             break
     return _result(sweeps, best, free, gain_free, laws_free, done, passes)
+
+
+def _left(sweeps: GapSweeps, at: _Trial) -> float:
+    """Return chi2 per number without the declared quantities' own, at least 1."""
+    return max(1.0, (at.objective - at.declared) / sweeps.numbers)
 
 
 def _descend(
