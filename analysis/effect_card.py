@@ -2,9 +2,24 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from string import Formatter
 
 Values = Mapping[str, float]
 """Parameters of one effect, by name, SI."""
+
+PEOPLES = {
+    ("kg", "g"): 1e3,
+    ("m", "mm"): 1e3,
+    ("s", "ms"): 1e3,
+    ("s", "µs"): 1e6,
+    ("1", "%"): 1e2,
+    ("1/K", "%/K"): 1e2,
+    ("V/V", "%"): 1e2,
+    ("N/m", "N/mm"): 1e-3,
+    ("K", "K"): 1.0,
+    ("s", "s"): 1.0,
+}
+"""Factors from SI units to those in which people say a number."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +39,8 @@ class Parameter:
         A shape (a position, a rate of softening) does nothing while the effect's amplitudes are zero.
     typical : float
         Where the search for a shape starts; 0 for amplitudes.
+    shown : str
+        Unit for people, see `PEOPLES`; empty for `unit` itself.
     """
 
     name: str
@@ -33,8 +50,12 @@ class Parameter:
     sigma: float
     shape: bool = False
     typical: float = 0.0
+    shown: str = ""
 
     def __post_init__(self) -> None:
+        if self.shown and (self.unit, self.shown) not in PEOPLES:
+            known = ", ".join(shown for unit, shown in PEOPLES if unit == self.unit) or "none"
+            raise ValueError(f"parameter {self.name}: shown in {self.shown!r}; allowed for {self.unit!r}: {known}")
         if not self.low < self.high or not self.sigma > 0.0:
             raise ValueError(
                 f"parameter {self.name}: range {self.low:g} to {self.high:g} must ascend, "
@@ -64,6 +85,11 @@ class EffectCard:
         Values of the shapes from which a search starts; one empty mapping where there is no shape.
     replaces : str
         Declared quantity that this effect is beyond its tolerance; empty for all others.
+    title : str
+        Its name for people, a noun without article; empty for the name itself.
+    phrase : str
+        What was found, for people, the name of each parameter in braces where its value stands; empty for the
+        title and a list of all values.
     """
 
     name: str
@@ -73,6 +99,8 @@ class EffectCard:
     separated_by: str
     sites: tuple[Values, ...] = field(default=({},))
     replaces: str = ""
+    title: str = ""
+    phrase: str = ""
 
     def __post_init__(self) -> None:
         names = [p.name for p in self.parameters]
@@ -82,12 +110,20 @@ class EffectCard:
             )
         if not self.amplitudes:
             raise ValueError(f"effect {self.name}: every parameter is a shape; nothing can be screened")
+        said = [field for _, field, _, _ in Formatter().parse(self.phrase) if field is not None]
+        if said and set(said) != set(names):
+            raise ValueError(f"effect {self.name}: its phrase gives {said}; all of {names} are wanted, no others")
         shapes = {p.name for p in self.parameters if p.shape}
         for site in self.sites:
             if set(site) != shapes:
                 raise ValueError(
                     f"effect {self.name}: site {dict(site)} must give exactly the shapes {sorted(shapes)}"
                 )
+
+    @property
+    def said(self) -> str:
+        """Its name for people."""
+        return self.title or self.name.replace("_", " ")
 
     @property
     def amplitudes(self) -> tuple[Parameter, ...]:

@@ -27,8 +27,23 @@ class FittedLaws:
     value, sigma : (G, 3) ndarray
         log E [log Pa], nu and log eta, with standard deviations inflated where more than noise is left, and by the
         twin's own error.
+    common : (G, 3, P + 1) ndarray or None
+        What one standard deviation of each of P declared quantities moves in them, with sign, and last that of all
+        else that the temperatures share, the twin's own error included. None without tolerances.
     """
 
     temperature: NDArray[np.float64]
     value: NDArray[np.float64]
     sigma: NDArray[np.float64]
+    common: NDArray[np.float64] | None = None
+
+    @property
+    def shared(self) -> NDArray[np.float64]:
+        """Return `common`, without columns where there are no tolerances, (G, 3, P)."""
+        return np.zeros((self.temperature.size, 3, 0)) if self.common is None else self.common
+
+    @property
+    def own_sigma(self) -> NDArray[np.float64]:
+        """Return the part of `sigma` that each temperature has for itself, (G, 3)."""
+        own: NDArray[np.float64] = np.maximum(self.sigma**2 - (self.shared**2).sum(-1), (1e-6 * self.sigma) ** 2)
+        return np.asarray(np.sqrt(own))

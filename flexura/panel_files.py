@@ -1,6 +1,7 @@
 """What `flexura.focus` and `flexura.compensate` take: laws, a twin file, a panel, measured transfers."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.focusing.methods import Method
@@ -10,21 +11,56 @@ from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import sha256
 from app.files.run_folder import writable_folder
 from app.files.transfers_file import transfer_files
+from app.stages.gap import GapComparison
 from app.stages.panel_inputs import method_for, panel_for, scanned_panel
-from app.stages.panel_laws import laws_for
+from app.stages.panel_laws import PanelLaws, laws_for
 from app.stages.update import Updating
 from flexura.campaigns import File
 
-Laws = File | MaterialLaws | Updating
-"""A run folder of ``flexura update`` (or its laws.h5), laws, or what `flexura.update` returned."""
+Laws = File | MaterialLaws | Updating | GapComparison
+"""A run folder, whose best twin is taken, or a file of laws; laws, or a result of `update` or `gap`."""
 
 
-def laws_read(laws: Laws | None, twin: File | None, verb: str) -> tuple[Path | None, MaterialLaws, Path | None]:
+@dataclass(frozen=True)
+class GivenLaws:
+    """Laws of a panel's plate, from a file or in memory.
+
+    Attributes
+    ----------
+    laws : MaterialLaws
+    read : PanelLaws or None
+        What else their file says; None for laws in memory.
+    """
+
+    laws: MaterialLaws
+    read: PanelLaws | None = None
+
+    @property
+    def path(self) -> Path | None:
+        """File the laws stand in; None for laws in memory."""
+        return None if self.read is None else self.read.path
+
+    @property
+    def folder(self) -> Path | None:
+        """Where their filters may lie."""
+        return None if self.read is None else self.read.folder
+
+    @property
+    def origin(self) -> Path:
+        """Return what messages name."""
+        return self.path or Path("laws")
+
+    def on(self, panel: Panel) -> tuple[Panel, list[str]]:
+        """Return a panel with what was found about its plate, and notes, see `PanelLaws.on`."""
+        return (panel, []) if self.read is None else self.read.on(panel)
+
+
+def laws_read(laws: Laws | None, twin: File | None, verb: str) -> GivenLaws:
     """Read the laws that a panel's plate obeys.
 
     Parameters
     ----------
-    laws : path, MaterialLaws or Updating, optional
+    laws : path, MaterialLaws, Updating or GapComparison, optional
     twin : path, optional
         Twin file, whose laws take the place of those.
     verb : str
@@ -32,30 +68,28 @@ def laws_read(laws: Laws | None, twin: File | None, verb: str) -> tuple[Path | N
 
     Returns
     -------
-    path : Path or None
-        File the laws stand in; None for laws in memory.
-    laws : MaterialLaws
-    folder : Path or None
-        Where their filters may lie.
+    GivenLaws
 
     Raises
     ------
     ValueError
-        For neither laws nor twin, laws in memory beside a twin, and an updating without laws.
+        For neither laws nor twin, laws in memory beside a twin, and a result without laws.
     """
     if twin is None and laws is None:
         raise ValueError("laws, twin or transfers: one of them is needed")
-    if isinstance(laws, MaterialLaws | Updating):
+    if isinstance(laws, MaterialLaws | Updating | GapComparison):
         if twin is not None:
             raise ValueError(
                 "twin takes the place of laws in memory: leave laws out, or name the run folder there"
             )
         if isinstance(laws, MaterialLaws):
-            return None, laws, None
-        if laws.laws is None:
+            return GivenLaws(laws)
+        found = laws.corrected.laws if isinstance(laws, GapComparison) else laws.laws
+        if found is None:
             raise ValueError("no laws over temperature: at least 3 temperatures with settled estimates are needed")
-        return None, laws.laws, None
-    return laws_for(path_of(laws), path_of(twin), verb)
+        return GivenLaws(found)
+    read = laws_for(path_of(laws), path_of(twin), verb)
+    return GivenLaws(read.laws, read)
 
 
 def panel_followed(
@@ -99,7 +133,7 @@ def folder_of(run: Laws | None, transfers: Path) -> Path:
     """Run folder of the filters that were designed from transfers; that of the transfers where none is named."""
     if run is None:
         return transfers.parent
-    if isinstance(run, MaterialLaws | Updating) or not Path(run).is_dir():
+    if isinstance(run, MaterialLaws | Updating | GapComparison) or not Path(run).is_dir():
         raise ValueError("laws beside transfers: the run folder of flexura focus --transfers, or leave it out")
     return Path(run)
 

@@ -1,6 +1,7 @@
 """Filters of a panel that follow the temperature: designed over temperature, and by networks."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,6 @@ from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
 from app.stages.panel_inputs import checked_device, measured_panel
 from app.stages.panel_laws import range_of, within
-from app.stages.uncorrected_filters import uncorrected_laws
 from flexura.campaigns import File, computing
 from flexura.panel_files import Laws, folder_of, kept, laws_read, panel_followed
 
@@ -33,15 +33,15 @@ def focus(
 
     Parameters
     ----------
-    laws : path, MaterialLaws or Updating
-        Which the panel's plate obeys. Beside `twin` a run folder, or left out.
+    laws : path, MaterialLaws, Updating or GapComparison
+        Which the panel's plate obeys. Of a run folder those of its best twin: corrected, where ``flexura gap``
+        named an effect. Beside `twin` a run folder, or left out.
     panel : path or Panel
         The paper's section 2 where it is left out.
     transfers : path, optional
         Measured transfers (UFF58 with nodes, a folder of such, or HDF5) in place of laws and the panel's twin.
     twin : path, optional
-        Twin file whose laws the panel's plate obeys; laws.h5 of the run folder then says what filters without the
-        twin's effects reach.
+        Twin file whose laws the panel's plate obeys, in place of those of the run folder.
     temperature : sequence of float, optional
         Degrees Celsius; every 5 K of what laws and panel share where it is left out. Of `transfers` in a universal
         file, the one at which they were measured.
@@ -78,16 +78,18 @@ def focus(
         with computing(shown=progress) as report:
             found = focus_stage.compute_measured(measured, report, method=method)
     else:
-        origin, found_laws, beside = laws_read(laws, twin, "focus")
-        run, inputs = kept(out, origin, file)
-        span, wanted = np.array(range_of(declared, found_laws, origin or Path("laws"))), None
+        given = laws_read(laws, twin, "focus")
+        run, inputs = kept(out, given.path, file)
+        span, wanted = np.array(range_of(declared, given.laws, given.origin)), None
         if temperature is not None:
-            span = wanted = within(np.unique(np.asarray(temperature, float)), found_laws, origin or Path("laws"))
-        without = None if twin is None or beside is None else uncorrected_laws(beside, span)
+            span = wanted = within(np.unique(np.asarray(temperature, float)), given.laws, given.origin)
+        without = None if given.read is None else given.read.without_effects(span)
+        declared, notes = given.on(declared)
         with computing(shown=progress) as report:
             found = focus_stage.compute(
-                declared, found_laws, report, temperature=wanted, method=method, uncorrected=without
+                declared, given.laws, report, temperature=wanted, method=method, uncorrected=without
             )
+        found = replace(found, notes=tuple(notes))
     if run is not None:
         focus_stage.save(run, found, inputs)
     return found
@@ -114,9 +116,9 @@ def compensate(
 
     Parameters
     ----------
-    laws : path, MaterialLaws or Updating
-        Which the panel's plate obeys. Beside `twin` a run folder, or left out; beside `transfers` the run folder
-        of their filters, or left out.
+    laws : path, MaterialLaws, Updating or GapComparison
+        Which the panel's plate obeys, as for `focus`. Beside `twin` a run folder, or left out; beside `transfers`
+        the run folder of their filters, or left out.
     panel : path or Panel, optional
         That of filters.h5 beside the laws or the transfers where it is left out, else the paper's section 2.
     transfers : path, optional
@@ -175,15 +177,16 @@ def compensate(
                 measured, report, training=training, method=followed, device=device
             )
     else:
-        origin, found_laws, folder = laws_read(laws, twin, "compensate")
-        declared, file, followed = panel_followed(panel, method, folder)
-        run, inputs = kept(out, origin, file)
-        range_of(declared, found_laws, origin or Path("laws"))
+        given = laws_read(laws, twin, "compensate")
+        declared, file, followed = panel_followed(panel, method, given.folder)
+        run, inputs = kept(out, given.path, file)
+        range_of(declared, given.laws, given.origin)
+        declared, notes = given.on(declared)
         checked_device(device)
         with computing(shown=progress) as report:
             found = compensate_stage.compute(
                 declared,
-                found_laws,
+                given.laws,
                 report,
                 training=training,
                 spacing=spacing or 5.0,
@@ -192,6 +195,7 @@ def compensate(
                 method=followed,
                 device=device,
             )
+        found = replace(found, notes=tuple(notes))
     if run is not None:
         compensate_stage.save(run, found, inputs)
     return found

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from analysis.channel import Footprint
 from analysis.declared import Point, Sparse
 from analysis.experiment import Declared, Drive, Patch, Plate, Temperature, check_patches
 from analysis.focusing.target import Target
@@ -14,6 +15,7 @@ from analysis.geometry.loop import Loop
 from analysis.geometry.relations import leaves, overlap
 from analysis.material import MaterialBox
 from analysis.plate_material import material_box
+from analysis.plate_parts import check_disc
 
 Hertz = Annotated[float, Field(ge=1.0, le=20_000.0)]
 Modulus = Annotated[float, Field(ge=1e6, le=1e12, description="Pa")]
@@ -161,6 +163,19 @@ class TwinSettings(Declared):
         return self
 
 
+class Load(Declared):
+    """A mass that rides on the panel: what a cable, its glue or a connector adds."""
+
+    point: Point
+    mass: Annotated[float, Field(gt=0.0, le=1.0, description="kg")]
+    radius: Annotated[float, Field(ge=0.0, le=0.05, description="m")] = 0.002
+
+    @property
+    def footprint(self) -> Footprint:
+        """Where it acts."""
+        return Footprint(self.point, self.radius, mass=self.mass)
+
+
 class Panel(Sparse):
     """Declaration of a focusing panel, a ``panel/1`` TOML file. It is driven by patches or by forces."""
 
@@ -171,6 +186,7 @@ class Panel(Sparse):
     plate: Plate
     patch: tuple[Patch, ...] = ()
     drive: tuple[Drive, ...] = ()
+    load: Annotated[tuple[Load, ...], Field(max_length=100)] = ()
     target: Target
     grid: tuple[Count, Count] = (40, 30)
     filters: Filters = Filters()
@@ -182,6 +198,8 @@ class Panel(Sparse):
         check_patches(self.plate, self.patch)
         for drive in self.drive:
             drive.check(self.plate)
+        for number, load in enumerate(self.load):
+            check_disc(f"load {number + 1}", load.point, load.radius, self.plate.loop, self.plate.hole_loops)
         if bool(self.patch) == bool(self.drive):
             raise ValueError(
                 f"{len(self.patch)} patches and {len(self.drive)} drives; a panel has at least one actuator, and "
@@ -232,6 +250,11 @@ class Panel(Sparse):
     def centers(self) -> tuple[Point, ...]:
         """Centres of the actuators, m."""
         return tuple(patch.center for patch in self.patch) or tuple(drive.point for drive in self.drive)
+
+    @property
+    def footprints(self) -> tuple[Footprint, ...]:
+        """Where forces act, then where masses ride."""
+        return tuple(drive.footprint for drive in self.drive) + tuple(load.footprint for load in self.load)
 
     @property
     def limits(self) -> NDArray[np.float64]:

@@ -166,6 +166,7 @@ def _report(
         notes=notes,
         seconds=seconds,
         declared=final.declared_quantities(context.model.tolerance_cards),
+        titles={name: card.said for name, card in context.model.cards.items()},
     )
 
 
@@ -180,7 +181,7 @@ def _agreement(context: SearchContext, fit: GapFit) -> Agreement:
 
 
 def _laws(sweeps: GapSweeps, fit: GapFit) -> FittedLaws:
-    return FittedLaws(sweeps.groups.reference, fit.state.laws, fit.stated.laws)
+    return fit.fitted_laws(sweeps.groups.reference)
 
 
 def _named(context: SearchContext, found: SearchResult, name: str) -> NamedEffect:
@@ -205,6 +206,9 @@ def _named(context: SearchContext, found: SearchResult, name: str) -> NamedEffec
         against=others,
         log_evidence_gain=gain,
         parameters=tuple(estimates),
+        title=card.said,
+        phrase=card.phrase,
+        shown={p.name: p.shown for p in card.parameters if p.shown},
     )
 
 

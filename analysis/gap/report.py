@@ -38,6 +38,10 @@ class NamedEffect:
     log_evidence_gain : float
         Log evidence over the twin without it, nats.
     parameters : tuple of Estimate
+    title, phrase : str
+        As on its card.
+    shown : mapping of str to str
+        Units of the parameters for people, where these are others.
     """
 
     name: str
@@ -48,6 +52,9 @@ class NamedEffect:
     against: Mapping[str, float]
     log_evidence_gain: float
     parameters: tuple[Estimate, ...]
+    title: str = ""
+    phrase: str = ""
+    shown: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -135,6 +142,8 @@ class GapReport:
     seconds : float
     declared : tuple of DeclaredQuantity
         What is declared with a tolerance, as fitted at the end.
+    titles : mapping of str to str
+        Names of all candidates for people.
     """
 
     verdict: Verdict
@@ -158,3 +167,4 @@ class GapReport:
     notes: tuple[str, ...]
     seconds: float
     declared: tuple[DeclaredQuantity, ...] = ()
+    titles: Mapping[str, str] = field(default_factory=dict)

@@ -114,7 +114,7 @@ def fit_twin(
     sweeps, _ = prepare(frf, protocol, plain, floor=floor)
     fit = fit_gap(model, sweeps, starting_state(plain, sweeps.groups), (), executor)
     gain = np.exp(fit.state.log_gain)
-    laws = FittedLaws(sweeps.groups.reference, fit.state.laws, fit.stated.laws)
+    laws = fit.fitted_laws(sweeps.groups.reference)
     declared = fit.declared_quantities(model.tolerance_cards)
     return FittedTwin(fit.state, laws, gain * fit.stated.log_gain, effects, declared)
 
@@ -190,16 +190,19 @@ def _updated(
         settled=model.box.inside(material),
         further=gains[1:] if len(gains) > 1 else None,
         declared=fitted.declared,
+        common=None if fitted.laws.common is None else fitted.laws.common[groups.of_sweep],
     )
 
 
 def _laws(protocol: Protocol, nodes: FittedLaws) -> MaterialLaws | None:
     """Smooth laws through the nodes, over the protocol's temperatures that were reached."""
-    material, sigma = material_of(nodes)
-    temperature = nodes.temperature
+    temperature, material = nodes.temperature, material_of(nodes)[0]
     if temperature.size < 3:
         return None
-    return fit_laws(temperature, material, sigma, temperature_range=reached(protocol, temperature))
+    # what the temperatures share widens the bands: taken for noise, a smooth law would average it away
+    own = material.sigma(nodes.own_sigma)
+    span = reached(protocol, temperature)
+    return fit_laws(temperature, material, own, temperature_range=span, common=nodes.shared)
 
 
 def material_of(nodes: FittedLaws) -> tuple[Material, Material]:

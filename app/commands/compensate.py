@@ -173,25 +173,26 @@ def _from_laws(
     """Prepare the compensation of a panel from material laws."""
     from analysis.compensation.settings import suited_nodes
     from app.stages.panel_inputs import method_for, panel_for
-    from app.stages.panel_laws import effects_left_out, laws_for, range_of, said_of_range
+    from app.stages.panel_laws import laws_for, range_of, said_of_range
 
     spacing, place, across = wanted
     if place is not None and typed("spacing"):
         raise click.UsageError("--place and --spacing each choose the training temperatures: name one of them")
-    laws_path, laws, beside = laws_for(run, twin, "compensate")
-    declared, panel_path = panel_for(panel, beside, filters)
-    followed = method_for(method, panel, beside)  # type: ignore[arg-type]
-    low, high = range_of(declared, laws, laws_path)
+    found = laws_for(run, twin, "compensate")
+    declared, panel_path = panel_for(panel, found.folder, filters)
+    followed = method_for(method, panel, found.folder)  # type: ignore[arg-type]
+    low, high = range_of(declared, found.laws, found.path)
     _check_temperatures(wanted, training, (low, high))
-    notes = [*said_of_range(declared, (low, high)), *([] if twin is None else effects_left_out(twin))]
+    declared, notes = found.on(declared)
+    notes += said_of_range(declared, (low, high))
 
     from app.stages import compensate
 
     compute = partial(
-        compensate.compute, declared, laws, spacing=spacing, place=place, across=across, method=followed
+        compensate.compute, declared, found.laws, spacing=spacing, place=place, across=across, method=followed
     )
     nodes = None if place is None else suited_nodes(place)
-    return _CompensateTask(compute, (laws_path, panel_path), beside, notes, nodes)
+    return _CompensateTask(compute, (found.path, panel_path), found.folder, notes, nodes)
 
 
 def _check_temperatures(

@@ -138,28 +138,27 @@ def _from_laws(
     import numpy as np
 
     from app.stages.panel_inputs import panel_of
-    from app.stages.panel_laws import effects_left_out, laws_for, range_of, said_of_range, within
+    from app.stages.panel_laws import laws_for, range_of, said_of_range, within
 
     declared, panel_path = panel_of(panel, changes)
-    laws_path, laws, beside = laws_for(run, twin, "focus")
-    low, high = range_of(declared, laws, laws_path)
-    named = within(np.array(sorted(set(temperatures))), laws, laws_path) if temperatures else None
-    notes = said_of_range(declared, (low, high)) if named is None else []
-    notes += [] if twin is None else effects_left_out(twin)
+    found = laws_for(run, twin, "focus")
+    low, high = range_of(declared, found.laws, found.path)
+    named = within(np.array(sorted(set(temperatures))), found.laws, found.path) if temperatures else None
+    declared, notes = found.on(declared)
+    notes += said_of_range(declared, (low, high)) if named is None else []
 
     from app.stages import focus
-    from app.stages.uncorrected_filters import uncorrected_laws
 
     span = np.array([low, high]) if named is None else named
     compute = partial(
         focus.compute,
         declared,
-        laws,
+        found.laws,
         temperature=named,
         method=method,  # type: ignore[arg-type]
-        uncorrected=None if twin is None else uncorrected_laws(beside, span),
+        uncorrected=found.without_effects(span),
     )
-    return _FocusTask(compute, (laws_path, panel_path), beside, notes)
+    return _FocusTask(compute, (found.path, panel_path), found.folder, notes)
 
 
 def _from_transfers(

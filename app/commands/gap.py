@@ -41,8 +41,10 @@ def command(
     unknown, and the likely reason is looked for. Exit status 0: no gap, or explained; 1: partly explained or
     unknown; 2: input that cannot be judged.
     """
+    from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign
     from app.files.run_folder import run_folder
+    from app.terminal.briefing import briefing
     from app.terminal.gap import show, summary
 
     loaded = load_campaign(campaign)
@@ -55,7 +57,8 @@ def command(
         found = gap.compute(loaded, mains, report, start=start, folder=effects, run=run)
     seconds = time.perf_counter() - started
     record = gap.save(run, loaded, found, mains, seconds, start=twin, folder=effects)
-    output.result(lambda: record, lambda: show(record))
+    words = briefing(best_twin(run, "gap"), record, str(campaign)).lines()
+    output.result(lambda: record, lambda: show(record, words))
     for note in (*found.frf.notes, *record["notes"]):
         output.note(note)
     output.summary(summary(record, run))

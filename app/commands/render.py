@@ -70,8 +70,8 @@ def command(
 
     given = run or Path()
     sent = shipment(given, method, "render").chosen({"sound": sound.name, "temperature": temperature})
-    _, laws, _ = laws_for(given, twin, "render")
-    laws = sent.panel.plate.grown(laws)
+    origin = laws_for(given, twin, "render")
+    laws = sent.panel.plate.grown(origin.laws)
 
     from app.files.sound_file import opened_sound
     from app.sound.rendering import render
@@ -92,7 +92,7 @@ def command(
 
         saved(done.trace.with_suffix(".png"), lambda: along_the_way(trace.moments))
     output.result(lambda: record(sent, done, trace, block))
-    for note in (*sent.notes, *notes(channels, trace)):
+    for note in (*origin.notes, *sent.notes, *notes(channels, trace)):
         output.note(note)
     output.summary(summary(sent, done, trace))
 

@@ -38,7 +38,8 @@ def command(run: Path, pictures: bool, out: Path | None, output: Output) -> None
 
     with run_folder(run, out or run) as folder, output.progress() as report, drawing():
         found = sections(run, report)
-        write_text(folder / "report.html", page(f"Flexura: {found.title}", found.subtitle, found.sections))
+        html = page(f"Flexura: {found.title}", found.subtitle, found.sections, found.lead)
+        write_text(folder / "report.html", html)
         drawn = [item for section in found.sections for item in section.items if isinstance(item, Picture)]
         if pictures:
             for picture in drawn:

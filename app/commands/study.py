@@ -66,9 +66,11 @@ def command(
     if as_paper and filters["design"] is not None:
         raise click.UsageError("--as-paper sets --design itself: leave one of them out")
     started = time.perf_counter()
-    laws_path, laws, beside = laws_for(run, None, "study")
+    origin = laws_for(run, None, "study")
+    laws_path, beside = origin.path, origin.folder
     declared, panel_path = panel_for(panel, beside, filters | ({"design": "inverse-fft"} if as_paper else {}))
-    laws = declared.plate.grown(laws)
+    declared, notes = origin.on(declared)
+    laws = declared.plate.grown(origin.laws)
     low, high = range_of(declared, laws, laws_path)
     training = Training(seed=seed)
     wanted = FIGURES if figure == "all" else (figure,)
@@ -97,6 +99,8 @@ def command(
         lambda: [{"quantity": r.quantity, "paper": r.paper, "ours": r.ours} for r in numbers],
         lambda: show(numbers),
     )
+    for note in notes:
+        output.note(note)
     seconds = time.perf_counter() - started
     output.summary(f"{drawn} figures, {len(numbers)} numbers; {seconds:.1f} s; {folder / 'studies.h5'}")
 

@@ -94,9 +94,9 @@ def command(
     _asked(drive, response, simulate, temperature)
     given = run or Path()
     sent = shipment(given, None, "thermometer")
-    laws_path, laws, _ = laws_for(given, twin, "thermometer")
-    laws = sent.panel.plate.grown(laws)
-    low, high = range_of(sent.panel, laws, laws_path)
+    origin = laws_for(given, twin, "thermometer")
+    laws = sent.panel.plate.grown(origin.laws)
+    low, high = range_of(sent.panel, laws, origin.path)
     place = _sensor(sent, sensor)
 
     from app.sound.listening import listened
@@ -108,6 +108,8 @@ def command(
         panel = ListeningPanel(panel_twin(sent.panel, laws, report), laws, place)
         signals, course = _signals(sent, panel, (drive, response, simulate), (temperature, snr, seed), report)
         stretches = listened(panel, signals, sent.panel.filters.edges, (low, high), stretch, largest_sigma, report)
+    for note in origin.notes:
+        output.note(note)
     true = None if course is None else course.at([one.time for one in stretches])
     target = write_stretches(stretches, folder, true)
     if picture:

@@ -29,6 +29,12 @@ def save_frf(target: Path, experiment: Experiment, frf: Frf, made_from: Mapping[
         write_value(file.create_group("frf"), frf)
 
 
+def load_experiment(path: Path) -> Experiment:
+    """Read the experiment alone; ResultFileError where the file is something else."""
+    with result_file(path, "update") as file:
+        return Experiment.model_validate_json(str(file.attrs["experiment"]))
+
+
 def load_frf(path: Path) -> tuple[Experiment, Frf]:
     """Read back what `save_frf` wrote; ResultFileError where the file is something else."""
     with result_file(path, "update") as file:

@@ -61,10 +61,11 @@ def gap_record(
             "regions": [_region(region) for region in (report.before.regions if gap else ())],
             "shares": report.before.shares() if gap else {},
         },
+        "titles": dict(report.titles),
         "starting_effects": {name: _parameters(values) for name, values in given.items()},
         "observability": [_observability(one) for one in report.seen],
         "candidates": [_candidate(one) for one in report.candidates],
-        "declared": [declared_record(one) for one in report.declared],
+        "declared": [{**declared_record(one), "words": one.words} for one in report.declared],
         "laws": {"baseline": _laws(report.laws_before), "final": _laws(report.laws_after)},
         "noise": {
             "variance_over_stated": dict(zip(report.before.channels, report.noise.ratio.tolist(), strict=True))
@@ -103,7 +104,10 @@ def _effect(effect: NamedEffect) -> dict[str, Any]:
         "against": dict(effect.against),
         "log_evidence_gain": effect.log_evidence_gain,
         "parameters": _parameters(effect.parameters),
+        "title": effect.title,
         "summary": effect.summary,
+        "phrase": effect.phrase,
+        "shown_units": dict(effect.shown),
         "separated_by": effect.separated_by,
     }
 

@@ -12,6 +12,7 @@ MADE_BY = {
     "stabilization.h5": "identify",
     "modes.h5": "identify",
     "laws.h5": "update",
+    "laws-corrected.h5": "gap",
     "gap.h5": "gap",
     "filters.h5": "focus",
     "compensation.h5": "compensate",

@@ -8,6 +8,7 @@ from app.files.gap_file import load_gap
 from app.report import gap
 from app.report.page import Item, PageTable, Paragraph, Picture, VerdictBox
 from app.report.pairing import pairing_items
+from app.terminal.effect_words import in_words, title, titles_of
 from app.terminal.gap import concluded, estimate, gap_closed, held_out_parts, named, verdict_words
 from app.terminal.pairing import no_fit_words
 
@@ -69,7 +70,8 @@ def gap_section(path: Path) -> list[Item]:
 def verdict(record: Record) -> VerdictBox:
     """Say in words what was concluded, and on what ground."""
     before, after = record["gap"]["baseline"], record["gap"]["final"]
-    found = ", ".join(named(effect) for effect in record["effects"])
+    titles = titles_of(record)
+    found = ", ".join(named(effect, titles) for effect in record["effects"])
     sentences = []
     if record["starting_effects"]:
         sentences.append(f"The twin began with {', '.join(record['starting_effects'])} switched on.")
@@ -95,7 +97,8 @@ def verdict(record: Record) -> VerdictBox:
         if part["closure"] is not None
     ]
     sentences += [
-        f"This campaign cannot distinguish {effect['name']} from {' or '.join(effect['equivalent'])}; "
+        f"This campaign cannot distinguish {title(effect['name'], titles)} from "
+        f"{' or '.join(title(other, titles) for other in effect['equivalent'])}; "
         f"what would: {effect['separated_by']}."
         for effect in record["effects"]
         if effect["equivalent"]
@@ -108,6 +111,7 @@ def _effects(record: Record) -> PageTable:
         (
             named(effect),
             effect["summary"],
+            in_words(effect),
             "; ".join(f"{name} = {estimate(p)}" for name, p in effect["parameters"].items()),
             f"{effect['probability']:.3f}",
             f"{effect['log_evidence_gain']:,.0f}",
@@ -115,7 +119,7 @@ def _effects(record: Record) -> PageTable:
         for effect in record["effects"]
     ]
     return PageTable(
-        ("effect", "what it is", "parameters", "probability", "evidence [nats]"), rows, numbers=(3, 4)
+        ("effect", "what it is", "found", "parameters", "probability", "evidence [nats]"), rows, numbers=(4, 5)
     )
 
 

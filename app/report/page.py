@@ -32,8 +32,15 @@ td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowra
 .verdict { background: #e9f5f6; border-left: 6px solid #00798c; padding: 0.7rem 1rem; margin: 1rem 0 }
 .verdict.open { background: #fdeef0; border-left-color: #d1495b }
 .verdict strong { display: block; font-size: 1.15rem; margin-bottom: 0.3rem }
+dl.words { display: grid; grid-template-columns: 9rem 1fr; gap: 0.45rem 1rem; margin: 1rem 0 }
+dl.words dt { font-weight: 600; color: #00606f } dl.words dd { margin: 0; overflow-wrap: anywhere }
 .absent { background: #fff6e5; border-left: 4px solid #e0a030; padding: 0.5rem 1rem }
 pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; font-size: 0.8rem }
+@media (max-width: 40rem) {
+  body { margin: 0.8rem auto } h1 { font-size: 1.4rem; line-height: 1.25 } h1 + p { margin-top: 0.2rem }
+  dl.words { display: block } dl.words dd { margin: 0 0 0.7rem }
+  table { display: block; overflow-x: auto }
+}
 @media (min-width: 92rem) {
   nav { position: fixed; top: 1rem; left: calc(50% - 46rem); width: 12.5rem; max-height: 94vh; overflow-y: auto;
         box-sizing: border-box; font-size: 0.9rem }
@@ -129,6 +136,24 @@ class VerdictBox:
 
 
 @dataclass(frozen=True)
+class Words:
+    """A headline in a box, and below it headings with their sentences beside them."""
+
+    headline: str
+    settled: bool
+    first: Sequence[str]
+    parts: Sequence[tuple[str, Sequence[str]]]
+
+    def html(self) -> str:
+        """Return them as HTML, all text escaped."""
+        rows = "".join(
+            f"<dt>{escape(heading)}</dt><dd>{''.join(f'<div>{escape(one)}</div>' for one in said)}</dd>"
+            for heading, said in self.parts
+        )
+        return f'{VerdictBox(self.headline, self.first, self.settled).html()}<dl class="words">{rows}</dl>'
+
+
+@dataclass(frozen=True)
 class Absent:
     """A stage that has not been run, and the command that runs it."""
 
@@ -150,7 +175,7 @@ class Listing:
         return f"<pre>{escape(self.text)}</pre>"
 
 
-Item = PageTable | Picture | Paragraph | VerdictBox | Absent | Listing
+Item = PageTable | Picture | Paragraph | VerdictBox | Words | Absent | Listing
 
 
 @dataclass(frozen=True)
@@ -173,7 +198,7 @@ class Section:
         return f'<li><a href="#{self.anchor}">{escape(self.title)}</a>{below}</li>'
 
 
-def page(title: str, subtitle: str, sections: Sequence[Section]) -> str:
+def page(title: str, subtitle: str, sections: Sequence[Section], lead: int = 0) -> str:
     """Return the whole page.
 
     Parameters
@@ -181,6 +206,8 @@ def page(title: str, subtitle: str, sections: Sequence[Section]) -> str:
     title, subtitle : str
         Plain text.
     sections : sequence of Section
+    lead : int
+        Number of sections before the table of contents, which does not list them.
 
     Returns
     -------
@@ -193,9 +220,11 @@ def page(title: str, subtitle: str, sections: Sequence[Section]) -> str:
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
         f"<title>{escape(title)}</title><style>{STYLE}</style>",
         f"<h1>{escape(title)}</h1><p>{escape(subtitle)}</p>",
-        f"<nav><ol>{''.join(section.contents() for section in sections)}</ol></nav>",
     ]
-    for section in sections:
+    contents = f"<nav><ol>{''.join(section.contents() for section in sections[lead:])}</ol></nav>"
+    for place, section in enumerate(sections):
+        if place == lead:
+            parts.append(contents)
         parts.append(f'<h2 id="{section.anchor}">{escape(section.title)}</h2>')
         parts.extend(item.html() for item in section.items)
     return "\n".join(parts) + "\n</html>\n"

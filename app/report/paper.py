@@ -31,6 +31,8 @@ SAME = 0.03
 
 SPECIMEN = "the plate of this campaign is its own specimen; the law follows the measurement, not the paper"
 CLOSE = "agrees with the paper"
+AGREES = 2.0
+"""Standard deviations up to which a number agrees with the paper's; those of its rounding count, too."""
 
 CONSTANTS = (
     ("E at {t:g} °C [GPa]", "youngs_modulus", 1e9, "{v:.2f}", {0.0: 3.25, 20.0: 2.26, 60.0: 1.0}),
@@ -59,8 +61,9 @@ def material_rows(laws: MaterialLaws) -> list[PaperRow]:
             if not low <= t <= high:
                 continue
             ours, sigma = (float(getattr(found, name)[0]) / unit for found in (laws.at(t), laws.sigma(t)))
-            why = CLOSE if abs(ours / paper - 1.0) < 0.03 else SPECIMEN
-            rows.append(PaperRow(heading.format(t=t), form.format(v=paper), with_sigma(ours, sigma), why))
+            printed = form.format(v=paper)
+            why = _beside(ours, sigma, paper, 10.0 ** -len(printed.partition(".")[2]))
+            rows.append(PaperRow(heading.format(t=t), printed, with_sigma(ours, sigma), why))
     fine = np.linspace(low, high, 601)
     eta = laws.at(fine).loss_factor
     peak = f"{100 * eta.max():.1f} at {fine[int(eta.argmax())]:.0f} °C"
@@ -69,6 +72,14 @@ def material_rows(laws: MaterialLaws) -> list[PaperRow]:
         "fitted to the whole FRF with lossless patches"
     )
     return [*rows, PaperRow("largest η [%]", "8.5 between 10 and 20 °C", peak, why)]
+
+
+def _beside(ours: float, sigma: float, paper: float, step: float) -> str:
+    """Say whether a number agrees with the paper's, which is rounded to `step`, and by how much it differs."""
+    away = abs(ours - paper) / float(np.hypot(sigma, step / np.sqrt(12.0)))
+    if away <= AGREES:
+        return CLOSE
+    return f"differs by {away:.0f} σ, {100.0 * (ours / paper - 1.0):+.1f} %: {SPECIMEN}"
 
 
 def mode_rows(tracked: TrackedModes) -> list[PaperRow]:

@@ -10,8 +10,8 @@ from analysis.frf import Frf
 from analysis.material import MaterialLaws
 from analysis.plate import Plate
 from analysis.updated import GOOD_MISFIT, Updated
-from app.files.bad_file import ResultFileError
-from app.files.laws_file import TwinFrf, load_laws, load_pairing, load_updated
+from app.files.best_twin import best_twin
+from app.files.laws_file import TwinFrf, load_pairing
 from app.files.modes_file import load_modes
 from app.report import identified, measured, paper, updated
 from app.report.declared import picture, pieces_of_experiment, plate_words, transducer_rows
@@ -124,12 +124,10 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
     ResultFileError
         Where laws.h5 cannot be read.
     """
-    estimates, twin = load_updated(run / "laws.h5")
-    try:
-        laws = load_laws(run / "laws.h5")
-        rows.extend(paper.material_rows(laws))
-    except ResultFileError:
-        laws = None
+    best = best_twin(run, "report")
+    estimates, twin, laws = best.twin.updated, best.twin.answers, best.twin.laws
+    rows.extend([] if laws is None else paper.material_rows(laws))
+    plain = best.uncorrected
     worst = float((estimates.misfit / estimates.noise_floor).max())
     each = "" if estimates.further is None else " of an actuator"
     text = (
@@ -137,6 +135,8 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
         f"most {worst:.2f} times the noise of the measurement. Its reduced model is certified to "
         f"{twin.basis_error:.1g} of a transfer's rms."
     )
+    if best.said:
+        text = f"{best.said[0].upper()}{best.said[1:]}. {text}"
     if worst > GOOD_MISFIT and not (run / "gap.h5").is_file():
         text += " It lacks an effect that the plate has; to find it: flexura gap CAMPAIGN."
     same = np.array_equal(frf.temperature, estimates.temperature)
@@ -146,14 +146,16 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
         )
     return [
         Paragraph(text),
-        *pairing_items(load_pairing(run / "laws.h5"), "pairing"),
-        *([] if laws is None else [_constants(laws)]),
+        *(Paragraph(sentence) for sentence in best.ignored),
+        *(pairing_items(load_pairing(best.twin.path), "pairing") if plain is None else ()),
+        *([] if laws is None else [_constants(laws, None if plain is None else plain.laws)]),
         *(_compared(experiment.plate, frf, twin, estimates) if same else []),
         Picture(
             "laws",
             "What is the plate made of, at each temperature?",
-            updated.laws(estimates, laws),
-            f"E, η and ν over temperature, two-sigma bands{paper.figure(experiment.plate, 12)}.",
+            updated.laws(estimates, laws, None if plain is None else plain.laws),
+            f"E, η and ν over temperature, two-sigma bands{paper.figure(experiment.plate, 12)}."
+            + ("" if plain is None else " Dashed: uncorrected, with a twin that lacks what was found."),
         ),
     ]
 
@@ -213,9 +215,11 @@ def _each(frf: Frf) -> list[tuple[int, str, str]]:
     return [(k, "" if k == first else f"-{k + 1}", f", {frf.sources[k]} driven") for k in frf.driving]
 
 
-def _constants(laws: MaterialLaws) -> PageTable:
-    """E, ν and η with their standard deviations at round temperatures."""
+def _constants(laws: MaterialLaws, plain: MaterialLaws | None) -> PageTable:
+    """E, ν and η with their standard deviations at round temperatures, and the uncorrected ones beside them."""
     low, high = laws.temperature_range
+    if plain is not None:
+        low, high = max(low, plain.temperature_range[0]), min(high, plain.temperature_range[1])
     temperature = np.arange(10.0 * np.ceil(low / 10.0 - 0.05), high + 0.5, 10.0).clip(low, high)
     value, sigma = laws.at(temperature), laws.sigma(temperature)
     columns = (("youngs_modulus", 1e9), ("poisson_ratio", 1.0), ("loss_factor", 0.01))
@@ -223,5 +227,10 @@ def _constants(laws: MaterialLaws) -> PageTable:
         [with_sigma(v / unit, s / unit) for v, s in zip(getattr(value, name), getattr(sigma, name), strict=True)]
         for name, unit in columns
     ]
+    headings = ["T [°C]", "E [GPa]", "ν", "η [%]"]
+    if plain is not None:
+        before = plain.at(temperature)
+        cells += [[f"{v / unit:.3f}" for v in getattr(before, name)] for name, unit in columns]
+        headings += ["uncorrected: E", "ν", "η"]
     rows = [(f"{t:z.0f}", *row) for t, row in zip(temperature, zip(*cells, strict=True), strict=True)]
-    return PageTable(("T [°C]", "E [GPa]", "ν", "η [%]"), rows, numbers=(0, 1, 2, 3))
+    return PageTable(headings, rows, numbers=range(len(headings)))

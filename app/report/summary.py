@@ -1,20 +1,23 @@
 """One line a stage: what a run found."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from analysis.compensation.outcome import NETWORK
+from analysis.updated import Updated
+from app.files.best_twin import best_twin
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing
 from app.files.frf_file import load_frf
-from app.files.gap_file import load_gap
-from app.files.laws_file import load_updated
+from app.files.gap_file import load_gap_record
 from app.files.modes_file import load_modes
-from app.terminal.gap import concluded, named
+from app.terminal.effect_words import in_words
+from app.terminal.gap import concluded
 
 
 def summary(run: Path) -> dict[str, str]:
-    """Return a line for each verb whose result is in `run`."""
-    makers = {
+    """Return a line for each verb whose result is in `run`; E, ν and η are those of its best twin."""
+    makers: dict[str, tuple[str, Callable[[Path], str]]] = {
         "import": ("frf.h5", _measured),
         "identify": ("modes.h5", _identified),
         "update": ("laws.h5", _updated),
@@ -38,7 +41,16 @@ def _identified(path: Path) -> str:
 
 
 def _updated(path: Path) -> str:
-    found, _ = load_updated(path)
+    best = best_twin(path.parent, "report")
+    said = _constants(best.twin.updated)
+    if best.effects:
+        said += f"; corrected ({best.names})"
+    if best.uncorrected is not None:
+        said += f"; uncorrected {_constants(best.uncorrected.updated)}"
+    return said
+
+
+def _constants(found: Updated) -> str:
     e, nu, eta = (
         found.material.youngs_modulus / 1e9,
         found.material.poisson_ratio,
@@ -52,10 +64,10 @@ def _updated(path: Path) -> str:
 
 
 def _compared(path: Path) -> str:
-    _, record = load_gap(path)
+    record = load_gap_record(path)
     words = concluded(record)
     if record["effects"] and record["verdict"] != "unknown":
-        words += " by " + ", ".join(named(effect) for effect in record["effects"])
+        words += ": " + "; ".join(in_words(effect) for effect in record["effects"])
     before, after = (record["gap"][when]["chi2_per_dof"] for when in ("baseline", "final"))
     return f"{words}; chi2 per degree of freedom {before:.3g} to {after:.3g}"
 

@@ -58,8 +58,20 @@ def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0, source
     return figure
 
 
-def laws(updated: Updated, fitted: MaterialLaws | None) -> Figure:
-    """E, nu and eta over temperature: estimates with error bars, laws with two-sigma bands."""
+def laws(updated: Updated, fitted: MaterialLaws | None, uncorrected: MaterialLaws | None = None) -> Figure:
+    """E, nu and eta over temperature: estimates with error bars, laws with two-sigma bands.
+
+    Parameters
+    ----------
+    updated : Updated
+    fitted : MaterialLaws or None
+    uncorrected : MaterialLaws, optional
+        Of the twin that lacks an effect, drawn dashed.
+
+    Returns
+    -------
+    Figure
+    """
     figure, axes = panels(1, 3, height=3.6)
     names = (
         ("youngs_modulus", 1e9, "E [GPa]", "Young's modulus"),
@@ -77,6 +89,10 @@ def laws(updated: Updated, fitted: MaterialLaws | None) -> Figure:
             law, band = getattr(fitted.at(fine), name) / unit, getattr(fitted.sigma(fine), name) / unit
             each.plot(fine, law, color=BAND)
             each.fill_between(fine, law - 2 * band, law + 2 * band, color=BAND, alpha=0.25, lw=0)
+        if uncorrected is not None:
+            fine = np.linspace(*uncorrected.temperature_range, 241)
+            law = getattr(uncorrected.at(fine), name) / unit
+            each.plot(fine, law, "--", color=MODEL, lw=1.0, label="uncorrected")
         each.set(xlabel="temperature [°C]", ylabel=label, title=title)
     legend_below(figure)
     return figure

@@ -19,6 +19,7 @@ from analysis.progress import Progress
 from app.files.compensation_file import save_compensation
 from app.files.provenance import provenance
 from app.stages.panel_inputs import workers
+from app.terminal.notebook import as_text
 from app.twins.panel_twin import panel_twin
 
 COMPENSATION = "compensation.h5"
@@ -39,6 +40,8 @@ class CompensatedPanel:
         Device on which the networks were trained.
     measured : bool
         Whether the filters come from measured transfers; otherwise from laws and a twin.
+    notes : tuple of str
+        Where the laws come from, and what of the measured plate the panel has.
     """
 
     panel: Panel
@@ -46,15 +49,17 @@ class CompensatedPanel:
     spacing: float | None
     device: str
     measured: bool = False
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        """Training temperatures, loss of contrast and recommended method in one line."""
+        """Training temperatures, loss of contrast and recommended method in one line, and the notes."""
         found = self.compensation
         t, loss = found.temperature, found.largest_loss
-        return (
-            f"<CompensatedPanel: {len(found.training_temperature)} training temperatures, {t[0]:g} to {t[-1]:g} "
-            f"°C: the networks lose at most {loss[0]:.2g} of contrast; recommended: {found.recommended}>"
+        line = (
+            f"CompensatedPanel: {len(found.training_temperature)} training temperatures, {t[0]:g} to {t[-1]:g} "
+            f"°C: the networks lose at most {loss[0]:.2g} of contrast; recommended: {found.recommended}"
         )
+        return as_text(line, self.notes)
 
 
 def compute(

@@ -19,6 +19,7 @@ from app.files.filter_files import save_focusing
 from app.files.provenance import provenance
 from app.stages.panel_inputs import workers
 from app.stages.uncorrected_filters import uncorrected_aim
+from app.terminal.notebook import as_text
 from app.twins.panel_twin import panel_twin
 
 FILTERS = "filters.h5"
@@ -41,6 +42,8 @@ class FocusedPanel:
         Whether the filters come from measured transfers; otherwise from laws and a twin.
     uncorrected : Aim or None
         Performance of filters designed with the laws of a twin without its effects; None if not requested.
+    notes : tuple of str
+        Where the laws come from, and what of the measured plate the panel has.
     """
 
     panel: Panel
@@ -48,17 +51,19 @@ class FocusedPanel:
     comparison: MethodComparison
     measured: bool
     uncorrected: Aim | None = None
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        """Return method, taps, temperatures and contrast in one line."""
+        """Return method, taps, temperatures and contrast in one line, and the notes."""
         found = self.focusing
         own, kept, t = found.direct.contrast.mean(axis=1), found.fixed.contrast.mean(axis=1), found.temperature
         _, actuators, taps = found.bank.taps.shape
-        return (
-            f"<FocusedPanel: {found.method}, {actuators} filters of {taps} taps, {t[0]:g} to {t[-1]:g} °C: "
+        line = (
+            f"FocusedPanel: {found.method}, {actuators} filters of {taps} taps, {t[0]:g} to {t[-1]:g} °C: "
             f"contrast {own.min():.2f} to {own.max():.2f} with their own filters, down to {kept.min():.2f} with "
-            f"those of {found.reference_temperature:g} °C>"
+            f"those of {found.reference_temperature:g} °C"
         )
+        return as_text(line, self.notes)
 
 
 def compute(

@@ -235,11 +235,10 @@ def _save_corrected_laws(
     target: Path, campaign: Campaign, corrected: CorrectedTwin, error: float, origin: dict[str, Any]
 ) -> None:
     """Write laws and FRFs of a twin with effects, in the form of laws.h5."""
-    density = campaign.experiment.plate.density
-    frequency = corrected.frequency
-    save_laws(
-        target, corrected.updated, corrected.laws, TwinFrf(frequency, corrected.answers, error, density), origin
-    )
+    on = {name: {p.name: p.value for p in values} for name, values in corrected.effects.items()}
+    made_from = {**origin, "settings": {**origin["settings"], "effects": on}}
+    answers = TwinFrf(corrected.frequency, corrected.answers, error, campaign.experiment.plate.density)
+    save_laws(target, corrected.updated, corrected.laws, answers, made_from)
 
 
 def _floor(plain: Updating, twin: Twin[EffectPlate], *, patches: bool) -> NumericalFloor:

@@ -1,5 +1,6 @@
 """Material laws of a panel's plate, and their common temperature range with the panel."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -9,24 +10,70 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.temperatures import covered
 from analysis.material import Material, MaterialLaws
 from app.files.bad_file import ResultFileError
-from app.files.laws_file import load_laws
-from app.files.run_folder import run_file
+from app.files.best_twin import CORRECTED, best_twin
+from app.files.laws_file import effects_in_laws, load_laws
 from app.files.twin_file import TwinFile, read_twin
+from app.stages.measured_plate import MeasuredPlate
+
+OWN = 0.1
+"""Share of a twin file's sigma that each temperature has for itself: a twin file states the whole only, and what
+the declaration leaves open, which all temperatures share, is nine tenths of it and more."""
 
 
-def laws_of(run: Path, verb: str) -> tuple[Path, MaterialLaws]:
-    """Return the laws of a run folder or of a laws file, and the path of that file."""
-    path = run if run.is_file() else run_file(run, "laws.h5", verb)
-    return path.resolve(), load_laws(path)
+@dataclass(frozen=True)
+class PanelLaws:
+    """Laws that a panel's plate obeys.
+
+    Attributes
+    ----------
+    path : Path
+        File they stand in.
+    laws : MaterialLaws
+    folder : Path
+        For results.
+    notes : tuple of str
+        Where they come from, as far as a user has to know it.
+    measured : MeasuredPlate or None
+        The plate that they were found on; None where only the laws are known.
+    uncorrected : MaterialLaws or None
+        Those of the plain twin, where `laws` are corrected.
+    """
+
+    path: Path
+    laws: MaterialLaws
+    folder: Path
+    notes: tuple[str, ...] = ()
+    measured: MeasuredPlate | None = None
+    uncorrected: MaterialLaws | None = None
+
+    def on(self, panel: Panel) -> tuple[Panel, list[str]]:
+        """Return a panel with what was found about its plate, and all notes; ResultFileError if it cannot be."""
+        if self.measured is None:
+            return panel, list(self.notes)
+        try:
+            found, notes = self.measured.on(panel)
+        except ValueError as error:
+            raise ResultFileError(
+                f"{self.path}: the plate as it was found cannot carry the panel: {error}; declare another plate"
+            ) from error
+        return found, [*self.notes, *notes]
+
+    def without_effects(self, temperature: Real) -> MaterialLaws | None:
+        """Return the uncorrected laws if they cover temperatures (T,), degrees Celsius."""
+        if self.uncorrected is None:
+            return None
+        low, high = self.uncorrected.temperature_range
+        there = low - 1e-9 <= temperature.min() and temperature.max() <= high + 1e-9
+        return self.uncorrected if there else None
 
 
-def laws_for(run: Path | None, twin: Path | None, verb: str) -> tuple[Path, MaterialLaws, Path]:
-    """Return the laws of a run, or of a twin file if one is named.
+def laws_for(run: Path | None, twin: Path | None, verb: str) -> PanelLaws:
+    """Return the laws of a run's best twin, of a laws file, or of a twin file if one is named.
 
     Parameters
     ----------
     run : Path or None
-        Run folder; None for the current folder.
+        Run folder, or a file of laws; None for the current folder.
     twin : Path or None
         Twin file.
     verb : str
@@ -34,17 +81,43 @@ def laws_for(run: Path | None, twin: Path | None, verb: str) -> tuple[Path, Mate
 
     Returns
     -------
-    path : Path
-        File of the laws.
-    laws : MaterialLaws
-    folder : Path
-        Folder for results: that of the laws; with a twin file `run`, if that is a folder.
+    PanelLaws
+        Results go into the folder of the laws; with a twin file into `run`, if that is a folder.
+
+    Raises
+    ------
+    ResultFileError
+        Where there are no laws.
     """
-    if twin is None:
-        path, laws = laws_of(run or Path(), verb)
-        return path, laws, path.parent
-    path = twin.resolve()
-    return path, laws_of_twin(read_twin(twin), path), run if run is not None and run.is_dir() else path.parent
+    if twin is not None:
+        return _of_twin(run, twin)
+    run = run or Path()
+    if run.is_file():
+        return _of_file(run)
+    best = best_twin(run, verb)
+    path = best.twin.path.resolve()
+    laws = load_laws(path) if best.twin.laws is None else best.twin.laws  # which says why there are none
+    plain = None if best.uncorrected is None else best.uncorrected.laws
+    return PanelLaws(path, laws, path.parent, tuple(best.notes), MeasuredPlate.of_run(run, best), plain)
+
+
+def _of_file(path: Path) -> PanelLaws:
+    path = path.resolve()
+    laws, beside = load_laws(path), path.with_name(CORRECTED)
+    notes: tuple[str, ...] = ()
+    if path.name != CORRECTED and beside.is_file() and not effects_in_laws(path):
+        notes = (
+            f"{path.name} is named itself: its laws are uncorrected; name the folder for those of the best twin",
+        )
+    return PanelLaws(path, laws, path.parent, notes)
+
+
+def _of_twin(run: Path | None, twin: Path) -> PanelLaws:
+    path, read = twin.resolve(), read_twin(twin)
+    folder = run if run is not None and run.is_dir() else path.parent
+    measured = MeasuredPlate.of_twin(read)
+    notes = (f"{twin}: the panel's plate obeys the corrected laws",) if read.effect else ()
+    return PanelLaws(path, laws_of_twin(read, path), folder, notes, measured, uncorrected_laws(folder))
 
 
 def laws_of_twin(twin: TwinFile, origin: Path) -> MaterialLaws:
@@ -55,19 +128,29 @@ def laws_of_twin(twin: TwinFile, origin: Path) -> MaterialLaws:
     material = Material(*(np.array(x) for x in (nodes.youngs_modulus, nodes.poisson_ratio, nodes.loss_factor)))
     spread = (nodes.sigma_youngs_modulus, nodes.sigma_poisson_ratio, nodes.sigma_loss_factor)
     sigma = Material(*(np.array(x) for x in spread))
+    common = None
+    if twin.departure:
+        whole = (sigma.youngs_modulus / material.youngs_modulus, sigma.poisson_ratio)
+        columns = np.stack([*whole, sigma.loss_factor / material.loss_factor], axis=1)
+        common = np.sqrt(1.0 - OWN**2) * columns[:, :, None]
+        sigma = Material(*(OWN * x for x in (sigma.youngs_modulus, sigma.poisson_ratio, sigma.loss_factor)))
+    span = nodes.temperature_range
     try:
-        return fit_laws(np.array(nodes.temperature), material, sigma, temperature_range=nodes.temperature_range)
+        return fit_laws(np.array(nodes.temperature), material, sigma, temperature_range=span, common=common)
     except ValueError as error:
         raise ResultFileError(f"{origin}: laws: {error}") from error
 
 
-def effects_left_out(twin: Path) -> list[str]:
-    """Return a note on the effects of a twin file that do not apply to a panel; empty if there are none."""
-    effects = list(read_twin(twin).effects)
-    if not effects:
-        return []
-    stay = f"{', '.join(effects)} {'stays' if len(effects) == 1 else 'stay'}"
-    return [f"{twin}: the panel's plate obeys the corrected laws; {stay} with the plate that was measured"]
+def uncorrected_laws(run: Path) -> MaterialLaws | None:
+    """Laws that `flexura update` wrote into a run.
+
+    None if there are none, and if they were fitted with effects switched on (`flexura update --twin`), because
+    those are corrected.
+    """
+    try:
+        return None if effects_in_laws(run / "laws.h5") else load_laws(run / "laws.h5")
+    except ResultFileError:
+        return None
 
 
 def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, float]:

@@ -1,7 +1,6 @@
 """Performance of filters designed with the laws of a twin that lacks an effect."""
 
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +11,6 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.responses import constants_at, responses, robust_forms
 from analysis.focusing.tap_delay import tap_design
 from analysis.material import MaterialLaws
-from app.files.bad_file import ResultFileError
-from app.files.laws_file import effects_in_laws, load_laws
 from app.twins.panel_twin import PanelTwin
 
 
@@ -62,29 +59,3 @@ def uncorrected_aim(
         forms = model.space.forms([amplitude[:, band]], panel.target.displacement)
         reached.append(aim(model.space, forms, amplitude[:, band], filters, asked))
     return joined(reached)
-
-
-def uncorrected_laws(run: Path, temperature: NDArray[np.float64]) -> MaterialLaws | None:
-    """Laws written by `flexura update` into a run.
-
-    Parameters
-    ----------
-    run : Path
-        Run folder.
-    temperature : (T,) ndarray
-        Degrees Celsius.
-
-    Returns
-    -------
-    MaterialLaws or None
-        None if there are none, if they do not cover `temperature`, or if they were fitted with effects switched on
-        (`flexura update --twin`), because those are corrected.
-    """
-    try:
-        laws = load_laws(run / "laws.h5")
-        if effects_in_laws(run / "laws.h5"):
-            return None
-    except ResultFileError:
-        return None
-    low, high = laws.temperature_range
-    return laws if low - 1e-9 <= temperature.min() and temperature.max() <= high + 1e-9 else None

@@ -1,9 +1,10 @@
 """gap.json in words: tables on the screen, and sentences for the report."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from app.terminal.effect_words import title, titles_of
 from app.terminal.pairing import no_fit_words, pairing_tables
 from app.terminal.with_sigma import with_sigma
 
@@ -19,10 +20,11 @@ def headline(record: Record) -> str:
     """Return verdict, effects found, and chi2 before and after, in one line."""
     gap = record["gap"]
     before, after = gap["baseline"]["chi2_per_dof"], gap["final"]["chi2_per_dof"]
-    found = ", ".join(named(effect) for effect in record["effects"])
+    titles = titles_of(record)
+    found = ", ".join(named(effect, titles) for effect in record["effects"])
     words = concluded(record)
     if record["effects"]:
-        words += f" by {found}" if record["verdict"] != "unknown" else f" (hints: {found})"
+        words += f": {found}" if record["verdict"] != "unknown" else f" (hints: {found})"
     closed = "" if record["verdict"] == "none" else f" -> {after:.3g}"
     return f"{words}; chi2 per dof {before:.3g}{closed}"
 
@@ -42,9 +44,10 @@ def verdict_words(verdict: str) -> str:
     }[verdict]
 
 
-def named(effect: Record) -> str:
-    """Name of an effect, with those it cannot be distinguished from."""
-    return " or ".join([effect["name"], *effect["equivalent"]])
+def named(effect: Record, titles: Mapping[str, str] | None = None) -> str:
+    """Name of an effect, with those it cannot be distinguished from; for people where `titles` are given."""
+    names = [effect["name"], *effect["equivalent"]]
+    return " or ".join(names if titles is None else [title(name, titles) for name in names])
 
 
 def estimate(parameter: Record) -> str:
@@ -59,13 +62,15 @@ def gap_closed(part: Record) -> str:
     return with_sigma(100.0 * part["closure"], 100.0 * (part.get("closure_sigma") or 0.0), "%")
 
 
-def show(record: Record) -> None:
-    """Print the tables."""
+def show(record: Record, words: Sequence[str]) -> None:
+    """Print the tables, and below them, where the eye is when the verb ends, the result in words."""
     from rich.console import Console
 
     console = Console()
     for table in tables(record):
         console.print(table)
+    for line in words:
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
 def tables(record: Record) -> list[Any]:

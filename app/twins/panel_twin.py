@@ -1,7 +1,7 @@
 """A focusing panel joined to its reduced twin."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Self
 
@@ -43,18 +43,21 @@ class PanelTwin:
     signs: Real
 
     @classmethod
-    def of(cls, reduced: ReducedModel, grid: Grid, drives: Sequence[Footprint] = ()) -> Self:
-        """Compute a reduced model's shapes on a grid; the masses of the forces move with the plate.
+    def of(cls, reduced: ReducedModel, grid: Grid, footprints: Sequence[Footprint] = (), forces: int = 0) -> Self:
+        """Compute a reduced model's shapes on a grid; the masses of the footprints move with the plate.
 
         Parameters
         ----------
         reduced : ReducedModel
         grid : Grid
-        drives : sequence of Footprint
-            Of the forces.
+        footprints : sequence of Footprint
+            All of the model.
+        forces : int
+            How many of them, from the first on, are driven.
         """
-        loaded = reduced.loaded(np.array([drive.mass for drive in drives]))
-        signs = np.array([1.0] * reduced.capacitance.size + [-drive.along for drive in drives])
+        loaded = reduced.loaded(np.array([one.mass for one in footprints]))
+        loaded = replace(loaded, footprints=loaded.footprints[:forces])
+        signs = np.array([1.0] * reduced.capacitance.size + [-one.along for one in footprints[:forces]])
         return cls(loaded, FieldSpace.of(loaded.deflection, grid), signs)
 
     def amplitudes(
@@ -175,20 +178,19 @@ def panel_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> PanelTwin:
                 f"loss_factor {list(box.loss_factor)}; widen [twin] in the panel's file"
             )
     band = panel.filters.twin_band
-    forces = [drive.footprint for drive in panel.drive]
     reduced = cached_reduction(
         panel.plate,
         panel.patch,
         box,
         band,
-        footprints=forces,
-        driven=range(len(forces)),
+        footprints=panel.footprints,
+        driven=range(len(panel.drive)),
         points=grid.points,
         fineness=Fineness(tolerance=panel.twin.function_tolerance),
         training=BasisTraining(tolerance=panel.twin.basis_tolerance),
         progress=report,
     )
-    return PanelTwin.of(reduced, grid, forces)
+    return PanelTwin.of(reduced, grid, panel.footprints, len(panel.drive))
 
 
 def _materials(laws: MaterialLaws) -> list[Constants]:

@@ -146,11 +146,11 @@ def tilted_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> TiltedTwi
     ResultFileError
         Where the plate cannot be reduced, or the cache holds vectors of another one.
     """
-    grid, forces = Grid.of(panel), [drive.footprint for drive in panel.drive]
+    grid, footprints = Grid.of(panel), panel.footprints
     declared = (panel.plate, panel.patch, panel.box, panel.filters.twin_band)
     choices: dict[str, Any] = {
-        "footprints": forces,
-        "driven": range(len(forces)),
+        "footprints": footprints,
+        "driven": range(len(panel.drive)),
         "attached": (),
         "points": grid.points,
         "fineness": Fineness(tolerance=panel.twin.function_tolerance),
@@ -162,10 +162,10 @@ def tilted_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> TiltedTwi
     model = None if basis is None else assemble_chosen(*declared, basis.kept, fineness=choices["fineness"])
     if basis is None or model is None or not basis.fits(model.mass):
         raise ResultFileError(f"{file}: holds no vectors of this plate; delete it, it is then made anew")
-    masses = np.array([drive.mass for drive in forces])
+    masses = np.array([one.mass for one in footprints])
     added = (reduced.footprints.T * masses) @ reduced.footprints if masses.any() else 0.0
     root = scipy.linalg.cholesky(np.eye(reduced.size) + added, lower=True)
-    loaded = PanelTwin.of(reduced, grid, forces)
+    loaded = PanelTwin.of(reduced, grid, footprints, len(panel.drive))
     return TiltedTwin(
         panel, laws, FullPlate.of(model), basis.vectors, root, loaded.reduced.dashpots, loaded.signs, loaded.space
     )

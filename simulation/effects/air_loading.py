@@ -25,6 +25,8 @@ def card(experiment: Experiment) -> EffectCard:
         ),
         needs="a light plate with modes over at least two octaves, and a wide temperature range",
         separated_by="a sweep in vacuum or helium; a strip's dynamic mechanical analysis shows the material alone",
+        title="load of the surrounding air",
+        phrase="air on the plate: mass {added_mass_factor}, sound {radiation_factor} times what theory gives",
     )
 
 

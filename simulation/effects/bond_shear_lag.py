@@ -20,11 +20,13 @@ def card(experiment: Experiment) -> EffectCard:
         summary="the glue under the patches shears, and softens with temperature",
         parameters=(
             Parameter("gamma25", "1", 0.0, 1.0, 0.1),
-            Parameter("softening", "1/K", 0.0, 0.1, 0.03, shape=True, typical=0.03),
+            Parameter("softening", "1/K", 0.0, 0.1, 0.03, shape=True, typical=0.03, shown="%/K"),
         ),
         needs="a wide temperature range with one gain for all of it, and modes that the patches stiffen",
         separated_by="the patches' electrical impedance over temperature: a soft bond flattens its resonances",
         sites=({"softening": 0.0}, {"softening": 0.03}, {"softening": 0.06}),
+        title="soft glue under the patches",
+        phrase="the glue under the patches gives way: shear lag {gamma25} at 25 °C, growing by {softening}",
     )
 
 

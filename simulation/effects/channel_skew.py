@@ -16,9 +16,11 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="channel_skew",
         summary="the responses lag behind the drive by a constant time",
-        parameters=(Parameter("delay", "s", -1e-3, 1e-3, 5e-5),),
+        parameters=(Parameter("delay", "s", -1e-3, 1e-3, 5e-5, shown="µs"),),
         needs="the phase of the responses over a wide band",
         separated_by="drive voltage fed to the sensors' inputs directly: the phase of that ratio is the skew",
+        title="delay between drive and responses",
+        phrase="the responses are recorded {delay} after the drive",
     )
 
 

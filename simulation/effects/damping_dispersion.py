@@ -21,6 +21,8 @@ def card(experiment: Experiment) -> EffectCard:
         parameters=(Parameter("p", "1", -1.0, 1.0, 0.3),),
         needs="well separated modes over at least two octaves",
         separated_by="a dynamic mechanical analysis of a strip; softer strings rule out friction where it hangs",
+        title="loss factor that changes with frequency",
+        phrase="the loss factor goes with frequency to the power of {p}",
     )
 
 

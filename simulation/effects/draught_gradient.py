@@ -17,6 +17,8 @@ def card(experiment: Experiment) -> EffectCard:
         parameters=(Parameter("gx", "K", -7.0, 7.0, 1.0), Parameter("gy", "K", -7.0, 7.0, 1.0)),
         needs="temperatures at which the modulus is steep and others at which it is flat",
         separated_by="thermocouples at the plate's four corners; a thickness gauge at its edges rules out a taper",
+        title="one side warmer at every temperature",
+        phrase="at every temperature the right side is {gx} warmer than the left, the upper {gy} than the lower",
     )
 
 

@@ -14,9 +14,11 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="feedthrough",
         summary="the drive leaks into every response, alike at all frequencies",
-        parameters=(Parameter("gain", "V/V", -0.05, 0.05, 0.001),),
+        parameters=(Parameter("gain", "V/V", -0.05, 0.05, 0.001, shown="%"),),
         needs="responses between resonances, where the plate's own are small",
         separated_by="a free patch on the same cables in place of the sensor: what it still reads is feedthrough",
+        title="drive signal that leaks into the responses",
+        phrase="{gain} of the drive leaks into every response",
     )
 
 

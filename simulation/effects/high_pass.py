@@ -19,6 +19,8 @@ def card(experiment: Experiment) -> EffectCard:
         parameters=(Parameter("corner", "Hz", 0.0, 100.0, 10.0),),
         needs="responses near the lower end of the band",
         separated_by="drive voltage fed to the sensors' inputs directly, swept down to a few hertz",
+        title="high pass in the measuring chain",
+        phrase="a high pass at {corner} in the measuring chain",
     )
 
 

@@ -28,13 +28,15 @@ def card(experiment: Experiment) -> EffectCard:
         name="local_damage",
         summary="a spot of 24 mm across has lost stiffness",
         parameters=(
-            Parameter("loss", "1", 0.0, 0.5, 0.2),
+            Parameter("loss", "1", 0.0, 0.5, 0.2, shown="%"),
             _coordinate("x", low[0], high[0], float(x)),
             _coordinate("y", low[1], high[1], float(y)),
         ),
         needs="modes whose half-waves are not much longer than the spot, better with several sensors",
         separated_by="a tap test or an ultrasonic scan at the place found",
         sites=tuple({"x": float(x), "y": float(y)} for x, y in sites),
+        title="spot that has lost stiffness",
+        phrase="a spot 24 mm across has lost {loss} of its stiffness, at x {x}, y {y}",
     )
 
 
@@ -67,7 +69,9 @@ def available(experiment: Experiment) -> bool:
 def _coordinate(name: str, low: float, high: float, typical: float) -> Parameter:
     """Return a coordinate of the disc's centre, uniformly likely within the box around the plate."""
     spread = (high - low) / np.sqrt(12.0)
-    return Parameter(name, "m", low + RADIUS, high - RADIUS, float(spread), shape=True, typical=typical)
+    return Parameter(
+        name, "m", low + RADIUS, high - RADIUS, float(spread), shape=True, typical=typical, shown="mm"
+    )
 
 
 def _sites(plate: Plate) -> Real:

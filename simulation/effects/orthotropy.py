@@ -15,11 +15,13 @@ def card(experiment: Experiment) -> EffectCard:
         name="orthotropy",
         summary="the plate is stiffer along one edge than along the other",
         parameters=(
-            Parameter("delta_e", "1", -0.12, 0.12, 0.05),
-            Parameter("delta_g", "1", -0.12, 0.12, 0.05),
+            Parameter("delta_e", "1", -0.12, 0.12, 0.05, shown="%"),
+            Parameter("delta_g", "1", -0.12, 0.12, 0.05, shown="%"),
         ),
         needs="modes along x, along y and in torsion within the band",
         separated_by="cut strips along x and y and measure their moduli",
+        title="stiffness that differs along x and y",
+        phrase="stiffer along y by {delta_e}, along x softer by as much; stiffer in shear by {delta_g}",
     )
 
 

@@ -22,9 +22,11 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="piezo_drift",
         summary="all responses grow or shrink with the oven's temperature",
-        parameters=(Parameter("alpha", "1/K", -0.005, 0.005, 0.0015),),
+        parameters=(Parameter("alpha", "1/K", -0.005, 0.005, 0.0015, shown="%/K"),),
         needs="a wide temperature range recorded with one gain: a gain of its own per temperature absorbs it",
         separated_by="the patches' capacitance over temperature, or inputs driven directly at each temperature",
+        title="patches whose sensitivity drifts with temperature",
+        phrase="all responses change by {alpha}",
     )
 
 

@@ -14,9 +14,11 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="point_mass",
         summary="the cable adds its mass where it is fixed",
-        parameters=(Parameter("mass", "kg", 0.0, 0.01, 0.001),),
+        parameters=(Parameter("mass", "kg", 0.0, 0.01, 0.001, shown="g"),),
         needs="modes that move the cable point and others that do not",
         separated_by="weigh cable and glue, or fix a known mass there and see whether the estimate grows by it",
+        title="added mass at the cable",
+        phrase="an added mass of {mass} at the cable",
     )
 
 

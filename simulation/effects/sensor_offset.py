@@ -10,6 +10,8 @@ from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, PlateState
 
 FARTHEST = 0.0025  # m; for a patch of some 20 mm a larger offset would be visible
+BRACES = str.maketrans({"{": "{{", "}": "}}"})
+"""A name may hold braces, which a phrase takes for a parameter."""
 RESOLVED = 1e-7  # m, accuracy of the largest offset that fits
 
 
@@ -19,12 +21,14 @@ def card(experiment: Experiment) -> EffectCard:
         name="sensor_offset",
         summary="the first sensor patch sits beside its declared place",
         parameters=(
-            Parameter("dx", "m", *_range(experiment, 0), 0.001),
-            Parameter("dy", "m", *_range(experiment, 1), 0.001),
+            Parameter("dx", "m", *_range(experiment, 0), 0.001, shown="mm"),
+            Parameter("dy", "m", *_range(experiment, 1), 0.001, shown="mm"),
         ),
         needs="the first sensor, over many modes; better beside other sensors, which it leaves alone",
         separated_by="measure the patch's edges from the plate's with a calliper",
         replaces=f"patch_place {experiment.sensors[0].id}" if experiment.sensors else "",
+        title="misplaced sensor",
+        phrase=f"{_first(experiment)} is off its declared place: {{dx}} along x, {{dy}} along y",
     )
 
 
@@ -50,6 +54,10 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
 def available(experiment: Experiment) -> bool:
     """Whether there is a sensor patch with space to move it in both directions."""
     return bool(experiment.sensors) and all(low < high for low, high in (_range(experiment, k) for k in (0, 1)))
+
+
+def _first(experiment: Experiment) -> str:
+    return f"sensor {experiment.sensors[0].id}".translate(BRACES) if experiment.sensors else "the first sensor"
 
 
 def _range(experiment: Experiment, axis: int) -> tuple[float, float]:

@@ -15,11 +15,13 @@ def card(experiment: Experiment) -> EffectCard:
         name="suspension",
         summary="the strings hold the plate stiffly enough to be felt",
         parameters=(
-            Parameter("stiffness", "N/m", 0.0, 5000.0, 300.0),
+            Parameter("stiffness", "N/m", 0.0, 5000.0, 300.0, shown="N/mm"),
             Parameter("damping", "N s/m", 0.0, 10.0, 0.5),
         ),
         needs="modes at the lower end of the band that move the string points",
         separated_by="hang the plate on longer or softer strings and see the lowest modes fall",
+        title="stiff strings",
+        phrase="each string holds the plate with {stiffness} and damps it with {damping}",
     )
 
 

@@ -19,6 +19,8 @@ def card(experiment: Experiment) -> EffectCard:
         parameters=(Parameter("gx", "K", -7.0, 7.0, 2.0), Parameter("gy", "K", -7.0, 7.0, 2.0)),
         needs="temperatures near the room's and far from it",
         separated_by="thermocouples at the plate's four corners during one ramp",
+        title="uneven heating",
+        phrase="in an oven at 60 °C the right side is {gx} warmer than the left, the upper {gy} than the lower",
     )
 
 

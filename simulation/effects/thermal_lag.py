@@ -21,6 +21,8 @@ def card(experiment: Experiment) -> EffectCard:
         parameters=(Parameter("tau", "s", 0.0, 900.0, 300.0),),
         needs="an up and a down ramp over the same temperatures: on one ramp the material laws absorb a lag",
         separated_by="a thermocouple on the plate, or a hold at constant temperature after each ramp",
+        title="plate that lags behind the oven",
+        phrase="the plate's temperature follows that of the oven after {tau}",
     )
 
 

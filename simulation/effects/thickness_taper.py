@@ -14,9 +14,14 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="thickness_taper",
         summary="the plate is thicker at one end than at the other",
-        parameters=(Parameter("tx", "1", -0.05, 0.05, 0.02), Parameter("ty", "1", -0.05, 0.05, 0.02)),
+        parameters=(
+            Parameter("tx", "1", -0.05, 0.05, 0.02, shown="%"),
+            Parameter("ty", "1", -0.05, 0.05, 0.02, shown="%"),
+        ),
         needs="several modes whose motion is larger on one side of the plate, or several sensors",
         separated_by="a thickness gauge along both edges; thermocouples at the corners rule out a draught",
+        title="plate of uneven thickness",
+        phrase="the thickness grows by {tx} from the middle to the right edge, and by {ty} to the upper edge",
     )
 
 

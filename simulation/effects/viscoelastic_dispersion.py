@@ -21,6 +21,8 @@ def card(experiment: Experiment) -> EffectCard:
         parameters=(Parameter("kappa", "1", 0.0, 3.0, 1.0),),
         needs="modes over at least two octaves, better with a loss factor that changes over temperature",
         separated_by="a dynamic mechanical analysis of a strip; a sweep in vacuum or helium rules out the air",
+        title="modulus that rises with frequency",
+        phrase="the modulus rises with frequency, {kappa} times as much as its loss factor demands",
     )
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Real
 from analysis.declared_quantity import DeclaredQuantity
 from analysis.effect_card import EffectCard
+from analysis.estimates import FittedLaws
 from analysis.gap.fitting.schur_complement import SchurComplement
 from analysis.gap.fitting.state import FreeParameters, GapState
 
@@ -29,12 +30,15 @@ class Uncertainty:
     common : (G, 3, P) ndarray
         Share of each parameter's prior in the standard deviations of the laws, with sign: what one standard
         deviation of a declared quantity moves.
+    alone : (G, 3) ndarray
+        Standard deviations of the laws were all that the temperatures share known.
     """
 
     parameters: Real
     laws: Real
     log_gain: Real
     common: Real
+    alone: Real
 
     @classmethod
     def of(cls, head: SchurComplement, free: FreeParameters, gain_free: bool) -> Self:
@@ -60,6 +64,7 @@ class Uncertainty:
             head.law_sigma(joint),
             deviation[: head.gains],
             common.reshape(head.groups, 3, -1),
+            head.law_sigma(np.zeros_like(joint)),
         )
 
 
@@ -127,6 +132,15 @@ class GapFit:
             )
             for (name, _), p, sigma in rows[self.free.effects :]
         )
+
+    def fitted_laws(self, temperature: Real) -> FittedLaws:
+        """Return the laws at the groups' temperatures (G,), degrees Celsius, with their standard deviations."""
+        stated, declared = self.stated, self.stated.common[:, :, self.free.effects :]
+        if not declared.size:
+            return FittedLaws(temperature, self.state.laws, stated.laws)
+        rest = stated.laws**2 - stated.alone**2 - (declared**2).sum(axis=2)
+        shared = np.concatenate([declared, np.sqrt(np.maximum(rest, 0.0))[:, :, None]], axis=2)
+        return FittedLaws(temperature, self.state.laws, stated.laws, shared)
 
     @property
     def total(self) -> float:
