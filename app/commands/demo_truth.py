@@ -23,13 +23,15 @@ def laws_beside(run: Path) -> "tuple[np.ndarray[Any, np.dtype[np.float64]], Mate
     """Temperatures of the acquired campaign, °C, and the laws there: put into the plate, and found."""
     import numpy as np
 
+    from app.files.best_twin import best_twin
     from app.files.experiment_toml import read_acquired_experiment
-    from app.files.laws_file import load_laws
 
     experiment = read_acquired_experiment(EXPERIMENT)
     if experiment.simulation is None:
         raise ValueError(f"{EXPERIMENT} simulates nothing")
-    laws = load_laws(run / "laws.h5")
+    laws = best_twin(run, "report").twin.laws
+    if laws is None:
+        raise ValueError(f"{run}: too few temperatures for laws")
     temperature = np.array(experiment.protocol.recorded().temperatures)
     low, high = laws.temperature_range
     temperature = temperature[(temperature >= low) & (temperature <= high)]

@@ -2,13 +2,16 @@
 
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from app.commands.bad_input import bad_input
 from app.commands.options import CAMPAIGN, effects_of_twin, mains, own_effects, run_out
 from app.commands.output import Output, output_options
+
+if TYPE_CHECKING:
+    from app.files.best_twin import BestTwin
 
 EXAMPLES = """\b
 Examples:
@@ -37,6 +40,7 @@ def command(
     Exit status 1 where a temperature's fit did not settle inside the twin's certified range, and where the modes
     do not pair: the twin is no fit then, and the likely reason is looked for.
     """
+    from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign
     from app.files.pairing_json import pairing_record
     from app.files.run_folder import run_folder
@@ -53,10 +57,14 @@ def command(
     replaced = other_effects(run / "laws.h5", {} if start is None else start.twin.effects)
     update.save(run, loaded, found, mains, start)
     updated, seconds = found.updated, time.perf_counter() - started
-    inputs = loaded.experiment.inputs
+    inputs, best = loaded.experiment.inputs, best_twin(run, "update")
     pairs = pairing_record(found.pairing)
     output.result(
-        lambda: {**record(updated, seconds, inputs, found.frf.driven_by.tolist()), "pairing": pairs},
+        lambda: {
+            **record(updated, seconds, inputs, found.frf.driven_by.tolist()),
+            "pairing": pairs,
+            "best_twin": best.record,
+        },
         lambda: show(updated, pairs),
     )
     if len(inputs) > 1:
@@ -70,9 +78,21 @@ def command(
         output.note(
             f"{run / 'laws.h5'} held the laws {replaced}; they are replaced. To keep both: --out ANOTHER-FOLDER"
         )
+    for sentence in overtaken(best):
+        output.note(sentence)
     output.summary(summary(updated, run, seconds, inputs[0].gain_unit, found.pairing))
     if not updated.settled.all() or not (found.pairing is None or found.pairing.fits):
         raise click.exceptions.Exit(1)
+
+
+def overtaken(best: "BestTwin") -> list[str]:
+    """Say that corrected laws take the place of those just found, or why corrected laws are not used."""
+    if best.uncorrected is None:
+        return list(best.ignored)
+    return [
+        f"these laws are those of the plain twin; report, focus and compensate use {best.twin.path.name} beside "
+        f"them, corrected by flexura gap ({best.names})"
+    ]
 
 
 def other_effects(laws: Path, effects: dict[str, Any]) -> str | None:

@@ -108,6 +108,11 @@ class BestTwin:
         return f"laws and twin are corrected ({self.names}; {by}): {self.twin.path.name}"
 
     @property
+    def record(self) -> dict[str, Any]:
+        """Which file holds it, its effects, and what is not used, for JSON."""
+        return {"laws": self.twin.path.name, "effects": list(self.effects), "ignored": list(self.ignored)}
+
+    @property
     def notes(self) -> list[str]:
         """`said` and `ignored`, as far as there is something to say."""
         return [*filter(None, [self.said]), *self.ignored]

@@ -39,8 +39,9 @@ pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; font-size: 0.8rem 
 @media (max-width: 40rem) {
   body { margin: 0.8rem auto } h1 { font-size: 1.4rem; line-height: 1.25 } h1 + p { margin-top: 0.2rem }
   dl.words { display: block } dl.words dd { margin: 0 0 0.7rem }
-  table { display: block; overflow-x: auto }
+  figure { overflow-x: auto } figure img { min-width: 36rem }
 }
+@media screen and (max-width: 60rem) { table { display: block; overflow-x: auto } }
 @media (min-width: 92rem) {
   nav { position: fixed; top: 1rem; left: calc(50% - 46rem); width: 12.5rem; max-height: 94vh; overflow-y: auto;
         box-sizing: border-box; font-size: 0.9rem }

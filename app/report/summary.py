@@ -11,7 +11,7 @@ from app.files.filter_files import load_focusing
 from app.files.frf_file import load_frf
 from app.files.gap_file import load_gap_record
 from app.files.modes_file import load_modes
-from app.terminal.effect_words import in_words
+from app.terminal.effect_words import found_words, titles_of
 from app.terminal.gap import concluded
 
 
@@ -67,7 +67,8 @@ def _compared(path: Path) -> str:
     record = load_gap_record(path)
     words = concluded(record)
     if record["effects"] and record["verdict"] != "unknown":
-        words += ": " + "; ".join(in_words(effect) for effect in record["effects"])
+        titles = titles_of(record)
+        words += ": " + "; ".join(found_words(effect, titles) for effect in record["effects"])
     before, after = (record["gap"][when]["chi2_per_dof"] for when in ("baseline", "final"))
     return f"{words}; chi2 per degree of freedom {before:.3g} to {after:.3g}"
 

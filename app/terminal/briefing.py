@@ -10,7 +10,7 @@ from analysis.declared_quantity import DeclaredQuantity, doubts
 from analysis.material import MaterialLaws
 from analysis.updated import GOOD_MISFIT
 from app.files.best_twin import BestTwin
-from app.terminal.effect_words import in_words, title, titles_of
+from app.terminal.effect_words import found_words, title, titles_of
 from app.terminal.pairing import no_fit_words
 from app.terminal.with_sigma import FIXED, roughly
 
@@ -123,7 +123,8 @@ def _nothing(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
 
 def _named(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
     whole, left = record["verdict"] == "explained", record["unexplained"]["share"] or 0.0
-    found = "; ".join(in_words(effect) for effect in record["effects"])
+    titles = titles_of(record)
+    found = "; ".join(found_words(effect, titles) for effect in record["effects"])
     headline = f"What the twin lacked: {found}. "
     if whole:
         headline += "With it, twin and plate agree to the noise of the measurement."

@@ -7,6 +7,8 @@ from analysis.effect_card import PEOPLES
 from app.terminal.with_sigma import roughly
 
 Record = Mapping[str, Any]
+USUAL = {"kg": "g", "m": "mm"}
+"""Units for people of parameters whose card names none."""
 
 
 def title(name: str, titles: Mapping[str, str]) -> str:
@@ -36,8 +38,15 @@ def in_words(effect: Record) -> str:
     return f"{effect.get('title') or effect['name'].replace('_', ' ')}: {listed}"
 
 
+def found_words(effect: Record, titles: Mapping[str, str]) -> str:
+    """Return `in_words`, and the effects that could not be told from it."""
+    others = " or ".join(title(name, titles) for name in effect["equivalent"])
+    return in_words(effect) + (f" (or, not to be told from it: {others})" if others else "")
+
+
 def _value(one: Record, shown: str) -> str:
     """Return a value with its standard deviation in the unit for people."""
+    shown = shown or USUAL.get(one["unit"], "")
     factor = PEOPLES.get((one["unit"], shown), 1.0)
     unit = shown if (one["unit"], shown) in PEOPLES else one["unit"]
     return roughly(factor * one["value"], factor * one["sigma"], unit)

@@ -24,6 +24,7 @@ from app.report.page import PageTable, Picture, VerdictBox
 from app.report.style import drawing
 from app.report.summary import summary as of_run
 from app.terminal.gap import estimate, summary
+from app.terminal.with_sigma import FIXED
 
 TEMPERATURE = np.array([10.0, 30.0, 30.05, 10.02])
 CHANNELS = ("S1", "S2")
@@ -207,10 +208,17 @@ def test_the_report_shows_verdict_maps_evidence_and_laws(explained: GapReport, t
     assert names == ["gap-map", "gap-shares", "gap-candidates", "gap-laws"]
     assert isinstance(items[0], VerdictBox)
     assert any(isinstance(item, PageTable) for item in items)
-    for wanted in ("point_mass or suspension", "weigh the cable", "an up and a down ramp", "0.000790"):
+    for wanted in (
+        "point mass or suspension",
+        "point_mass or suspension",
+        "weigh the cable",
+        "an up and a down ramp",
+        "0.000790",
+    ):
         assert wanted in html
     assert "99.85 ± 0.64 % of the gap closes" in html
-    assert of_run(tmp_path)["gap"].startswith("gap explained by point_mass or suspension; chi2")
+    wanted = "gap explained: point mass: mass 0.790 ± 0.010 g (or, not to be told from it: suspension); chi2"
+    assert of_run(tmp_path)["gap"].replace(FIXED, " ").startswith(wanted)
 
 
 def test_no_gap_needs_no_table_of_effects(none: GapReport, tmp_path: Path) -> None:
@@ -231,7 +239,7 @@ def test_only_settled_verdicts_look_settled(explained: GapReport) -> None:
 
 def test_one_line_says_what_was_found(explained: GapReport, none: GapReport) -> None:
     line = summary(gap_record(explained, {}, {}, 41.2), Path("run"))
-    assert line == "gap explained by point_mass or suspension; chi2 per dof 8 -> 1.01; 41.2 s; results in run"
+    assert line == "gap explained: point mass or suspension; chi2 per dof 8 -> 1.01; 41.2 s; results in run"
     assert summary(gap_record(none, {}, {}, 1.0), Path("run")).startswith("no gap: twin and data agree")
 
 

@@ -1,6 +1,7 @@
 """Where twin and data disagree, and what each candidate alone would leave of it."""
 
 from collections.abc import Mapping
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,8 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QListWidget, QList
 
 from analysis.arrays import Real
 from app.files.gap_file import GapFigures, Signatures
-from app.terminal.gap import concluded, estimate, named
+from app.terminal.effect_words import found_words, titles_of
+from app.terminal.gap import concluded
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
 from app.view.map import Map
 from app.view.map_chart import MapChart
@@ -67,13 +69,8 @@ class GapPage(QWidget):
                 item.setCheckState(Qt.CheckState.Checked if on else Qt.CheckState.Unchecked)
 
     def _lay_out(self, record: Record) -> None:
-        words = concluded(record).capitalize()
-        found = "".join(
-            f"<li><b>{named(effect)}</b>: "
-            + ", ".join(f"{name} = {estimate(p)}" for name, p in effect["parameters"].items())
-            + "</li>"
-            for effect in record["effects"]
-        )
+        words, titles = concluded(record).capitalize(), titles_of(record)
+        found = "".join(f"<li>{escape(found_words(effect, titles))}</li>" for effect in record["effects"])
         gap = record["gap"]
         label = QLabel(
             f"<h3>{words}</h3>χ² per degree of freedom {gap['baseline']['chi2_per_dof']:.3g} before, "

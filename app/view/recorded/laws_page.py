@@ -1,10 +1,11 @@
 """E, nu and eta over temperature, and what the twin misses."""
 
 import numpy as np
-from PySide6.QtWidgets import QGridLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
+from app.files.best_twin import BestTwin
 from app.terminal.with_sigma import with_sigma
 from app.view.chart import Chart
 from app.view.cursors import TEMPERATURE, Cursors
@@ -22,28 +23,23 @@ class LawsPage(QWidget):
 
     Parameters
     ----------
-    found : Updated
-    laws : MaterialLaws or None
-    corrected : Updated or None
-    corrected_laws : MaterialLaws or None
+    best : BestTwin
     cursors : Cursors
     theme : Theme
     """
 
     def __init__(
         self,
-        found: Updated,
-        laws: MaterialLaws | None,
-        corrected: Updated | None,
-        corrected_laws: MaterialLaws | None,
+        best: BestTwin,
         cursors: Cursors,
         theme: Theme,
     ) -> None:
         super().__init__()
-        self._cursors, self._theme, self._laws = cursors, theme, corrected_laws or laws
-        self._parts = [("updated twin", found, laws, theme.twin)]
-        if corrected is not None:
-            self._parts.append(("corrected twin", corrected, corrected_laws, theme.corrected))
+        self._cursors, self._theme, self._laws = cursors, theme, best.twin.laws
+        plain = best.uncorrected or best.twin
+        self._parts = [("updated twin", plain.updated, plain.laws, theme.twin)]
+        if best.uncorrected is not None:
+            self._parts.append(("corrected twin", best.twin.updated, best.twin.laws, theme.corrected))
         grid = QGridLayout(self)
         self._charts = []
         for place, (name, unit, label, title) in enumerate(LAWS):
@@ -55,6 +51,11 @@ class LawsPage(QWidget):
             grid.addWidget(chart, *divmod(place, 2))
             self._charts.append(chart)
         grid.addWidget(self._misfit(), 1, 1)
+        if best.said:
+            said = QLabel(f"The values in the titles: {best.said}")
+            said.setObjectName("origin")
+            said.setWordWrap(True)
+            grid.addWidget(said, 2, 0, 1, 2)
         for chart in (*self._charts, self._last):
             chart.follow("x", cursors.temperature, cursors.temperature_moved, self._to)
         cursors.temperature_moved.connect(self._tell)

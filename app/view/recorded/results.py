@@ -13,13 +13,13 @@ from analysis.frf import Frf, campaign_frf
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
-from app.files.bad_file import ResultFileError
+from app.files.best_twin import CORRECTED, PLAIN, BestTwin, TwinOfRun, best_twin
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing
 from app.files.frf_file import load_frf
-from app.files.laws_file import TwinFrf, load_laws, load_updated
+from app.files.laws_file import TwinFrf
 from app.files.modes_file import load_modes
 from app.view.folder import Viewed
 from app.view.recorded.fields import made_with_corrected_laws
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from app.files.gap_file import GapFigures, Signatures
 
 Value = TypeVar("Value")
-CORRECTED = "laws-corrected.h5"
-"""Written by flexura gap where effects are on."""
 
 
 class Results:
@@ -74,24 +72,39 @@ class Results:
         return self._read("modes.h5", load_modes)
 
     @cached_property
+    def best(self) -> BestTwin | None:
+        """The best twin; what of the comparison is not used is among the problems."""
+        found = self._read(PLAIN, lambda path: best_twin(path.parent, "view"))
+        if found is not None and found.ignored:
+            self.problems[CORRECTED] = " ".join(found.ignored)
+        return found
+
+    @property
+    def plain(self) -> TwinOfRun | None:
+        """The twin of flexura update."""
+        return None if self.best is None else self.best.uncorrected or self.best.twin
+
+    @property
+    def corrected(self) -> tuple[Updated, TwinFrf] | None:
+        """The same under the effects that were found; None where the best twin is the plain one."""
+        if self.best is None or self.best.uncorrected is None:
+            return None
+        return self.best.twin.updated, self.best.twin.answers
+
+    @property
     def updated(self) -> tuple[Updated, TwinFrf] | None:
         """Estimates per sweep, and what the updated twin answers."""
-        return self._read("laws.h5", load_updated)
+        return None if self.plain is None else (self.plain.updated, self.plain.answers)
 
-    @cached_property
+    @property
     def laws(self) -> MaterialLaws | None:
         """Laws through them; None for too few temperatures."""
-        return None if self.updated is None else self._laws("laws.h5")
+        return None if self.plain is None else self.plain.laws
 
-    @cached_property
-    def corrected(self) -> tuple[Updated, TwinFrf] | None:
-        """The same under the effects that were found."""
-        return self._read(CORRECTED, load_updated)
-
-    @cached_property
+    @property
     def corrected_laws(self) -> MaterialLaws | None:
         """Laws under the effects that were found."""
-        return None if self.corrected is None else self._laws(CORRECTED)
+        return None if self.best is None or self.best.uncorrected is None else self.best.twin.laws
 
     @cached_property
     def focusing(self) -> tuple[Panel, Focusing, MethodComparison] | None:
@@ -124,13 +137,6 @@ class Results:
         if self.focusing is None or self.viewed.run is None:
             return None
         return self.corrected_laws if made_with_corrected_laws(self.viewed.run / "filters.h5") else self.laws
-
-    def _laws(self, name: str) -> MaterialLaws | None:
-        assert self.viewed.run is not None  # noqa: S101 (it was read from)
-        try:
-            return load_laws(self.viewed.run / name)
-        except ResultFileError:  # fewer than three temperatures make none
-            return None
 
     def _read(self, name: str, load: Callable[..., Value]) -> Value | None:
         if self.viewed.run is None or not self.has(name):

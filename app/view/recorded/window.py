@@ -104,11 +104,8 @@ class RecordedWindow(Window):
         return ModesPage(held, shape, self.cursors, self.theme)
 
     def _laws_page(self) -> QWidget | None:
-        held, corrected = self.results.updated, self.results.corrected
-        if held is None:
-            return None
-        own = None if corrected is None else corrected[0]
-        return LawsPage(held[0], self.results.laws, own, self.results.corrected_laws, self.cursors, self.theme)
+        best = self.results.best
+        return None if best is None else LawsPage(best, self.cursors, self.theme)
 
     def _gap_page(self) -> QWidget | None:
         from app.view.recorded.gap_page import GapPage
