@@ -1,7 +1,6 @@
 """Filters of a panel that follow the temperature: designed over temperature, and by networks."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -87,9 +86,14 @@ def focus(
         declared, notes = given.on(declared)
         with computing(shown=progress) as report:
             found = focus_stage.compute(
-                declared, given.laws, report, temperature=wanted, method=method, uncorrected=without
+                declared,
+                given.laws,
+                report,
+                temperature=wanted,
+                method=method,
+                uncorrected=without,
+                notes=notes,
             )
-        found = replace(found, notes=tuple(notes))
     if run is not None:
         focus_stage.save(run, found, inputs)
     return found
@@ -194,8 +198,8 @@ def compensate(
                 across=across,
                 method=followed,
                 device=device,
+                notes=notes,
             )
-        found = replace(found, notes=tuple(notes))
     if run is not None:
         compensate_stage.save(run, found, inputs)
     return found

@@ -7,6 +7,7 @@ what was missing. This is the only place that decides between the two.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from analysis.updated import Updated
 from app.files.bad_file import ResultFileError
 from app.files.gap_file import load_gap_record
 from app.files.hdf5_file import result_file
-from app.files.laws_file import TwinFrf, effects_in_laws, load_laws, load_updated
+from app.files.laws_file import TwinFrf, effects_in_laws, laws_if_any, load_updated
 from app.files.parsed_text import parse_json
 from app.files.provenance import read_stamp
 from app.files.run_folder import run_file
@@ -38,32 +39,34 @@ mains or versions change them by more, another machine's rounding by less."""
 
 @dataclass(frozen=True)
 class TwinOfRun:
-    """Estimates of one fit.
+    """Estimates of one fit, each read when it is first asked for; ResultFileError where that cannot be.
 
     Attributes
     ----------
     path : Path
         File of the laws.
-    updated : Updated
-    answers : TwinFrf
-    laws : MaterialLaws or None
-        None for fewer than three temperatures.
     """
 
     path: Path
-    updated: Updated
-    answers: TwinFrf
-    laws: MaterialLaws | None
 
-    @classmethod
-    def read(cls, path: Path) -> "TwinOfRun":
-        """Read a file of laws; ResultFileError where it is something else."""
-        updated, answers = load_updated(path)
-        try:
-            laws = load_laws(path)
-        except ResultFileError:  # fewer than three temperatures make none
-            laws = None
-        return cls(path, updated, answers, laws)
+    @cached_property
+    def laws(self) -> MaterialLaws | None:
+        """Laws over temperature; None for fewer than three temperatures."""
+        return laws_if_any(self.path)
+
+    @property
+    def updated(self) -> Updated:
+        """Estimates per sweep."""
+        return self._estimates[0]
+
+    @property
+    def answers(self) -> TwinFrf:
+        """FRFs of the twin."""
+        return self._estimates[1]
+
+    @cached_property
+    def _estimates(self) -> tuple[Updated, TwinFrf]:
+        return load_updated(self.path)
 
     @property
     def declared(self) -> tuple[DeclaredQuantity, ...]:
@@ -137,7 +140,7 @@ def best_twin(run: Path, verb: str) -> BestTwin:
         Where there is no readable laws.h5.
     """
     path = run_file(run, PLAIN, verb)
-    plain = TwinOfRun.read(path)
+    plain = TwinOfRun(path)
     on = effects_in_laws(path)
     if on:
         held = {
@@ -235,7 +238,7 @@ def _corrected(run: Path, plain: TwinOfRun, record: Mapping[str, Any]) -> TwinOf
         raise _NotUsedError("gap.json is of another comparison")
     if _recordings(ours) != _recordings(theirs):
         raise _NotUsedError(f"it was found on other recordings, or another declaration, than {PLAIN}")
-    found = TwinOfRun.read(path)
+    found = TwinOfRun(path)
     before, now = found.updated.misfit_start, plain.updated.misfit
     if before.shape != now.shape or not np.allclose(before, now, rtol=SAME_MISFIT):
         raise _NotUsedError(f"{PLAIN} was made again since, with other results")

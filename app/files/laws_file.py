@@ -87,10 +87,16 @@ def load_pairing(path: Path) -> dict[str, Any] | None:
 
 def load_laws(path: Path) -> MaterialLaws:
     """Read the laws; ResultFileError where updating had too few temperatures to make any."""
+    found = laws_if_any(path)
+    if found is None:
+        raise ResultFileError(f"{path}: holds estimates but no laws: fewer than 3 temperatures were measured")
+    return found
+
+
+def laws_if_any(path: Path) -> MaterialLaws | None:
+    """Read the laws; None where updating had too few temperatures to make any."""
     with result_file(path, "update") as file:
-        if "laws" not in file:
-            raise ResultFileError(f"{path}: holds estimates but no laws: fewer than 3 temperatures were measured")
-        return read_value(file["laws"], MaterialLaws)
+        return read_value(file["laws"], MaterialLaws) if "laws" in file else None
 
 
 def effects_in_laws(path: Path) -> dict[str, Any]:

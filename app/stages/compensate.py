@@ -73,6 +73,7 @@ def compute(
     device: str = "cpu",
     place: int | None = None,
     across: Sequence[float] = (),
+    notes: Sequence[str] = (),
 ) -> CompensatedPanel:
     """Build the panel's twin, train one network per actuator, and compare all methods.
 
@@ -95,6 +96,8 @@ def compute(
         Number of training temperatures, placed by need instead of every `spacing`.
     across : sequence of float
         Differences of temperature between two opposite sides of the panel, K, for which contrast is computed.
+    notes : sequence of str
+        Of the laws' origin, kept in the result.
 
     Returns
     -------
@@ -132,7 +135,7 @@ def compute(
             twin, panel, found.filters, found.trained.networks.taps, across, (low, high), report
         )
         found = replace(found, tilted=tilted)
-    return CompensatedPanel(panel, found, spacing if place is None else None, device)
+    return CompensatedPanel(panel, found, spacing if place is None else None, device, notes=tuple(notes))
 
 
 def compute_measured(

@@ -1,6 +1,6 @@
 """Focus stage: filters of a panel over temperature, from laws or from measured transfers, computed and saved."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -74,6 +74,7 @@ def compute(
     temperature: Real | None = None,
     method: Method = "stif",
     uncorrected: MaterialLaws | None = None,
+    notes: Sequence[str] = (),
 ) -> FocusedPanel:
     """Design filters of a panel whose plate obeys laws.
 
@@ -90,6 +91,8 @@ def compute(
         How filters are designed.
     uncorrected : MaterialLaws, optional
         Laws of a twin that lacks an effect; the performance of filters designed with them is computed, too.
+    notes : sequence of str
+        Of the laws' origin, kept in the result.
 
     Returns
     -------
@@ -109,7 +112,7 @@ def compute(
     lost = uncorrected_aim(model, panel, laws, believed, temperature, method)
     plate = panel.illustration
     comparison = compare(model, panel, (plate.youngs_modulus, plate.poisson_ratio, plate.loss_factor))
-    return FocusedPanel(panel, focusing, comparison, measured=False, uncorrected=lost)
+    return FocusedPanel(panel, focusing, comparison, measured=False, uncorrected=lost, notes=tuple(notes))
 
 
 def compute_measured(measured: MeasuredPanel, report: Progress, *, method: Method = "stif") -> FocusedPanel:

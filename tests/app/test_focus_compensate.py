@@ -5,8 +5,6 @@ import shutil
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
-from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -26,7 +24,7 @@ from app.files.bad_file import ResultFileError
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing
 from app.files.panel_file import SECTION_2, read_panel
-from app.files.provenance import read_stamp, sha256
+from app.files.provenance import provenance, read_stamp, sha256, stamp
 from app.files.transfers_file import read_transfers, write_transfers
 from app.files.uff58 import write_frfs
 from app.files.values import write_value
@@ -34,7 +32,7 @@ from app.main import flexura
 from app.report.focusing import loss, relative_errors
 from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
-from app.stages import panel_inputs, panel_laws
+from app.stages import panel_inputs
 from app.stages.uncorrected_filters import uncorrected_aim
 from app.twins import tilted_twin as tilted_module
 from app.twins.panel_twin import panel_twin
@@ -62,6 +60,7 @@ def laws(low=0.0, high=60.0):
 def write_laws(folder, value):
     folder.mkdir(exist_ok=True)
     with atomic_hdf5(folder / "laws.h5") as file:
+        stamp(file, provenance({}))
         file.create_group("updated")
         write_value(file.create_group("laws"), value)
     return folder
@@ -281,16 +280,6 @@ def test_compensate_names_what_is_wrong(run, panel):
     result = flex("study", "18", run, "--panel", panel, "--as-paper", "--design", "field")
     assert "--as-paper sets --design itself" in result.output
     assert not (run / "compensation.h5").exists()
-
-
-@pytest.mark.parametrize(
-    ("effects", "said"), [((), ""), (("one",), "one stays with"), (("one", "two"), "one, two stay with")]
-)
-def test_effects_that_a_panel_does_not_take_along_are_named(monkeypatch, effects, said):
-    monkeypatch.setattr(panel_laws, "read_twin", lambda _: SimpleNamespace(effects=dict.fromkeys(effects)))
-    notes = panel_laws.effects_left_out(Path("twin.toml"))
-    assert len(notes) == bool(effects)
-    assert said in "".join(notes)
 
 
 @pytest.mark.parametrize("words", [("focus",), ("compensate",), ("study", "13")])

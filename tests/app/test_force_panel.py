@@ -12,6 +12,7 @@ from analysis.focusing.grid import Grid
 from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
 from app.files.panel_file import read_panel
+from app.files.provenance import provenance, stamp
 from app.files.values import write_value
 from app.twins.panel_twin import panel_twin
 from tests.two_patch_panel import TARGET_AND_FILTERS
@@ -96,6 +97,7 @@ def test_filters_for_shakers(panel: Path, tmp_path: Path, run_flexura: Run) -> N
     run = tmp_path / "run"
     run.mkdir()
     with atomic_hdf5(run / "laws.h5") as file:
+        stamp(file, provenance({}))
         file.create_group("updated")
         write_value(file.create_group("laws"), laws())
     status, output, message = run_flexura("focus", run, "--panel", panel, "--json")

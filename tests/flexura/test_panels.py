@@ -24,8 +24,8 @@ from app.files.twin_file import Basis, Estimated, TwinFile, TwinLaws, TwinOrigin
 from app.files.uff58 import write_frfs
 from app.main import flexura as program
 from app.stages import focus as focus_stage
+from app.stages import panel_laws
 from app.stages.panel_laws import laws_of_twin
-from flexura import panels
 from tests.two_patch_panel import PANEL
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"
@@ -151,7 +151,8 @@ def test_the_laws_of_a_twin_file_and_those_without_its_effects_reach_the_stage(
         return "filters"
 
     monkeypatch.setattr(focus_stage, "compute", compute)
-    monkeypatch.setattr(panels, "uncorrected_laws", lambda run, temperature: (run, temperature.tolist()))
+    plain = laws_of_twin(read_twin(twin), twin)
+    monkeypatch.setattr(panel_laws, "uncorrected_laws", lambda run: {tmp_path / "run": plain}.get(run))
     (tmp_path / "run").mkdir()
     assert flexura.focus(tmp_path / "run", panel, twin=twin) == "filters"
     at = np.linspace(0.0, 30.0, 7)
@@ -159,10 +160,10 @@ def test_the_laws_of_a_twin_file_and_those_without_its_effects_reach_the_stage(
         asked["laws"].at(at).youngs_modulus, laws_of_twin(read_twin(twin), twin).at(at).youngs_modulus
     )
     assert asked["temperature"] is None
-    assert asked["uncorrected"] == (tmp_path / "run", [0.0, 30.0])
+    assert asked["uncorrected"] is plain
     flexura.focus(None, panel, twin=twin, temperature=[20.0])
     assert asked["temperature"].tolist() == [20.0]
-    assert asked["uncorrected"] == (tmp_path, [20.0])
+    assert asked["uncorrected"] is None
 
 
 def test_what_does_not_go_together_is_refused(panel: Path, scan: Path, twin: Path, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from analysis.compensation.outcome import Compensation
@@ -74,7 +75,7 @@ class Results:
     @cached_property
     def best(self) -> BestTwin | None:
         """The best twin; what of the comparison is not used is among the problems."""
-        found = self._read(PLAIN, lambda path: best_twin(path.parent, "view"))
+        found = self._read(PLAIN, _whole)
         if found is not None and found.ignored:
             self.problems[CORRECTED] = " ".join(found.ignored)
         return found
@@ -146,3 +147,11 @@ class Results:
         except (OSError, KeyError, TypeError, ValueError) as error:  # whatever a damaged file may lead to
             self.problems[name] = str(error)
             return None
+
+
+def _whole(path: Path) -> BestTwin:
+    """Read the best twin beside laws.h5, all that pages ask of it now: what cannot be read is a problem."""
+    best = best_twin(path.parent, "view")
+    for one in filter(None, (best.twin, best.uncorrected)):
+        one.laws, one.updated  # noqa: B018 - read here to report errors
+    return best

@@ -60,11 +60,11 @@ def test_a_simulated_panel_tells_its_temperature(small_run, sound, tmp_path):
 def test_a_recording_with_any_gain_is_read(small_run, tmp_path):
     """Made here with the twin's own patch-to-patch response, as a long convolution at one temperature."""
     from app.files.filter_files import load_panel
-    from app.stages.panel_laws import laws_of
+    from app.stages.panel_laws import laws_for
     from app.twins.panel_twin import panel_twin
 
     declared = load_panel(small_run.folder / "filters.h5")
-    _, laws = laws_of(small_run.folder, "test")
+    laws = laws_for(small_run.folder, None, "test").laws
     twin = panel_twin(declared, laws, lambda *_: None)
     at = laws.at(33.3)
     count = 6 * RATE
