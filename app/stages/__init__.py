@@ -21,6 +21,7 @@
 ``compensate``             networks and other methods that predict these filters, compared
 ``panel_inputs``           panel, method and processor for `focus` and `compensate`
 ``panel_laws``             material laws of a panel's plate, and their range
+``measured_plate``         a panel that is the plate that was measured
 ``study``                  the paper's figures on focusing for a panel
 ``uncorrected_filters``    performance of filters designed without a named effect
 =========================  ================================================================

@@ -13,6 +13,8 @@
 ``compensation``         methods of compensation as JSON, as a table and in one line
 ``thermometer``          readings of the thermometer as JSON and in one line
 ``gap``                  tables and sentences from gap.json
+``effect_words``         effects found, in units that people use
+``briefing``             a run in words: the plate, what its twin lacked, what to do next
 ``notebook``             the same as a notebook shows them
 =======================  ===============================================================
 """
