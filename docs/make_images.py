@@ -61,7 +61,7 @@ def analyse(campaign: Path, run: Path, *, gap: bool) -> None:
     flexura("update", campaign, "--out", run, "--quiet")
     if gap:
         flexura("gap", campaign, "--out", run, "--quiet")
-    flexura("focus", run, "--quiet", *(("--twin", run / "twin.toml") if gap else ()))
+    flexura("focus", run, "--quiet")
     flexura("compensate", run, "--quiet")
 
 

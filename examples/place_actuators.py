@@ -34,9 +34,9 @@ from analysis.focusing.performance import best_contrast, contrast
 from analysis.focusing.placement import clearance, exchange, refined
 from analysis.patch import Patch
 from app.files.bad_file import ResultFileError
-from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.toml_text import toml_text
+from app.stages.panel_laws import laws_for
 from simulation.shell.piezo_material import PIEZO_MATERIALS
 
 ORDERS, MODES, NODES = 14, 80, 12
@@ -206,7 +206,7 @@ def materials(panel: Panel, run: Path | None, temperatures: list[float]) -> list
     if run is None:
         plate = panel.illustration
         return [(plate.youngs_modulus, plate.poisson_ratio, plate.loss_factor)]
-    law = panel.plate.grown(load_laws(run / "laws.h5")).at(np.array(temperatures or list(SHOWN)))
+    law = panel.plate.grown(laws_for(run, None, "focus").laws).at(np.array(temperatures or list(SHOWN)))
     rows = zip(law.youngs_modulus, law.poisson_ratio, law.loss_factor, strict=True)
     return [(float(e), float(nu), float(eta)) for e, nu, eta in rows]
 

@@ -96,7 +96,8 @@ def command(
 ) -> None:
     """Train one network per actuator: temperature in, the taps of its filter out.
 
-    RUN is a run folder with laws.h5, or a laws file (default: the current folder). Trains on the filters every
+    RUN is a run folder with laws.h5, or a laws file (default: the current folder). Of a folder, those of its
+    best twin are used: corrected, if flexura gap named an effect there. Trains on the filters every
     SPACING °C, designed as in RUN's filters.h5 unless said otherwise, and judges networks, linear interpolation,
     cubic splines, interpolation at equal reduced frequency and principal filters against the filters computed
     every 0.25 °C. The uncertainty of the contrast due to that of the laws is given as a band. With --transfers,

@@ -38,8 +38,9 @@ def command(
     and by data that it was not fitted to; where none is good enough, the verdict is unknown. Writes gap.json,
     gap.h5 (for flexura report), twin.toml (the twin with what was found) and laws-corrected.h5 (its laws) into the
     run folder. Where the modes of twin and plate do not pair, this is no fit: no effect is named, the verdict is
-    unknown, and the likely reason is looked for. Exit status 0: no gap, or explained; 1: partly explained or
-    unknown; 2: input that cannot be judged.
+    unknown, and the likely reason is looked for. The result is printed in words, too, and all other verbs use the
+    corrected laws from then on. Exit status 0: no gap, or explained; 1: partly explained or unknown; 2: input that
+    cannot be judged.
     """
     from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign

@@ -25,6 +25,8 @@ Examples:
 def command(run: Path, pictures: bool, out: Path | None, output: Output) -> None:
     """Write one self-contained HTML page with every figure of RUN and the paper's figures beside ours.
 
+    It begins with the result in words: what the plate is made of, what its twin lacks, what to do next. E, nu and
+    eta are those of the best twin: corrected, if flexura gap named an effect, the uncorrected ones beside them.
     RUN is the folder the other verbs wrote into; a stage that has not been run is named with its command.
     """
     from app.files.atomic import atomic_path, write_text

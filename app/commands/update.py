@@ -37,6 +37,7 @@ def command(
     weighted by its variance. With --twin the effects in that file are on with the values they have there, and the
     laws are those of the plate under them. Pairs measured modes with the twin's: those of modes.h5 in the run
     folder if flexura identify was run, else those of one sweep. Writes frf.h5 and laws.h5 into the run folder.
+    If flexura gap corrected laws there, a note says that other verbs use those.
     Exit status 1 where a temperature's fit did not settle inside the twin's certified range, and where the modes
     do not pair: the twin is no fit then, and the likely reason is looked for.
     """

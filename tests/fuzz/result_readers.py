@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from app.files.basis_cache import load_basis, load_plate_basis
+from app.files.best_twin import gap_record_of
 from app.files.compensation_file import load_compensation
 from app.files.effect_cache import load_operators
 from app.files.exports.shipment import shipment
@@ -56,6 +57,7 @@ def _result(root: Path, name: str) -> object:
 
 RESULTS = (
     Reader("HDF5, results", tuple(RUN), _result, 0.09, digest=True),
+    Reader("gap.json", ("run/gap.json",), lambda root, name: gap_record_of((root / name).parent), 0.01, text=True),
     Reader("HDF5, results of a panel", tuple(FOCUSED), _result, 0.025, digest=True),
     Reader("HDF5, results of a test", tuple(TESTED), _result, 0.015, digest=True),
     Reader("HDF5, edited and sealed", (*RUN, *FOCUSED, *TESTED), _result, 0.015, damage=edited),

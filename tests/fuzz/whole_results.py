@@ -1,5 +1,6 @@
 """A faultless file of every verb's results, of a small plate, a small panel and a small test; and of the cache."""
 
+import json
 from dataclasses import fields
 from itertools import count
 from pathlib import Path
@@ -32,6 +33,7 @@ from app.modal_test.frf_set import FrfSet
 from app.modal_test.saved import save_frfs, save_stabilization
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.plate_basis import PlateBasis
+from tests.app.corrected_run import record
 from tests.app.files.test_basis_cache import model
 from tests.app.view.conftest import FREQUENCY, MADE, TEMPERATURE, experiment, frf, tracked, updated
 from tests.app.view.test_gap_and_fields import PANEL, SinePanel, gap_map
@@ -60,7 +62,9 @@ def _write_run(folder: Path) -> None:
         Signature("point_mass", figures.before.sigma, True),
         Signature("suspension", figures.after.sigma, False),
     ]
-    save_gap(folder / "gap.h5", figures, alone, {"verdict": "explained", "effects": []}, MADE)
+    told = record("explained")
+    save_gap(folder / "gap.h5", figures, alone, told, MADE)
+    (folder / "gap.json").write_text(json.dumps(told), encoding="utf-8")
 
 
 def _write_panel(folder: Path) -> None:

@@ -67,6 +67,10 @@ def test_a_quantity_that_no_line_tells_keeps_its_tolerance(toy, tolerant, pool):
     fit = fit_gap(tolerant, sweeps, toy.start(sweeps.groups), (), pool)
     whole, common = fit.stated.laws**2, (fit.stated.common**2).sum(axis=2)
     assert (common < whole * (1.0 + 1e-9)).all()
+    # an error that all temperatures share is told from that which each has for itself, and nothing is lost
+    found = fit.fitted_laws(sweeps.groups.reference)
+    np.testing.assert_allclose(found.own_sigma**2 + (found.shared**2).sum(-1), found.sigma**2, rtol=1e-9)
+    assert (found.shared[:, 0] ** 2).sum(-1).min() > 0.5 * (found.sigma[:, 0] ** 2).min()
     # the same from the joint covariance: a law's variance is that at known quantities, and what these add
     held = fit_gap(toy.Plate(), sweeps, fit.state.with_effects({}), (), pool)
     assert (held.noise.laws**2 <= fit.noise.laws**2 + 1e-18).all()
