@@ -83,11 +83,12 @@ def command(
     """Design focusing filters for a panel whose plate obeys the laws of RUN.
 
     RUN is a run folder with laws.h5, or a laws file (default: the current folder). Of a folder, those of its
-    best twin are used: corrected, if flexura gap named an effect there. A panel that is declared as the plate that
-    was measured gets the thickness, mass and places found with them. Actuators, taps and target are declared in the panel's TOML file. The taps minimise the error of the field, with a higher weight outside the
-    target. Performance is given as contrast (the energy over the target's share of the energy over the plate, eq.
-    9, mean and worst line), the same normalised by area, level and phase over the band, latency and peak drive,
-    with the filters of each temperature and with those of 20 °C everywhere. Writes filters.h5.
+    best twin are used: corrected, if flexura gap named an effect there. A panel that is declared as the plate
+    that was measured gets the thickness, mass and places found with them. Actuators, taps and target are
+    declared in the panel's TOML file. The taps minimise the error of the field, with a higher weight outside the
+    target. Performance is given as contrast (the energy over the target's share of the energy over the plate,
+    eq. 9, mean and worst line), the same normalised by area, level and phase over the band, latency and peak
+    drive, with the filters of each temperature and with those of 20 °C everywhere. Writes filters.h5.
     """
     changes = {"regularisation": regularisation, "tolerance": tolerance} | filters
     started = time.perf_counter()
