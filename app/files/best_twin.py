@@ -18,7 +18,6 @@ from analysis.estimates import Estimate
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
 from app.files.bad_file import ResultFileError
-from app.files.gap_file import load_gap_record
 from app.files.hdf5_file import result_file
 from app.files.laws_file import TwinFrf, effects_in_laws, laws_if_any, load_updated
 from app.files.parsed_text import parse_json
@@ -202,6 +201,13 @@ def gap_record_of(run: Path) -> dict[str, Any] | None:
             f"{beside}: of another comparison than gap.h5 beside it; make both again: flexura gap"
         )
     return read
+
+
+def load_gap_record(path: Path) -> dict[str, Any]:
+    """Read the record of gap.h5 alone; ResultFileError where the file is something else."""
+    with result_file(path, "gap") as file:
+        record: dict[str, Any] = parse_json(file["record"].asstr()[()])
+        return record
 
 
 def _checked(path: Path, record: Any) -> dict[str, Any]:

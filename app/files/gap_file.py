@@ -148,13 +148,6 @@ def load_gap(path: Path) -> tuple[GapFigures, dict[str, Any]]:
         return read_value(file["figures"], GapFigures), record
 
 
-def load_gap_record(path: Path) -> dict[str, Any]:
-    """Read the record alone; ResultFileError where the file is something else."""
-    with result_file(path, "gap") as file:
-        record: dict[str, Any] = parse_json(file["record"].asstr()[()])
-        return record
-
-
 def load_signatures(path: Path) -> Signatures | None:
     """Read the signatures; None where there was no gap, and in files of versions that kept none."""
     with result_file(path, "gap") as file:

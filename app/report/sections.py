@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.progress import Progress
-from app.files.best_twin import PLAIN, best_twin
+from app.files.best_twin import PLAIN, best_twin, load_gap_record
 from app.files.filter_files import load_focusing, load_uncorrected
 from app.files.frf_file import load_frf
-from app.files.gap_file import load_gap_record
 from app.files.run_folder import MADE_BY, is_test_run, run_file
 from app.report import paper, studies
 from app.report.gap_section import gap_section

@@ -5,11 +5,10 @@ from pathlib import Path
 
 from analysis.compensation.outcome import NETWORK
 from analysis.updated import Updated
-from app.files.best_twin import best_twin
+from app.files.best_twin import best_twin, load_gap_record
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing
 from app.files.frf_file import load_frf
-from app.files.gap_file import load_gap_record
 from app.files.modes_file import load_modes
 from app.terminal.effect_words import found_words, titles_of
 from app.terminal.gap import concluded

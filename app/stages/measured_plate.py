@@ -18,7 +18,6 @@ from analysis.patch import Patch
 from app.files.best_twin import BestTwin
 from app.files.frf_file import load_experiment
 from app.files.twin_file import TwinFile
-from simulation.shell.footprints import attached_disc
 
 ON_THE_PANEL = ("point_mass", "sensor_offset")
 """Effects that a panel's declaration can hold: a mass that rides on it, and the place of a patch."""
@@ -159,6 +158,8 @@ class MeasuredPlate:
 
     def _loads(self, panel: Panel) -> list[Load]:
         """Masses that were found, unless the panel has one there."""
+        from simulation.shell.footprints import attached_disc  # not needed where no mass was found
+
         experiment = self.experiment
         mass = sum(one.value for one in self.effects.get("point_mass", ()))
         if not experiment.cable or mass <= 0.0:
