@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from simulation.shell.fineness import Fineness
 
 FORMAT = "flexura-effect-operators/1"
-METHOD = 23
+METHOD = 24
 """Raised whenever the same declaration would give other operators."""
 SCALARS = ("offset_range", "cell", "thickness", "angle", "error", "plain_error", "dropped")
 PLAIN = (

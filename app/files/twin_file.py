@@ -75,7 +75,7 @@ class TwinLaws(Declared):
     temperature: Annotated[tuple[Temperature, ...], Field(min_length=1, max_length=Count)]
     youngs_modulus: Annotated[tuple[Annotated[float, Field(ge=1e6, le=1e12)], ...], Field(description="Pa")]
     sigma_youngs_modulus: Annotated[tuple[Sigma, ...], Field(description="Pa")]
-    poisson_ratio: tuple[Annotated[float, Field(gt=-1.0, lt=0.5)], ...]
+    poisson_ratio: tuple[Annotated[float, Field(gt=-1.0, lt=1.0)], ...]
     sigma_poisson_ratio: tuple[Sigma, ...]
     loss_factor: tuple[Annotated[float, Field(gt=0.0, le=2.0)], ...]
     sigma_loss_factor: tuple[Sigma, ...]
