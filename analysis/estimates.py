@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.sheet_material import SheetMaterial
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -27,8 +29,11 @@ class FittedLaws:
     value, sigma : (G, 3) ndarray
         log E [log Pa], nu and log eta, with standard deviations inflated where more than noise is left, and by the
         twin's own error.
+    sheet : SheetMaterial or None
+        Constants by direction of an orthotropic sheet; None for an isotropic one.
     """
 
     temperature: NDArray[np.float64]
     value: NDArray[np.float64]
     sigma: NDArray[np.float64]
+    sheet: SheetMaterial | None = None
