@@ -20,6 +20,8 @@ MODULI, TRANSVERSE, LOSS = "sheet_moduli", "transverse_shear", "sheet_loss"
 """Names of the declared quantities of a sheet."""
 RATIOS = ((MODULI, "ratio"), (MODULI, "shear"), (LOSS, "ratio"), (LOSS, "shear"))
 """The logarithms r, s, p and q among them."""
+ACROSS = ((TRANSVERSE, "xz"), (TRANSVERSE, "yz"))
+"""Those of the transverse shear moduli: no constant that is reported, but wood's is far from any default."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from simulation.state.sheet_departures import (
 )
 from simulation.tolerance import FARTHEST, Change, Tolerance
 
-UNDECLARED = 1.0
+UNDECLARED = 1.5
 """Tolerance of the logarithm of a transverse shear modulus that is not declared: that of wood's yz plane is a
 twentieth, those of laminates are a half to one of the shear modulus in the plane."""
 

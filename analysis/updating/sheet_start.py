@@ -18,7 +18,7 @@ from analysis.effect_card import EffectCard, Values
 from analysis.frf import Frf
 from analysis.local_laws import LocalLaws
 from analysis.progress import Progress
-from analysis.sheet_material import LOSS, MODULI, RATIOS
+from analysis.sheet_material import ACROSS, LOSS, MODULI, RATIOS, TRANSVERSE
 from analysis.twin_model import TwinModel
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.update import middle_sweep, stride
@@ -36,8 +36,9 @@ GOOD = 0.15
 """Misfit, over the data's rms, at which no other start is tried."""
 STEPS = 12
 """Largest number of iterations at one broadening."""
-LONGEST = np.array([0.12, 0.05, 0.5, 0.12, 0.12, 0.4, 0.4])
-"""Largest step of log E, nu, log eta and the logarithms of `RATIOS` in one iteration."""
+LONGEST = np.array([0.12, 0.05, 0.5, 0.12, 0.12, 0.4, 0.4, 0.5, 0.5])
+"""Largest step of log E, nu, log eta and the logarithms `FOUND` in one iteration."""
+FOUND = (*RATIOS, *ACROSS)
 POISSON = 0.15
 """Standard deviation of nu about the middle of its range: at much broadening the data hardly see it."""
 
@@ -59,7 +60,7 @@ def sheet_start(frf: Frf, model: TwinModel, report: Progress) -> dict[str, Value
     dict of str to mapping
         Values of the sheet's quantities; empty if its moduli are held as declared.
     """
-    cards = {name: card for name, card in model.tolerance_cards.items() if name in (MODULI, LOSS)}
+    cards = {name: card for name, card in model.tolerance_cards.items() if name in (MODULI, LOSS, TRANSVERSE)}
     if MODULI not in cards:
         return {}
     data = SweepData.of(frf, middle_sweep(frf), max(1, stride(frf, model.box) // 2))
@@ -111,7 +112,7 @@ class _Problem:
     @classmethod
     def of(cls, model: TwinModel, data: SweepData, cards: Mapping[str, EffectCard]) -> Self:
         parameters = {(name, p.name): p for name, card in cards.items() for p in card.parameters}
-        names = tuple(pair for pair in RATIOS if pair in parameters)
+        names = tuple(pair for pair in FOUND if pair in parameters)
         box, chosen = model.box, [parameters[pair] for pair in names]
         ends = np.array([np.log(box.youngs_modulus), box.poisson_ratio, np.log(box.loss_factor)])
         inside = 1e-6 * (ends[:, 1] - ends[:, 0])
@@ -167,10 +168,11 @@ class _Problem:
     def fitted(self, start: Real) -> tuple[Real, float]:
         """Iterate from a start (3 + Q,) to the nearest minimum: return it and its misfit."""
         at, damping = start, 1e-3
+        longest = np.array([*LONGEST[:3], *(LONGEST[3 + FOUND.index(pair)] for pair in self.names)])
         matrix, gradient, misfit = self._equations(at)
         for _ in range(STEPS):
             damped = matrix + damping * np.diag(np.diag(matrix))
-            step = np.clip(np.linalg.solve(damped, gradient), -LONGEST[: at.size], LONGEST[: at.size])
+            step = np.clip(np.linalg.solve(damped, gradient), -longest, longest)
             trial = np.clip(at + step, self.low, self.high)
             ahead = self._equations(trial)
             if ahead[2] < misfit:

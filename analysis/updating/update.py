@@ -27,7 +27,7 @@ from analysis.gap.fitting.state import GapState
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox
 from analysis.progress import Progress
-from analysis.sheet_material import LOSS, MODULI
+from analysis.sheet_material import LOSS, MODULI, TRANSVERSE
 from analysis.sheet_orthotropy import Orthotropy
 from analysis.twin_model import TwinModel
 from analysis.updated import Updated
@@ -256,7 +256,7 @@ def _summary(
     common = _common(fit, own)
     sigma = np.sqrt(own + (common**2).sum(axis=2))
     missed, power = sweep_powers(sweeps, fit)
-    within_reach = MODULI not in {name for name, _ in fit.on_wall}
+    within_reach = not {MODULI, LOSS, TRANSVERSE} & {name for name, _ in fit.on_wall}
     several = len(fit.state.log_gain) > 1
     means = [chi2_per_dof[frf.driven_by == one].mean() for one in range(len(fit.state.log_gain))]
     gain = np.exp(fit.state.log_gain)

@@ -215,6 +215,8 @@ def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Tw
         tolerant = tolerant_twin(campaign.experiment, report)
         sheet = _sheet(campaign.experiment.plate.material)
         known = sheet_start(frf, tolerant, report)
+        if known:  # about the moduli found, where it is more exact than about those declared
+            tolerant = tolerant_twin(campaign.experiment, report, known)
         twin: TwinModel = HeldEffects(tolerant, known) if known else campaign_twin(campaign.experiment, report)
         frf, begin = polarity_corrected(frf, twin, report)
         fitted = partial(

@@ -72,7 +72,7 @@ def campaign_model(
     ResultFileError
         For an effect that does not fit onto the plate.
     """
-    twin = effect_twin(experiment, report, folder, required_error(plain))
+    twin = effect_twin(experiment, report, folder, required_error(plain), plain.departures)
     given: dict[str, tuple[Estimate, ...]] = {}
     if start is not None:
         given = {
@@ -87,7 +87,7 @@ def campaign_model(
 
 def required_error(plain: Updated) -> RequiredError:
     """Error of a twin with which a campaign can be compared, at the least damping found by model updating."""
-    loss_factor = max(float(plain.material.loss_factor.min()), LEAST_LOSS)
+    loss_factor = max(float(plain.sharpest.loss_factor.min()), LEAST_LOSS)
     return RequiredError(allowed_error(float(np.median(plain.noise_floor))), loss_factor)
 
 

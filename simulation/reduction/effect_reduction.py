@@ -42,7 +42,7 @@ from simulation.state.extreme_states import (
 )
 from simulation.state.patch_departures import footprint_slopes, patch_departures
 from simulation.state.plate_state import PlateState
-from simulation.state.sheet_departures import SHEETS
+from simulation.state.sheet_departures import ABOUT, SHEETS, Sheet
 from simulation.state.sensor_offset import OFFSET_RANGE, can_move, offset_energies, unmoved
 from simulation.state.state_matrices import FullPlate
 
@@ -66,6 +66,7 @@ def reduce_with_effects(
     basis: PlateBasis | None = None,
     fineness: Fineness | None = None,
     training: BasisTraining | None = None,
+    near: Sheet | None = None,
     progress: Progress | None = None,
 ) -> tuple[EffectOperators, FullPlate, Real]:
     """Reduce an experiment's plate for all states that effects can cause.
@@ -79,6 +80,9 @@ def reduce_with_effects(
         triangulation), it is computed with `training`.
     fineness : Fineness, optional
     training : BasisTraining, optional
+    near : (4,) tuple of float, optional
+        Logarithms of an orthotropic sheet's moduli about which the operators are made, see
+        `simulation.state.sheet_departures`; about the declared ones, and less exact, unless given.
     progress : callable, optional
         Called with the stage's name and the share done.
 
@@ -106,7 +110,7 @@ def reduce_with_effects(
     model, basis = _plain(experiment, box, attached, basis, fineness, training, progress)
     full = FullPlate.of(model)
     probe = model.footprint_rows(acting)
-    loads, states = probe[: len(attached) + FEW].T, training_states(full, box)
+    loads, states = probe[: len(attached) + FEW].T, training_states(full, box, near)
     missing = _missing(full, basis.vectors, states, loads, measured, box, band, report)
     vectors = _extended(model, basis.vectors, missing, box, band)
     done = [0.6]
@@ -121,7 +125,7 @@ def reduce_with_effects(
     report(STAGE, 0.9)
     error = measured_error(full, ops, acting[: len(attached) + FEW])
     if full.shell.orthotropic:
-        error = max(error, sheet_error(full, ops, acting[: len(attached) + FEW]))
+        error = max(error, sheet_error(full, ops, near, acting[: len(attached) + FEW]))
     ops = replace(ops, error=error, plain_error=basis.error, dropped=basis.dropped)
     report(STAGE, 1.0)
     return ops, full, vectors
@@ -208,24 +212,29 @@ def plain_states(full: FullPlate, box: MaterialBox) -> list[PlateState]:
     return [PlateState.baseline(*full.sampling, there, there.reference, np.array([500.0])) for there in laws]
 
 
-def training_states(full: FullPlate, box: MaterialBox) -> list[PlateState]:
+def training_states(full: FullPlate, box: MaterialBox, near: Sheet | None = None) -> list[PlateState]:
     """States used for training, with offsets of both signs, because their effects are not symmetric.
 
-    A compliant bond is included for a stiff plate too, because its effect differs from that on a soft plate.
+    A compliant bond is included for a stiff plate too, because its effect differs from that on a soft plate. For
+    `near` see `sheet_states`.
     """
     reach = OFFSET_RANGE if can_move(full) else 0.0
     soft, stiff, _ = plain_states(full, box)
     loose = stiff.with_(bond=1.0 - SLIP)
     extreme = extreme_states(*full.sampling, soft.laws, reach)
-    return [*extreme, *offset_states(soft, -reach), loose, *sheet_states(full, box)]
+    return [*extreme, *offset_states(soft, -reach), loose, *sheet_states(full, box, near)]
 
 
-def sheet_states(full: FullPlate, box: MaterialBox) -> list[PlateState]:
-    """States of an orthotropic sheet with other moduli than declared, soft and stiff; none of isotropic sheets."""
+def sheet_states(full: FullPlate, box: MaterialBox, near: Sheet | None) -> list[PlateState]:
+    """States of an orthotropic sheet with other moduli than declared, soft and stiff; none of isotropic sheets.
+
+    With the moduli `near` known, of sheets about these.
+    """
     if not full.shell.orthotropic:
         return []
+    around = SHEETS if near is None else tuple(tuple(np.add(near, away)) for away in ABOUT)
     plain = plain_states(full, box)[:2]
-    return [departed_sheet(state, full.shell.sheet, *away) for state in plain for away in SHEETS]
+    return [departed_sheet(state, full.shell.sheet, away) for state in plain for away in around]
 
 
 def reduce_with_departures(
@@ -234,6 +243,7 @@ def reduce_with_departures(
     *,
     basis: PlateBasis | None = None,
     fineness: Fineness | None = None,
+    near: Sheet | None = None,
     progress: Progress | None = None,
 ) -> EffectOperators:
     """Reduce an experiment's plate for errors of its declaration alone, with the vectors of the plain reduction.
@@ -249,6 +259,8 @@ def reduce_with_departures(
     basis : PlateBasis, optional
         As in `reduce_with_effects`.
     fineness : Fineness, optional
+    near : (4,) tuple of float, optional
+        As in `reduce_with_effects`.
     progress : callable, optional
         Called with the stage's name and the share done.
 
@@ -270,7 +282,7 @@ def reduce_with_departures(
     probe = model.footprint_rows([*attached, *experiment.footprints])
     places = np.array([disc.point for disc in attached]).reshape(-1, 2)
     band, measured = experiment.protocol.band, experiment.footprints[:FEW]
-    vectors, states = basis.vectors, sheet_states(full, box)
+    vectors, states = basis.vectors, sheet_states(full, box, near)
     if states:
         missing = _missing(full, vectors, states, np.zeros((model.size, 0)), measured, box, band, report)
         vectors = _extended(model, vectors, missing, box, band)
@@ -287,7 +299,7 @@ def reduce_with_departures(
         attached=attached,
         uniform=True,
     )
-    error = sheet_error(full, ops, [*attached, *measured]) if states else 0.0
+    error = sheet_error(full, ops, near, [*attached, *measured]) if states else 0.0
     report(TOLERANCES, 1.0)
     return replace(ops, error=max(basis.error, error), plain_error=basis.error, dropped=basis.dropped)
 

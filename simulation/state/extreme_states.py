@@ -10,7 +10,7 @@ from analysis.material import MaterialBox
 from analysis.sheet_orthotropy import Orthotropy
 from simulation.state.departures import Departures
 from simulation.state.plate_state import PlateState
-from simulation.state.sheet_departures import departed_moduli, departed_transverse
+from simulation.state.sheet_departures import Sheet, departed_moduli, departed_transverse
 
 STEEPEST = (-0.025, 0.0025, -0.01)
 """Steepest slopes of log E, nu and log eta of polypropylene, 1/K."""
@@ -113,9 +113,7 @@ def combined_state(
     )
 
 
-def departed_sheet(
-    state: PlateState, sheet: Orthotropy, ratio: float, shear: float, transverse: float
-) -> PlateState:
+def departed_sheet(state: PlateState, sheet: Orthotropy, away: Sheet) -> PlateState:
     """Return the state of a sheet with other moduli than declared.
 
     Parameters
@@ -124,13 +122,14 @@ def departed_sheet(
         Without departures.
     sheet : Orthotropy
         As declared.
-    ratio, shear, transverse : float
-        Logarithms, see `simulation.state.sheet_departures`; the last for both planes.
+    away : (4,) tuple of float
+        Logarithms, see `simulation.state.sheet_departures`.
 
     Returns
     -------
     PlateState
     """
+    ratio, shear, *across = away
     factors = departed_moduli(sheet, ratio, shear)
-    factors |= {name: factors[name] * one for name, one in departed_transverse(transverse, transverse).items()}
+    factors |= {name: factors[name] * one for name, one in departed_transverse(*across).items()}
     return state.with_(departures=Departures(**factors))

@@ -13,13 +13,29 @@ import numpy as np
 
 from analysis.sheet_orthotropy import Orthotropy
 
-FARTHEST_MODULI, FARTHEST_SHEAR, FARTHEST_LOSS = 0.9, 2.3, 2.3
+FARTHEST_MODULI, FARTHEST_SHEAR, FARTHEST_LOSS = 0.9, 3.5, 2.3
 """Largest logarithms: of the ratios of moduli, of transverse shear moduli and of loss factors. The vectors of a
 reduced plate follow its moduli so far, see `SHEETS`."""
-SHEETS = ((0.8, 0.0, 0.0), (-0.8, -0.8, -1.5), (0.0, 0.8, 1.5), (0.0, -0.8, 0.0))
-"""Logarithms of the ratio, of shear and of transverse shear in the states for which vectors are added."""
-CERTIFIED = (0.35, -0.35, -0.5)
-"""The same of the state in which the error is measured."""
+Sheet = tuple[float, float, float, float]
+"""Logarithms r, s and those of the transverse shear moduli of the planes xz and yz."""
+SHEETS: tuple[Sheet, ...] = (
+    (0.8, 0.0, 0.0, 0.0),
+    (-0.8, -0.8, -1.5, -1.5),
+    (0.0, 0.8, 1.5, 1.5),
+    (0.0, 0.0, -3.0, -3.0),
+)
+"""States for which vectors are added about the declared moduli: good for a start anywhere in the range."""
+ABOUT: tuple[Sheet, ...] = (
+    (0.0, 0.0, 0.0, 0.0),
+    (0.1, 0.0, -0.3, -0.3),
+    (-0.1, 0.0, 0.3, 0.3),
+    (0.0, 0.1, 0.0, 0.0),
+    (0.0, -0.1, 0.0, 0.0),
+)
+"""The same about moduli that are known from such a start."""
+CERTIFIED: Sheet = (0.35, -0.35, -0.5, -0.5)
+CERTIFIED_NEAR: Sheet = (0.05, -0.05, -0.1, -0.1)
+"""States in which the error is measured, about the declared and about known moduli."""
 
 
 def departed_moduli(sheet: Orthotropy, ratio: Any, shear: Any) -> dict[str, Any]:
