@@ -71,8 +71,8 @@ class PlateMaterial(Declared):
             raise ValueError("empty: name a kind, or give youngs_modulus, poisson_ratio and loss_factor as ranges")
         if self.orthotropy is None and self.box.poisson_ratio[1] >= ISOTROPIC:
             raise ValueError(
-                f"poisson_ratio [{self.box.poisson_ratio[0]:g}, {self.box.poisson_ratio[1]:g}]: allowed 0 to below "
-                f"{ISOTROPIC:g}; above, up to 1, for orthotropic sheets only, where it is the root of nu_xy nu_yx"
+                f"poisson_ratio [{self.box.poisson_ratio[0]:g}, {self.box.poisson_ratio[1]:g}]: allowed 0 to "
+                f"below {ISOTROPIC:g}; up to 1 for orthotropic sheets only, as the root of nu_xy nu_yx"
             )
         low, high = self.box.youngs_modulus
         if high > WIDEST * low:

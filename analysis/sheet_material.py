@@ -1,8 +1,8 @@
 """Moduli, Poisson's ratio and loss factors of an orthotropic sheet by direction, from laws and constant ratios.
 
-The laws give E = (E_x + E_y)/2, nu (the root of nu_xy nu_yx) and eta (the root of eta_x eta_y) at every temperature;
-four logarithms r, s, p, q are constant, see `simulation.state.sheet_departures`. With the declared R_0 = E_y/E_x
-and R = R_0 exp(r)
+The laws give E = (E_x + E_y)/2, nu (the root of nu_xy nu_yx) and eta (the root of eta_x eta_y) at every
+temperature; four logarithms r, s, p, q are constant, see `simulation.state.sheet_departures`. With the declared
+R_0 = E_y/E_x and R = R_0 exp(r)
 
     E_x = 2 E/(1 + R),  E_y = R E_x,  G_xy = (1 + delta_g) exp(s) E / 2(1 + nu),  nu_xy = nu R**-0.5,
     eta_x = eta exp(-p/2),  eta_y = eta exp(p/2),  eta_G = eta exp(q).
@@ -162,9 +162,7 @@ def _apart(declared: Orthotropy, ratios: NDArray[np.float64]) -> float:
     return float(declared.ratio * np.exp(ratios[0]))
 
 
-def _constants(
-    declared: Orthotropy, laws: NDArray[np.float64], ratios: NDArray[np.float64]
-) -> SheetConstants:
+def _constants(declared: Orthotropy, laws: NDArray[np.float64], ratios: NDArray[np.float64]) -> SheetConstants:
     apart, (_, s, p, q) = _apart(declared, ratios), ratios
     e, nu, eta = np.exp(laws[:, 0]), laws[:, 1], np.exp(laws[:, 2])
     return SheetConstants(
@@ -186,7 +184,7 @@ def _scale(value: SheetConstants) -> NDArray[np.float64]:
 
 
 def _slopes(nu: NDArray[np.float64], apart: float) -> NDArray[np.float64]:
-    """Derivatives of the logarithms of the constants, of nu_xy itself, by log E, nu, log eta and the ratios."""
+    """Differentiate the logarithms of the constants, and nu_xy itself, by log E, nu, log eta and the ratios."""
     found = np.zeros((nu.size, 7, 7))
     found[:, :3, 0] = 1.0  # both moduli and shear follow E
     found[:, 0, 3], found[:, 1, 3] = -apart / (1.0 + apart), 1.0 / (1.0 + apart)

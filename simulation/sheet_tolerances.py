@@ -19,7 +19,7 @@ from simulation.state.sheet_departures import (
     departed_moduli,
     departed_transverse,
 )
-from simulation.tolerance import FARTHEST, Change, Tolerance
+from simulation.tolerance import FARTHEST, Tolerance
 
 UNDECLARED = 1.5
 """Tolerance of the logarithm of a transverse shear modulus that is not declared: that of wood's yz plane is a

@@ -20,6 +20,7 @@ from simulation.state.departures import Departures
 from simulation.state.plate_state import Circumstances, PlateState
 from simulation.tolerance import FARTHEST, Change, Tolerance
 
+
 def depart(
     known: Mapping[str, Effect],
     state: PlateState,

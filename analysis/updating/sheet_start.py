@@ -1,12 +1,12 @@
 """Start values of an orthotropic sheet's moduli and loss factors by direction, from one sweep.
 
 Declared moduli of wood and laminates are known to some 20 %: resonances are a tenth off, ten of their widths, and
-in another order. Data and twin are both broadened, by the same kernel over the lines (`analysis.updating.broadening`),
-until resonances overlap; fits from a grid of moduli then follow the data to less and less broadening. Every output
-has a real gain of its own, of either sign, which is eliminated.
+in another order. Data and twin are both broadened, by the same kernel over the lines
+(`analysis.updating.broadening`), until resonances overlap; fits from a grid of moduli then follow the data to less
+and less broadening. Every output has a real gain of its own, of either sign, which is eliminated.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Self
@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 
 from analysis.arrays import Complex, Real
-from analysis.effect_card import EffectCard, Values
+from analysis.effect_card import EffectCard
 from analysis.frf import Frf
 from analysis.local_laws import LocalLaws
 from analysis.progress import Progress
@@ -43,7 +43,7 @@ POISSON = 0.15
 """Standard deviation of nu about the middle of its range: at much broadening the data hardly see it."""
 
 
-def sheet_start(frf: Frf, model: TwinModel, report: Progress) -> dict[str, Values]:
+def sheet_start(frf: Frf, model: TwinModel, report: Progress) -> dict[str, dict[str, float]]:
     """Find the logarithms of an orthotropic sheet's moduli and losses by direction, near which a fit converges.
 
     Parameters
@@ -57,7 +57,7 @@ def sheet_start(frf: Frf, model: TwinModel, report: Progress) -> dict[str, Value
 
     Returns
     -------
-    dict of str to mapping
+    dict of str to dict
         Values of the sheet's quantities; empty if its moduli are held as declared.
     """
     cards = {name: card for name, card in model.tolerance_cards.items() if name in (MODULI, LOSS, TRANSVERSE)}
@@ -153,7 +153,7 @@ class _Problem:
             points.append((wide.misfit(point), tuple(point)))
         return [np.array(point) for _, point in sorted(points)[:STARTS]]
 
-    def values(self, at: Real) -> dict[str, Values]:
+    def values(self, at: Real) -> dict[str, dict[str, float]]:
         """Return the sheet's logarithms at a point, by quantity."""
         found: dict[str, dict[str, float]] = {}
         for (name, parameter), value in zip(self.names, at[3:], strict=True):
@@ -202,7 +202,7 @@ class _Problem:
         return float(np.sqrt(np.mean(np.abs(rest) ** 2) / np.mean(np.abs(self.wanted) ** 2)))
 
     def _equations(self, at: Real) -> tuple[Real, Real, float]:
-        """Normal equations with the gains eliminated and the priors added, and the misfit."""
+        """Return normal equations with the gains eliminated and the priors added, and the misfit."""
         values = self.values(at)
         tangents = [(name, parameter, values[name]) for name, parameter in self.names]
         found = self.model.linearise(self._laws(at), self.data.frequency, values, self.data.point, tangents)

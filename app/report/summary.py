@@ -10,6 +10,7 @@ from app.files.gap_file import load_gap
 from app.files.laws_file import load_updated
 from app.files.modes_file import load_modes
 from app.terminal.gap import concluded, named
+from app.terminal.sheet import sheet_words
 
 
 def summary(run: Path) -> dict[str, str]:
@@ -45,6 +46,8 @@ def _updated(path: Path) -> str:
         100 * found.material.loss_factor,
     )
     ratio = float((found.misfit / found.noise_floor).max())
+    if found.sheet is not None:
+        return f"{sheet_words(found.sheet)}, misfit at most {ratio:.2f} times the noise"
     return (
         f"E {e.max():.2f} to {e.min():.2f} GPa, ν {nu.min():.3f} to {nu.max():.3f}, "
         f"η {eta.min():.1f} to {eta.max():.1f} %, misfit at most {ratio:.2f} times the noise"

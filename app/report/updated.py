@@ -8,10 +8,12 @@ from matplotlib.figure import Figure
 from analysis.frf import Frf
 from analysis.material import MaterialLaws
 from analysis.phase import drawn_phase
+from analysis.sheet_material import SheetMaterial
 from analysis.updated import Updated
 from app.files.laws_file import TwinFrf
 from app.report.measured import spread
 from app.report.style import BAND, MEASURED, MODEL, frequency_axis, legend_below, panels
+from app.terminal.sheet import CONSTANTS
 
 
 def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0, source: int = 0) -> Figure:
@@ -79,6 +81,27 @@ def laws(updated: Updated, fitted: MaterialLaws | None) -> Figure:
             each.fill_between(fine, law - 2 * band, law + 2 * band, color=BAND, alpha=0.25, lw=0)
         each.set(xlabel="temperature [°C]", ylabel=label, title=title)
     legend_below(figure)
+    return figure
+
+
+def sheet(updated: Updated, found: SheetMaterial) -> Figure:
+    """Constants of an orthotropic sheet by direction over temperature, with two standard deviations."""
+    figure, axes = panels(2, 3, height=6.2)
+    good, t = updated.settled, updated.temperature
+    places = (0, 1, 2, 3, 4, 4, 4)
+    for one, place, mark in zip(CONSTANTS, places, ("o", "o", "o", "o", "o", "s", "^"), strict=True):
+        each = axes.flat[place]
+        value, sigma = (getattr(part, one.name) / one.scale for part in (found.value, found.sigma))
+        many = places.count(place) > 1
+        color = None if many else MEASURED
+        label = one.symbol if many else None
+        each.errorbar(t[good], value[good], 2 * sigma[good], fmt=mark, ms=3.5, color=color, label=label)
+        if not good.all():
+            each.plot(t[~good], value[~good], "x", color=MODEL)
+        each.set(xlabel="temperature [°C]", ylabel="η [%]" if many else one.label)
+        each.set_title("loss factors" if many else one.title)
+    axes.flat[4].legend()
+    axes.flat[5].axis("off")
     return figure
 
 

@@ -38,7 +38,7 @@ from app.stages.drift_notes import drift_notes
 from app.stages.pairing import MeasuredSweeps, measured_sweeps, paired_sweeps, with_reason
 from app.terminal.notebook import as_html, as_text
 from app.terminal.pairing import pairing_tables
-from app.terminal.update import headline, notes, table_of
+from app.terminal.update import headline, notes, tables_of
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
 from app.twins.campaign_twin import campaign_twin, tolerant_twin, twin_is_built
 from simulation.twin.effect_plate import EffectPlate
@@ -78,7 +78,7 @@ class Updating:
 
     def _repr_html_(self) -> str:
         record = pairing_record(self.pairing)
-        tables = [table_of(self.updated), *(pairing_tables(record) if record else ())]
+        tables = [*tables_of(self.updated), *(pairing_tables(record) if record else ())]
         return as_html(headline(self.updated), tables, self._notes)
 
     @property

@@ -81,7 +81,10 @@ def campaign_model(
         }
         missing = [name for name in given if name not in twin.library]
         if missing:
-            raise ResultFileError(f"{start.path}: this plate's mesh leaves no room for {', '.join(missing)}")
+            raise ResultFileError(
+                f"{start.path}: {', '.join(missing)} cannot act on this plate: sensor_offset needs room in its "
+                "mesh, and orthotropy a sheet whose own moduli are not free (tolerances.moduli = 0)"
+            )
     return referred(twin, plain), given
 
 

@@ -62,8 +62,8 @@ def effect_twin(
     required : RequiredError, optional
         The mesh is refined if the twin is not as exact, and a finer one within the bound of its cost is.
     declared : mapping, optional
-        Values of declared quantities, as of model updating: the moduli of an orthotropic sheet about which the twin
-        is made.
+        Values of declared quantities, as of model updating: the moduli of an orthotropic sheet about which the
+        twin is made.
 
     Returns
     -------
@@ -82,12 +82,13 @@ def effect_twin(
     operators = cached_operators(experiment, box, report, fineness=fineness, basis=basis, near=near)
     if not operators.offset_range:
         known = {name: effect for name, effect in known.items() if name != "sensor_offset"}
-    return Twin.of(experiment, EffectPlate(operators), known, tolerances(experiment, operators.movable))
+    quantities = tolerances(experiment, operators.movable)
+    if MODULI in quantities:  # the moduli of a declared orthotropic sheet are free already
+        known = {name: effect for name, effect in known.items() if name != "orthotropy"}
+    return Twin.of(experiment, EffectPlate(operators), known, quantities)
 
 
-def tolerant_twin(
-    experiment: Experiment, report: Progress, declared: Effects = NO_EFFECTS
-) -> Twin[EffectPlate]:
+def tolerant_twin(experiment: Experiment, report: Progress, declared: Effects = NO_EFFECTS) -> Twin[EffectPlate]:
     """Twin of a campaign's plate without effects, whose declared quantities have tolerances.
 
     Parameters

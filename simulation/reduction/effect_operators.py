@@ -82,10 +82,10 @@ class EffectOperators:
     zone_fit : (powers, terms) ndarray
         Fields as polynomials over the plate -> as those powers, least squares over the zone.
     strain : (8, N, r) ndarray
-        Strains of every coordinate at points over the plate: membrane x, y, xy; curvature x, y, xy, both in the
-        sheet's own axes; transverse shear x, y, times the roots of the sheet's moduli over E/2(1 + nu). They give
-        the effect of local changes smaller than any polynomial resolves. In a thickness zone they are scaled so that with the plate's own thickness they have the zone's
-        energies.
+        Strains of every coordinate at points over the plate: membrane x, y, xy; curvature x, y, xy; transverse
+        shear x, y, times the roots of the sheet's moduli over E/2(1 + nu); all in the sheet's own axes. They give
+        the effect of local changes smaller than any polynomial resolves. In a thickness zone they are scaled so
+        that with the plate's own thickness they have the zone's energies.
     sheet : (3,) ndarray
         Declared factors of E_x, E_y and the in-plane shear modulus in these axes.
     strain_points : (N, 2) ndarray

@@ -42,8 +42,8 @@ from simulation.state.extreme_states import (
 )
 from simulation.state.patch_departures import footprint_slopes, patch_departures
 from simulation.state.plate_state import PlateState
-from simulation.state.sheet_departures import ABOUT, SHEETS, Sheet
 from simulation.state.sensor_offset import OFFSET_RANGE, can_move, offset_energies, unmoved
+from simulation.state.sheet_departures import ABOUT, SHEETS, Sheet
 from simulation.state.state_matrices import FullPlate
 
 STAGE = "reducing the plate with its effects"
@@ -164,10 +164,14 @@ def _plain(
 
 def _finer(box: MaterialBox, shell: ShellPlate) -> float:
     """Return a factor on the shares: errors of transfers are their squares over the loss factor."""
-    return (OF_SHEETS if shell.orthotropic else 1.0) * float(np.sqrt(min(1.0, max(relative_loss(box), LEAST_LOSS))))
+    return (OF_SHEETS if shell.orthotropic else 1.0) * float(
+        np.sqrt(min(1.0, max(relative_loss(box), LEAST_LOSS)))
+    )
 
 
-def _extended(model: ShellModel, vectors: Real, missing: Real, box: MaterialBox, band: tuple[float, float]) -> Real:
+def _extended(
+    model: ShellModel, vectors: Real, missing: Real, box: MaterialBox, band: tuple[float, float]
+) -> Real:
     """Add the leading directions (n, s) to vectors (n, r), see `extended_basis`."""
     energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
     gram = vectors.T @ (energy @ vectors)

@@ -81,7 +81,7 @@ def spots_slope(ops: EffectOperators, moved: Composite, stepped: PlateState, bas
 
 
 def _lost(ops: EffectOperators, state: PlateState, disc: Disc) -> tuple[Numbers, Numbers]:
-    """Real and imaginary part of the stiffness lost in a disc, (8, 8): force by strain, as in `ops.strain`, per area.
+    """Return both parts of the complex stiffness lost in a disc, (8, 8): force by strain of `ops`, per area.
 
     The energy lost is loss u'Qu, where one strain u is that around the disc, the other that in it.
     """

@@ -1,8 +1,8 @@
 """Departures of an orthotropic sheet's moduli and loss factors from their declaration, by logarithms of ratios.
 
 The laws give E = (E_x + E_y)/2 and eta, the root of eta_x eta_y, at every temperature. All else is constant over
-temperature: r = log of E_y/E_x over the declared ratio, s = log of the shear modulus in the plane over the declared
-share of E/2(1 + nu), p = log(eta_y/eta_x) and q = log of the loss factor of shear over eta. With R = E_y/E_x
+temperature: r = log of E_y/E_x over the declared ratio, s = log of the shear modulus in the plane over the
+declared share of E/2(1 + nu), p = log(eta_y/eta_x), q = log of the loss factor of shear over eta. With R = E_y/E_x
 
     E_x = 2 E/(1 + R),   E_y = 2 E R/(1 + R),   eta_x = eta exp(-p/2),   eta_y = eta exp(p/2).
 """
