@@ -54,9 +54,9 @@ class DeclaredQuantity:
         along = {"dx": " along x", "dy": " along y"}.get(self.parameter, "")
         if self.unit == "log":
             factors = (float(np.exp(one)) for one in (self.value, self.tolerance))
-            times, tolerance = (f"{one:.3g}" for one in factors)
+            times, factor_of = (f"{one:.3g}" for one in factors)
             said = f"{self.words} ({self.parameter}): {times} times its declaration"
-            return f"{said} (tolerance: a factor of {tolerance})"
+            return f"{said} (tolerance: a factor of {factor_of})"
         value, sigma, tolerance = (factor * one for one in (self.value, self.sigma, self.tolerance))
         said = f"{self.words}{along}: {value:+.2g} ± {sigma:.1g} {unit} from its declaration"
         return f"{said} (tolerance {tolerance:.2g})"

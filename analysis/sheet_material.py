@@ -133,7 +133,8 @@ class SheetMaterial:
     def noise(self) -> NDArray[np.float64]:
         """What is left of `sigma` beside `common`, (T, 7), of the same logarithms."""
         total = (self.sigma.rows / _scale(self.value)).T
-        return np.sqrt(np.maximum(total**2 - (self.common**2).sum(axis=2), 0.0))
+        left: NDArray[np.float64] = np.sqrt(np.maximum(total**2 - (self.common**2).sum(axis=2), 0.0))
+        return left
 
     def at(self, laws: NDArray[np.float64], rows: NDArray[np.int_]) -> Self:
         """Return the constants for other laws, with the standard deviations of the temperatures `rows`.

@@ -60,7 +60,10 @@ def run(*words: object) -> Any:
 def declaration(orthotropy: dict[str, Any]) -> dict[str, Any]:
     """Return the experiment as a table: the example's rig around a plate of spruce."""
     table = tomllib.loads(EXAMPLE.read_text(encoding="utf-8"))
-    mean, ratio = 0.5 * (TRUE["youngs_modulus_x"] + TRUE["youngs_modulus_y"]), TRUE["youngs_modulus_y"] / TRUE["youngs_modulus_x"]
+    mean, ratio = (
+        0.5 * (TRUE["youngs_modulus_x"] + TRUE["youngs_modulus_y"]),
+        TRUE["youngs_modulus_y"] / TRUE["youngs_modulus_x"],
+    )
     nu = NU_XY * float(np.sqrt(ratio))
     del table["patch"]
     table["plate"] = {
@@ -114,7 +117,10 @@ def test_moduli_and_losses_by_direction_are_found(tmp_path: Path, monkeypatch: p
     # the laws' nu is not the middle of the range for which a modulus was turned into a share
     material = exact.plate.material
     assert material is not None
-    middle, nu = np.mean(BOX["poisson_ratio"]), NU_XY * np.sqrt(TRUE["youngs_modulus_y"] / TRUE["youngs_modulus_x"])
+    middle, nu = (
+        np.mean(BOX["poisson_ratio"]),
+        NU_XY * np.sqrt(TRUE["youngs_modulus_y"] / TRUE["youngs_modulus_x"]),
+    )
     truth = {**TRUE, "shear_modulus": TRUE["shear_modulus"] * (1.0 + middle) / (1.0 + nu)}
     for row in record["temperatures"]:
         softening = np.interp(row["temperature_c"], TEMPERATURE, SOFTENING)
