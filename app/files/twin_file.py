@@ -34,7 +34,8 @@ COMMENT = """\
 A twin of Flexura. SI units; temperatures in degrees Celsius; sigma is one standard deviation.
 laws: what the plate is made of at its own temperature. effect: what the plain twin lacked.
 departure: true less declared value of what is declared with a tolerance; laws and effects hold together with
-it."""
+it. Of an orthotropic sheet the laws are those of (Ex + Ey)/2, sqrt(nu_xy nu_yx) and sqrt(eta_x eta_y), and
+departure holds logarithms of ratios."""
 
 Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 Name = Annotated[str, Field(pattern="^[A-Za-z][A-Za-z0-9_]{0,63}$")]

@@ -5,6 +5,7 @@ from PySide6.QtWidgets import QGridLayout, QWidget
 
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
+from app.terminal.sheet import CONSTANTS
 from app.terminal.with_sigma import with_sigma
 from app.view.chart import Chart
 from app.view.cursors import TEMPERATURE, Cursors
@@ -15,6 +16,10 @@ LAWS = (
     ("loss_factor", 0.01, "η [%]", "loss factor"),
     ("poisson_ratio", 1.0, "ν", "Poisson's ratio"),
 )
+
+
+SHEET = tuple((one.name, one.scale, one.label, one.title) for one in CONSTANTS)
+"""Those of an orthotropic sheet: constants by direction, as estimated."""
 
 
 class LawsPage(QWidget):
@@ -41,20 +46,23 @@ class LawsPage(QWidget):
     ) -> None:
         super().__init__()
         self._cursors, self._theme, self._laws = cursors, theme, corrected_laws or laws
+        self._shown, columns = (LAWS, 2) if found.sheet is None else (SHEET, 4)
+        if found.sheet is not None:
+            laws = corrected_laws = self._laws = None
         self._parts = [("updated twin", found, laws, theme.twin)]
         if corrected is not None:
             self._parts.append(("corrected twin", corrected, corrected_laws, theme.corrected))
         grid = QGridLayout(self)
         self._charts = []
-        for place, (name, unit, label, title) in enumerate(LAWS):
+        for place, (name, unit, label, title) in enumerate(self._shown):
             chart = Chart(f"law-{name.replace('_', '-')}", title, TEMPERATURE, label, theme)
             chart.legend(offset=(8, 8) if name == "poisson_ratio" else (-8, 8))
             for of, estimates, law, color in self._parts:
                 self._draw(chart, name, unit, of, estimates, law, color)
             chart.fit()
-            grid.addWidget(chart, *divmod(place, 2))
+            grid.addWidget(chart, *divmod(place, columns))
             self._charts.append(chart)
-        grid.addWidget(self._misfit(), 1, 1)
+        grid.addWidget(self._misfit(), 1, columns - 1)
         for chart in (*self._charts, self._last):
             chart.follow("x", cursors.temperature, cursors.temperature_moved, self._to)
         cursors.temperature_moved.connect(self._tell)
@@ -73,7 +81,10 @@ class LawsPage(QWidget):
         law: MaterialLaws | None,
         color: str,
     ) -> None:
-        value, sigma = getattr(found.material, name) / unit, getattr(found.sigma, name) / unit
+        of_value, of_sigma = (
+            (found.material, found.sigma) if found.sheet is None else (found.sheet.value, found.sheet.sigma)
+        )
+        value, sigma = getattr(of_value, name) / unit, getattr(of_sigma, name) / unit
         good = found.settled
         chart.error_bars(found.temperature[good], value[good], 2 * sigma[good], color)
         marks = chart.curve(
@@ -111,7 +122,7 @@ class LawsPage(QWidget):
 
     def _tell(self) -> None:
         """Put the law's value at the cursor into each title."""
-        for chart, (name, unit, label, title) in zip(self._charts, LAWS, strict=True):
+        for chart, (name, unit, label, title) in zip(self._charts, self._shown, strict=True):
             if self._laws is None:
                 continue
             low, high = self._laws.temperature_range
