@@ -129,7 +129,7 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
     estimates, twin = load_updated(run / "laws.h5")
     try:
         laws = load_laws(run / "laws.h5")
-        rows.extend(paper.material_rows(laws))
+        rows.extend(paper.material_rows(laws) if estimates.sheet is None else ())
     except ResultFileError:
         laws = None
     worst = float((estimates.misfit / estimates.noise_floor).max())

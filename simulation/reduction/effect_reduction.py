@@ -219,8 +219,18 @@ def plain_states(full: FullPlate, box: MaterialBox) -> list[PlateState]:
 def training_states(full: FullPlate, box: MaterialBox, near: Sheet | None = None) -> list[PlateState]:
     """States used for training, with offsets of both signs, because their effects are not symmetric.
 
-    A compliant bond is included for a stiff plate too, because its effect differs from that on a soft plate. For
-    `near` see `sheet_states`.
+    A compliant bond is included for a stiff plate too, because its effect differs from that on a soft plate.
+
+    Parameters
+    ----------
+    full : FullPlate
+    box : MaterialBox
+    near : (4,) tuple of float, optional
+        See `sheet_states`.
+
+    Returns
+    -------
+    list of PlateState
     """
     reach = OFFSET_RANGE if can_move(full) else 0.0
     soft, stiff, _ = plain_states(full, box)
@@ -230,9 +240,19 @@ def training_states(full: FullPlate, box: MaterialBox, near: Sheet | None = None
 
 
 def sheet_states(full: FullPlate, box: MaterialBox, near: Sheet | None) -> list[PlateState]:
-    """States of an orthotropic sheet with other moduli than declared, soft and stiff; none of isotropic sheets.
+    """States of an orthotropic sheet with other moduli than declared, soft and stiff.
 
-    With the moduli `near` known, of sheets about these.
+    Parameters
+    ----------
+    full : FullPlate
+    box : MaterialBox
+    near : (4,) tuple of float or None
+        Moduli about which they are; None for states over the whole range.
+
+    Returns
+    -------
+    list of PlateState
+        None of isotropic sheets.
     """
     if not full.shell.orthotropic:
         return []
