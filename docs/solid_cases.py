@@ -183,23 +183,6 @@ def orthotropic() -> SolidCase:
     return rectangle("orthotropic", (0.24, 0.19), 0.006, 0.03, PLASTIC, solids=solids, material=declared)
 
 
-def spruce() -> SolidCase:
-    """Return a quarter-sawn sheet of spruce: a ratio of moduli of 12, little shear stiffness across the grain."""
-    (along, across, through), nu_xy, density = (12e9, 1e9, 0.6e9), 0.45, 430.0
-    plane, xz, yz = 0.8e9, 0.75e9, 0.05e9
-    e, nu = 0.5 * (along + across), float(nu_xy * np.sqrt(across / along))
-    isotropic = 0.5 * e / (1.0 + nu)
-    shares = {
-        "delta_e": (across - along) / (across + along),
-        "delta_g": plane / isotropic - 1.0,
-        "delta_s": (xz / isotropic - 1.0, yz / isotropic - 1.0),
-    }
-    solids = {"PLATE": Solid((along, across, through, nu_xy, 0.42, 0.4, plane, xz, yz), density)}
-    material = (e, nu, density)
-    declared = {"orthotropy": shares}
-    return rectangle("orthotropic-spruce", (0.30, 0.20), 0.005, 0.02, material, solids=solids, material=declared)
-
-
 PANEL = ((0.40, 0.30), 0.004, 0.04, ALUMINIUM)
 CLAMPED = [{"kind": "clamped", "edge": "left"}]
 CASES: tuple[SolidCase, ...] = (
@@ -212,7 +195,6 @@ CASES: tuple[SolidCase, ...] = (
     rectangle("sphere-2", *PANEL, modes=14, curvature={"radius": 2.0}),
     rectangle("saddle-2", *PANEL, modes=14, curvature={"radius_x": 2.0, "radius_y": -2.0}),
     orthotropic(),
-    spruce(),
     l_with_hole(),
     with_patch(),
     step_of_thickness(),

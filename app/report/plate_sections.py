@@ -155,9 +155,7 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
         Picture(
             "laws",
             "What is the plate made of, at each temperature?",
-            updated.laws(estimates, laws)
-            if estimates.sheet is None
-            else updated.sheet(estimates, estimates.sheet),
+            updated.laws(estimates, laws),
             f"E, η and ν over temperature, two-sigma bands{paper.figure(experiment.plate, 12)}."
             if estimates.sheet is None
             else "Moduli, Poisson's ratio and loss factors of the sheet in its own axes, two standard deviations.",

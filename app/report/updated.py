@@ -61,7 +61,9 @@ def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0, source
 
 
 def laws(updated: Updated, fitted: MaterialLaws | None) -> Figure:
-    """E, nu and eta over temperature: estimates with error bars, laws with two-sigma bands."""
+    """E, nu and eta, or constants of a sheet by direction, over temperature: estimates, laws, two-sigma bands."""
+    if updated.sheet is not None:
+        return _sheet(updated, updated.sheet)
     figure, axes = panels(1, 3, height=3.6)
     names = (
         ("youngs_modulus", 1e9, "E [GPa]", "Young's modulus"),
@@ -84,7 +86,7 @@ def laws(updated: Updated, fitted: MaterialLaws | None) -> Figure:
     return figure
 
 
-def sheet(updated: Updated, found: SheetMaterial) -> Figure:
+def _sheet(updated: Updated, found: SheetMaterial) -> Figure:
     """Constants of an orthotropic sheet by direction over temperature, with two standard deviations."""
     figure, axes = panels(2, 3, height=6.2)
     good, t = updated.settled, updated.temperature
