@@ -1,4 +1,4 @@
-"""A free sheet with a ratio of moduli of 12 against Ritz's solution of the thin plate, from which it departs by h."""
+"""A free sheet with a ratio of moduli of 12 against Ritz's solution of the thin plate."""
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -55,7 +55,7 @@ def shell(h: float) -> np.ndarray:
 def test_a_free_sheet_goes_to_ritzs_thin_plate_with_its_thickness() -> None:
     """Transverse shear and rotary inertia lower bending by order h**2, and torsion by order h at free edges.
 
-    A strip's torsional stiffness is less by 0.63 h over its width (St. Venant), which Kirchhoff's plate leaves out.
+    A strip's torsional stiffness is less by 0.63 h over its width (St. Venant), which a thin plate leaves out.
     """
     errors = []
     for h in (0.004, 0.002):

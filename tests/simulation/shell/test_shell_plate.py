@@ -85,7 +85,7 @@ def sheet(
 def test_an_orthotropic_sheet_on_hard_supports_is_naviers(
     delta_e: float, delta_g: float, delta_s: tuple[float, float]
 ) -> None:
-    """As of the isotropic plate, with D11, D22, D12 and D66 and with transverse shear by plane; ratios up to 12."""
+    """As of the isotropic plate, with D11, D22, D12, D66 and with transverse shear by plane; ratios up to 12."""
     c = E / (1 - NU**2) * H**3 / 12
     d11, d22, d12 = (1 - delta_e) * c, (1 + delta_e) * c, NU * np.sqrt(1 - delta_e**2) * c
     d66 = (1 + delta_g) * E / (2 * (1 + NU)) * H**3 / 12
