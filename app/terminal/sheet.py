@@ -88,8 +88,8 @@ def sheet_tables(updated: Updated, sheet: SheetMaterial) -> list["Table"]:
     caption = "σ: noise of the sweep, tolerances of the declaration, and the twin's own error"
     found = []
     for title, chosen, last in (
-        ("Updated twin: moduli", CONSTANTS[:4], False),
-        ("loss factors", CONSTANTS[4:], True),
+        ("Updated twin: moduli in GPa, σ in %", CONSTANTS[:4], False),
+        ("loss factors in %, σ in % of them", CONSTANTS[4:], True),
     ):
         table = Table(
             title=title,
@@ -100,7 +100,7 @@ def sheet_tables(updated: Updated, sheet: SheetMaterial) -> list["Table"]:
         )
         headings = ["T [°C]"]
         for one in chosen:
-            headings += [one.label, f"σ_{one.symbol}" + (" [%]" if one.unit else "")]
+            headings += [one.symbol, "σ"]
         for heading in (*headings, *(("misfit", "noise") if last else ())):
             table.add_column(heading, justify="right", no_wrap=True)
         for t in range(len(updated.temperature)):
@@ -108,7 +108,7 @@ def sheet_tables(updated: Updated, sheet: SheetMaterial) -> list["Table"]:
             for one in chosen:
                 value = float(getattr(sheet.value, one.name)[t])
                 sigma = float(getattr(sheet.sigma, one.name)[t])
-                cells.append(f"{value / one.scale:.4f}" if one.unit != "%" else f"{value / one.scale:.3f}")
+                cells.append(f"{value / one.scale:.3f}" if one.unit else f"{value:.4f}")
                 cells.append(f"{100.0 * sigma / value:.3f}" if one.unit else f"{sigma:.5f}")
             if last:
                 cells += [f"{100 * updated.misfit[t]:.2f} %", f"{100 * updated.noise_floor[t]:.2f} %"]
