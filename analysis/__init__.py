@@ -10,7 +10,8 @@
 ``plate_parts``        whether parts of a plate fit together
 ``plate_material``     material of a plate, isotropic or orthotropic, and its range
 ``material_kinds``     ranges of E, nu and eta of common materials, by name
-``sheet_orthotropy``   orthotropic sheets
+``sheet_orthotropy``   orthotropic sheets, as declared
+``sheet_material``     their moduli and losses by direction, as estimated
 ``foreign_mesh``       a mesh made elsewhere
 ``geometry``           curves and closed loops
 ``transducers``        drives and sensors that are no patches

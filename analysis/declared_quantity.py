@@ -52,6 +52,11 @@ class DeclaredQuantity:
         """What was found, in words and in people's units."""
         factor, unit = {"m": (1e3, "mm"), "kg": (1e3, "g"), "K": (1.0, "K")}.get(self.unit, (100.0, "%"))
         along = {"dx": " along x", "dy": " along y"}.get(self.parameter, "")
+        if self.unit == "log":
+            factors = (float(np.exp(one)) for one in (self.value, self.tolerance))
+            times, factor_of = (f"{one:.3g}" for one in factors)
+            said = f"{self.words} ({self.parameter}): {times} times its declaration"
+            return f"{said} (tolerance: a factor of {factor_of})"
         value, sigma, tolerance = (factor * one for one in (self.value, self.sigma, self.tolerance))
         said = f"{self.words}{along}: {value:+.2g} ± {sigma:.1g} {unit} from its declaration"
         return f"{said} (tolerance {tolerance:.2g})"
@@ -105,5 +110,8 @@ KINDS = {
     "transducer_mass": "masses of transducers",
     "attachment_place": "places of attachments",
     "plate_theory": "plate theory",
+    "sheet_moduli": "ratios of moduli",
+    "transverse_shear": "transverse shear",
+    "sheet_loss": "ratios of losses",
 }
 """How a budget names the quantities of a twin, by the first word of their names."""

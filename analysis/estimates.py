@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.sheet_material import SheetMaterial
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -30,12 +32,15 @@ class FittedLaws:
     common : (G, 3, P + 1) ndarray or None
         What one standard deviation of each of P declared quantities moves in them, with sign, and last that of all
         else that the temperatures share, the twin's own error included. None without tolerances.
+    sheet : SheetMaterial or None
+        Constants by direction of an orthotropic sheet; None for an isotropic one.
     """
 
     temperature: NDArray[np.float64]
     value: NDArray[np.float64]
     sigma: NDArray[np.float64]
     common: NDArray[np.float64] | None = None
+    sheet: SheetMaterial | None = None
 
     @property
     def shared(self) -> NDArray[np.float64]:

@@ -11,7 +11,10 @@ from analysis.material_kinds import KINDS, THERMOPLASTIC, Kind
 from analysis.sheet_orthotropy import DeclaredOrthotropy, Orthotropy
 
 Modulus = Annotated[float, Field(ge=1e6, le=1e12, description="Pa")]
-Ratio = Annotated[float, Field(ge=0.0, lt=0.5)]
+Ratio = Annotated[float, Field(ge=0.0, lt=1.0)]
+ISOTROPIC = 0.5
+"""Below which Poisson's ratio of an isotropic sheet lies; nu of an orthotropic one, the root of nu_xy nu_yx, is
+below 1, where the stiffness in the plane is no longer positive."""
 Loss = Annotated[float, Field(ge=1e-5, le=1.0)]
 CONSTANTS = ("youngs_modulus", "poisson_ratio", "loss_factor")
 WIDEST = 50.0
@@ -28,6 +31,7 @@ class PlateMaterial(Declared):
     youngs_modulus : (float, float), optional
         Pa.
     poisson_ratio, loss_factor : (float, float), optional
+        Poisson's ratio of an orthotropic sheet is the root of nu_xy nu_yx.
     orthotropy : DeclaredOrthotropy, optional
     """
 
@@ -65,6 +69,11 @@ class PlateMaterial(Declared):
             raise ValueError(f"without kind all three ranges are needed; {' and '.join(missing)} missing")
         if self.kind is None and missing and self.orthotropy is None:
             raise ValueError("empty: name a kind, or give youngs_modulus, poisson_ratio and loss_factor as ranges")
+        if self.orthotropy is None and self.box.poisson_ratio[1] >= ISOTROPIC:
+            raise ValueError(
+                f"poisson_ratio [{self.box.poisson_ratio[0]:g}, {self.box.poisson_ratio[1]:g}]: allowed 0 to "
+                f"below {ISOTROPIC:g}; up to 1 for orthotropic sheets only, as the root of nu_xy nu_yx"
+            )
         low, high = self.box.youngs_modulus
         if high > WIDEST * low:
             raise ValueError(

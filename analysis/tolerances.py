@@ -13,6 +13,7 @@ from pydantic import Field
 from analysis.declared import Declared
 
 Share = Annotated[float, Field(ge=0.0, le=0.3)]
+Logarithm = Annotated[float, Field(ge=0.0, le=2.0)]
 Distance = Annotated[float, Field(ge=0.0, le=0.01, description="m")]
 
 
@@ -43,6 +44,11 @@ class Tolerances(Declared):
         Of the plate's temperature at room temperature, less the reading, K.
     oven_slope : float
         Of the same, per kelvin above it, as a share.
+    moduli, transverse_shear : float
+        Of an orthotropic sheet: of each of Ex, Ey and G12, and of each transverse shear modulus where these are
+        declared (where not, a factor of e; 0 holds them there too), natural logarithms; 0.25 is about 25 %.
+    loss_direction : float
+        Of such a sheet: natural logarithm of the ratios of its loss factors along x, along y and in shear.
     plate_theory : float
         Share of what elasticity adds to the theory of plates that may be missing: a real plate has all of it, one
         computed by Mindlin's theory nothing.
@@ -67,6 +73,9 @@ class Tolerances(Declared):
     sensitivity: Share = 0.02
     oven_offset: Annotated[float, Field(ge=0.0, le=10.0, description="K")] = 0.3
     oven_slope: Annotated[float, Field(ge=0.0, le=0.1)] = 0.005
+    moduli: Logarithm = 0.25
+    transverse_shear: Logarithm = 0.3
+    loss_direction: Logarithm = 0.7
     plate_theory: Annotated[float, Field(ge=0.0, le=3.0)] = 1.0
     own: dict[str, Annotated[float, Field(ge=0.0)]] = Field(default_factory=dict, max_length=1000)
 

@@ -1,12 +1,13 @@
 """Result of model updating."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.declared_quantity import DeclaredQuantity
 from analysis.material import Material
+from analysis.sheet_material import SheetMaterial
 
 GOOD_MISFIT = 1.3
 """Misfit over the noise floor up to which a twin explains the data."""
@@ -41,6 +42,9 @@ class Updated:
     common : (T, 3, P + 1) ndarray or None
         What one standard deviation of each of the P moves in log E, nu and log eta, with sign, and last what the
         twin's own error does: errors that all sweeps share. None without tolerances.
+    sheet : SheetMaterial or None
+        Constants by direction of an orthotropic sheet, whose E and eta in `material` are means of two; None for an
+        isotropic sheet.
     """
 
     temperature: NDArray[np.float64]
@@ -57,6 +61,14 @@ class Updated:
     further: NDArray[np.float64] | None = None
     declared: tuple[DeclaredQuantity, ...] = ()
     common: NDArray[np.float64] | None = None
+    sheet: SheetMaterial | None = None
+
+    @property
+    def sharpest(self) -> Material:
+        """`material` with the least loss factor of all directions."""
+        if self.sheet is None:
+            return self.material
+        return replace(self.material, loss_factor=self.sheet.value.rows[4:].min(axis=0))
 
     @property
     def shared(self) -> NDArray[np.float64]:

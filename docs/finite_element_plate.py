@@ -39,7 +39,8 @@ def solve_plate(case: Case, refinement: int) -> tuple[Real, list[Real], Real, Wh
     nu, d = material.poisson_ratio, case.rigidity
     bending = [[d, nu * d, 0.0], [nu * d, d, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu) * d]]
     none = [[0.0] * 3] * 3
-    stiffness = unknowns.matrix(cells.of(Rigidity(laminate(none, None, bending, SHEAR_FACTOR * shear * h))))
+    across = SHEAR_FACTOR * shear * h
+    stiffness = unknowns.matrix(cells.of(Rigidity(laminate(none, None, bending, (across, across, 0.0)))))
     for _, number in _edges(case, space.mesh, "hard"):
         oblique = number[~straight_edges(space, number).any(axis=0)]
         if oblique.size:

@@ -178,7 +178,7 @@ def orthotropic() -> SolidCase:
     (e, nu, density), delta, more = PLASTIC, 0.2, 0.1
     ratio, shear = nu * np.sqrt((1.0 - delta) / (1.0 + delta)), 0.5 * e / (1.0 + nu)
     constants = (e * (1.0 - delta), e * (1.0 + delta), e, ratio, nu, nu, shear * (1.0 + more), shear, shear)
-    declared = {"orthotropy": {"delta_e": delta, "delta_g": more}}
+    declared = {"orthotropy": {"delta_e": delta, "delta_g": more, "delta_s": 0.0}}
     solids = {"PLATE": Solid(tuple(float(c) for c in constants), density)}
     return rectangle("orthotropic", (0.24, 0.19), 0.006, 0.03, PLASTIC, solids=solids, material=declared)
 

@@ -124,6 +124,7 @@ def update(
     Returns
     -------
     Updating
+        Of an orthotropic sheet ``updated.sheet`` has the constants by direction, ``value`` and ``sigma``.
 
     Raises
     ------

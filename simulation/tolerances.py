@@ -4,8 +4,8 @@ They use the machinery of effects, but are no candidates: all of them are free i
 standard deviation of their prior about zero.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,21 +15,10 @@ from analysis.arrays import Real
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
 from simulation.effects.effect import Effect
+from simulation.sheet_tolerances import sheet_tolerances
 from simulation.state.departures import Departures
 from simulation.state.plate_state import Circumstances, PlateState
-
-FARTHEST = 8.0
-"""Range of every quantity, in tolerances: far enough to see that a declaration is wrong."""
-
-Change = Callable[[Any, Mapping[str, Any]], dict[str, Any]]
-"""(departures, or anything with their attributes; values) -> attributes of `Departures` that change."""
-
-
-@dataclass(frozen=True)
-class Tolerance(Effect):
-    """A declared quantity, and what it changes in the departures; None where it changes the state otherwise."""
-
-    change: Change | None = None
+from simulation.tolerance import FARTHEST, Change, Tolerance
 
 
 def depart(
@@ -83,6 +72,7 @@ def tolerances(experiment: Experiment, movable: Real) -> dict[str, Effect]:
         _of_instruments(experiment),
         _of_attachments(experiment),
         _of_the_theory(experiment),
+        sheet_tolerances(experiment),
     )
     return {effect.card(experiment).name: effect for part in parts for effect in part}
 

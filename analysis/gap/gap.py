@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.misfit import relative_misfit
 from analysis.gap.fitting.residual_map import residual_map
+from analysis.gap.fitting.sheet import fitted_sheet
 from analysis.gap.fitting.state import starting_state
 from analysis.gap.fitting.whiteness import whiteness
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect
@@ -98,7 +100,7 @@ def find_gap(
     notes += [f"{o.effect} is not observable with this data: {o.needs}" for o in found.seen if not o.observable]
     alone = () if judgement.verdict == "none" else signatures(context, found)
     report("done", 1.0)
-    return _report(context, found, tried, judgement, alone, tuple(notes), clock() - begun)
+    return _report(updated, context, found, tried, judgement, alone, tuple(notes), clock() - begun)
 
 
 def _searched(
@@ -131,6 +133,7 @@ def _released(model: HeldEffects, fit: GapFit) -> HeldEffects:
 
 
 def _report(
+    updated: Updated,
     context: SearchContext,
     found: SearchResult,
     tried: Sequence[HeldOut],
@@ -155,8 +158,8 @@ def _report(
         unexplained=left,
         before=residual_map(sweeps, noise, baseline),
         after=residual_map(sweeps, noise, final),
-        laws_before=_laws(sweeps, baseline),
-        laws_after=_laws(sweeps, final),
+        laws_before=_laws(updated, sweeps, baseline),
+        laws_after=_laws(updated, sweeps, final),
         state=final.state,
         sigma_gain=np.exp(final.state.log_gain) * final.stated.log_gain,
         candidates=_candidates(context, found),
@@ -180,8 +183,9 @@ def _agreement(context: SearchContext, fit: GapFit) -> Agreement:
     )
 
 
-def _laws(sweeps: GapSweeps, fit: GapFit) -> FittedLaws:
-    return fit.fitted_laws(sweeps.groups.reference)
+def _laws(updated: Updated, sweeps: GapSweeps, fit: GapFit) -> FittedLaws:
+    sheet = fitted_sheet(None if updated.sheet is None else updated.sheet.declared, fit)
+    return replace(fit.fitted_laws(sweeps.groups.reference), sheet=sheet)
 
 
 def _named(context: SearchContext, found: SearchResult, name: str) -> NamedEffect:

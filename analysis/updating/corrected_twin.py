@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from analysis.gap.data.law_smoothness import LawSmoothness
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.data.preparation import prepare, sweep_points
 from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.fitting.sheet import fitted_sheet
 from analysis.gap.fitting.state import GapState, starting_state
 from analysis.material import Material, MaterialLaws
 from analysis.twin_model import TwinModel
@@ -114,7 +115,8 @@ def fit_twin(
     sweeps, _ = prepare(frf, protocol, plain, floor=floor)
     fit = fit_gap(model, sweeps, starting_state(plain, sweeps.groups), (), executor)
     gain = np.exp(fit.state.log_gain)
-    laws = fit.fitted_laws(sweeps.groups.reference)
+    sheet = fitted_sheet(None if plain.sheet is None else plain.sheet.declared, fit)
+    laws = replace(fit.fitted_laws(sweeps.groups.reference), sheet=sheet)
     declared = fit.declared_quantities(model.tolerance_cards)
     return FittedTwin(fit.state, laws, gain * fit.stated.log_gain, effects, declared)
 
@@ -176,6 +178,8 @@ def _updated(
     rest = np.abs(frf.h - answers)[:, :, used] ** 2
     sigma = fitted.laws.sigma[groups.of_sweep]
     gains = np.stack([np.exp(fitted.state.log_gain), fitted.sigma_gain], axis=1)
+    sheet, (e, nu, eta) = fitted.laws.sheet, material.T
+    logs = np.stack([np.log(e), nu, np.log(eta)], axis=1)
     return Updated(
         temperature=frf.temperature,
         material=Material(*material.T),
@@ -191,6 +195,7 @@ def _updated(
         further=gains[1:] if len(gains) > 1 else None,
         declared=fitted.declared,
         common=None if fitted.laws.common is None else fitted.laws.common[groups.of_sweep],
+        sheet=None if sheet is None else sheet.at(logs, groups.of_sweep),
     )
 
 

@@ -6,7 +6,7 @@ sweep is fitted alone on few lines, gain included, outwards from a middle sweep 
 neighbour, input by input; then the gains of an input are averaged into one.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.effect_card import Values
 from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.data.preparation import apart
@@ -21,10 +22,13 @@ from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.misfit import sweep_powers
+from analysis.gap.fitting.sheet import fitted_sheet
 from analysis.gap.fitting.state import GapState
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox
 from analysis.progress import Progress
+from analysis.sheet_material import LOSS, MODULI, TRANSVERSE
+from analysis.sheet_orthotropy import Orthotropy
 from analysis.twin_model import TwinModel
 from analysis.updated import Updated
 from analysis.updating.drift import sweep_laws, to_first_order
@@ -47,6 +51,8 @@ def update(
     *,
     tolerant: TwinModel | None = None,
     begin: NDArray[np.float64] | None = None,
+    sheet: Orthotropy | None = None,
+    declared: Mapping[str, Values] | None = None,
     protocol: Protocol | None = None,
     progress: Progress | None = None,
 ) -> Updated:
@@ -62,6 +68,10 @@ def update(
         The same twin for the joint fit, with tolerances of what is declared; `model` by default.
     begin : (3,) ndarray, optional
         E, nu and eta near those of `middle_sweep`; else the start grid finds them.
+    sheet : Orthotropy, optional
+        Declared one of an orthotropic sheet: constants by direction are estimated.
+    declared : mapping, optional
+        Values of declared quantities at which the joint fit starts, and which `model` holds.
     protocol : Protocol, optional
         Tells the drift of the temperature, which the model then follows in the joint fit, with the slopes of laws
         through the fits of single sweeps. Else each sweep counts as measured at one temperature.
@@ -90,11 +100,12 @@ def update(
             laws = _laws_alone(frf, alone, protocol)
             frf = to_first_order(frf, model, laws, np.exp(start.log_gain), protocol, pool)
             start = replace(start, tilt=np.array([law.slope for law in laws]))
-        sweeps = apart(frf, material_of(alone), protocol)
+        start = start.with_declared(declared or {})
+        sweeps = apart(frf, _sharpest(material_of(alone), declared or {}), protocol)
         joint = model if tolerant is None else tolerant
         fit = fit_gap(joint, sweeps, start, (), pool)
     report("common gain", 1.0)
-    return _summary(frf, joint, sweeps, fit, alone)
+    return _summary(frf, joint, sweeps, fit, alone, sheet)
 
 
 def _fitted_alone(
@@ -215,7 +226,23 @@ def _walk(
         advance()
 
 
-def _summary(frf: Frf, model: TwinModel, sweeps: GapSweeps, fit: GapFit, fits: Sequence[SweepFit]) -> Updated:
+def _sharpest(material: Material, declared: Mapping[str, Values]) -> Material:
+    """Return materials with the least loss factor of a sheet's directions."""
+    loss = declared.get(LOSS)
+    if loss is None:
+        return material
+    least = min(-0.5 * abs(loss["ratio"]), loss["shear"])
+    return replace(material, loss_factor=np.exp(least) * material.loss_factor)
+
+
+def _summary(
+    frf: Frf,
+    model: TwinModel,
+    sweeps: GapSweeps,
+    fit: GapFit,
+    fits: Sequence[SweepFit],
+    sheet: Orthotropy | None,
+) -> Updated:
     """Collect the fitted sweeps into one value."""
     laws = fit.state.laws
     materials = np.stack([np.exp(laws[:, 0]), laws[:, 1], np.exp(laws[:, 2])], axis=1)
@@ -229,6 +256,7 @@ def _summary(frf: Frf, model: TwinModel, sweeps: GapSweeps, fit: GapFit, fits: S
     common = _common(fit, own)
     sigma = np.sqrt(own + (common**2).sum(axis=2))
     missed, power = sweep_powers(sweeps, fit)
+    within_reach = not {MODULI, LOSS, TRANSVERSE} & {name for name, _ in fit.on_wall}
     several = len(fit.state.log_gain) > 1
     means = [chi2_per_dof[frf.driven_by == one].mean() for one in range(len(fit.state.log_gain))]
     gain = np.exp(fit.state.log_gain)
@@ -245,10 +273,11 @@ def _summary(frf: Frf, model: TwinModel, sweeps: GapSweeps, fit: GapFit, fits: S
         misfit=np.sqrt(missed / power),
         noise_floor=frf.noise_floor,
         chi2_per_dof=chi2_per_dof,
-        settled=np.array([f.settled for f in fits]) & model.box.inside(materials),
+        settled=np.array([f.settled for f in fits]) & model.box.inside(materials) & within_reach,
         further=gains[1:] if several else None,
         declared=fit.declared_quantities(model.tolerance_cards),
         common=common if common.size else None,
+        sheet=fitted_sheet(sheet, fit, sigma, own),
     )
 
 

@@ -27,9 +27,10 @@ if TYPE_CHECKING:
     from simulation.reduction.effect_operators import EffectOperators
     from simulation.reduction.plate_basis import PlateBasis
     from simulation.shell.fineness import Fineness
+    from simulation.state.sheet_departures import Sheet
 
 FORMAT = "flexura-effect-operators/1"
-METHOD = 23
+METHOD = 24
 """Raised whenever the same declaration would give other operators."""
 SCALARS = ("offset_range", "cell", "thickness", "angle", "error", "plain_error", "dropped")
 PLAIN = (
@@ -58,6 +59,7 @@ def cached_operators(
     report: Progress,
     fineness: "Fineness | None" = None,
     basis: "Callable[[], PlateBasis | None]" = lambda: None,
+    near: "Sheet | None" = None,
 ) -> "EffectOperators":
     """Operators of an experiment's plate, from the cache or made and kept there; about a minute where made.
 
@@ -72,6 +74,8 @@ def cached_operators(
         The converged one unless given.
     basis : callable, optional
         Asked only where they are made: returns what the plain reduction rests on, None where it is not known.
+    near : (4,) tuple of float, optional
+        Moduli of an orthotropic sheet about which they are made.
 
     Returns
     -------
@@ -85,9 +89,10 @@ def cached_operators(
     from simulation.reduction.effect_reduction import reduce_with_effects
 
     def made() -> "EffectOperators":
-        return reduce_with_effects(experiment, box, basis=basis(), fineness=fineness, progress=report)[0]
+        known = basis()
+        return reduce_with_effects(experiment, box, basis=known, fineness=fineness, near=near, progress=report)[0]
 
-    return _kept("effects", experiment, box, fineness, made)
+    return _kept("effects", experiment, box, fineness, near, made)
 
 
 def cached_departures(
@@ -96,6 +101,7 @@ def cached_departures(
     report: Progress,
     fineness: "Fineness | None" = None,
     basis: "Callable[[], PlateBasis | None]" = lambda: None,
+    near: "Sheet | None" = None,
 ) -> "EffectOperators":
     """Operators of an experiment's plate for errors of its declaration alone; some seconds where they are made.
 
@@ -107,6 +113,7 @@ def cached_departures(
         Called with the stage's name and the share done.
     fineness : Fineness, optional
     basis : callable, optional
+    near : (4,) tuple of float, optional
         As in `cached_operators`.
 
     Returns
@@ -121,9 +128,10 @@ def cached_departures(
     from simulation.reduction.effect_reduction import reduce_with_departures
 
     def made() -> "EffectOperators":
-        return reduce_with_departures(experiment, box, basis=basis(), fineness=fineness, progress=report)
+        known = basis()
+        return reduce_with_departures(experiment, box, basis=known, fineness=fineness, near=near, progress=report)
 
-    return _kept("departures", experiment, box, fineness, made)
+    return _kept("departures", experiment, box, fineness, near, made)
 
 
 def _kept(
@@ -131,10 +139,11 @@ def _kept(
     experiment: Experiment,
     box: MaterialBox,
     fineness: "Fineness | None",
+    near: "Sheet | None",
     made: "Callable[[], EffectOperators]",
 ) -> "EffectOperators":
     """Operators from the cache, made and kept there if they are not in it."""
-    file = cache_folder() / f"{kind}-{operators_key(experiment, box, fineness)}.h5"
+    file = cache_folder() / f"{kind}-{operators_key(experiment, box, fineness, near)}.h5"
     stored = load_operators(file)
     if stored is None:
         with reducing(box, experiment.protocol.band):
@@ -145,7 +154,9 @@ def _kept(
     return stored
 
 
-def operators_key(experiment: Experiment, box: MaterialBox, fineness: "Fineness | None" = None) -> str:
+def operators_key(
+    experiment: Experiment, box: MaterialBox, fineness: "Fineness | None" = None, near: "Sheet | None" = None
+) -> str:
     """Return a hash over all that decides an experiment's operators.
 
     Parameters
@@ -153,6 +164,8 @@ def operators_key(experiment: Experiment, box: MaterialBox, fineness: "Fineness 
     experiment : Experiment
     box : MaterialBox
     fineness : Fineness, optional
+    near : (4,) tuple of float, optional
+        Moduli of an orthotropic sheet about which they are made.
 
     Returns
     -------
@@ -169,6 +182,8 @@ def operators_key(experiment: Experiment, box: MaterialBox, fineness: "Fineness 
     if experiment.footprints:
         acting = enumerate(experiment.footprints)
         decides.append([(*f.point, f.radius, f.mass > 0.0, k in experiment.driven) for k, f in acting])
+    if near is not None:
+        decides.append(list(near))
     return hashlib.sha256(json.dumps(decides).encode()).hexdigest()
 
 

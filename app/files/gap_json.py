@@ -1,7 +1,11 @@
 """``gap.json``: the result of comparing a campaign with its twin, for machines (flexura-gap/1)."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from analysis.estimates import Estimate, FittedLaws
 from analysis.gap.fitting.residual_map import Region
@@ -9,6 +13,7 @@ from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect
 from analysis.gap.search.held_out import HeldOut
 from analysis.gap.search.observability import Observability
 from analysis.pairing.paired_sweeps import Pairing
+from analysis.sheet_material import SheetMaterial
 from analysis.updating.corrected_twin import material_of
 from app.files.declared_json import declared_record
 from app.files.pairing_json import pairing_record
@@ -160,6 +165,8 @@ def _region(region: Region) -> dict[str, Any]:
 
 
 def _laws(laws: FittedLaws) -> dict[str, Any]:
+    if laws.sheet is not None:
+        return _sheet_laws(laws.temperature, laws.sheet)
     material, sigma = material_of(laws)
     return {
         "temperature_c": laws.temperature.tolist(),
@@ -170,3 +177,17 @@ def _laws(laws: FittedLaws) -> dict[str, Any]:
         "sigma_poisson_ratio": sigma.poisson_ratio.tolist(),
         "sigma_loss_factor": sigma.loss_factor.tolist(),
     }
+
+
+def _sheet_laws(temperature: NDArray[np.float64], sheet: SheetMaterial) -> dict[str, Any]:
+    """Return the constants of an orthotropic sheet by direction, and their standard deviations."""
+    found: dict[str, Any] = {
+        "temperature_c": temperature.tolist(),
+        "delta_e": sheet.delta_e,
+        "delta_g": sheet.delta_g,
+    }
+    for before, constants in (("", sheet.value), ("sigma_", sheet.sigma)):
+        for entry in fields(constants):
+            unit = "_pa" if "modulus" in entry.name else ""
+            found[f"{before}{entry.name}{unit}"] = getattr(constants, entry.name).tolist()
+    return found

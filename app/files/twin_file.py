@@ -34,7 +34,8 @@ COMMENT = """\
 A twin of Flexura. SI units; temperatures in degrees Celsius; sigma is one standard deviation.
 laws: what the plate is made of at its own temperature. effect: what the plain twin lacked.
 departure: true less declared value of what is declared with a tolerance; laws and effects hold together with
-it."""
+it. Of an orthotropic sheet the laws are those of (Ex + Ey)/2, sqrt(nu_xy nu_yx) and sqrt(eta_x eta_y), and
+departure holds logarithms of ratios."""
 
 Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 Name = Annotated[str, Field(pattern="^[A-Za-z][A-Za-z0-9_]{0,63}$")]
@@ -75,7 +76,7 @@ class TwinLaws(Declared):
     temperature: Annotated[tuple[Temperature, ...], Field(min_length=1, max_length=Count)]
     youngs_modulus: Annotated[tuple[Annotated[float, Field(ge=1e6, le=1e12)], ...], Field(description="Pa")]
     sigma_youngs_modulus: Annotated[tuple[Sigma, ...], Field(description="Pa")]
-    poisson_ratio: tuple[Annotated[float, Field(gt=-1.0, lt=0.5)], ...]
+    poisson_ratio: tuple[Annotated[float, Field(gt=-1.0, lt=1.0)], ...]
     sigma_poisson_ratio: tuple[Sigma, ...]
     loss_factor: tuple[Annotated[float, Field(gt=0.0, le=2.0)], ...]
     sigma_loss_factor: tuple[Sigma, ...]

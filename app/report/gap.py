@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 from analysis.estimates import FittedLaws
 from analysis.gap.data.groups import TemperatureGroups
 from analysis.gap.thresholds import LEAST_GAIN
+from analysis.sheet_material import SheetMaterial
 from app.files.gap_file import GapFigures
 from app.report.style import BAND, MODEL, frequency_axis, legend_below, panels
+from app.terminal.sheet import CONSTANTS
 
 Record = Mapping[str, Any]
 BEFORE, AFTER, ALIKE, OTHER = MODEL, BAND, "#7cc4cc", "0.75"
@@ -122,6 +124,8 @@ def candidates(record: Record) -> Figure:
 def laws(figures: GapFigures) -> Figure:
     """E, nu and eta before and after, and what the correction changes, with two-sigma bands."""
     before, after = figures.laws_before, figures.laws_after
+    if before.sheet is not None and after.sheet is not None:
+        return _sheet_laws(before.temperature, before.sheet, after.sheet)
     figure, axes = panels(2, 3, width=10.5, height=5.0, sharex=True, height_ratios=[1.4, 1.0])
     parts = (
         ("Young's modulus", "E [GPa]", "change of E [%]", 1e-9),
@@ -136,6 +140,24 @@ def laws(figures: GapFigures) -> Figure:
         _change(lower, before, after, column, relative=unit is not None)
         upper.set(title=title, ylabel=label)
         lower.set(xlabel="temperature [°C]", ylabel=change)
+    legend_below(figure)
+    return figure
+
+
+def _sheet_laws(temperature: NDArray[np.float64], before: SheetMaterial, after: SheetMaterial) -> Figure:
+    """Draw moduli and Poisson's ratio of an orthotropic sheet before and after, and the change in per cent."""
+    chosen = CONSTANTS[:4]
+    figure, axes = panels(2, len(chosen), width=12.5, height=5.0, sharex=True, height_ratios=[1.4, 1.0])
+    for one, (upper, lower) in zip(chosen, axes.T, strict=True):
+        first, last = (getattr(sheet.value, one.name) for sheet in (before, after))
+        for curve, color, name, style in ((first, BEFORE, "before", "--"), (last, AFTER, "after", "-")):
+            upper.plot(temperature, curve / one.scale, style, color=color, label=name, marker=".")
+        moved, sigma = 100.0 * (last - first) / first, 100.0 * getattr(after.sigma, one.name) / first
+        lower.axhline(0.0, color=BEFORE, lw=1.0, ls="--")
+        lower.plot(temperature, moved, color=AFTER, marker=".")
+        lower.fill_between(temperature, moved - 2 * sigma, moved + 2 * sigma, color=AFTER, alpha=0.25, lw=0)
+        upper.set(title=one.title, ylabel=one.label)
+        lower.set(xlabel="temperature [°C]", ylabel=f"change of {one.symbol} [%]")
     legend_below(figure)
     return figure
 

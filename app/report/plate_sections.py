@@ -9,6 +9,7 @@ from analysis.experiment import Experiment
 from analysis.frf import Frf
 from analysis.material import MaterialLaws
 from analysis.plate import Plate
+from analysis.sheet_material import SheetMaterial
 from analysis.updated import GOOD_MISFIT, Updated
 from app.files.best_twin import best_twin
 from app.files.laws_file import TwinFrf, load_pairing
@@ -18,6 +19,7 @@ from app.report.declared import picture, pieces_of_experiment, plate_words, tran
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture
 from app.report.pairing import pairing_items
 from app.terminal.mode_rows import READ_AS
+from app.terminal.sheet import CONSTANTS
 from app.terminal.update import gains_text
 from app.terminal.with_sigma import with_sigma
 
@@ -126,7 +128,7 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
     """
     best = best_twin(run, "report")
     estimates, twin, laws = best.twin.updated, best.twin.answers, best.twin.laws
-    rows.extend([] if laws is None else paper.material_rows(laws))
+    rows.extend([] if laws is None or estimates.sheet is not None else paper.material_rows(laws))
     plain = best.uncorrected
     worst = float((estimates.misfit / estimates.noise_floor).max())
     each = "" if estimates.further is None else " of an actuator"
@@ -148,14 +150,18 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
         Paragraph(text),
         *(Paragraph(sentence) for sentence in best.ignored),
         *(pairing_items(load_pairing(best.twin.path), "pairing") if plain is None else ()),
-        *([] if laws is None else [_constants(laws, None if plain is None else plain.laws)]),
+        *([_sheet_constants(estimates, estimates.sheet)] if estimates.sheet is not None else []),
+        *(
+            []
+            if laws is None or estimates.sheet is not None
+            else [_constants(laws, None if plain is None else plain.laws)]
+        ),
         *(_compared(experiment.plate, frf, twin, estimates) if same else []),
         Picture(
             "laws",
             "What is the plate made of, at each temperature?",
             updated.laws(estimates, laws, None if plain is None else plain.laws),
-            f"E, η and ν over temperature, two-sigma bands{paper.figure(experiment.plate, 12)}."
-            + ("" if plain is None else " Dashed: uncorrected, with a twin that lacks what was found."),
+            _laws_caption(experiment.plate, estimates, corrected=plain is not None),
         ),
     ]
 
@@ -213,6 +219,27 @@ def _each(frf: Frf) -> list[tuple[int, str, str]]:
         return [(0, "", "")]
     first = frf.driving[0]
     return [(k, "" if k == first else f"-{k + 1}", f", {frf.sources[k]} driven") for k in frf.driving]
+
+
+def _laws_caption(plate: Plate, found: Updated, *, corrected: bool) -> str:
+    if found.sheet is not None:
+        return "Moduli, Poisson's ratio and loss factors of the sheet in its own axes, two standard deviations."
+    dashed = " Dashed: uncorrected, with a twin that lacks what was found." if corrected else ""
+    return f"E, η and ν over temperature, two-sigma bands{paper.figure(plate, 12)}.{dashed}"
+
+
+def _sheet_constants(found: Updated, sheet: SheetMaterial) -> PageTable:
+    """Return the constants of an orthotropic sheet at the temperatures measured, ten at most."""
+    order = np.argsort(found.temperature)
+    chosen = order[np.unique(np.linspace(0, len(order) - 1, min(len(order), 10)).round().astype(int))]
+    rows = []
+    for row in chosen:
+        pairs = (
+            (getattr(part, one.name)[row] / one.scale for part in (sheet.value, sheet.sigma)) for one in CONSTANTS
+        )
+        rows.append((f"{found.temperature[row]:z.1f}", *(with_sigma(float(v), float(s)) for v, s in pairs)))
+    headings = ("T [°C]", *(one.label for one in CONSTANTS))
+    return PageTable(headings, rows, numbers=tuple(range(len(headings))))
 
 
 def _constants(laws: MaterialLaws, plain: MaterialLaws | None) -> PageTable:

@@ -12,6 +12,7 @@ from app.files.frf_file import load_frf
 from app.files.modes_file import load_modes
 from app.terminal.effect_words import found_words, titles_of
 from app.terminal.gap import concluded
+from app.terminal.sheet import sheet_words
 
 
 def summary(run: Path) -> dict[str, str]:
@@ -56,6 +57,8 @@ def _constants(found: Updated) -> str:
         100 * found.material.loss_factor,
     )
     ratio = float((found.misfit / found.noise_floor).max())
+    if found.sheet is not None:
+        return f"{sheet_words(found.sheet)}, misfit at most {ratio:.2f} times the noise"
     return (
         f"E {e.max():.2f} to {e.min():.2f} GPa, ν {nu.min():.3f} to {nu.max():.3f}, "
         f"η {eta.min():.1f} to {eta.max():.1f} %, misfit at most {ratio:.2f} times the noise"

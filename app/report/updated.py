@@ -8,10 +8,12 @@ from matplotlib.figure import Figure
 from analysis.frf import Frf
 from analysis.material import MaterialLaws
 from analysis.phase import drawn_phase
+from analysis.sheet_material import SheetMaterial
 from analysis.updated import Updated
 from app.files.laws_file import TwinFrf
 from app.report.measured import spread
 from app.report.style import BAND, MEASURED, MODEL, frequency_axis, legend_below, panels
+from app.terminal.sheet import CONSTANTS
 
 
 def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0, source: int = 0) -> Figure:
@@ -59,19 +61,21 @@ def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0, source
 
 
 def laws(updated: Updated, fitted: MaterialLaws | None, uncorrected: MaterialLaws | None = None) -> Figure:
-    """E, nu and eta over temperature: estimates with error bars, laws with two-sigma bands.
+    """E, nu and eta, or constants of a sheet by direction, over temperature: estimates, laws, two-sigma bands.
 
     Parameters
     ----------
     updated : Updated
     fitted : MaterialLaws or None
     uncorrected : MaterialLaws, optional
-        Of the twin that lacks an effect, drawn dashed.
+        Of the twin that lacks an effect, drawn dashed; not of a sheet.
 
     Returns
     -------
     Figure
     """
+    if updated.sheet is not None:
+        return _sheet(updated, updated.sheet)
     figure, axes = panels(1, 3, height=3.6)
     names = (
         ("youngs_modulus", 1e9, "E [GPa]", "Young's modulus"),
@@ -95,6 +99,27 @@ def laws(updated: Updated, fitted: MaterialLaws | None, uncorrected: MaterialLaw
             each.plot(fine, law, "--", color=MODEL, lw=1.0, label="uncorrected")
         each.set(xlabel="temperature [°C]", ylabel=label, title=title)
     legend_below(figure)
+    return figure
+
+
+def _sheet(updated: Updated, found: SheetMaterial) -> Figure:
+    """Constants of an orthotropic sheet by direction over temperature, with two standard deviations."""
+    figure, axes = panels(2, 3, height=6.2)
+    good, t = updated.settled, updated.temperature
+    places = (0, 1, 2, 3, 4, 4, 4)
+    for one, place, mark in zip(CONSTANTS, places, ("o", "o", "o", "o", "o", "s", "^"), strict=True):
+        each = axes.flat[place]
+        value, sigma = (getattr(part, one.name) / one.scale for part in (found.value, found.sigma))
+        many = places.count(place) > 1
+        color = None if many else MEASURED
+        label = one.symbol if many else None
+        each.errorbar(t[good], value[good], 2 * sigma[good], fmt=mark, ms=3.5, color=color, label=label)
+        if not good.all():
+            each.plot(t[~good], value[~good], "x", color=MODEL)
+        each.set(xlabel="temperature [°C]", ylabel="η [%]" if many else one.label)
+        each.set_title("loss factors" if many else one.title)
+    axes.flat[4].legend()
+    axes.flat[5].axis("off")
     return figure
 
 

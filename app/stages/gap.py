@@ -243,6 +243,6 @@ def _save_corrected_laws(
 
 def _floor(plain: Updating, twin: Twin[EffectPlate], *, patches: bool) -> NumericalFloor:
     """Return the error of the twin at the least damping found in the campaign."""
-    least = max(float(plain.updated.material.loss_factor.min()), LEAST_LOSS)
+    least = max(float(plain.updated.sharpest.loss_factor.min()), LEAST_LOSS)
     error = twin.plate.operators.numerical_error(least)
     return NumericalFloor(error, float(np.median(plain.frf.noise_floor)), patches)

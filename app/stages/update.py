@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +16,19 @@ from analysis.held_effects import HeldEffects
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialLaws
 from analysis.pairing.paired_sweeps import Pairing
+from analysis.plate_material import PlateMaterial
 from analysis.progress import Progress
 from analysis.protocol.advice import unresolved
+from analysis.sheet_orthotropy import Orthotropy
 from analysis.sweep_point import SweepPoint
+from analysis.twin_model import TwinModel
 from analysis.updated import Updated
 from analysis.updating.corrected_twin import corrected_twin, fit_twin
 from analysis.updating.drift import sweep_laws, to_first_order
 from analysis.updating.laws import laws_of_sweeps
 from analysis.updating.outlier_sweeps import outlier_sweeps
 from analysis.updating.polarity import polarity_corrected
+from analysis.updating.sheet_start import sheet_start
 from analysis.updating.update import update
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
@@ -33,7 +38,7 @@ from app.stages.drift_notes import drift_notes
 from app.stages.pairing import MeasuredSweeps, measured_sweeps, paired_sweeps, with_reason
 from app.terminal.notebook import as_html, as_text
 from app.terminal.pairing import pairing_tables
-from app.terminal.update import headline, notes, table_of
+from app.terminal.update import headline, notes, tables_of
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
 from app.twins.campaign_twin import campaign_twin, tolerant_twin, twin_is_built
 from simulation.twin.effect_plate import EffectPlate
@@ -73,7 +78,7 @@ class Updating:
 
     def _repr_html_(self) -> str:
         record = pairing_record(self.pairing)
-        tables = [table_of(self.updated), *(pairing_tables(record) if record else ())]
+        tables = [*tables_of(self.updated), *(pairing_tables(record) if record else ())]
         return as_html(headline(self.updated), tables, self._notes)
 
     @property
@@ -207,17 +212,24 @@ def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Tw
             from app.stages.declaration_check import check_declaration  # slow import: mesher
 
             frf = replace(frf, notes=(*frf.notes, *check_declaration(campaign.experiment, frf, report)))
-        twin = campaign_twin(campaign.experiment, report)
         tolerant = tolerant_twin(campaign.experiment, report)
+        sheet = _sheet(campaign.experiment.plate.material)
+        known = sheet_start(frf, tolerant, report)
+        if known:  # about the moduli found, where it is more exact than about those declared
+            tolerant = tolerant_twin(campaign.experiment, report, known)
+        twin: TwinModel = HeldEffects(tolerant, known) if known else campaign_twin(campaign.experiment, report)
         frf, begin = polarity_corrected(frf, twin, report)
-        updated = update(frf, twin, tolerant=tolerant, begin=begin, protocol=protocol, progress=report)
+        fitted = partial(
+            update, tolerant=tolerant, sheet=sheet, declared=known, protocol=protocol, progress=report
+        )
+        updated = fitted(frf, twin, begin=begin)
         outliers = outlier_sweeps(frf, updated)
         if outliers:
             frf = frf.without(
                 outliers,
                 "no material explains it although it explains the neighbours: overload, a knock, or a wrong file",
             )
-            updated = update(frf, twin, tolerant=tolerant, protocol=protocol, progress=report)
+            updated = fitted(frf, twin)
         lines = frf.frequency
         notes = unresolved(
             (float(lines[0]), float(lines[-1])),
@@ -225,6 +237,11 @@ def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Tw
             float(np.median(updated.material.loss_factor)),
         )
         return replace(frf, notes=(*frf.notes, *notes)), tolerant, updated
+
+
+def _sheet(material: PlateMaterial | None) -> Orthotropy | None:
+    """Return what is declared of an orthotropic sheet; None of an isotropic one."""
+    return None if material is None else material.departure
 
 
 def _updated_under_effects(

@@ -8,6 +8,7 @@
 ``mode_rows``            modes of one sweep as rows of words
 ``with_sigma``           a value as far as its standard deviation lets it be known
 ``update``               estimates of model updating as JSON, as a table and in one line
+``sheet``                constants of an orthotropic sheet likewise
 ``pairing``              paired modes as a table
 ``focusing``             focusing over temperature as JSON, as a table, notes and one line
 ``compensation``         methods of compensation as JSON, as a table and in one line

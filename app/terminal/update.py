@@ -13,6 +13,15 @@ from analysis.pairing.paired_sweeps import Pairing
 from analysis.updated import GOOD_MISFIT, Updated
 from app.files.declared_json import declared_record
 from app.terminal.pairing import pairing_tables
+from app.terminal.sheet import (
+    CONSTANTS,
+    declared_line,
+    sheet_budgets,
+    sheet_record,
+    sheet_row,
+    sheet_tables,
+    sheet_words,
+)
 from app.terminal.with_sigma import with_sigma
 
 if TYPE_CHECKING:
@@ -46,27 +55,11 @@ def record(updated: Updated, seconds: float, inputs: Sequence[Channel], source: 
     -------
     dict
     """
-    several, rows = len(inputs) > 1, []
-    for t, (e, nu, eta) in enumerate(updated.constants):
-        rows.append(
-            {
-                "temperature_c": float(updated.temperature[t]),
-                "youngs_modulus_pa": e,
-                "poisson_ratio": nu,
-                "loss_factor": eta,
-                "sigma": {
-                    "youngs_modulus_pa": float(updated.sigma.youngs_modulus[t]),
-                    "poisson_ratio": float(updated.sigma.poisson_ratio[t]),
-                    "loss_factor": float(updated.sigma.loss_factor[t]),
-                },
-                "misfit": float(updated.misfit[t]),
-                "misfit_start": float(updated.misfit_start[t]),
-                "noise_floor": float(updated.noise_floor[t]),
-                "chi2_per_dof": float(updated.chi2_per_dof[t]),
-                "settled": bool(updated.settled[t]),
-                **({"actuator": inputs[source[t]].id} if several else {}),
-            }
-        )
+    several, sheet = len(inputs) > 1, updated.sheet
+    rows = [
+        {**_row(updated, t), **({"actuator": inputs[source[t]].id} if several else {})}
+        for t in range(len(updated.temperature))
+    ]
     gains = zip(inputs, updated.gains, updated.sigma_gains, strict=True)
     by_name = {one.id: {"gain": float(gain), "sigma_gain": float(sigma)} for one, gain, sigma in gains}
     return {
@@ -74,9 +67,35 @@ def record(updated: Updated, seconds: float, inputs: Sequence[Channel], source: 
         "gain": updated.gain,
         "sigma_gain": updated.sigma_gain,
         **({"gains": by_name} if several else {}),
+        **({} if sheet is None else {"sheet": sheet_record(sheet)}),
         "declared": [declared_record(one) for one in updated.declared],
         "budget": budgets(updated),
         "seconds": seconds,
+    }
+
+
+def _row(updated: Updated, t: int) -> dict[str, Any]:
+    """Return one sweep's entry."""
+    e, nu, eta = updated.constants[t]
+    sigma = updated.sigma
+    isotropic = {
+        "youngs_modulus_pa": e,
+        "poisson_ratio": nu,
+        "loss_factor": eta,
+        "sigma": {
+            "youngs_modulus_pa": float(sigma.youngs_modulus[t]),
+            "poisson_ratio": float(sigma.poisson_ratio[t]),
+            "loss_factor": float(sigma.loss_factor[t]),
+        },
+    }
+    return {
+        "temperature_c": float(updated.temperature[t]),
+        **(isotropic if updated.sheet is None else sheet_row(updated.sheet, t)),
+        "misfit": float(updated.misfit[t]),
+        "misfit_start": float(updated.misfit_start[t]),
+        "noise_floor": float(updated.noise_floor[t]),
+        "chi2_per_dof": float(updated.chi2_per_dof[t]),
+        "settled": bool(updated.settled[t]),
     }
 
 
@@ -85,15 +104,20 @@ def show(updated: Updated, pairing: Mapping[str, Any] | None = None) -> None:
     from rich.console import Console
 
     console = Console()
-    console.print(table_of(updated))
+    for table in tables_of(updated):
+        console.print(table)
     for line in budget_lines(updated):
         console.print(line, highlight=False, soft_wrap=True)
     for table in pairing_tables(pairing) if pairing else ():
         console.print(table)
 
 
-def table_of(updated: Updated) -> "Table":
-    """Return the estimates as a table of rich, one row per sweep."""
+def tables_of(updated: Updated) -> list["Table"]:
+    """Return the estimates as tables of rich, one row per sweep: one, or of an orthotropic sheet two."""
+    return [_table_of(updated)] if updated.sheet is None else sheet_tables(updated, updated.sheet)
+
+
+def _table_of(updated: Updated) -> "Table":
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
@@ -122,10 +146,13 @@ def table_of(updated: Updated) -> "Table":
 def budgets(updated: Updated) -> dict[str, dict[str, float]]:
     """Return what makes up one standard deviation of E, nu and eta at the middle temperature, as shares of them.
 
-    Of nu absolute; each with its `total`; empty without tolerances.
+    Of nu absolute; each with its `total`; empty without tolerances. Of an orthotropic sheet of the constants by
+    direction.
     """
     if updated.common is None:
         return {}
+    if updated.sheet is not None:
+        return sheet_budgets(updated, updated.sheet)
     middle = int(np.argsort(updated.temperature)[len(updated.temperature) // 2])
     found, own, total = {}, updated.own_sigma, updated.sigma
     for law, name in enumerate(("youngs_modulus", "poisson_ratio", "loss_factor")):
@@ -137,7 +164,8 @@ def budgets(updated: Updated) -> dict[str, dict[str, float]]:
 
 def budget_lines(updated: Updated) -> list[str]:
     """Say for E, nu and eta what one standard deviation is made of, the largest contributions first."""
-    words = {
+    words = {one.name: (f"σ_{one.symbol}", *((100.0, " %") if one.unit else (1.0, ""))) for one in CONSTANTS}
+    words |= {
         "youngs_modulus": ("σ_E", 100.0, " %"),
         "poisson_ratio": ("σ_ν", 1.0, ""),
         "loss_factor": ("σ_η", 100.0, " %"),
@@ -160,10 +188,13 @@ def headline(updated: Updated) -> str:
     m, t = updated.material, updated.temperature
     e, nu, eta = m.youngs_modulus / 1e9, m.poisson_ratio, 100 * m.loss_factor
     ratio = float((updated.misfit / updated.noise_floor).max())
+    constants = (
+        f"E {e.min():.3f} to {e.max():.3f} GPa, ν {nu.min():.3f} to {nu.max():.3f}, "
+        f"η {eta.min():.2f} to {eta.max():.2f} %"
+    )
+    said = constants if updated.sheet is None else sheet_words(updated.sheet)
     return (
-        f"{len(t)} sweeps, {t.min():z.1f} to {t.max():z.1f} °C: E {e.min():.3f} to {e.max():.3f} GPa, "
-        f"ν {nu.min():.3f} to {nu.max():.3f}, η {eta.min():.2f} to {eta.max():.2f} %, misfit at most {ratio:.2f} "
-        "times the noise"
+        f"{len(t)} sweeps, {t.min():z.1f} to {t.max():z.1f} °C: {said}, misfit at most {ratio:.2f} times the noise"
     )
 
 
@@ -218,10 +249,12 @@ def notes(updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None =
         )
     elif (updated.misfit / updated.noise_floor).max() > GOOD_MISFIT:
         said.append(
-            "the twin lacks an effect that the plate has: E, nu and eta above absorb part of it. "
+            "the twin lacks an effect that the plate has: the constants above absorb part of it. "
             "To find it: flexura gap"
         )
     said += doubts(updated.declared)
+    if updated.sheet is not None:
+        said.append(declared_line(updated.sheet))
     if laws is None:
         said.append("no laws over temperature: at least 3 temperatures with settled estimates are needed")
     return said

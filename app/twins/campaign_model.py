@@ -72,7 +72,7 @@ def campaign_model(
     ResultFileError
         For an effect that does not fit onto the plate.
     """
-    twin = effect_twin(experiment, report, folder, required_error(plain))
+    twin = effect_twin(experiment, report, folder, required_error(plain), plain.departures)
     given: dict[str, tuple[Estimate, ...]] = {}
     if start is not None:
         given = {
@@ -81,13 +81,16 @@ def campaign_model(
         }
         missing = [name for name in given if name not in twin.library]
         if missing:
-            raise ResultFileError(f"{start.path}: this plate's mesh leaves no room for {', '.join(missing)}")
+            raise ResultFileError(
+                f"{start.path}: {', '.join(missing)} cannot act on this plate: sensor_offset needs room in its "
+                "mesh, and orthotropy a sheet whose own moduli are not free (tolerances.moduli = 0)"
+            )
     return referred(twin, plain), given
 
 
 def required_error(plain: Updated) -> RequiredError:
     """Error of a twin with which a campaign can be compared, at the least damping found by model updating."""
-    loss_factor = max(float(plain.material.loss_factor.min()), LEAST_LOSS)
+    loss_factor = max(float(plain.sharpest.loss_factor.min()), LEAST_LOSS)
     return RequiredError(allowed_error(float(np.median(plain.noise_floor))), loss_factor)
 
 

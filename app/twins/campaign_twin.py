@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from analysis.experiment import Experiment, Plate
 from analysis.plate_material import material_box
 from analysis.progress import Progress
+from analysis.sheet_material import ACROSS, MODULI, RATIOS
+from analysis.twin_model import NO_EFFECTS, Effects
 from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
 from app.files.effect_cache import cached_departures, cached_operators
 from simulation.effects.effect import Effect
@@ -25,6 +27,7 @@ from simulation.twin.twin import Twin
 if TYPE_CHECKING:
     from simulation.reduction.plate_basis import PlateBasis
     from simulation.shell.fineness import Fineness
+    from simulation.state.sheet_departures import Sheet
 
 SHAPE_POINTS = 32
 """Points along the longer side of the box around a plate on which its mode shapes are known."""
@@ -45,6 +48,7 @@ def effect_twin(
     report: Progress,
     folder: Path | None = None,
     required: RequiredError | None = None,
+    declared: Effects = NO_EFFECTS,
 ) -> Twin[EffectPlate]:
     """Return the twin of a campaign's plate with the project's effects and a user's own.
 
@@ -57,6 +61,9 @@ def effect_twin(
         A user's own effects.
     required : RequiredError, optional
         The mesh is refined if the twin is not as exact, and a finer one within the bound of its cost is.
+    declared : mapping, optional
+        Values of declared quantities, as of model updating: the moduli of an orthotropic sheet about which the
+        twin is made.
 
     Returns
     -------
@@ -71,17 +78,52 @@ def effect_twin(
     box = material_box(experiment.plate.material)
     fineness = None if required is None else finer(experiment, required, report)
     basis = (lambda: plate_basis(experiment, report)) if fineness is None else lambda: None
-    operators = cached_operators(experiment, box, report, fineness=fineness, basis=basis)
+    near = sheet_near(experiment, declared)
+    operators = cached_operators(experiment, box, report, fineness=fineness, basis=basis, near=near)
     if not operators.offset_range:
         known = {name: effect for name, effect in known.items() if name != "sensor_offset"}
-    return Twin.of(experiment, EffectPlate(operators), known, tolerances(experiment, operators.movable))
+    quantities = tolerances(experiment, operators.movable)
+    if MODULI in quantities:  # the moduli of a declared orthotropic sheet are free already
+        known = {name: effect for name, effect in known.items() if name != "orthotropy"}
+    return Twin.of(experiment, EffectPlate(operators), known, quantities)
 
 
-def tolerant_twin(experiment: Experiment, report: Progress) -> Twin[EffectPlate]:
-    """Twin of a campaign's plate without effects, whose declared quantities have tolerances."""
-    box = material_box(experiment.plate.material)
-    operators = cached_departures(experiment, box, report, basis=lambda: plate_basis(experiment, report))
+def tolerant_twin(experiment: Experiment, report: Progress, declared: Effects = NO_EFFECTS) -> Twin[EffectPlate]:
+    """Twin of a campaign's plate without effects, whose declared quantities have tolerances.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    report : callable
+        Called with a stage's name and the share of it done.
+    declared : mapping, optional
+        As in `effect_twin`.
+
+    Returns
+    -------
+    Twin
+    """
+    box, near = material_box(experiment.plate.material), sheet_near(experiment, declared)
+    operators = cached_departures(
+        experiment, box, report, basis=lambda: plate_basis(experiment, report), near=near
+    )
     return Twin.of(experiment, EffectPlate(operators), tolerances=tolerances(experiment, operators.movable))
+
+
+def sheet_near(experiment: Experiment, declared: Effects) -> "Sheet | None":
+    """Logarithms of an orthotropic sheet's moduli about which its twin is made, rounded to `STEP`; else None."""
+    if MODULI not in declared:
+        return None
+    material = experiment.plate.material
+    if material is None or material.departure is None:
+        return None
+    found = [declared.get(name, {}).get(parameter, 0.0) for name, parameter in (*RATIOS[:2], *ACROSS)]
+    ratio, shear, xz, yz = (round(STEP * round(one / STEP), 6) for one in found)
+    return ratio, shear, xz, yz
+
+
+STEP = 0.05
+"""Of these logarithms: a fit of the same data finds them again in the cache."""
 
 
 def finer(experiment: Experiment, required: RequiredError, report: Progress) -> "Fineness | None":

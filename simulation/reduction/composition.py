@@ -24,7 +24,7 @@ class Coefficients:
     ----------
     bending, bending_loss, membrane, membrane_loss : (4, terms) ndarray
         Pa.
-    shear, shear_loss : (terms,) ndarray
+    shear, shear_loss : (S, terms) ndarray
         Pa.
     mass, rotary : (terms,) ndarray
     patch : (1 + 2 terms,) ndarray
@@ -72,6 +72,8 @@ class Coefficients:
             shear * state.in_plane_shear,
         ]
         away = state.departures
+        moduli = [m * share for m, share in zip(moduli, away.in_plane, strict=True)]
+        across = [shear * share for share in (away.shear_x, away.shear_y)[: len(ops.shear)]]
         h = state.thickness * away.thickness
         tau, area = h - 1.0, away.stretch_x * away.stretch_y
         # the plate was weighed: what it has more in volume, it has less in density
@@ -79,15 +81,19 @@ class Coefficients:
         moduli = [m * stretched for m, stretched in zip(moduli, _stretched(away, ops.angle), strict=True)]
         one, patches = np.ones(1), np.ones(ops.coupling.shape[-1])
         terms, few = ops.bending.shape[1], ops.membrane.shape[1]
-        thicker = patches * (away.patch_thickness - 1.0)
+        thicker, lost = patches * (away.patch_thickness - 1.0), away.lost
         reach = ops.offset_range or 1.0
         return cls(
             bending=np.array([fine.coefficients(m * h**3)[:terms] for m in moduli]),
-            bending_loss=np.array([fine.coefficients(m * loss * h**3)[:terms] for m in moduli]),
+            bending_loss=np.array(
+                [fine.coefficients(m * (part * loss) * h**3)[:terms] for m, part in zip(moduli, lost, strict=True)]
+            ),
             membrane=np.array([coarse.coefficients(m * h)[:few] for m in moduli]),
-            membrane_loss=np.array([coarse.coefficients(m * loss * h)[:few] for m in moduli]),
-            shear=coarse.coefficients(shear * h)[:few],
-            shear_loss=coarse.coefficients(shear * loss * h)[:few],
+            membrane_loss=np.array(
+                [coarse.coefficients(m * (part * loss) * h)[:few] for m, part in zip(moduli, lost, strict=True)]
+            ),
+            shear=np.array([coarse.coefficients(g * h)[:few] for g in across]),
+            shear_loss=np.array([coarse.coefficients(g * (lost[3] * loss) * h)[:few] for g in across]),
             mass=coarse.coefficients(density * area * h)[:few],
             rotary=coarse.coefficients(density * h**3)[:few],
             patch=state.bond
@@ -215,9 +221,12 @@ def of_patches(ops: EffectOperators, zones: Real, c: Coefficients, change: Coeff
                 np.tensordot(moves, ops.moved_plane[k], 1),
                 np.tensordot(moves, ops.moved_shear[k], 1),
             )
-            stiffer = zone.T @ (np.tensordot(c.bending[:, 0], in_plane, 1) + c.shear[0] * shear) @ zone
-            plate += stiffer
-            plate_loss += c.shear_loss[0] / c.shear[0] * stiffer  # one loss factor in the middle of the plate
+            # moduli in the middle of the plate; those of transverse shear are in `shear` but for departures
+            for whole, bending, across in (
+                (plate, c.bending, c.shear),
+                (plate_loss, c.bending_loss, c.shear_loss),
+            ):
+                whole += zone.T @ (np.tensordot(bending[:, 0], in_plane, 1) + across[:, 0].mean() * shear) @ zone
             coupling[:, k] = c.columns[k] * (zone.T @ (moves @ ops.moved_coupling[k]))
     return Composite(plate, plate_loss, fixed, mass, coupling)
 
@@ -256,6 +265,7 @@ class OffsetPart:
 
         def summed(name: str, coefficients: Numbers) -> Real:
             stack = energies[name]
+            coefficients = coefficients.mean(axis=0) if name == "shear" else coefficients
             return _summed(coefficients @ ops.zone_fit[: stack.shape[-3], : coefficients.shape[-1]].T, stack)
 
         return cls(

@@ -10,9 +10,10 @@ from analysis.channel import Footprint
 from simulation.reduction.composition import Coefficients, composed
 from simulation.reduction.effect_operators import BENDING_DEGREE, EffectOperators
 from simulation.shell.factors import factorize
-from simulation.state.extreme_states import combined_state, laws_within
+from simulation.state.extreme_states import combined_state, departed_sheet, laws_within
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import PlateState
+from simulation.state.sheet_departures import CERTIFIED, CERTIFIED_NEAR, Sheet
 from simulation.state.state_matrices import FullPlate
 from simulation.twin.local_solution import LocalSolution
 
@@ -57,6 +58,37 @@ def measured_error(full: FullPlate, ops: EffectOperators, footprints: Sequence[F
         return state_error(full, ops, reduced, exact, drawn[place], footprints)
 
     return max(map(at, range(len(STATES))))  # one after the other: factors of both would be the peak of memory
+
+
+def sheet_error(
+    full: FullPlate, ops: EffectOperators, near: Sheet | None, footprints: Sequence[Footprint] = ()
+) -> float:
+    """Largest error of an orthotropic sheet with other moduli than declared, see `measured_error`.
+
+    Parameters
+    ----------
+    full : FullPlate
+    ops : EffectOperators
+    near : (4,) tuple of float or None
+        Moduli about which they were made, see `simulation.reduction.effect_reduction`.
+    footprints : sequence of Footprint
+        The first of `EffectOperators.forces`.
+
+    Returns
+    -------
+    float
+    """
+    away = CERTIFIED
+    if near is not None:
+        ratio, shear, xz, yz = (float(one) for one in np.add(near, CERTIFIED_NEAR))
+        away = (ratio, shear, xz, yz)
+    basis, sheet = field_basis(BENDING_DEGREE), full.shell.sheet
+    laws = laws_within(ops.box, STATES[0][0], 0.04)
+    reduced, exact = (
+        departed_sheet(combined_state(*places, laws, 0.0, 0.0), sheet, away)
+        for places in ((basis.xi, basis.zeta), full.sampling)
+    )
+    return state_error(full, ops, reduced, exact, GRID // 3, footprints)
 
 
 def state_error(

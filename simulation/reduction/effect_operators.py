@@ -55,8 +55,9 @@ class EffectOperators:
     ----------
     bending, membrane : (4, terms, r, r) ndarray
         Energies of Q11, Q22, Q12, Q66 with every polynomial, for a modulus of 1 Pa and the nominal thickness.
-    shear : (terms, r, r) ndarray
-        Transverse shear energy for G = 1 Pa, shear factor included.
+    shear : (S, terms, r, r) ndarray
+        Transverse shear energy for E/2(1 + nu) = 1 Pa, shear factor included: S is 1, or of orthotropic sheets 2,
+        of the planes xz and yz.
     mass, rotary : (terms, r, r) ndarray
         Inertia of the plate as declared, per unit field: of displacements, of rotations.
     normal : (r, r) ndarray
@@ -81,10 +82,10 @@ class EffectOperators:
     zone_fit : (powers, terms) ndarray
         Fields as polynomials over the plate -> as those powers, least squares over the zone.
     strain : (8, N, r) ndarray
-        Strains of every coordinate at points over the plate: membrane x, y, xy; curvature x, y, xy, both in the
-        sheet's own axes; transverse shear x, y. They give the effect of local changes smaller than any polynomial
-        resolves. In a thickness zone they are scaled so that with the plate's own thickness they have the zone's
-        energies.
+        Strains of every coordinate at points over the plate: membrane x, y, xy; curvature x, y, xy; transverse
+        shear x, y, times the roots of the sheet's moduli over E/2(1 + nu); all in the sheet's own axes. They give
+        the effect of local changes smaller than any polynomial resolves. In a thickness zone they are scaled so
+        that with the plate's own thickness they have the zone's energies.
     sheet : (3,) ndarray
         Declared factors of E_x, E_y and the in-plane shear modulus in these axes.
     strain_points : (N, 2) ndarray

@@ -27,6 +27,8 @@ Step = Callable[[], None]
 STRAIN_SPACING = 0.004
 """Spacing of the points at which strains are stored, m: some thirty within a spot of 24 mm."""
 IN_PLANE = ("bending", "membrane")
+SPLIT = (*IN_PLANE, "shear")
+"""Energies in parts, each with a modulus of its own: shear of orthotropic sheets in two, else in one."""
 """Energies of in-plane strains, which the moduli Q11, Q22, Q12 and Q66 multiply in the sheet's own axes."""
 
 
@@ -98,16 +100,14 @@ def weighed_energies(
     Returns
     -------
     dict of str to ndarray
-        A stack for each kind, its last axes (count, r, r).
+        A stack for each kind, its last axes (count, r, r); those of `SPLIT` have one axis more, first.
     """
     r, shell = p.vectors.shape[1], p.full.shell
     scale = _factors(shell)
     run = map if executor is None else executor.map
     counts = {**counts, **({"rotary": counts["mass"]} if "mass" in counts else {})}
-    found = {
-        name: np.zeros((4, count, r, r) if name in IN_PLANE else (1, count, r, r))
-        for name, count in counts.items()
-    }
+    parts = {**dict.fromkeys(IN_PLANE, 4), "shear": 2 if shell.orthotropic else 1}
+    found = {name: np.zeros((parts.get(name, 1), count, r, r)) for name, count in counts.items()}
     lift = np.maximum(-table.min(axis=1), 0.0)
 
     def add(task: tuple[str, int]) -> None:
@@ -125,7 +125,7 @@ def weighed_energies(
 
     tasks = [(name, term) for name, count in counts.items() for term in range(count)]
     for rows in p.rows(space, cells):
-        motions = _motions(rows, shell.sheet.angle)
+        motions = _motions(rows, shell)
         list(run(add, tasks))
         if step is not None:
             step()
@@ -146,20 +146,22 @@ def _factors(shell: ShellPlate) -> dict[str, Real]:
     }
 
 
-def _motions(rows: Rows, angle: float) -> dict[str, list[Any]]:
+def _motions(rows: Rows, shell: ShellPlate) -> dict[str, list[Any]]:
     """Strains or displacements of which each energy is the sum of squares, in the sheet's own axes.
 
     One list for each stack of the energy; arrays are (Q, r).
     """
     u, v, w = (rows.motion[field] for field in (U, V, W))
+    sheet = shell.sheet
+    xz, yz = _across(rows.strain[6:], sheet)
     motions: dict[str, list[Any]] = {
-        "shear": [rows.strain[6:]],
+        "shear": [[xz], [yz]] if shell.orthotropic else [[xz, yz]],
         "mass": [[u, v, w]],
         "rotary": [list(rows.director)],
         "normal": [[w]],
     }
     for name, part in zip(IN_PLANE, (rows.strain[3:6], rows.strain[:3]), strict=True):
-        x, y, xy = _in_axes(part, angle)
+        x, y, xy = _in_axes(part, sheet.angle)
         motions[name] = [[x], [y], [x + y], [xy]]
     return motions
 
@@ -174,13 +176,21 @@ def _lowered(stack: NDArray[Any], lift: Real) -> NDArray[Any]:
 def _moduli(name: str, squares: NDArray[Any], sheet: Orthotropy) -> Real:
     """Energies of Q11, Q22, Q12 and Q66, in place, from squares of strains x, y, x + y, xy; others kept."""
     if name not in IN_PLANE:
-        return np.asarray(squares[0])
+        return np.asarray(squares if name in SPLIT else squares[0])
     x, y = 1.0 - sheet.delta_e, 1.0 + sheet.delta_e
     squares[2] -= squares[0]
     squares[2] -= squares[1]
     for square, factor in zip(squares, (x, y, (x * y) ** 0.5, 1.0 + sheet.delta_g), strict=True):
         square *= factor
     return squares
+
+
+def _across(strain: Real, sheet: Orthotropy) -> Real:
+    """Transverse shear strains (xz, yz) of (2, Q, r) in the sheet's axes, times the roots of its moduli there."""
+    if sheet.angle:
+        c, s = np.cos(sheet.angle), np.sin(sheet.angle)
+        strain = np.array([c * strain[0] + s * strain[1], c * strain[1] - s * strain[0]])
+    return strain if sheet.transverse == (1.0, 1.0) else np.sqrt(sheet.transverse)[:, None, None] * strain
 
 
 def _in_axes(strain: Real, angle: float) -> Real:
@@ -217,8 +227,9 @@ def strains(p: Projector) -> dict[str, Any]:
     strain = np.array(
         [sum(factor * (over.rows(matrices[d], f) @ p.vectors) for f, d, factor in row) for row in parts]
     )
-    angle = shell.sheet.angle
-    strain = np.concatenate([_in_axes(strain[:3], angle), _in_axes(strain[3:6], angle), strain[6:]])
+    sheet = shell.sheet
+    in_plane = [_in_axes(part, sheet.angle) for part in (strain[:3], strain[3:6])]
+    strain = np.concatenate([*in_plane, _across(strain[6:], sheet)])
     for zone, loop in zip(plate.zone, plate.zone_loops, strict=True):
         # energies are proportional to h and h**3: strains in zones are scaled to the plate's own thickness
         share, here = zone.thickness / plate.thickness, loop.contains(points)

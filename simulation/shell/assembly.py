@@ -16,7 +16,7 @@ from simulation.shell.choice import chosen, diagonal
 from simulation.shell.condensation import ResponseProblem
 from simulation.shell.coupling import couplings
 from simulation.shell.fineness import Fineness
-from simulation.shell.in_plane import moduli
+from simulation.shell.in_plane import moduli, transverse
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.plane_stress import plane_stress_moduli
 from simulation.shell.points import footprint_rows, spring_discs
@@ -241,10 +241,12 @@ def _problems(
 
 
 def _parts(shell: ShellPlate) -> Parts:
-    thickness = shell.thickness
+    thickness, sheet = shell.thickness, shell.sheet
+    first = shell.plate_stiffness(moduli(sheet, 1.0, 0.0), transverse(sheet, 0.5), thickness)
+    second = shell.plate_stiffness(moduli(sheet, 0.0, 1.0), transverse(sheet, -0.5), thickness)
     return (
-        list(shell.cells.of(shell.plate_stiffness(moduli(shell.sheet, 1.0, 0.0), 0.5, thickness))),
-        list(shell.cells.of(shell.plate_stiffness(moduli(shell.sheet, 0.0, 1.0), -0.5, thickness))),
+        list(shell.cells.of(first)),
+        list(shell.cells.of(second)),
         list(shell.cells.of(shell.patch_stiffness(thickness))),
         list(shell.inertia(thickness)),
     )

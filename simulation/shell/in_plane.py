@@ -7,6 +7,8 @@ from simulation.shell.rigidity import Weight
 
 InPlane = tuple[Weight, Weight, Weight, Weight, Weight, Weight]
 """Q11, Q22, Q12, Q66, Q16, Q26 of a layer, Pa."""
+Transverse = tuple[Weight, Weight, Weight]
+"""Transverse shear stiffness of the strains xz and yz, and of both together, Pa."""
 
 
 def moduli(
@@ -38,6 +40,34 @@ def matrix(q: InPlane) -> list[list[Weight]]:
     """Q as a matrix (3, 3) over the strains xx, yy and xy."""
     q11, q22, q12, q66, q16, q26 = q
     return [[q11, q12, q16], [q12, q22, q26], [q16, q26, q66]]
+
+
+def transverse(sheet: Orthotropy, shear: Weight, x: Weight = 1.0, y: Weight = 1.0) -> Transverse:
+    """Transverse shear stiffness of a sheet along the plate's axes.
+
+    Parameters
+    ----------
+    sheet : Orthotropy
+        As declared.
+    shear : float or ndarray
+        E/2(1 + nu), Pa.
+    x, y : float
+        Factors on the moduli of the planes xz and yz in the sheet's own axes.
+
+    Returns
+    -------
+    tuple of three
+        Of the strains xz and yz, and of both together, Pa.
+    """
+    first, second = x * sheet.transverse[0], y * sheet.transverse[1]
+    c, s = float(np.cos(sheet.angle)), float(np.sin(sheet.angle))
+    if sheet.angle == 0.0:
+        return first * shear, second * shear, 0.0
+    return (
+        (c * c * first + s * s * second) * shear,
+        (s * s * first + c * c * second) * shear,
+        c * s * (first - second) * shear,
+    )
 
 
 def _turned(own: tuple[Weight, Weight, Weight, Weight], angle: float) -> InPlane:

@@ -204,7 +204,7 @@ def laminate(
     membrane: Sequence[Sequence[Weight]],
     coupling: Sequence[Sequence[Weight]] | None,
     bending: Sequence[Sequence[Weight]],
-    shear: Weight,
+    shear: Sequence[Weight],
 ) -> tuple[tuple[tuple[int, int], Weight], ...]:
     """Entries of `Rigidity` from the matrices A, B, D of a laminate and its transverse shear stiffness.
 
@@ -216,8 +216,8 @@ def laminate(
         B, N; none for layers symmetric about the mid-plane.
     bending : (3, 3) sequence of float or ndarray
         D, N m.
-    shear : float or ndarray
-        N/m.
+    shear : (3,) sequence of float or ndarray
+        Of the strains xz and yz, and of both together, N/m.
 
     Returns
     -------
@@ -230,5 +230,5 @@ def laminate(
             entries += [((i, j), membrane[i][j]), ((3 + i, 3 + j), bending[i][j])]
         if coupling is not None:
             entries += [((i, 3 + j), coupling[i][j]) for j in range(3)]
-    entries += [((6, 6), shear), ((7, 7), shear)]
+    entries += zip(((6, 6), (7, 7), (6, 7)), shear, strict=True)
     return tuple((place, value) for place, value in entries if not (isinstance(value, float) and value == 0.0))

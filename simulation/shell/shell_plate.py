@@ -12,7 +12,7 @@ from analysis.sheet_orthotropy import Orthotropy
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.curved_surface import CurvedSurface
 from simulation.shell.edges import LineBlock, held_functions, spring_blocks
-from simulation.shell.in_plane import InPlane, matrix
+from simulation.shell.in_plane import InPlane, Transverse, matrix
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.plate_borders import mesh_of
 from simulation.shell.rigidity import (
@@ -135,15 +135,21 @@ class ShellPlate:
         material = self.plate.material
         return (material.departure if material is not None else None) or Orthotropy(0.0, 0.0)
 
-    def plate_stiffness(self, q: InPlane, shear_modulus: Weight, thickness: Weight) -> Rigidity:
+    @cached_property
+    def orthotropic(self) -> bool:
+        """Whether the material is declared orthotropic."""
+        material = self.plate.material
+        return material is not None and material.departure is not None
+
+    def plate_stiffness(self, q: InPlane, shear: Transverse, thickness: Weight) -> Rigidity:
         """Return the rigidity of the plate alone: a layer symmetric about the mid-plane.
 
         Parameters
         ----------
         q : tuple of six
             Q11, Q22, Q12, Q66, Q16 and Q26 of the sheet, Pa.
-        shear_modulus : float or ndarray
-            Transverse, Pa.
+        shear : tuple of three
+            Transverse, see `simulation.shell.in_plane.transverse`, Pa.
         thickness : float or ndarray
             m.
 
@@ -156,7 +162,7 @@ class ShellPlate:
             [[m * thickness for m in row] for row in plane],
             None,
             [[m * (1.0 / 12.0 * thickness**3) for m in row] for row in plane],
-            SHEAR_FACTOR * (shear_modulus * thickness),
+            tuple(SHEAR_FACTOR * (one * thickness) for one in shear),
         )
 
     def patch_stiffness(self, thickness: Real, bond: float = 1.0) -> Rigidity:
@@ -179,7 +185,7 @@ class ShellPlate:
                     b[i][j] = b[i][j] + value * bond * t * height * place
                     d[i][j] = d[i][j] + value * (bond * t * height**2 + t**3 / 12.0) * place
             shear = shear + SHEAR_FACTOR * 0.5 * (q11 - q12) * t * place
-        return self._rigidity(a, b, d, shear)
+        return self._rigidity(a, b, d, (shear, shear, 0.0))
 
     def inertia(self, thickness: Real, *, plate: bool = True, patches: bool = True) -> Iterator[Block]:
         """Mass of plate and patches.
@@ -228,7 +234,7 @@ class ShellPlate:
         a: Sequence[Sequence[Weight]],
         b: Sequence[Sequence[Weight]] | None,
         d: Sequence[Sequence[Weight]],
-        shear: Weight,
+        shear: Sequence[Weight],
     ) -> Rigidity:
         entries = laminate(a, b, d, shear)
         used = tuple((place, value) for place, value in entries if np.any(value))

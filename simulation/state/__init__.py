@@ -3,6 +3,7 @@
 =====================  ================================================================
 ``plate_state``        fields over the plate, attachments, and factors on its signals
 ``departures``         errors of the declaration: lengths, mass, patches, wiring
+``sheet_departures``   moduli and losses of an orthotropic sheet, by logarithms of ratios
 ``field_basis``        smooth fields as Legendre polynomials
 ``extreme_states``     states at the limits of the effects, for training
 ``certified_range``    certified range of a reduced plate with effects

@@ -6,6 +6,7 @@ import numpy as np
 
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.plate_state import PlateState
+from simulation.state.sheet_departures import FARTHEST_MODULI, FARTHEST_SHEAR
 
 ANISOTROPY = (0.88, 1.12)
 THICKNESS = (0.9, 1.1)
@@ -35,6 +36,8 @@ def require_certified(state: PlateState, ops: EffectOperators) -> None:
             (1.0 / SPREAD, SPREAD),
         ),
     ]
+    if len(ops.shear) > 1:
+        asked += _of_the_sheet(state)
     for name, value, (low, high) in asked:
         values = np.atleast_1d(np.real(value))
         slack = 1e-9 * max(abs(low), abs(high))
@@ -43,3 +46,16 @@ def require_certified(state: PlateState, ops: EffectOperators) -> None:
             raise ValueError(
                 f"{name} {outside[0]:.6g} is outside the twin's certified range, {low:.6g} to {high:.6g}"
             )
+
+
+def _of_the_sheet(state: PlateState) -> list[tuple[str, Any, tuple[float, float]]]:
+    """Return ratios of an orthotropic sheet over the declared ones, with their ranges."""
+    away = state.departures
+    moduli = (np.exp(-FARTHEST_MODULI), np.exp(FARTHEST_MODULI))
+    across = tuple(np.exp(sign * (FARTHEST_SHEAR + FARTHEST_MODULI)) for sign in (-1.0, 1.0))
+    return [
+        ("Ey/Ex over the declared ratio", away.modulus_y / away.modulus_x, moduli),
+        ("shear modulus of the sheet over its declared share", away.in_plane_shear, moduli),
+        ("transverse shear modulus xz over its declared share", away.shear_x, across),
+        ("transverse shear modulus yz over its declared share", away.shear_y, across),
+    ]

@@ -40,11 +40,12 @@ def with_spots(ops: EffectOperators, whole: Composite, state: PlateState) -> Com
     -------
     Composite
     """
-    loss = np.real(state.laws.loss_factor(state.mean_temperature))
     for disc in state.discs:
         near, area = _within(ops, disc)
-        energy = _energy(ops.strain[:, near], np.real(_lost(ops, state, disc)), np.real(area))
-        whole = replace(whole, plate=whole.plate - energy, plate_loss=whole.plate_loss - loss * energy)
+        lost, lossy = (np.real(one) for one in _lost(ops, state, disc))
+        rows, area = ops.strain[:, near], np.real(area)
+        plate, plate_loss = _energy(rows, lost, area), _energy(rows, lossy, area)
+        whole = replace(whole, plate=whole.plate - plate, plate_loss=whole.plate_loss - plate_loss)
     return whole
 
 
@@ -65,38 +66,47 @@ def spots_slope(ops: EffectOperators, moved: Composite, stepped: PlateState, bas
     -------
     Composite
     """
-    loss = np.asarray(stepped.laws.loss_factor(stepped.mean_temperature))
     for disc in stepped.discs:
         near, area = _within(ops, disc)
-        lost = _lost(ops, stepped, disc)
-        if not (np.imag(lost).any() or np.imag(area).any() or loss.imag):
+        both = _lost(ops, stepped, disc)
+        if not (any(np.imag(one).any() for one in both) or np.imag(area).any()):
             continue
         rows = ops.strain[:, near] @ basis
-        plate = _energy(rows, np.imag(lost) / STEP, area.real) + _energy(rows, lost.real, np.imag(area) / STEP)
-        plate_loss = loss.real * plate
-        if loss.imag:
-            plate_loss = plate_loss + loss.imag / STEP * _energy(rows, lost.real, area.real)
+        plate, plate_loss = (
+            _energy(rows, np.imag(one) / STEP, area.real) + _energy(rows, one.real, np.imag(area) / STEP)
+            for one in both
+        )
         moved = replace(moved, plate=moved.plate - plate, plate_loss=moved.plate_loss - plate_loss)
     return moved
 
 
-def _lost(ops: EffectOperators, state: PlateState, disc: Disc) -> Numbers:
-    """Stiffness lost in a disc, (8, 8): force by strain, as in `ops.strain`, per area.
+def _lost(ops: EffectOperators, state: PlateState, disc: Disc) -> tuple[Numbers, Numbers]:
+    """Return both parts of the complex stiffness lost in a disc, (8, 8): force by strain of `ops`, per area.
 
     The energy lost is loss u'Qu, where one strain u is that around the disc, the other that in it.
     """
     temperature, h = state.mean_temperature, ops.thickness
     nu = state.laws.poisson_ratio(temperature)
     c1 = state.laws.youngs_modulus(temperature) / (1.0 - nu**2)
-    x, y, shear = ops.sheet * [state.modulus_x, state.modulus_y, state.in_plane_shear]
+    away = state.departures
+    x, y, shear = ops.sheet * [
+        state.modulus_x * away.modulus_x,
+        state.modulus_y * away.modulus_y,
+        state.in_plane_shear * away.in_plane_shear,
+    ]
     cross = nu * np.sqrt(x * y)
     q = np.array([[x, cross, 0.0], [cross, y, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu) * shear]])
-    stiffness: Numbers = np.zeros((8, 8), dtype=np.result_type(q, c1, disc.loss))
+    stiffness: Numbers = np.zeros((8, 8), dtype=np.result_type(q, c1, disc.loss, away.shear_x, away.shear_y))
     for first, factor, yielding in ((0, h, in_plane_yielding(q)), (3, h**3 / 12.0, bending_yielding(q))):
         held = np.linalg.solve(np.eye(3) - disc.loss * q @ yielding, q)
         stiffness[first : first + 3, first : first + 3] = factor * c1 * held
-    stiffness[6:, 6:] = np.eye(2) * SHEAR_FACTOR * h * 0.5 * c1 * (1.0 - nu) / (1.0 - 0.5 * disc.loss)
-    return np.asarray(disc.loss * stiffness)
+    across = np.diag([away.shear_x, away.shear_y])
+    stiffness[6:, 6:] = across * SHEAR_FACTOR * h * 0.5 * c1 * (1.0 - nu) / (1.0 - 0.5 * disc.loss)
+    lost = np.asarray(disc.loss * stiffness)
+    loss = state.laws.loss_factor(temperature)
+    roots = np.sqrt([away.loss_x, away.loss_y, away.loss_shear])
+    each = np.concatenate([roots, roots, roots[[2, 2]]])
+    return lost, np.asarray(loss * each[:, None] * each * lost)
 
 
 def in_plane_yielding(q: Numbers) -> Numbers:

@@ -37,6 +37,11 @@ class Departures:
         On each footprint, kg.
     attached_x, attached_y : float or (K,) ndarray
         Shift of each point where a string or a cable is attached, m.
+    modulus_x, modulus_y, in_plane_shear, shear_x, shear_y : float
+        Of an orthotropic sheet in its own axes: E_x, E_y, the shear modulus in the plane, and those of the planes
+        xz and yz.
+    loss_x, loss_y, loss_shear : float
+        Of such a sheet: loss factors of E_x, of E_y and of all shear, over the laws' own.
     momentum : float
         Share of what elasticity adds to Mindlin's plate: the momentum is that of the mean deflection over the
         thickness, w - c h**2 div theta with c = nu / (60 (1 - nu)), see `simulation.shell.theory_error`.
@@ -62,6 +67,24 @@ class Departures:
     attached_x: Any = 0.0
     attached_y: Any = 0.0
     momentum: Any = 0.0
+    modulus_x: Any = 1.0
+    modulus_y: Any = 1.0
+    in_plane_shear: Any = 1.0
+    shear_x: Any = 1.0
+    shear_y: Any = 1.0
+    loss_x: Any = 1.0
+    loss_y: Any = 1.0
+    loss_shear: Any = 1.0
+
+    @property
+    def in_plane(self) -> tuple[Any, Any, Any, Any]:
+        """Factors on Q11, Q22, Q12 and Q66 of the sheet."""
+        return self.modulus_x, self.modulus_y, np.sqrt(self.modulus_x * self.modulus_y), self.in_plane_shear
+
+    @property
+    def lost(self) -> tuple[Any, Any, Any, Any]:
+        """Factors on their loss factors: with the root for Q12 every motion dissipates."""
+        return self.loss_x, self.loss_y, np.sqrt(self.loss_x * self.loss_y), self.loss_shear
 
     @property
     def moves(self) -> bool:
@@ -94,6 +117,14 @@ OF_THE_PLATE = (
     "patch_thickness",
     "strain_constant",
     "momentum",
+    "modulus_x",
+    "modulus_y",
+    "in_plane_shear",
+    "shear_x",
+    "shear_y",
+    "loss_x",
+    "loss_y",
+    "loss_shear",
 )
 AS_DECLARED = Departures()
 """None."""

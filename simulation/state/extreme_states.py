@@ -7,7 +7,10 @@ from numpy.typing import NDArray
 
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
+from analysis.sheet_orthotropy import Orthotropy
+from simulation.state.departures import Departures
 from simulation.state.plate_state import PlateState
+from simulation.state.sheet_departures import Sheet, departed_moduli, departed_transverse
 
 STEEPEST = (-0.025, 0.0025, -0.01)
 """Steepest slopes of log E, nu and log eta of polypropylene, 1/K."""
@@ -108,3 +111,25 @@ def combined_state(
         offset_x=size * offset_range,
         offset_y=-size * offset_range,
     )
+
+
+def departed_sheet(state: PlateState, sheet: Orthotropy, away: Sheet) -> PlateState:
+    """Return the state of a sheet with other moduli than declared.
+
+    Parameters
+    ----------
+    state : PlateState
+        Without departures.
+    sheet : Orthotropy
+        As declared.
+    away : (4,) tuple of float
+        Logarithms, see `simulation.state.sheet_departures`.
+
+    Returns
+    -------
+    PlateState
+    """
+    ratio, shear, *across = away
+    factors = departed_moduli(sheet, ratio, shear)
+    factors |= {name: factors[name] * one for name, one in departed_transverse(*across).items()}
+    return state.with_(departures=Departures(**factors))

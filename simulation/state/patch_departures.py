@@ -81,7 +81,7 @@ def _energies(near: Projector, full: FullPlate, patch: int, cells: Mask) -> dict
     stiffness, mass, coupling = declared_patch(here, patch)
     return {
         "moved_plane": found["bending"][:, 0] + found["membrane"][:, 0],
-        "moved_shear": found["shear"][0],
+        "moved_shear": found["shear"].sum(axis=0)[0],
         "moved_mass": found["mass"][0] + found["rotary"][0] + mass,
         "moved_fixed": stiffness,
         "moved_coupling": coupling,

@@ -153,7 +153,9 @@ def around(p: Projector, cells: Mask, executor: Executor, least: float = KEPT) -
     counts = dict.fromkeys(ZONE_DEGREES, 1)
     found = weighed_energies(p, p.full.shell.space, ones, counts, cells=cells, executor=executor)
     in_plane = found["bending"][:, 0] + found["membrane"][:, 0]
-    elastic = in_plane[0] + in_plane[1] + 0.5 * in_plane[3] + found["shear"][0]  # moduli of 1 Pa, nu = 0
+    elastic = (
+        in_plane[0] + in_plane[1] + 0.5 * in_plane[3] + found["shear"].sum(axis=0)[0]
+    )  # moduli of 1 Pa, nu = 0
     inertia = found["mass"][0] + found["rotary"][0]
     energy = elastic + inertia * np.trace(elastic) / np.trace(inertia)
     values, basis = np.linalg.eigh(0.5 * (energy + energy.T))
@@ -168,4 +170,5 @@ def _energies(p: Projector, full: FullPlate, zone: Zone) -> dict[str, Real]:
     here = Projector(full, p.vectors)
     found = weighed_energies(here, full.shell.space, zone.powers(full), counts, cells=zone.elements)
     found["mass"] = found["mass"] + found.pop("rotary")
+    found["shear"] = found["shear"].sum(axis=0)
     return found

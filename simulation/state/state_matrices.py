@@ -9,7 +9,7 @@ from scipy.sparse import csr_matrix
 from analysis.arrays import Real
 from analysis.channel import Footprint
 from simulation.shell.coupling import couplings
-from simulation.shell.in_plane import moduli
+from simulation.shell.in_plane import moduli, transverse
 from simulation.shell.moving import moved_space
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
@@ -101,7 +101,7 @@ class FullPlate:
     def matrices(
         self, state: PlateState, *, loss: bool = True, footprints: Sequence[Footprint] = ()
     ) -> StateMatrices:
-        """Assemble a state, without its discs and point loads.
+        """Assemble a state, without its discs and point loads; of its departures those of the sheet's moduli.
 
         Footprints stay on their cells: near a sensor with an offset they move with the deformed mesh.
 
@@ -148,6 +148,12 @@ class FullPlate:
         nu = state.laws.poisson_ratio(state.temperature)
         c1 = factor * state.laws.youngs_modulus(state.temperature) / (1.0 - nu**2)
         shear = 0.5 * c1 * (1.0 - nu)
-        factors = (state.modulus_x, state.modulus_y, state.in_plane_shear)
+        away = state.departures
+        factors = (
+            state.modulus_x * away.modulus_x,
+            state.modulus_y * away.modulus_y,
+            state.in_plane_shear * away.in_plane_shear,
+        )
         q = moduli(self.shell.sheet, c1, nu * c1, *factors)
-        return self.unknowns.matrix(self.shell.cells.of(self.shell.plate_stiffness(q, shear, thickness)))
+        across = transverse(self.shell.sheet, shear, away.shear_x, away.shear_y)
+        return self.unknowns.matrix(self.shell.cells.of(self.shell.plate_stiffness(q, across, thickness)))

@@ -71,7 +71,7 @@ def prepare(
     if used < 20:
         raise ValueError(f"{used} usable frequency lines; at least 20 are needed to see a resonance")
     frf.require_noise()
-    stated = compressed(frf, sharpest(updated.material))
+    stated = compressed(frf, sharpest(updated.sharpest))
     noise = check_noise(stated, frf.channels, frf.repeats_dof)
     groups = TemperatureGroups.of(frf.temperature)
     sweeps = grouped(

@@ -5,6 +5,7 @@
 ``normal_equations``    whitened least squares of every sweep
 ``schur_complement``    elimination of the unknowns of single groups and sweeps
 ``gap_fit``             result of a fit
+``sheet``               constants of an orthotropic sheet by direction
 ``bounded_step``        step inside bounds
 ``fit``                 Levenberg-Marquardt over all unknowns
 ``misfit``              relative misfit over the lines

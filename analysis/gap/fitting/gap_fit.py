@@ -1,6 +1,6 @@
 """Result of a fit of laws, readings, gain and effects."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -32,6 +32,8 @@ class Uncertainty:
         deviation of a declared quantity moves.
     alone : (G, 3) ndarray
         Standard deviations of the laws were all that the temperatures share known.
+    own, within, across : (P, P), (G, 3, 3), (G, 3, P) ndarray
+        Covariance of the parameters, of a group's laws, and of these with the parameters.
     """
 
     parameters: Real
@@ -39,6 +41,9 @@ class Uncertainty:
     log_gain: Real
     common: Real
     alone: Real
+    own: Real = field(repr=False)
+    within: Real = field(repr=False)
+    across: Real = field(repr=False)
 
     @classmethod
     def of(cls, head: SchurComplement, free: FreeParameters, gain_free: bool) -> Self:
@@ -58,14 +63,30 @@ class Uncertainty:
         left = head.without_gains(gain_free)
         joint = left.joint(np.asarray(np.linalg.inv(left.matrix + np.diag(free.sigma**-2.0))))
         deviation = np.sqrt(np.diag(joint))
-        common = -head.law_lever @ joint[:, head.gains :] / free.sigma
+        own, across = joint[head.gains :, head.gains :], -head.law_lever @ joint[:, head.gains :]
         return cls(
             deviation[head.gains :],
             head.law_sigma(joint),
             deviation[: head.gains],
-            common.reshape(head.groups, 3, -1),
+            (across / free.sigma).reshape(head.groups, 3, -1),
             head.law_sigma(np.zeros_like(joint)),
+            own,
+            head.law_covariance(joint),
+            across.reshape(head.groups, 3, -1),
         )
+
+    def beside(self, chosen: Sequence[int | None]) -> Real:
+        """Covariance of a group's laws and some parameters, (G, 3 + C, 3 + C); 0 of those that are None."""
+        size = 3 + len(chosen)
+        found = np.zeros((len(self.within), size, size))
+        found[:, :3, :3] = self.within
+        for i, k in enumerate(chosen, start=3):
+            if k is None:
+                continue
+            found[:, :3, i] = found[:, i, :3] = self.across[:, :, k]
+            for j, other in enumerate(chosen, start=3):
+                found[:, i, j] = 0.0 if other is None else self.own[k, other]
+        return found
 
 
 @dataclass(frozen=True)

@@ -86,6 +86,8 @@ class SchurComplement:
         Their step at fixed gains and effects.
     variance : (N,) ndarray
         At fixed gains and effects.
+    within : (G, 3, 3) ndarray
+        Covariance of each group's laws, likewise.
     """
 
     gains: int
@@ -98,6 +100,7 @@ class SchurComplement:
     lever: Real = field(repr=False)
     own: Real = field(repr=False)
     variance: Real = field(repr=False)
+    within: Real = field(repr=False)
 
     def follow(self, step: Real) -> Real:
         """Return the step (N,) of the eliminated unknowns for a `step` (I + P,) of gains and effects."""
@@ -135,6 +138,11 @@ class SchurComplement:
         lever = self.law_lever
         variance = self.variance[: 3 * self.groups] + ((lever @ joint) * lever).sum(axis=1)
         return np.asarray(np.sqrt(variance)).reshape(-1, 3)
+
+    def law_covariance(self, joint: Real) -> Real:
+        """Return the covariance (G, 3, 3) of each group's laws when gains and effects have covariance `joint`."""
+        lever = self.law_lever.reshape(self.groups, 3, len(joint))
+        return np.asarray(self.within + lever @ joint @ lever.transpose(0, 2, 1))
 
 
 def schur_complement(
@@ -204,7 +212,13 @@ def schur_complement(
         lever=np.pad(lever, ((0, held), (0, 0))),
         own=np.pad(own_step, (0, held)),
         variance=np.pad(np.diag(solved[:, common + 1 :]), (0, held)),
+        within=np.zeros((values // 3, 3, 3)) if frozen else _blocks(solved[:values, common + 1 :]),
     )
+
+
+def _blocks(covariance: Real) -> Real:
+    """Blocks (G, 3, 3) on the diagonal of (3G, N)."""
+    return np.array([covariance[k : k + 3, k : k + 3] for k in range(0, len(covariance), 3)]).reshape(-1, 3, 3)
 
 
 def _columns(sweeps: GapSweeps, state: GapState) -> Real:

@@ -64,6 +64,10 @@ class GapState:
         """Return the same state with declared quantities free that have no value yet: they are as declared."""
         return replace(self, declared={name: self.declared.get(name, card.zero()) for name, card in cards.items()})
 
+    def with_declared(self, values: Mapping[str, Values]) -> "GapState":
+        """Return the same state with other values of some declared quantities."""
+        return replace(self, declared={**self.declared, **{name: dict(one) for name, one in values.items()}})
+
     def with_effects(self, effects: Mapping[str, Values]) -> "GapState":
         """Return the same state with other effects."""
         return replace(self, effects={name: dict(values) for name, values in effects.items()})

@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
 from app.files.best_twin import BestTwin
+from app.terminal.sheet import CONSTANTS
 from app.terminal.with_sigma import with_sigma
 from app.view.chart import Chart
 from app.view.cursors import TEMPERATURE, Cursors
@@ -16,6 +17,10 @@ LAWS = (
     ("loss_factor", 0.01, "η [%]", "loss factor"),
     ("poisson_ratio", 1.0, "ν", "Poisson's ratio"),
 )
+
+
+SHEET = tuple((one.name, one.scale, one.label, one.title) for one in CONSTANTS)
+"""Those of an orthotropic sheet: constants by direction, as estimated."""
 
 
 class LawsPage(QWidget):
@@ -36,26 +41,31 @@ class LawsPage(QWidget):
     ) -> None:
         super().__init__()
         self._cursors, self._theme, self._laws = cursors, theme, best.twin.laws
+        sheet = best.twin.updated.sheet is not None
+        self._shown, columns = (SHEET, 4) if sheet else (LAWS, 2)
         plain = best.uncorrected or best.twin
         self._parts = [("updated twin", plain.updated, plain.laws, theme.twin)]
         if best.uncorrected is not None:
             self._parts.append(("corrected twin", best.twin.updated, best.twin.laws, theme.corrected))
+        if sheet:
+            self._laws = None
+            self._parts = [(of, estimates, None, color) for of, estimates, _, color in self._parts]
         grid = QGridLayout(self)
         self._charts = []
-        for place, (name, unit, label, title) in enumerate(LAWS):
+        for place, (name, unit, label, title) in enumerate(self._shown):
             chart = Chart(f"law-{name.replace('_', '-')}", title, TEMPERATURE, label, theme)
             chart.legend(offset=(8, 8) if name == "poisson_ratio" else (-8, 8))
             for of, estimates, law, color in self._parts:
                 self._draw(chart, name, unit, of, estimates, law, color)
             chart.fit()
-            grid.addWidget(chart, *divmod(place, 2))
+            grid.addWidget(chart, *divmod(place, columns))
             self._charts.append(chart)
-        grid.addWidget(self._misfit(), 1, 1)
+        grid.addWidget(self._misfit(), 1, columns - 1)
         if best.said:
             said = QLabel(f"The values in the titles: {best.said}")
             said.setObjectName("origin")
             said.setWordWrap(True)
-            grid.addWidget(said, 2, 0, 1, 2)
+            grid.addWidget(said, 2, 0, 1, columns)
         for chart in (*self._charts, self._last):
             chart.follow("x", cursors.temperature, cursors.temperature_moved, self._to)
         cursors.temperature_moved.connect(self._tell)
@@ -74,7 +84,10 @@ class LawsPage(QWidget):
         law: MaterialLaws | None,
         color: str,
     ) -> None:
-        value, sigma = getattr(found.material, name) / unit, getattr(found.sigma, name) / unit
+        of_value, of_sigma = (
+            (found.material, found.sigma) if found.sheet is None else (found.sheet.value, found.sheet.sigma)
+        )
+        value, sigma = getattr(of_value, name) / unit, getattr(of_sigma, name) / unit
         good = found.settled
         chart.error_bars(found.temperature[good], value[good], 2 * sigma[good], color)
         marks = chart.curve(
@@ -112,7 +125,7 @@ class LawsPage(QWidget):
 
     def _tell(self) -> None:
         """Put the law's value at the cursor into each title."""
-        for chart, (name, unit, label, title) in zip(self._charts, LAWS, strict=True):
+        for chart, (name, unit, label, title) in zip(self._charts, self._shown, strict=True):
             if self._laws is None:
                 continue
             low, high = self._laws.temperature_range

@@ -24,7 +24,9 @@ def test_answers_are_those_of_the_whole_matrix(
     )
     shell = ShellPlate.of(bent, three_patches[:1], recipe=MESH, degree=4)
     thickness, size = shell.thickness, shell.space.size
-    stiffness = [*shell.cells.of(shell.plate_stiffness(moduli(shell.sheet, 2e9, 0.7e9), 0.7e9, thickness))]
+    stiffness = [
+        *shell.cells.of(shell.plate_stiffness(moduli(shell.sheet, 2e9, 0.7e9), (0.7e9, 0.7e9, 0.0), thickness))
+    ]
     stiffness += shell.cells.of(shell.patch_stiffness(thickness))
     terms = [(1.0, stiffness), (1e5, list(shell.inertia(thickness)))]
     loads = np.random.default_rng(0).standard_normal((5, size, 2))

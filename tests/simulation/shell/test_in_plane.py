@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.sheet_orthotropy import Orthotropy
-from simulation.shell.in_plane import matrix, moduli
+from simulation.shell.in_plane import matrix, moduli, transverse
 from simulation.shell.plane_stress import plane_stress_moduli
 
 
@@ -24,3 +24,13 @@ def test_moduli_are_those_of_uniaxial_stress(angle: float) -> None:
     assert 1.0 / np.diag(compliance) == pytest.approx([2.4e9, 3.6e9, 1.1 * 3e9 / 2.7])
     assert compliance[0, 1] ** 2 / (compliance[0, 0] * compliance[1, 1]) == pytest.approx(0.35**2)
     assert compliance[:2, 2] / compliance[0, 0] == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_transverse_shear_turns_as_a_tensor() -> None:
+    """Along the sheet's own axes the stiffness is that declared, wherever these lie."""
+    angle, factors = 0.4, (0.3, 0.02)
+    xx, yy, xy = transverse(Orthotropy(-0.8, -0.7, angle, factors), 2e9)
+    tensor = np.array([[xx, xy], [xy, yy]])
+    for turn, factor in zip((angle, angle + 0.5 * np.pi), factors, strict=True):
+        along = np.array([np.cos(turn), np.sin(turn)])
+        assert tensor @ along == pytest.approx(factor * 2e9 * along, abs=1e-3)

@@ -45,3 +45,15 @@ def test_little_energy_is_above_the_highest_degree(top: float) -> None:
         Patch(id="S", role="sensor", center=(0.04, 0.015), diameter=0.02, thickness=0.0005),
     ]
     assert assemble_for(disc(), patches, BOX, (100.0, top), fineness=Fineness()).dropped < 1e-5
+
+
+@pytest.mark.parametrize("angle", [0.0, 35.0])
+def test_the_wave_of_a_sheet_is_that_across_its_grain(angle: float) -> None:
+    sheet = {"youngs_modulus_x": 4.6e9, "youngs_modulus_y": 0.4e9, "shear_modulus": 0.4e9, "angle": angle}
+    material = {"youngs_modulus": (1.5e9, 4e9), "poisson_ratio": (0.1, 0.3), "loss_factor": (0.01, 0.1)}
+    plate = Plate.model_validate({**disc(0.0005).model_dump(), "material": {**material, "orthotropy": sheet}})
+    assert plate.material is not None
+    across = 2.0 * 1.5e9 * 0.4 / (4.6 + 0.4)  # of the softest material in the ranges
+    stiffness, mass = across * 0.0005**3 / 12.0 / (1.0 - 0.1**2), 950.0 * 0.0005
+    kirchhoff = 2.0 * np.pi * (stiffness / mass / (2.0 * np.pi * 500.0) ** 2) ** 0.25
+    assert shortest_wave(plate, plate.material.box, (100.0, 500.0)) == pytest.approx(kirchhoff, rel=4e-3)
