@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from simulation.shell.fineness import Fineness
 
 FORMAT = "flexura-effect-operators/1"
-METHOD = 23
+METHOD = 25
 """Raised whenever the same declaration would give other operators."""
-SCALARS = ("offset_range", "cell", "thickness", "angle", "error", "plain_error", "dropped")
+SCALARS = ("offset_range", "cell", "thickness", "angle", "place_spacing", "error", "plain_error", "dropped")
 PLAIN = (
     "capacitance",
     "coupling",
@@ -43,6 +43,9 @@ PLAIN = (
     "strain",
     "sheet",
     "strain_points",
+    "places",
+    "place_deflection",
+    "place_compliance",
     "movable",
     "patch_zone",
     "thicker_coupling",

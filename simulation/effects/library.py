@@ -73,7 +73,7 @@ def untried(experiment: Experiment, folder: Path | None = None) -> dict[str, str
     return {
         name: effect.wants or effect.card(experiment).needs
         for name, effect in _all(experiment, folder).items()
-        if not effect.available(experiment)
+        if not (effect.of_the_rig or effect.available(experiment))
     }
 
 

@@ -169,3 +169,20 @@ def test_softening_is_another_material_at_each_line_and_counts_the_level_twice(t
     laws = replace(LAWS, value=np.array([np.log(lost), 0.38, np.log(eta)]))
     found = frf(twin, values, point=replace(POINT, level=0.5))[:, [index]]
     np.testing.assert_allclose(found, frf(twin, {}, line, laws), rtol=1e-9)
+
+
+def changed(ops, **attributes):
+    """Change the plate's numbers: the same plate with other operators."""
+    return EffectPlate(replace(ops, **attributes))
+
+
+def test_all_moduli_times_a_factor_and_all_mass_times_a_factor(twin):
+    """A uniform factor on the modulus field is another E; on the density, another mass of the plate."""
+    ops, state = twin.plate.operators, twin.state(LAWS, LINES, {}, POINT)
+    softer = composed(ops, Coefficients.of(state.with_(modulus=0.9 * state.modulus), ops))
+    laws = replace(LAWS, value=LAWS.value + np.array([np.log(0.9), 0.0, 0.0]))
+    other = composed(ops, Coefficients.of(twin.state(laws, LINES, {}, POINT), ops))
+    np.testing.assert_allclose(softer.plate, other.plate, rtol=1e-9, atol=1e-12 * np.abs(other.plate).max())
+    heavier = composed(ops, Coefficients.of(state.with_(density=1.1 * state.density), ops))
+    bare = ops.mass[0] + ops.rotary[0]
+    np.testing.assert_allclose(heavier.mass, other.mass + 0.1 * bare, atol=1e-12)

@@ -126,7 +126,8 @@ def test_a_motion_is_read_as_often_differentiated_as_declared(twin, experiment):
 def test_effects_of_patches_need_patches(experiment):
     dumped = experiment.model_dump()
     without = Experiment.model_validate(dumped | {"patch": []})
-    gone = {"bond_shear_lag", "piezo_drift", "feedthrough", "sensor_offset"}
+    gone = {"bond_shear_lag", "piezo_drift", "feedthrough", "sensor_offset", "patch_debond", "patch_loss"}
+    gone |= {"piezo_loss", "permittivity_drift", "insulation_leak", "depolarization"}
     assert set(library(without)) == set(library(experiment)) - gone
     assert "feedthrough" not in library(experiment)  # the drive is no voltage
 
