@@ -16,6 +16,7 @@ from simulation.effects import (
     feedthrough,
     high_pass,
     local_damage,
+    low_pass,
     orthotropy,
     piezo_drift,
     point_mass,
@@ -48,6 +49,7 @@ LIBRARY: Mapping[str, Effect] = MappingProxyType(
         "sensor_offset": sensor_offset.EFFECT,
         "channel_skew": channel_skew.EFFECT,
         "high_pass": high_pass.EFFECT,
+        "low_pass": low_pass.EFFECT,
         "feedthrough": feedthrough.EFFECT,
         "amplitude_softening": amplitude_softening.EFFECT,
         # Last the temperature gradients, because afterwards the mean over unevenly spaced points is no longer the

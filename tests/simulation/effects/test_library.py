@@ -27,6 +27,7 @@ CONTRACT = {
     "high_pass": ("corner",),
     "feedthrough": ("gain",),
     "amplitude_softening": ("a", "b"),
+    "low_pass": ("time_constant",),
 }
 """Names in campaigns that disclose an effect, and in gap.json."""
 

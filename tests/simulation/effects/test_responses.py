@@ -73,3 +73,22 @@ def test_feedthrough_is_added_beside_the_factor_not_through_it(trial):
     assert after.feedthrough == 3e-4
     without = apply_all(LIBRARY, state, circumstances, {k: v for k, v in values.items() if k != "feedthrough"})
     np.testing.assert_array_equal(factor(after), factor(without))
+
+
+def test_a_low_pass_is_its_transfer_function(trial):
+    frequency = np.array([100.0, 1000.0, 1e4])
+    circumstances, state = trial(frequency=tuple(frequency))
+    passed = factor(LIBRARY["low_pass"].apply(state, circumstances, {"time_constant": 1e-4}))
+    np.testing.assert_allclose(passed, 1.0 / (1.0 + 2e-4j * np.pi * frequency), rtol=1e-13)
+
+
+def test_a_low_pass_is_at_first_a_delay_and_weakens_then(trial):
+    """Its slope at zero is that of a delay, the rest is of second order: only large ones are told apart."""
+    circumstances, state = trial(frequency=(100.0, 1500.0))
+    low, late = (
+        factor(LIBRARY[name].apply(state, circumstances, {key: 1e-30j}))
+        for name, key in (("low_pass", "time_constant"), ("channel_skew", "delay"))
+    )
+    np.testing.assert_allclose(low, late, rtol=1e-14)
+    strong = LIBRARY["low_pass"].apply(state, circumstances, {"time_constant": 1e-4})
+    assert strong.log_gain[1] == pytest.approx(-0.5 * np.log(1.0 + (2e-4 * np.pi * 1500.0) ** 2))
