@@ -11,6 +11,7 @@ from simulation.effects import (
     amplitude_softening,
     bond_shear_lag,
     channel_skew,
+    crosstalk,
     damping_dispersion,
     draught_gradient,
     feedthrough,
@@ -51,6 +52,7 @@ LIBRARY: Mapping[str, Effect] = MappingProxyType(
         "high_pass": high_pass.EFFECT,
         "low_pass": low_pass.EFFECT,
         "feedthrough": feedthrough.EFFECT,
+        "crosstalk": crosstalk.EFFECT,
         "amplitude_softening": amplitude_softening.EFFECT,
         # Last the temperature gradients, because afterwards the mean over unevenly spaced points is no longer the
         # plate's temperature; the one that uses this temperature comes first.

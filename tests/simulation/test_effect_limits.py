@@ -176,6 +176,11 @@ def changed(ops, **attributes):
     return EffectPlate(replace(ops, **attributes))
 
 
+def test_crosstalk_is_added_in_quadrature(twin, plain):
+    added = frf(twin, {"crosstalk": {"gain": 0.004}}) - plain
+    np.testing.assert_allclose(added, np.tile(0.004j * LINES / 500.0, (2, 1)), rtol=0.0, atol=1e-12)
+
+
 def test_all_moduli_times_a_factor_and_all_mass_times_a_factor(twin):
     """A uniform factor on the modulus field is another E; on the density, another mass of the plate."""
     ops, state = twin.plate.operators, twin.state(LAWS, LINES, {}, POINT)

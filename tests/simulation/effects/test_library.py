@@ -28,6 +28,7 @@ CONTRACT = {
     "feedthrough": ("gain",),
     "amplitude_softening": ("a", "b"),
     "low_pass": ("time_constant",),
+    "crosstalk": ("gain",),
 }
 """Names in campaigns that disclose an effect, and in gap.json."""
 

@@ -92,3 +92,12 @@ def test_a_low_pass_is_at_first_a_delay_and_weakens_then(trial):
     np.testing.assert_allclose(low, late, rtol=1e-14)
     strong = LIBRARY["low_pass"].apply(state, circumstances, {"time_constant": 1e-4})
     assert strong.log_gain[1] == pytest.approx(-0.5 * np.log(1.0 + (2e-4 * np.pi * 1500.0) ** 2))
+
+
+def test_crosstalk_is_what_a_mutual_inductance_adds(trial):
+    """Volts j w M I per volt V with I = V/Z: M/Z = 1 microsecond makes pi mV/V at 500 Hz."""
+    frequency = np.array([100.0, 500.0, 2000.0])
+    circumstances, state = trial(frequency=tuple(frequency))
+    after = LIBRARY["crosstalk"].apply(state, circumstances, {"gain": np.pi * 1e-3})
+    np.testing.assert_allclose(1j * after.crosstalk, 2j * np.pi * frequency * 1e-6, rtol=1e-13)
+    assert after.feedthrough == 0.0
