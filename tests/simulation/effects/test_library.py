@@ -27,6 +27,7 @@ CONTRACT = {
     "high_pass": ("corner",),
     "feedthrough": ("gain",),
     "amplitude_softening": ("a", "b"),
+    "piezo_loss": ("angle",),
     "low_pass": ("time_constant",),
     "crosstalk": ("gain",),
 }

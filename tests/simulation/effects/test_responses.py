@@ -101,3 +101,9 @@ def test_crosstalk_is_what_a_mutual_inductance_adds(trial):
     after = LIBRARY["crosstalk"].apply(state, circumstances, {"gain": np.pi * 1e-3})
     np.testing.assert_allclose(1j * after.crosstalk, 2j * np.pi * frequency * 1e-6, rtol=1e-13)
     assert after.feedthrough == 0.0
+
+
+def test_a_loss_angle_is_alike_at_all_frequencies(trial):
+    circumstances, state = trial(frequency=(100.0, 1500.0))
+    after = LIBRARY["piezo_loss"].apply(state, circumstances, {"angle": 0.03})
+    np.testing.assert_allclose(factor(after), np.exp(-0.03j), rtol=1e-14)
