@@ -28,6 +28,7 @@ CONTRACT = {
     "feedthrough": ("gain",),
     "amplitude_softening": ("a", "b"),
     "piezo_loss": ("angle",),
+    "piezo_nonlinearity": ("beta",),
     "low_pass": ("time_constant",),
     "crosstalk": ("gain",),
 }

@@ -103,6 +103,19 @@ def test_crosstalk_is_what_a_mutual_inductance_adds(trial):
     assert after.feedthrough == 0.0
 
 
+@pytest.mark.parametrize("level", [1.0, 2.0])
+def test_a_patch_after_rayleigh_traces_his_loop(trial, level):
+    """S = (d + a E_0) E +- a (E_0**2 - E**2)/2: the first harmonic of the loop is the effect's factor."""
+    beta, turns = 0.03, np.linspace(0.0, 2.0 * np.pi, 200_001)[:-1]
+    field, rising = level * np.cos(turns), np.sin(turns) < 0.0
+    branch = np.where(rising, -1.0, 1.0) * 0.5 * beta * (level**2 - field**2)
+    strain = (1.0 + beta * level) * field + branch
+    first = 2.0 * np.mean(strain * np.exp(-1j * turns)) / level
+    circumstances, state = trial(level=level)
+    after = LIBRARY["piezo_nonlinearity"].apply(state, circumstances, {"beta": beta})
+    np.testing.assert_allclose(factor(after), first, rtol=1e-6)
+
+
 def test_a_loss_angle_is_alike_at_all_frequencies(trial):
     circumstances, state = trial(frequency=(100.0, 1500.0))
     after = LIBRARY["piezo_loss"].apply(state, circumstances, {"angle": 0.03})
