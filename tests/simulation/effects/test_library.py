@@ -29,6 +29,7 @@ CONTRACT = {
     "amplitude_softening": ("a", "b"),
     "piezo_loss": ("angle",),
     "piezo_nonlinearity": ("beta",),
+    "depolarization": ("lost",),
     "low_pass": ("time_constant",),
     "crosstalk": ("gain",),
 }

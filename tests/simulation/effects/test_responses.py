@@ -120,3 +120,10 @@ def test_a_loss_angle_is_alike_at_all_frequencies(trial):
     circumstances, state = trial(frequency=(100.0, 1500.0))
     after = LIBRARY["piezo_loss"].apply(state, circumstances, {"angle": 0.03})
     np.testing.assert_allclose(factor(after), np.exp(-0.03j), rtol=1e-14)
+
+
+def test_heat_weakens_the_way_down_only(trial):
+    for rate, expected in ((0.01, 1.0), (0.0, 1.0), (-0.01, 0.93)):
+        circumstances, state = trial(rate=rate)
+        after = LIBRARY["depolarization"].apply(state, circumstances, {"lost": 0.07})
+        np.testing.assert_allclose(factor(after), expected, rtol=1e-14)
