@@ -176,6 +176,12 @@ def changed(ops, **attributes):
     return EffectPlate(replace(ops, **attributes))
 
 
+def test_a_permittivity_that_drifts_is_another_capacitance(twin):
+    at_40 = replace(twin, plate=changed(twin.plate.operators, capacitance=1.06 * twin.plate.capacitance))
+    drifting = frf(twin, {"permittivity_drift": {"beta": 0.004}})
+    np.testing.assert_allclose(drifting, frf(at_40, {}), rtol=1e-12)
+
+
 def test_crosstalk_is_added_in_quadrature(twin, plain):
     added = frf(twin, {"crosstalk": {"gain": 0.004}}) - plain
     np.testing.assert_allclose(added, np.tile(0.004j * LINES / 500.0, (2, 1)), rtol=0.0, atol=1e-12)

@@ -27,6 +27,7 @@ CONTRACT = {
     "high_pass": ("corner",),
     "feedthrough": ("gain",),
     "amplitude_softening": ("a", "b"),
+    "permittivity_drift": ("beta",),
     "piezo_loss": ("angle",),
     "piezo_nonlinearity": ("beta",),
     "depolarization": ("lost",),

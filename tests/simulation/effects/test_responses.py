@@ -127,3 +127,10 @@ def test_heat_weakens_the_way_down_only(trial):
         circumstances, state = trial(rate=rate)
         after = LIBRARY["depolarization"].apply(state, circumstances, {"lost": 0.07})
         np.testing.assert_allclose(factor(after), expected, rtol=1e-14)
+
+
+def test_the_capacitance_grows_with_the_plates_temperature(trial):
+    circumstances, state = trial(temperature=45.0, rate=0.01)
+    values = {"thermal_lag": {"tau": 500.0}, "permittivity_drift": {"beta": 0.004}}
+    after = apply_all(LIBRARY, state, circumstances, values)
+    assert after.departures.permittivity == pytest.approx(1.0 + 0.004 * 15.0)
