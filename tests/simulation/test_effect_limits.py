@@ -182,6 +182,14 @@ def test_a_permittivity_that_drifts_is_another_capacitance(twin):
     np.testing.assert_allclose(drifting, frf(at_40, {}), rtol=1e-12)
 
 
+def test_a_leak_is_another_input(twin):
+    inputs = twin.experiment.acquisition.model_copy(update={"input_resistance": 305e3 / 1.2})
+    other = Twin.of(twin.experiment.model_copy(update={"acquisition": inputs}), twin.plate, twin.library)
+    leaking = frf(twin, {"insulation_leak": {"leak25": 0.1, "growth": np.log(2.0) / 15.0}})
+    np.testing.assert_allclose(leaking, frf(replace(other, reach=np.inf), {}), rtol=1e-12)
+    assert np.abs(np.angle(leaking[0, 0] / frf(twin, {})[0, 0])) > 0.01
+
+
 def test_crosstalk_is_added_in_quadrature(twin, plain):
     added = frf(twin, {"crosstalk": {"gain": 0.004}}) - plain
     np.testing.assert_allclose(added, np.tile(0.004j * LINES / 500.0, (2, 1)), rtol=0.0, atol=1e-12)

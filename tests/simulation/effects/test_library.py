@@ -28,6 +28,7 @@ CONTRACT = {
     "feedthrough": ("gain",),
     "amplitude_softening": ("a", "b"),
     "permittivity_drift": ("beta",),
+    "insulation_leak": ("leak25", "growth"),
     "piezo_loss": ("angle",),
     "piezo_nonlinearity": ("beta",),
     "depolarization": ("lost",),

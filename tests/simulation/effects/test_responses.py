@@ -134,3 +134,11 @@ def test_the_capacitance_grows_with_the_plates_temperature(trial):
     values = {"thermal_lag": {"tau": 500.0}, "permittivity_drift": {"beta": 0.004}}
     after = apply_all(LIBRARY, state, circumstances, values)
     assert after.departures.permittivity == pytest.approx(1.0 + 0.004 * 15.0)
+
+
+def test_a_leak_lies_beside_the_input(trial):
+    """1/R = 1/R_in + 1/R_leak, and the leak's conductance doubles every ten kelvins."""
+    circumstances, state = trial(temperature=45.0)
+    after = LIBRARY["insulation_leak"].apply(state, circumstances, {"leak25": 0.1, "growth": np.log(2.0) / 10.0})
+    both = 1.0 / (1.0 / 305e3 + 4.0 * 0.1 / 305e3)
+    assert 305e3 * after.departures.resistance == pytest.approx(both)
