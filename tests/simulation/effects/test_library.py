@@ -33,6 +33,7 @@ CONTRACT = {
     "piezo_nonlinearity": ("beta",),
     "depolarization": ("lost",),
     "low_pass": ("time_constant",),
+    "mounting_resonance": ("softness",),
     "crosstalk": ("gain",),
 }
 """Names in campaigns that disclose an effect, and in gap.json."""

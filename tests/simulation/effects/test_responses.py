@@ -129,6 +129,14 @@ def test_heat_weakens_the_way_down_only(trial):
         np.testing.assert_allclose(factor(after), expected, rtol=1e-14)
 
 
+def test_a_soft_mount_reads_too_much_by_the_law_of_its_oscillator(accelerometers, trial):
+    """A sensor on a spring resonating at three times the band's end: 1/(1 - (f/f_m)**2)."""
+    frequency = np.array([300.0, 900.0, 1500.0])
+    circumstances, state = trial(frequency=tuple(frequency), declared=accelerometers)
+    after = LIBRARY["mounting_resonance"].apply(state, circumstances, {"softness": 1.0 / 9.0})
+    np.testing.assert_allclose(factor(after), 1.0 / (1.0 - (frequency / 4500.0) ** 2), rtol=1e-13)
+
+
 def test_the_capacitance_grows_with_the_plates_temperature(trial):
     circumstances, state = trial(temperature=45.0, rate=0.01)
     values = {"thermal_lag": {"tau": 500.0}, "permittivity_drift": {"beta": 0.004}}
