@@ -19,6 +19,7 @@ from simulation.effects import (
     high_pass,
     insulation_leak,
     local_damage,
+    loss_orthotropy,
     low_pass,
     mounting_resonance,
     orthotropy,
@@ -44,6 +45,7 @@ LIBRARY: Mapping[str, Effect] = MappingProxyType(
         "thermal_lag": thermal_lag.EFFECT,
         # Effects that depend on the plate's temperature, or on no temperature.
         "orthotropy": orthotropy.EFFECT,
+        "loss_orthotropy": loss_orthotropy.EFFECT,
         "thickness_taper": thickness_taper.EFFECT,
         "suspension": suspension.EFFECT,
         "point_mass": point_mass.EFFECT,

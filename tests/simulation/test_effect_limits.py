@@ -195,6 +195,23 @@ def test_crosstalk_is_added_in_quadrature(twin, plain):
     np.testing.assert_allclose(added, np.tile(0.004j * LINES / 500.0, (2, 1)), rtol=0.0, atol=1e-12)
 
 
+def test_losses_by_direction_are_those_of_another_orthotropy(twin):
+    """The imaginary part of the stiffness is a stiffness with moduli times their loss factors."""
+    ops = twin.plate.operators
+    values = {"loss_orthotropy": {"delta_eta": 0.1, "delta_shear": 0.2}}
+    lossy, plain = (composed(ops, Coefficients.of(twin.state(LAWS, LINES, e, POINT), ops)) for e in (values, {}))
+    along = twin.state(LAWS, LINES, {}, POINT).with_(modulus_x=0.9, modulus_y=1.1, in_plane_shear=1.2)
+    other = composed(ops, Coefficients.of(along, ops)).plate
+    cross = np.tensordot(Coefficients.of(along, ops).bending[2], ops.bending[2], 1)
+    cross = cross + np.tensordot(Coefficients.of(along, ops).membrane[2], ops.membrane[2], 1)
+    mended = other + (1.0 / np.sqrt(0.99) - 1.0) * cross  # Q12 keeps the mean of both losses, not their root
+    shear = np.tensordot(
+        Coefficients.of(along, ops).shear, ops.shear, 1
+    )  # transverse shear loses as much in shear
+    np.testing.assert_allclose(lossy.plate_loss, 0.06 * (mended + 0.2 * shear), atol=1e-9 * np.abs(other).max())
+    np.testing.assert_array_equal(lossy.plate, plain.plate)
+
+
 def test_all_moduli_times_a_factor_and_all_mass_times_a_factor(twin):
     """A uniform factor on the modulus field is another E; on the density, another mass of the plate."""
     ops, state = twin.plate.operators, twin.state(LAWS, LINES, {}, POINT)

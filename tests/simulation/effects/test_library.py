@@ -27,6 +27,7 @@ CONTRACT = {
     "high_pass": ("corner",),
     "feedthrough": ("gain",),
     "amplitude_softening": ("a", "b"),
+    "loss_orthotropy": ("delta_eta", "delta_shear"),
     "permittivity_drift": ("beta",),
     "insulation_leak": ("leak25", "growth"),
     "piezo_loss": ("angle",),

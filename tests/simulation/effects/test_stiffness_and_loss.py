@@ -88,3 +88,10 @@ def test_moduli_stay_positive_at_the_ends_of_every_range(experiment, trial):
             factors = [after.modulus_x, after.modulus_y, after.in_plane_shear, after.bond]
             factors += [*after.storage, *after.loss, *after.thickness, *(1.0 - d.loss for d in after.discs)]
             assert min(factors) > 0.0, (name, values)
+
+
+def test_loss_by_direction(trial):
+    circumstances, state = trial()
+    after = LIBRARY["loss_orthotropy"].apply(state, circumstances, {"delta_eta": 0.2, "delta_shear": 0.5})
+    assert (after.loss_x, after.loss_y, after.loss_cross, after.loss_shear) == (0.8, 1.2, 1.0, 1.5)
+    assert (after.modulus_x, after.modulus_y) == (1.0, 1.0)
