@@ -28,6 +28,7 @@ from simulation.effects import (
     piezo_loss,
     piezo_nonlinearity,
     point_mass,
+    poisson_loss,
     sensor_offset,
     suspension,
     thermal_gradient,
@@ -46,6 +47,7 @@ LIBRARY: Mapping[str, Effect] = MappingProxyType(
         # Effects that depend on the plate's temperature, or on no temperature.
         "orthotropy": orthotropy.EFFECT,
         "loss_orthotropy": loss_orthotropy.EFFECT,
+        "poisson_loss": poisson_loss.EFFECT,
         "thickness_taper": thickness_taper.EFFECT,
         "suspension": suspension.EFFECT,
         "point_mass": point_mass.EFFECT,

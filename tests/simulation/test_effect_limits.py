@@ -195,6 +195,23 @@ def test_crosstalk_is_added_in_quadrature(twin, plain):
     np.testing.assert_allclose(added, np.tile(0.004j * LINES / 500.0, (2, 1)), rtol=0.0, atol=1e-12)
 
 
+@pytest.mark.parametrize("kappa", [0.5, 1.0])
+def test_a_lossless_bulk_is_a_complex_poissons_ratio_of_the_whole_stiffness(twin, kappa):
+    """K(E (1 + j eta), nu - j x) = K + j (eta K - x dK/dnu) to first order, dK/dnu at a given E by differences."""
+    ops, step = twin.plate.operators, 1e-5
+
+    def matrices(effects, ratio=0.0):
+        laws = replace(LAWS, value=LAWS.value + np.array([0.0, ratio, 0.0]))
+        state = twin.state(laws, LINES, effects, POINT)
+        return composed(ops, Coefficients.of(state, ops))
+
+    slope = (matrices({}, step).plate - matrices({}, -step).plate) / (2.0 * step)
+    wanted = 0.06 * (matrices({}).plate - kappa * (0.5 - 0.38) * slope)
+    found = matrices({"poisson_loss": {"kappa": kappa}}).plate_loss
+    assert np.abs(found - wanted).max() < 1e-7 * np.abs(wanted).max()
+    assert np.abs(matrices({}).plate_loss - wanted).max() > 1e-3 * np.abs(wanted).max()
+
+
 def test_losses_by_direction_are_those_of_another_orthotropy(twin):
     """The imaginary part of the stiffness is a stiffness with moduli times their loss factors."""
     ops = twin.plate.operators

@@ -28,6 +28,7 @@ CONTRACT = {
     "feedthrough": ("gain",),
     "amplitude_softening": ("a", "b"),
     "loss_orthotropy": ("delta_eta", "delta_shear"),
+    "poisson_loss": ("kappa",),
     "permittivity_drift": ("beta",),
     "insulation_leak": ("leak25", "growth"),
     "piezo_loss": ("angle",),

@@ -90,6 +90,18 @@ def test_moduli_stay_positive_at_the_ends_of_every_range(experiment, trial):
             assert min(factors) > 0.0, (name, values)
 
 
+def test_a_lossless_bulk_modulus_is_kept_real(trial):
+    """K = E/(3 (1 - 2 nu)) with complex E and nu is real, and Q and G follow, to first order in eta."""
+    circumstances, state = trial(temperature=30.0)
+    after = LIBRARY["poisson_loss"].apply(state, circumstances, {"kappa": 1.0})
+    eta, youngs, nu = 1e-5, 2e9 * (1.0 + 1e-5j), 0.38 - 1e-5j * 0.12
+    assert abs(np.imag(youngs / (1.0 - 2.0 * nu))) < 1e-4 * eta * abs(youngs / (1.0 - 2.0 * nu))
+    q11, shear = youngs / (1.0 - nu**2), youngs / (2.0 * (1.0 + nu))
+    for modulus, found in ((q11, after.loss_x), (nu * q11, after.loss_cross), (shear, after.loss_shear)):
+        assert found == pytest.approx(modulus.imag / modulus.real / eta, rel=1e-4)
+    assert after.loss_y == after.loss_x
+
+
 def test_loss_by_direction(trial):
     circumstances, state = trial()
     after = LIBRARY["loss_orthotropy"].apply(state, circumstances, {"delta_eta": 0.2, "delta_shear": 0.5})
