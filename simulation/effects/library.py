@@ -34,6 +34,7 @@ from simulation.effects import (
     thermal_gradient,
     thermal_lag,
     thickness_taper,
+    transverse_shear,
     viscoelastic_dispersion,
 )
 from simulation.effects.effect import Effect
@@ -48,6 +49,7 @@ LIBRARY: Mapping[str, Effect] = MappingProxyType(
         "orthotropy": orthotropy.EFFECT,
         "loss_orthotropy": loss_orthotropy.EFFECT,
         "poisson_loss": poisson_loss.EFFECT,
+        "transverse_shear": transverse_shear.EFFECT,
         "thickness_taper": thickness_taper.EFFECT,
         "suspension": suspension.EFFECT,
         "point_mass": point_mass.EFFECT,

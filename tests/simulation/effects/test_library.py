@@ -29,6 +29,7 @@ CONTRACT = {
     "amplitude_softening": ("a", "b"),
     "loss_orthotropy": ("delta_eta", "delta_shear"),
     "poisson_loss": ("kappa",),
+    "transverse_shear": ("delta",),
     "permittivity_drift": ("beta",),
     "insulation_leak": ("leak25", "growth"),
     "piezo_loss": ("angle",),
