@@ -30,6 +30,7 @@ CONTRACT = {
     "loss_orthotropy": ("delta_eta", "delta_shear"),
     "poisson_loss": ("kappa",),
     "transverse_shear": ("delta",),
+    "thickness_crown": ("cx", "cy"),
     "permittivity_drift": ("beta",),
     "insulation_leak": ("leak25", "growth"),
     "piezo_loss": ("angle",),
