@@ -31,6 +31,7 @@ from simulation.effects import (
     poisson_loss,
     sensor_offset,
     suspension,
+    thermal_crown,
     thermal_gradient,
     thermal_lag,
     thickness_crown,
@@ -77,6 +78,7 @@ LIBRARY: Mapping[str, Effect] = MappingProxyType(
         # Last the temperature gradients, because afterwards the mean over unevenly spaced points is no longer the
         # plate's temperature; the one that uses this temperature comes first.
         "thermal_gradient": thermal_gradient.EFFECT,
+        "thermal_crown": thermal_crown.EFFECT,
         "draught_gradient": draught_gradient.EFFECT,
     }
 )

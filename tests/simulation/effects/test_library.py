@@ -31,6 +31,7 @@ CONTRACT = {
     "poisson_loss": ("kappa",),
     "transverse_shear": ("delta",),
     "thickness_crown": ("cx", "cy"),
+    "thermal_crown": ("gx", "gy"),
     "permittivity_drift": ("beta",),
     "insulation_leak": ("leak25", "growth"),
     "piezo_loss": ("angle",),
