@@ -30,6 +30,7 @@ CONTRACT = {
     "loss_orthotropy": ("delta_eta", "delta_shear"),
     "poisson_loss": ("kappa",),
     "transverse_shear": ("delta",),
+    "modulus_gradient": ("ex", "ey"),
     "density_gradient": ("mx", "my"),
     "thickness_crown": ("cx", "cy"),
     "thermal_crown": ("gx", "gy"),

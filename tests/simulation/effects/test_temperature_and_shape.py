@@ -98,3 +98,13 @@ def test_a_thermal_crown_goes_with_the_heating(trial):
     circumstances, state = trial(temperature=41.0)  # half-way from 22 to 60
     warm = LIBRARY["thermal_crown"].apply(state, circumstances, {"gx": 2.0, "gy": 0.0}).temperature
     assert warm[1] - 41.0 == pytest.approx(0.5 * 2.0 / 3.0)
+
+
+def test_gradients_of_density_and_modulus_are_linear_about_the_centre(trial):
+    circumstances, state = trial()
+    heavy = LIBRARY["density_gradient"].apply(state, circumstances, {"mx": 0.02, "my": -0.05})
+    np.testing.assert_allclose(at_corners(state, heavy.density), [1.03, 0.97, 1.07], rtol=1e-14)
+    stiff = LIBRARY["modulus_gradient"].apply(state, circumstances, {"ex": 0.02, "ey": -0.05})
+    np.testing.assert_allclose(at_corners(state, stiff.modulus), [1.03, 0.97, 1.07], rtol=1e-14)
+    np.testing.assert_array_equal(heavy.thickness, 1.0)
+    np.testing.assert_array_equal(stiff.thickness, 1.0)
