@@ -229,6 +229,20 @@ def test_losses_by_direction_are_those_of_another_orthotropy(twin):
     np.testing.assert_array_equal(lossy.plate, plain.plate)
 
 
+def test_a_foundation_lifts_a_rigid_plate_to_its_bounce(twin):
+    """A free plate moves as a whole at w**2 = k/(mass per area), patches' mass aside."""
+    ops = twin.plate.operators
+    state = twin.state(LAWS, LINES, {"elastic_foundation": {"stiffness": 2e5}}, POINT)
+    whole = composed(ops, Coefficients.of(state, ops))
+    solved = LocalSolution.of(ops, whole, state, LINES[:2], np.inf)
+    local = solved.composite
+    squares = np.sort(np.linalg.eigvals(np.linalg.solve(local.mass, local.plate + local.fixed)).real)
+    plate, ceramic = twin.experiment.plate, 3 * 7800.0 * 0.02**2 * 0.0005
+    bounce = 2e5 * plate.area / (plate.mass + ceramic)
+    lifted = squares[3:6]  # the first three move in the plane
+    assert np.abs(lifted / bounce - 1.0).min() < 0.01
+
+
 def test_all_moduli_times_a_factor_and_all_mass_times_a_factor(twin):
     """A uniform factor on the modulus field is another E; on the density, another mass of the plate."""
     ops, state = twin.plate.operators, twin.state(LAWS, LINES, {}, POINT)

@@ -39,6 +39,7 @@ CONTRACT = {
     "piezo_loss": ("angle",),
     "piezo_nonlinearity": ("beta",),
     "depolarization": ("lost",),
+    "elastic_foundation": ("stiffness",),
     "low_pass": ("time_constant",),
     "mounting_resonance": ("softness",),
     "crosstalk": ("gain",),
