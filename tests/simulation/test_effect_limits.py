@@ -229,6 +229,25 @@ def test_losses_by_direction_are_those_of_another_orthotropy(twin):
     np.testing.assert_array_equal(lossy.plate, plain.plate)
 
 
+@pytest.mark.parametrize("f", [150.0, 640.0])
+def test_a_foundation_is_a_negative_mass_and_friction_an_imaginary_one(twin, f):
+    """At one frequency both add a multiple of W, the integral of w**2, to the stiffness."""
+    line, omega = np.array([f]), 2.0 * np.pi * f
+    ops = twin.plate.operators
+    state = twin.state(LAWS, line, {}, POINT)
+    whole = composed(ops, Coefficients.of(state, ops))
+    for effects, added in (
+        ({"elastic_foundation": {"stiffness": 2e6}}, 2e6),
+        ({"surface_damping": {"resistance": 60.0}}, 60j * omega),
+        ({"elastic_foundation": {"stiffness": 2e6}, "surface_damping": {"resistance": 60.0}}, 2e6 + 60j * omega),
+    ):
+        z = whole.plate + 1j * whole.plate_loss + whole.fixed + added * ops.normal - omega**2 * whole.mass
+        wanted = whole.coupling.T @ np.linalg.solve(z, whole.coupling)
+        there = twin.state(LAWS, line, effects, POINT)
+        found = LocalSolution.of(ops, whole, there, line, np.inf).compliance()[..., 0]
+        np.testing.assert_allclose(found, wanted, rtol=1e-8)
+
+
 def test_a_foundation_lifts_a_rigid_plate_to_its_bounce(twin):
     """A free plate moves as a whole at w**2 = k/(mass per area), patches' mass aside."""
     ops = twin.plate.operators

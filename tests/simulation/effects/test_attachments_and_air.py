@@ -61,3 +61,11 @@ def test_added_mass_stays_finite_above_coincidence_and_radiation_grows_on(trial)
     # q stays at 0.9: the mass falls as 1/k_b, that is as 1/sqrt(f); the resistance rises as q**2, that is as f
     assert after.area_mass[0] == pytest.approx(2.0 * after.area_mass[1])
     assert after.area_resistance[1] == pytest.approx(4.0 * after.area_resistance[0])
+
+
+def test_a_foundation_and_friction_act_per_area(trial):
+    circumstances, state = trial()
+    air = LIBRARY["air_loading"].apply(state, circumstances, {"added_mass_factor": 1.0, "radiation_factor": 1.0})
+    after = LIBRARY["surface_damping"].apply(air, circumstances, {"resistance": 40.0})
+    np.testing.assert_allclose(after.area_resistance - air.area_resistance, 40.0)
+    assert LIBRARY["elastic_foundation"].apply(air, circumstances, {"stiffness": 3e6}).area_stiffness == 3e6

@@ -40,6 +40,7 @@ CONTRACT = {
     "piezo_nonlinearity": ("beta",),
     "depolarization": ("lost",),
     "elastic_foundation": ("stiffness",),
+    "surface_damping": ("resistance",),
     "low_pass": ("time_constant",),
     "mounting_resonance": ("softness",),
     "crosstalk": ("gain",),
