@@ -107,3 +107,21 @@ def test_loss_by_direction(trial):
     after = LIBRARY["loss_orthotropy"].apply(state, circumstances, {"delta_eta": 0.2, "delta_shear": 0.5})
     assert (after.loss_x, after.loss_y, after.loss_cross, after.loss_shear) == (0.8, 1.2, 1.0, 1.5)
     assert (after.modulus_x, after.modulus_y) == (1.0, 1.0)
+
+
+def test_a_relaxation_is_zeners_solid(trial):
+    """At its own frequency half of the strength is stored and half is lost; far above all is stored."""
+    circumstances, state = trial(temperature=30.0, frequency=(400.0, 4e5))
+    after = LIBRARY["relaxation"].apply(state, circumstances, {"strength": 0.02, "frequency": 400.0})
+    np.testing.assert_allclose(after.storage, [1.01, 1.02], rtol=1e-6)
+    np.testing.assert_allclose(0.06 * (after.loss - 1.0), [0.01, 0.02e-3], rtol=1e-4)
+
+
+def test_a_relaxation_satisfies_kramers_and_kronig(trial):
+    """Stored at f less stored at rest: 2 f**2/pi times the integral of the loss at x over x (f**2 - x**2)."""
+    x = 300.0 * np.exp(np.linspace(-12.0, 12.0, 48_001) + 2.5e-4)  # symmetric about the pole: its principal value
+    circumstances, state = trial(temperature=30.0, frequency=(300.0, *x))
+    after = LIBRARY["relaxation"].apply(state, circumstances, {"strength": 0.1, "frequency": 700.0})
+    lost = 0.06 * (after.loss[1:] - 1.0)
+    stored = 2.0 * 300.0**2 / np.pi * np.trapezoid(lost / (300.0**2 - x**2), np.log(x))
+    assert after.storage[0] - 1.0 == pytest.approx(stored, rel=1e-3)
