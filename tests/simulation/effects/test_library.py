@@ -39,6 +39,7 @@ CONTRACT = {
     "piezo_loss": ("angle",),
     "piezo_nonlinearity": ("beta",),
     "depolarization": ("lost",),
+    "fractional_viscosity": ("share", "order"),
     "relaxation": ("strength", "frequency"),
     "elastic_foundation": ("stiffness",),
     "surface_damping": ("resistance",),

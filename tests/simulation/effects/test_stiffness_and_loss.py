@@ -125,3 +125,20 @@ def test_a_relaxation_satisfies_kramers_and_kronig(trial):
     lost = 0.06 * (after.loss[1:] - 1.0)
     stored = 2.0 * 300.0**2 / np.pi * np.trapezoid(lost / (300.0**2 - x**2), np.log(x))
     assert after.storage[0] - 1.0 == pytest.approx(stored, rel=1e-3)
+
+
+@pytest.mark.parametrize("order", [0.3, 0.8])
+def test_a_fractional_dashpot_and_a_spring_are_the_whole_modulus(trial, order):
+    """E_0 + E_1 (j f)**order with the laws' modulus and a third of their loss at 500 Hz, the rest constant."""
+    frequency, eta, share = np.array([125.0, 500.0, 2000.0]), 0.06, 1.0 / 3.0
+    circumstances, state = trial(temperature=30.0, frequency=tuple(frequency))
+    after = LIBRARY["fractional_viscosity"].apply(state, circumstances, {"share": share, "order": order})
+    dashpot = share * eta / np.sin(0.5 * np.pi * order) * ((1j * frequency / 500.0) ** order - 1j**order)
+    np.testing.assert_allclose(after.storage + 1j * eta * after.loss, 1.0 + 1j * eta + dashpot, rtol=1e-13)
+
+
+def test_a_fractional_dashpot_of_order_zero_is_the_viscoelastic_dispersion(trial):
+    circumstances, state = trial(temperature=30.0, frequency=(125.0, 2000.0))
+    dashpot = LIBRARY["fractional_viscosity"].apply(state, circumstances, {"share": 1e-4, "order": 1e-4})
+    dispersion = LIBRARY["viscoelastic_dispersion"].apply(state, circumstances, {"kappa": 1e-4})
+    np.testing.assert_allclose(dashpot.storage - 1.0, dispersion.storage - 1.0, rtol=1e-3)
