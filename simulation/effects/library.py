@@ -9,6 +9,7 @@ from analysis.experiment import Experiment
 from simulation.effects import (
     air_loading,
     amplitude_softening,
+    annealing,
     bond_shear_lag,
     channel_skew,
     crosstalk,
@@ -75,6 +76,7 @@ LIBRARY: Mapping[str, Effect] = MappingProxyType(
         "fractional_viscosity": fractional_viscosity.EFFECT,
         "relaxation": relaxation.EFFECT,
         "damping_dispersion": damping_dispersion.EFFECT,
+        "annealing": annealing.EFFECT,
         "air_loading": air_loading.EFFECT,
         "elastic_foundation": elastic_foundation.EFFECT,
         "surface_damping": surface_damping.EFFECT,

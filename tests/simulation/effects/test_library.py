@@ -41,6 +41,7 @@ CONTRACT = {
     "depolarization": ("lost",),
     "fractional_viscosity": ("share", "order"),
     "relaxation": ("strength", "frequency"),
+    "annealing": ("stiffening", "loss"),
     "elastic_foundation": ("stiffness",),
     "surface_damping": ("resistance",),
     "low_pass": ("time_constant",),

@@ -142,3 +142,11 @@ def test_a_fractional_dashpot_of_order_zero_is_the_viscoelastic_dispersion(trial
     dashpot = LIBRARY["fractional_viscosity"].apply(state, circumstances, {"share": 1e-4, "order": 1e-4})
     dispersion = LIBRARY["viscoelastic_dispersion"].apply(state, circumstances, {"kappa": 1e-4})
     np.testing.assert_allclose(dashpot.storage - 1.0, dispersion.storage - 1.0, rtol=1e-3)
+
+
+def test_annealing_is_there_on_the_way_down_only(trial):
+    for rate, storage, loss in ((0.01, 1.0, 1.0), (-0.01, 1.05, 1.05 * 0.8)):
+        circumstances, state = trial(rate=rate)
+        after = LIBRARY["annealing"].apply(state, circumstances, {"stiffening": 0.05, "loss": -0.2})
+        np.testing.assert_allclose(after.storage, storage)
+        np.testing.assert_allclose(after.loss, loss)
