@@ -34,6 +34,7 @@ CONTRACT = {
     "density_gradient": ("mx", "my"),
     "thickness_crown": ("cx", "cy"),
     "thermal_crown": ("gx", "gy"),
+    "cable_stiffness": ("stiffness", "damping"),
     "permittivity_drift": ("beta",),
     "insulation_leak": ("leak25", "growth"),
     "piezo_loss": ("angle",),
