@@ -63,6 +63,15 @@ def test_added_mass_stays_finite_above_coincidence_and_radiation_grows_on(trial)
     assert after.area_resistance[1] == pytest.approx(4.0 * after.area_resistance[0])
 
 
+def test_a_cable_holds_and_strings_weigh_where_they_are_declared(trial):
+    circumstances, state = trial()
+    held = LIBRARY["cable_stiffness"].apply(state, circumstances, {"stiffness": 200.0, "damping": 0.1})
+    (cable,) = held.point_loads
+    assert (cable.point, cable.stiffness, cable.damping, cable.mass) == ((0.058, 0.03), 200.0, 0.1, 0.0)
+    hung = LIBRARY["string_mass"].apply(state, circumstances, {"mass": 3e-4})
+    assert [(load.point, load.mass) for load in hung.point_loads] == [((0.03, 0.187), 3e-4), ((0.21, 0.187), 3e-4)]
+
+
 def test_a_foundation_and_friction_act_per_area(trial):
     circumstances, state = trial()
     air = LIBRARY["air_loading"].apply(state, circumstances, {"added_mass_factor": 1.0, "radiation_factor": 1.0})

@@ -34,6 +34,7 @@ CONTRACT = {
     "density_gradient": ("mx", "my"),
     "thickness_crown": ("cx", "cy"),
     "thermal_crown": ("gx", "gy"),
+    "string_mass": ("mass",),
     "cable_stiffness": ("stiffness", "damping"),
     "permittivity_drift": ("beta",),
     "insulation_leak": ("leak25", "growth"),
