@@ -7,6 +7,7 @@ from typing import Any
 
 from analysis.experiment import Experiment
 from simulation.effects import (
+    accelerometer_mass,
     air_loading,
     amplitude_softening,
     annealing,
@@ -69,6 +70,7 @@ LIBRARY: Mapping[str, Effect] = MappingProxyType(
         "string_mass": string_mass.EFFECT,
         "point_mass": point_mass.EFFECT,
         "cable_stiffness": cable_stiffness.EFFECT,
+        "accelerometer_mass": accelerometer_mass.EFFECT,
         "bond_shear_lag": bond_shear_lag.EFFECT,
         "piezo_drift": piezo_drift.EFFECT,
         "permittivity_drift": permittivity_drift.EFFECT,

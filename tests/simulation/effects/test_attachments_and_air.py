@@ -72,6 +72,14 @@ def test_a_cable_holds_and_strings_weigh_where_they_are_declared(trial):
     assert [(load.point, load.mass) for load in hung.point_loads] == [((0.03, 0.187), 3e-4), ((0.21, 0.187), 3e-4)]
 
 
+def test_only_accelerometers_without_a_declared_mass_get_one(accelerometers, trial):
+    weighed = accelerometers.sensor[0].model_copy(update={"mass": 0.001})
+    one = accelerometers.model_copy(update={"sensor": (weighed, accelerometers.sensor[1])})
+    circumstances, state = trial(declared=one)
+    after = LIBRARY["accelerometer_mass"].apply(state, circumstances, {"mass": 0.0022})
+    np.testing.assert_allclose(after.departures.added_mass, [0.0, 0.0, 0.0022])  # the hammer, and both sensors
+
+
 def test_a_foundation_and_friction_act_per_area(trial):
     circumstances, state = trial()
     air = LIBRARY["air_loading"].apply(state, circumstances, {"added_mass_factor": 1.0, "radiation_factor": 1.0})

@@ -36,6 +36,7 @@ CONTRACT = {
     "thermal_crown": ("gx", "gy"),
     "string_mass": ("mass",),
     "cable_stiffness": ("stiffness", "damping"),
+    "accelerometer_mass": ("mass",),
     "permittivity_drift": ("beta",),
     "insulation_leak": ("leak25", "growth"),
     "piezo_loss": ("angle",),

@@ -180,3 +180,13 @@ def test_whichever_input_drives_strain_is_counted_from_that_of_the_first(joint):
     ]
     numeric = (stepped[0] - stepped[1]) / 2e-5
     assert np.abs(found.by_parameter[0] - numeric).max() < 1e-4 * np.abs(numeric).max()
+
+
+def test_an_undeclared_mass_of_an_accelerometer_is_the_declared_one(twin, experiment):
+    dumped = experiment.model_dump()
+    light = {**dumped["sensor"][0], "mass": 0.0}
+    bare = Experiment.model_validate(dumped | {"sensor": [light, dumped["sensor"][1]]})
+    other = replace(Twin.of(bare, EffectPlate(twin.plate.operators), library(bare)), reach=np.inf)
+    loaded = other.frf(LAWS, LINES, {"accelerometer_mass": {"mass": MASS}}, POINT)
+    np.testing.assert_allclose(loaded, twin.frf(LAWS, LINES, point=POINT), rtol=1e-9)
+    assert "accelerometer_mass" not in library(experiment)
