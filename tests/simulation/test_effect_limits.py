@@ -262,6 +262,28 @@ def test_a_foundation_lifts_a_rigid_plate_to_its_bounce(twin):
     assert np.abs(lifted / bounce - 1.0).min() < 0.01
 
 
+def test_patches_that_come_off_and_lose(twin):
+    """All off by one share take that share of all that they add; what is lost is lost off the mid-plane."""
+    ops = twin.plate.operators
+    plain, off, single, lossy = (
+        composed(ops, Coefficients.of(twin.state(LAWS, LINES, values, POINT), ops))
+        for values in (
+            {},
+            {"patch_debond": {"A1": 0.3, "S1": 0.3, "S2": 0.3}},
+            {"patch_debond": {"A1": 0.3, "S1": 0.0, "S2": 0.1}},
+            {"patch_loss": {"eta": 0.04}},
+        )
+    )
+    scale = np.abs(plain.fixed).max()
+    np.testing.assert_allclose(off.fixed, 0.7 * plain.fixed, atol=1e-9 * scale)
+    np.testing.assert_allclose(off.coupling, 0.7 * plain.coupling, rtol=1e-12)
+    np.testing.assert_allclose(single.coupling, plain.coupling * [0.7, 1.0, 0.9], rtol=1e-12)
+    np.testing.assert_array_equal(off.mass, plain.mass)
+    layers = plain.fixed - ops.patch_own
+    np.testing.assert_allclose(lossy.plate_loss - plain.plate_loss, 0.04 * layers, atol=1e-9 * scale)
+    np.testing.assert_array_equal(lossy.fixed, plain.fixed)
+
+
 def test_all_moduli_times_a_factor_and_all_mass_times_a_factor(twin):
     """A uniform factor on the modulus field is another E; on the density, another mass of the plate."""
     ops, state = twin.plate.operators, twin.state(LAWS, LINES, {}, POINT)

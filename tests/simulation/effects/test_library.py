@@ -37,6 +37,7 @@ CONTRACT = {
     "string_mass": ("mass",),
     "cable_stiffness": ("stiffness", "damping"),
     "accelerometer_mass": ("mass",),
+    "patch_debond": ("A1", "S1"),
     "patch_loss": ("eta",),
     "permittivity_drift": ("beta",),
     "insulation_leak": ("leak25", "growth"),

@@ -150,3 +150,11 @@ def test_annealing_is_there_on_the_way_down_only(trial):
         after = LIBRARY["annealing"].apply(state, circumstances, {"stiffening": 0.05, "loss": -0.2})
         np.testing.assert_allclose(after.storage, storage)
         np.testing.assert_allclose(after.loss, loss)
+
+
+def test_patches_come_off_one_by_one(trial):
+    circumstances, state = trial()
+    once = LIBRARY["patch_debond"].apply(state, circumstances, {"A1": 0.1, "S1": 0.0})
+    np.testing.assert_allclose(once.debonded, [0.1, 0.0])
+    twice = LIBRARY["patch_debond"].apply(once, circumstances, {"A1": 0.1, "S1": 0.2})
+    np.testing.assert_allclose(twice.debonded, [1.0 - 0.9**2, 0.2])
