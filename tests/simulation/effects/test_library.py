@@ -52,6 +52,7 @@ CONTRACT = {
     "low_pass": ("time_constant",),
     "mounting_resonance": ("softness",),
     "crosstalk": ("gain",),
+    "mass_at_place": ("mass", "x", "y"),
 }
 """Names in campaigns that disclose an effect, and in gap.json."""
 
