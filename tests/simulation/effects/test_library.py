@@ -53,6 +53,7 @@ CONTRACT = {
     "mounting_resonance": ("softness",),
     "crosstalk": ("gain",),
     "mass_at_place": ("mass", "x", "y"),
+    "spring_at_place": ("stiffness", "x", "y"),
 }
 """Names in campaigns that disclose an effect, and in gap.json."""
 
