@@ -54,6 +54,7 @@ CONTRACT = {
     "crosstalk": ("gain",),
     "mass_at_place": ("mass", "x", "y"),
     "spring_at_place": ("stiffness", "x", "y"),
+    "dashpot_at_place": ("damping", "x", "y"),
 }
 """Names in campaigns that disclose an effect, and in gap.json."""
 
