@@ -55,6 +55,7 @@ CONTRACT = {
     "mass_at_place": ("mass", "x", "y"),
     "spring_at_place": ("stiffness", "x", "y"),
     "dashpot_at_place": ("damping", "x", "y"),
+    "resonator_at_place": ("mass", "x", "y", "resonance", "loss"),
 }
 """Names in campaigns that disclose an effect, and in gap.json."""
 
