@@ -26,7 +26,8 @@ from simulation.state.plate_state import PlateState
 from simulation.state.state_matrices import FullPlate
 
 SHARE = 0.05
-"""Spacing of the places over the shortest bending wave: deflections between them are good to 5e-4 of their rms."""
+"""Spacing of the places over the shortest bending wave: deflections between them are good to 2e-4 of their
+rms, to 2e-3 at edges."""
 PATTERNS = 4
 """Number of random patterns: a mode that one of them hardly excites is excited by the others."""
 SOLVED = 300
