@@ -1,4 +1,4 @@
-"""A gap of 31 temperatures x 3 channels, 18 effects: the whole workflow, and its screen against refitting all.
+"""A gap of 31 temperatures x 3 channels, every effect: the whole workflow, and its screen against refitting all.
 
     python benchmarks/gap.py [--hidden point_mass] [--noise 0.01]
 

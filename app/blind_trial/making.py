@@ -54,7 +54,7 @@ def make_campaign(
     first = wanted(assignment, names, stream, seed)
     legs, levels = ways(first, rng)
     experiments = draw_experiments(rng, kind, f"trial {assignment.name}", legs, levels)
-    specimen = Specimen.of(experiments, kind)
+    specimen = Specimen.of(experiments)
     share = float(np.exp(rng.uniform(*np.log(NOISE))))
     judging = effect_twin(declared(experiments), lambda stage, share: None).plate.operators
     with ThreadPoolExecutor(1) as executor:

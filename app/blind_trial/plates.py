@@ -41,8 +41,6 @@ class PlateKind:
     plate : Plate
     patches : tuple of Patch
     strings, cables : tuple of Attachment
-    hidden : tuple of float
-        An undeclared point on which a hidden effect may act, m.
     band : tuple of float
         Hz.
     drives : tuple of Drive
@@ -55,7 +53,6 @@ class PlateKind:
     patches: tuple[Patch, ...]
     strings: tuple[Attachment, ...]
     cables: tuple[Attachment, ...]
-    hidden: Point
     band: tuple[float, float]
     drives: tuple[Drive, ...] = ()
     sensors: tuple[Sensor, ...] = ()
@@ -73,7 +70,6 @@ class PlateKind:
             "patch": [patch.model_dump() for patch in self.patches],
             "string": [attached.point for attached in self.strings],
             "cable": [attached.point for attached in self.cables],
-            "hidden": self.hidden,
             "band": self.band,
             "drive": [drive.model_dump() for drive in self.drives],
             "sensor": [sensor.model_dump() for sensor in self.sensors],
@@ -111,7 +107,6 @@ def draw_plate(rng: np.random.Generator, driven: Driven = "patch", *, rectangula
     rows = [CLEAR + 0.5 * PATCH + k * (PATCH + CLEAR) + float(share) for k, share in enumerate(shares)]
     further = bool(rng.random() < 0.5)
     along = float(rng.uniform(0.018, 0.026))
-    hidden = _millimetres(a * float(rng.uniform(0.35, 0.65)), b * float(rng.uniform(0.3, 0.8)))
     modes = float(rng.uniform(*MODES))
     patches = [_patch("S1", "sensor", left, rows[0])]
     drives: tuple[Drive, ...] = ()
@@ -134,7 +129,6 @@ def draw_plate(rng: np.random.Generator, driven: Driven = "patch", *, rectangula
         patches=tuple(patches),
         strings=tuple(Attachment(point=_millimetres(x * a, b - 0.004)) for x in (0.12, 0.86)),
         cables=(Attachment(point=_millimetres(left + along, rows[0] + 0.3 * along)),),
-        hidden=hidden,
         band=(LOWEST, _band_end(plate, modes)),
         drives=drives,
         sensors=sensors,

@@ -8,13 +8,13 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.effect_card import EffectCard, Values
-from analysis.experiment import Attachment, Experiment
+from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
 from analysis.plate_material import material_box
 from analysis.progress import Progress
 from app.blind_trial.experiments import declared
-from app.blind_trial.plates import OTHER_MESH, PlateKind
-from app.blind_trial.unlisted_effects import RESONATOR, UNLISTED_EFFECTS, ResonatorTransfer
+from app.blind_trial.plates import OTHER_MESH
+from app.blind_trial.unlisted_effects import UNLISTED_EFFECTS
 from app.files.effect_cache import cached_operators
 from app.files.experiment_toml import AcquiredExperiment
 from app.files.simulation_section import Simulation
@@ -29,7 +29,10 @@ from simulation.twin.twin import Twin
 
 FOLLOWING: Mapping[str, Followed] = {
     "thermal_lag": frozenset({"rate"}),
+    "annealing": frozenset({"rate"}),
+    "depolarization": frozenset({"rate"}),
     "amplitude_softening": frozenset({"level"}),
+    "piezo_nonlinearity": frozenset({"level"}),
 }
 """Effects that depend on more than the temperature."""
 
@@ -54,11 +57,10 @@ class Specimen:
     simulations : (I,) tuple of Simulation
         Laws, the same in all, gain and seed.
     twin : Twin
-        With all inputs. Its library contains the project's effects and the unlisted ones; its last cable point is
-        not declared.
+        With all inputs. Its library contains the project's effects and the unlisted ones.
     laws : MaterialLaws
     declared : Experiment
-        Declaration of `twin`: as recorded, with that point.
+        As recorded, the declaration of `twin`.
     """
 
     experiments: tuple[AcquiredExperiment, ...]
@@ -71,7 +73,6 @@ class Specimen:
     def of(
         cls,
         experiments: Sequence[AcquiredExperiment],
-        kind: PlateKind,
         operators: EffectOperators | None = None,
     ) -> "Specimen":
         """Make the specimen of one campaign.
@@ -80,7 +81,6 @@ class Specimen:
         ----------
         experiments : sequence of AcquiredExperiment
             With simulations, as of `draw_experiments`.
-        kind : PlateKind
         operators : EffectOperators, optional
             Of `specimen_operators`, which gives them by default.
 
@@ -98,10 +98,9 @@ class Specimen:
             raise ValueError("an experiment that simulates nothing has no specimen")
         recorded = declared(experiments)
         if operators is None:
-            operators = specimen_operators(recorded, kind)
+            operators = specimen_operators(recorded)
         laws = simulations[0].laws.laws()
         known = {**library(recorded), **UNLISTED_EFFECTS}
-        recorded = with_hidden_point(recorded, kind)
         twin = Twin.of(recorded, EffectPlate(operators), known).referred(laws.local(REFERENCE))
         return cls(tuple(experiments), simulations, twin, laws, recorded)
 
@@ -120,16 +119,11 @@ class Specimen:
     @property
     def cards(self) -> Mapping[str, EffectCard]:
         """Cards of all effects that can be hidden in it."""
-        return {**self.twin.cards, "resonator": RESONATOR.card(self.declared)}
+        return self.twin.cards
 
     def transfer(self, effects: Mapping[str, Values]) -> PlateTransfer:
         """Return its transfer with `effects`."""
-        plain = {name: values for name, values in effects.items() if name != "resonator"}
-        transfer = KnownTransfer(self.twin, self.laws, plain)
-        if "resonator" not in effects:
-            return transfer
-        ridden = effects["resonator"]
-        return ResonatorTransfer(transfer, ridden["mass"], ridden["resonance"])
+        return KnownTransfer(self.twin, self.laws, effects)
 
     def rig(self, source: int, effects: Mapping[str, Values], noise: float, file: Path) -> Rig:
         """Return the simulated rig around it.
@@ -159,19 +153,12 @@ class Specimen:
         return parts_around(experiment, noisy, plate, file).rig()
 
 
-def with_hidden_point(experiment: Experiment, kind: PlateKind) -> Experiment:
-    """Return the experiment with one more point, on which a hidden effect can act."""
-    return experiment.model_copy(update={"cable": (*experiment.cable, Attachment(point=kind.hidden))})
-
-
-def specimen_operators(experiment: Experiment, kind: PlateKind, report: Progress | None = None) -> EffectOperators:
+def specimen_operators(experiment: Experiment, report: Progress | None = None) -> EffectOperators:
     """Operators on the trial's own mesh, taken from the cache or computed and stored there.
 
     Parameters
     ----------
     experiment : Experiment
-    kind : PlateKind
-        Gives the undeclared point.
     report : callable, optional
         Called with the stage's name and the share done.
 
@@ -181,4 +168,4 @@ def specimen_operators(experiment: Experiment, kind: PlateKind, report: Progress
     """
     silent: Progress = report or (lambda stage, share: None)
     box = material_box(experiment.plate.material)
-    return cached_operators(with_hidden_point(experiment, kind), box, silent, OTHER_MESH)
+    return cached_operators(experiment, box, silent, OTHER_MESH)

@@ -169,7 +169,7 @@ def run_trial(trial: Trial, executor: Executor, report: Progress, announce: Call
 
 def prepare_specimen(kind: PlateKind) -> None:
     """Put the operators of a plate for the simulated measurement into the cache."""
-    specimen_operators(any_declaration(kind), kind)
+    specimen_operators(any_declaration(kind))
 
 
 def prepare_twin(kind: PlateKind) -> None:

@@ -7,7 +7,10 @@ import numpy as np
 from app.blind_trial.assignments import KINDS, Assignment, shuffled
 from app.blind_trial.unlisted_effects import UNLISTED_EFFECTS
 
-STRANGE = ("resonator", *UNLISTED_EFFECTS)
+BOTH_WAYS = ("thermal_lag", "annealing", "depolarization")
+"""Effects that only an up and a down ramp show."""
+TWO_LEVELS = ("amplitude_softening", "piezo_nonlinearity")
+"""Effects that only two levels show."""
 
 
 def wanted(assignment: Assignment, names: Sequence[str], stream: str, seed: int) -> tuple[str, ...]:
@@ -31,15 +34,15 @@ def wanted(assignment: Assignment, names: Sequence[str], stream: str, seed: int)
         case "null":
             return ()
         case "outside":
-            return (shuffled(STRANGE, stream, seed, assignment.ordinal, word),)
+            return (shuffled(tuple(UNLISTED_EFFECTS), stream, seed, assignment.ordinal, word),)
         case _:
             return (shuffled(names, stream, seed, assignment.ordinal, word),)
 
 
 def ways(names: Sequence[str], rng: np.random.Generator) -> tuple[tuple[str, ...], tuple[float, ...]]:
     """Legs and levels that can show all `names`; two legs are also used in a third of the other campaigns."""
-    legs = ("up", "down") if "thermal_lag" in names or rng.random() < 1.0 / 3.0 else ("up",)
-    levels = (1.0, 2.0) if "amplitude_softening" in names else (1.0,)
+    legs = ("up", "down") if set(BOTH_WAYS) & set(names) or rng.random() < 1.0 / 3.0 else ("up",)
+    levels = (1.0, 2.0) if set(TWO_LEVELS) & set(names) else (1.0,)
     return legs, levels
 
 
@@ -58,6 +61,6 @@ def partners(names: Sequence[str], legs: Sequence[str], levels: Sequence[float])
     tuple of str
         Of `names`.
     """
-    blind = {"thermal_lag"} if len(legs) < 2 else set()
-    blind |= {"amplitude_softening"} if len(levels) < 2 else set()
+    blind = set(BOTH_WAYS) if len(legs) < 2 else set()
+    blind |= set(TWO_LEVELS) if len(levels) < 2 else set()
     return tuple(name for name in names if name not in blind)

@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from simulation.state.sheet_departures import Sheet
 
 FORMAT = "flexura-effect-operators/1"
-METHOD = 24
+METHOD = 26
 """Raised whenever the same declaration would give other operators."""
-SCALARS = ("offset_range", "cell", "thickness", "angle", "error", "plain_error", "dropped")
+SCALARS = ("offset_range", "cell", "thickness", "angle", "place_spacing", "error", "plain_error", "dropped")
 PLAIN = (
     "capacitance",
     "coupling",
@@ -44,6 +44,9 @@ PLAIN = (
     "strain",
     "sheet",
     "strain_points",
+    "places",
+    "place_deflection",
+    "place_compliance",
     "movable",
     "patch_zone",
     "thicker_coupling",

@@ -110,6 +110,7 @@ class TiltedTwin:
             plate=self.panel.plate,
             strings=(),
             cables=(),
+            band=(float(frequency.min()), float(frequency.max())),
             strain_energy=np.ones(frequency.size),
         )
         state = EFFECT.apply(plain, around, {"gx": across[0], "gy": across[1]})

@@ -3,10 +3,17 @@
 `effect` defines the class, `library` lists all effects in the order of application, `user_folder` loads a user's
 own and `verification` checks the requirements on every effect. By what they change:
 
-- temperature over the plate: `thermal_lag`, `thermal_gradient`, `draught_gradient`
-- shape: `thickness_taper`, `sensor_offset`
-- stiffness and loss: `orthotropy`, `viscoelastic_dispersion`, `damping_dispersion`, `amplitude_softening`,
-  `local_damage`, `bond_shear_lag`
-- normal motion: `suspension`, `point_mass`, `air_loading`
-- signals: `piezo_drift`, `channel_skew`, `high_pass`, `feedthrough`
+- temperature over the plate: `thermal_lag`, `thermal_gradient`, `thermal_crown`, `draught_gradient`
+- shape: `thickness_taper`, `thickness_crown`, `sensor_offset`
+- stiffness and mass: `orthotropy`, `transverse_shear`, `modulus_gradient`, `density_gradient`, `local_damage`,
+  `annealing`, `amplitude_softening`
+- loss: `loss_orthotropy`, `poisson_loss`, `damping_dispersion`, `viscoelastic_dispersion`, `fractional_viscosity`,
+  `relaxation`
+- patches: `bond_shear_lag`, `patch_debond`, `patch_loss`, `permittivity_drift`, `depolarization`
+- normal motion at declared points and all over: `suspension`, `string_mass`, `point_mass`, `cable_stiffness`,
+  `accelerometer_mass`, `air_loading`, `elastic_foundation`, `surface_damping`
+- normal motion at places to be found (`any_place`): `mass_at_place`, `spring_at_place`, `dashpot_at_place`,
+  `resonator_at_place`
+- signals: `piezo_drift`, `piezo_loss`, `piezo_nonlinearity`, `insulation_leak`, `channel_skew`, `high_pass`,
+  `low_pass`, `mounting_resonance`, `feedthrough`, `crosstalk`
 """

@@ -31,6 +31,8 @@ class Effect:
         Experiment -> bool: whether the declaration is sufficient (a point mass needs its point).
     wants : str
         Object of "declare": what the declaration lacks where the effect is not possible, for messages.
+    of_the_rig : bool
+        Whether it is about instruments that a rig has or lacks: where it is not possible, nothing is missing.
     needs_strain_energy : bool
         Whether `apply` looks at `Circumstances.strain_energy`: it is found so that the plate that `apply` makes of
         it has it. Each line of a spectrum may follow the energy of that line; nothing else may follow any.
@@ -40,4 +42,5 @@ class Effect:
     apply: Apply
     available: Callable[[Experiment], bool] = always
     wants: str = ""
+    of_the_rig: bool = False
     needs_strain_energy: bool = False

@@ -37,6 +37,10 @@ class Coefficients:
     moves : (P, 3) ndarray
         Of each patch along x, along y, and of its sides, m: `composed` leaves them out.
     momentum : float
+    patch_loss : (1 + 2 terms,) ndarray
+        Loss factor times `patch`.
+    debonded : (P,) ndarray
+        Share of the stiffness of each patch that is lost.
     """
 
     bending: Numbers
@@ -56,14 +60,17 @@ class Coefficients:
     columns: Numbers
     moves: Numbers
     momentum: Any
+    patch_loss: Numbers
+    debonded: Numbers
 
     @classmethod
     def of(cls, state: PlateState, ops: EffectOperators) -> Self:
         """Project the fields of `state`, given at the points of `field_basis`, and its departures."""
         fine, coarse = field_basis(BENDING_DEGREE), field_basis(MEMBRANE_DEGREE)
         nu = state.laws.poisson_ratio(state.temperature)
-        c1 = state.laws.youngs_modulus(state.temperature) / (1.0 - nu**2)
+        c1 = state.modulus * state.laws.youngs_modulus(state.temperature) / (1.0 - nu**2)
         loss = state.laws.loss_factor(state.temperature)
+        lossy = [loss * one for one in (state.loss_x, state.loss_y, state.loss_cross, state.loss_shear)]
         shear = 0.5 * c1 * (1.0 - nu)
         moduli = [
             c1 * state.modulus_x,
@@ -73,39 +80,45 @@ class Coefficients:
         ]
         away = state.departures
         moduli = [m * share for m, share in zip(moduli, away.in_plane, strict=True)]
-        across = [shear * share for share in (away.shear_x, away.shear_y)[: len(ops.shear)]]
+        across = [
+            shear * state.transverse_shear * share for share in (away.shear_x, away.shear_y)[: len(ops.shear)]
+        ]
+        lossy = [part * share for part, share in zip(lossy, away.lost, strict=True)]
         h = state.thickness * away.thickness
         tau, area = h - 1.0, away.stretch_x * away.stretch_y
         # the plate was weighed: what it has more in volume, it has less in density
-        density = away.mass / (away.thickness * area)
+        density = state.density * away.mass / (away.thickness * area)
         moduli = [m * stretched for m, stretched in zip(moduli, _stretched(away, ops.angle), strict=True)]
         one, patches = np.ones(1), np.ones(ops.coupling.shape[-1])
         terms, few = ops.bending.shape[1], ops.membrane.shape[1]
-        thicker, lost = patches * (away.patch_thickness - 1.0), away.lost
+        thicker = patches * (away.patch_thickness - 1.0)
         reach = ops.offset_range or 1.0
+        layers = [one, fine.coefficients(tau)[:terms], fine.coefficients(tau**2)[:terms]]
+        held = state.bond * np.concatenate(layers)
         return cls(
             bending=np.array([fine.coefficients(m * h**3)[:terms] for m in moduli]),
             bending_loss=np.array(
-                [fine.coefficients(m * (part * loss) * h**3)[:terms] for m, part in zip(moduli, lost, strict=True)]
+                [fine.coefficients(m * part * h**3)[:terms] for m, part in zip(moduli, lossy, strict=True)]
             ),
             membrane=np.array([coarse.coefficients(m * h)[:few] for m in moduli]),
             membrane_loss=np.array(
-                [coarse.coefficients(m * (part * loss) * h)[:few] for m, part in zip(moduli, lost, strict=True)]
+                [coarse.coefficients(m * part * h)[:few] for m, part in zip(moduli, lossy, strict=True)]
             ),
             shear=np.array([coarse.coefficients(g * h)[:few] for g in across]),
-            shear_loss=np.array([coarse.coefficients(g * (lost[3] * loss) * h)[:few] for g in across]),
+            shear_loss=np.array([coarse.coefficients(g * lossy[-1] * h)[:few] for g in across]),
             mass=coarse.coefficients(density * area * h)[:few],
             rotary=coarse.coefficients(density * h**3)[:few],
-            patch=state.bond
-            * np.concatenate([one, fine.coefficients(tau)[:terms], fine.coefficients(tau**2)[:terms]]),
+            patch=held,
             coupling=state.bond * np.concatenate([one, fine.coefficients(tau)[:terms]]),
             offset=monomials(state.offset_x / reach, state.offset_y / reach),
             patch_each=patches * (1.0 / area - 1.0),
             patch_thicker=thicker,
             patch_mass=thicker + patches * (area - 1.0),
-            columns=patches * away.strain_constant,
+            columns=patches * away.strain_constant * (1.0 - state.debonded),
             momentum=away.momentum * np.mean(density * h**3 * nu / (60.0 * (1.0 - nu))),
             moves=np.array([patches * one for one in (away.shift_x, away.shift_y, away.wider)]).T,
+            patch_loss=state.patch_loss * held,
+            debonded=patches * state.debonded * state.bond,
         )
 
 
@@ -155,6 +168,8 @@ def composed(ops: EffectOperators, c: Coefficients) -> Composite:
     mass = ops.patch_mass + whole.mass
     if c.momentum:
         mass = mass + c.momentum * ops.momentum
+    if c.debonded.any():
+        fixed = fixed - _summed(c.debonded, ops.patch_alone)
     if c.patch_each.any() or c.patch_thicker.any():
         others = of_patches(ops, ops.patch_zone, c, c)
         fixed, mass = fixed + others.fixed, mass + others.mass
@@ -172,7 +187,8 @@ def _plain(ops: EffectOperators, c: Coefficients) -> Composite:
         plate=_summed(c.bending, ops.bending) + _summed(c.membrane, ops.membrane) + _summed(c.shear, ops.shear),
         plate_loss=_summed(c.bending_loss, ops.bending)
         + _summed(c.membrane_loss, ops.membrane)
-        + _summed(c.shear_loss, ops.shear),
+        + _summed(c.shear_loss, ops.shear)
+        + _summed(c.patch_loss, ops.patch_membrane),
         fixed=_summed(c.patch, ops.patch_membrane),
         mass=_summed(c.mass, ops.mass) + _summed(c.rotary, ops.rotary),
         coupling=coupling_of(ops, c) * c.columns,

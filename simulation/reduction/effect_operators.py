@@ -25,6 +25,8 @@ OFFSET_DEGREE = 6
 """Total degree of the effect of a sensor offset, as a polynomial of the offset."""
 ZONE_DEGREES = {"bending": 1, "membrane": 0, "shear": 1, "mass": 1}
 """Total degrees of the fields over the elements that stretch when the sensor moves."""
+ALONE = 6
+"""Number of patches up to which the stiffness of each alone is kept."""
 OFFSETS_KEPT = 8
 """Number of offsets, derivatives included, whose energies are kept."""
 KEEPING = Lock()
@@ -70,6 +72,8 @@ class EffectOperators:
         Membrane stiffness of all patches at their mid-height: as declared, then the factors of tau (plate
         thickness over nominal less 1) and of tau squared, polynomial by polynomial.
     patch_mass : (r, r) ndarray
+    patch_alone : (P, r, r) ndarray
+        Stiffness of each patch as declared, N/m; zero where there are more than `ALONE`.
     coupling : (1 + terms, r, P) ndarray
         Of every patch: as declared, and the factors of tau.
     capacitance : (P,) ndarray
@@ -106,6 +110,12 @@ class EffectOperators:
     error : float
         Largest error of any transfer between patches and the first footprints, over its peak along the band,
         against the full model as declared and with all effects at half of their certified ranges at once.
+    places : (G, 2) ndarray
+        Places all over the plate at which something undeclared may be attached, m, `place_spacing` m apart.
+    place_deflection : (G, r) ndarray
+        w there, the mean over an attachment's disc.
+    place_compliance : (G,) ndarray
+        Static compliance there that the coordinates lack, times Young's modulus, 1/m.
     footprints : (S, r) ndarray
         Mean deflection over the footprints of transducers, in the order of `Experiment.footprints`.
     movable : (P,) ndarray
@@ -165,7 +175,12 @@ class EffectOperators:
     band: tuple[float, float]
     offset_range: float
     error: float
+    places: Real = field(default_factory=lambda: np.zeros((0, 2)))
+    place_deflection: Real = field(default_factory=lambda: np.zeros((0, 0)))
+    place_compliance: Real = field(default_factory=lambda: np.zeros(0))
+    place_spacing: float = 1.0
     footprints: Real = field(default_factory=lambda: np.zeros((0, 0)))
+    patch_alone: Real = field(default_factory=lambda: np.zeros((0, 0, 0)))
     movable: Real = field(default_factory=lambda: np.zeros(0))
     patch_zone: Real = field(default_factory=lambda: np.zeros((0, 0, 0)))
     patch_each: Real = field(default_factory=lambda: np.zeros((0, 0, 0)))

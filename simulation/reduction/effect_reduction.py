@@ -24,6 +24,7 @@ from simulation.reduction.effect_projection import plate_energies, strains, unsp
 from simulation.reduction.energy_decomposition import energy_shift, middle
 from simulation.reduction.missing_responses import extended_basis, missing_directions
 from simulation.reduction.patch_projection import patch_energies
+from simulation.reduction.places import attachable, nowhere, patterns
 from simulation.reduction.plate_basis import PlateBasis, plain_reduction
 from simulation.reduction.projector import CHUNK, Projector
 from simulation.shell.assembly import FEW, assemble_chosen
@@ -190,9 +191,12 @@ def _missing(
 ) -> Real:
     """Collect missing directions (n, s): responses to `loads` (n, k) as declared, to the rest in changed states.
 
-    The rest are the patches and the footprints `measured`.
+    The rest are the patches and the footprints `measured`. In the soft plate, which has most modes in the band, it
+    also answers to forces all over it.
     """
-    as_declared = plain_states(full, box) if loads.size else []
+    soft, *others = plain_states(full, box)
+    everywhere = np.hstack([loads, patterns(full, box, band)])
+    as_declared = [soft, *others] if loads.size else [soft]
     states = [*as_declared, *changed]
     found = []
     finer = _finer(box, full.shell)
@@ -200,7 +204,7 @@ def _missing(
     def missing(place: int) -> Real:
         matrices = full.matrices(states[place], loss=False, footprints=measured)
         if place < len(as_declared):
-            matrices = replace(matrices, coupling=loads)
+            matrices = replace(matrices, coupling=loads if place else everywhere)
         return missing_directions(vectors, matrices, band, LEAST * finer)
 
     with ThreadPoolExecutor(WORKERS) as executor:
@@ -379,6 +383,7 @@ def project(
             **patch_departures(p, executor),
             **(unmoved(vectors.shape[1]) if uniform else offset_energies(p, executor)),
             **(unspotted(p) if uniform else strains(p)),
+            **(nowhere(vectors.shape[1]) if uniform else attachable(full, vectors, box, band)),
         }
     return EffectOperators(
         **stacks,

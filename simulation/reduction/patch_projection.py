@@ -5,7 +5,7 @@ from concurrent.futures import Executor
 import numpy as np
 
 from analysis.arrays import Real
-from simulation.reduction.effect_operators import BENDING_DEGREE
+from simulation.reduction.effect_operators import ALONE, BENDING_DEGREE
 from simulation.reduction.effect_projection import weight_table
 from simulation.reduction.projector import Projector, Rows
 from simulation.shell.rigidity import U, V, W
@@ -27,7 +27,8 @@ def patch_energies(p: Projector, executor: Executor, degree: int = BENDING_DEGRE
     Returns
     -------
     dict of str to ndarray
-        Stacks ``patch_own``, ``patch_membrane``, ``patch_mass`` and ``coupling`` of `EffectOperators`.
+        Stacks ``patch_own``, ``patch_membrane``, ``patch_mass``, ``patch_alone`` and ``coupling`` of
+        `EffectOperators`.
     """
     table, nominal = (
         weight_table(p, polynomials(degree)),
@@ -39,6 +40,10 @@ def patch_energies(p: Projector, executor: Executor, degree: int = BENDING_DEGRE
 
     parts = list(executor.map(of, range(len(p.full.shell.patches))))
     r, terms = p.vectors.shape[1], len(table)
+    alone = np.zeros((len(parts), r, r))
+    if len(parts) <= ALONE:
+        for place, one in enumerate(parts):
+            alone[place] = one[0] + one[1][0]
     own, membrane, mass, coupling = np.zeros((r, r)), np.zeros((1 + 2 * terms, r, r)), np.zeros((r, r)), []
     for one in parts:
         own, membrane, mass = own + one[0], membrane + one[1], mass + one[2]
@@ -47,6 +52,7 @@ def patch_energies(p: Projector, executor: Executor, degree: int = BENDING_DEGRE
         "patch_own": own + p.vectors.T @ (p.full.supports @ p.vectors),
         "patch_membrane": membrane,
         "patch_mass": mass,
+        "patch_alone": alone,
         "coupling": np.reshape(coupling, (len(parts), 1 + terms, r)).transpose(1, 2, 0),
     }
 

@@ -165,16 +165,19 @@ class ShellPlate:
             tuple(SHEAR_FACTOR * (one * thickness) for one in shear),
         )
 
-    def patch_stiffness(self, thickness: Real, bond: float = 1.0) -> Rigidity:
+    def patch_stiffness(self, thickness: Real, bond: float = 1.0, share: Real | float = 1.0) -> Rigidity:
         """Return the rigidity of all patches on a plate of this thickness, per cell or per point.
 
-        `bond` multiplies the membrane stiffness that acts at the patches' mid-height.
+        `bond` multiplies the membrane stiffness that acts at the patches' mid-height, `share`, a number or one for
+        each patch, all stiffness.
         """
         a = [[np.zeros_like(thickness) for _ in range(3)] for _ in range(3)]
         b = [[np.zeros_like(thickness) for _ in range(3)] for _ in range(3)]
         d = [[np.zeros_like(thickness) for _ in range(3)] for _ in range(3)]
         shear = np.zeros_like(thickness)
-        for patch, place, height in self._layers(thickness):
+        shares = np.broadcast_to(share, len(self.patches))
+        for (patch, covered, height), own in zip(self._layers(thickness), shares, strict=True):
+            place = own * covered
             q11, q12 = self.materials[patch.material].stiffness
             t = patch.thickness
             plane = matrix((q11, q11, q12, 0.5 * (q11 - q12), 0.0, 0.0))
@@ -187,7 +190,9 @@ class ShellPlate:
             shear = shear + SHEAR_FACTOR * 0.5 * (q11 - q12) * t * place
         return self._rigidity(a, b, d, (shear, shear, 0.0))
 
-    def inertia(self, thickness: Real, *, plate: bool = True, patches: bool = True) -> Iterator[Block]:
+    def inertia(
+        self, thickness: Real, *, plate: bool = True, patches: bool = True, denser: Weight = 1.0
+    ) -> Iterator[Block]:
         """Mass of plate and patches.
 
         Parameters
@@ -196,6 +201,8 @@ class ShellPlate:
             Of the plate, for every cell or every point of quadrature.
         plate, patches : bool
             Whether to include the plate's own mass, and that of its patches.
+        denser : float or ndarray
+            Factor on the plate's density.
 
         Yields
         ------
@@ -204,7 +211,7 @@ class ShellPlate:
         density, surface = self.density if plate else 0.0, self.surface
         if surface is not None and len(thickness) == self.space.mesh.cells:
             thickness = self.space.spread(thickness)
-        straight, turning = density * thickness, density * thickness**3 / 12.0
+        straight, turning = density * denser * thickness, density * denser * thickness**3 / 12.0
         first = np.zeros_like(thickness)
         for patch, place, height in self._layers(thickness) if patches else ():
             area = self.materials[patch.material].density * patch.thickness * place

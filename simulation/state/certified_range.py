@@ -11,6 +11,7 @@ from simulation.state.sheet_departures import FARTHEST_MODULI, FARTHEST_SHEAR
 ANISOTROPY = (0.88, 1.12)
 THICKNESS = (0.9, 1.1)
 BOND = (0.55, 1.0)
+TRANSVERSE = (0.6, 1.4)
 SPREAD = 1.3
 """Largest ratio of a local modulus to the one at the mean temperature."""
 
@@ -27,12 +28,15 @@ def require_certified(state: PlateState, ops: EffectOperators) -> None:
         ("modulus along y over E", state.modulus_y, ANISOTROPY),
         ("in-plane shear modulus over its isotropic value", state.in_plane_shear, ANISOTROPY),
         ("local thickness over the nominal", state.thickness, THICKNESS),
+        ("transverse shear modulus over its isotropic value", state.transverse_shear, TRANSVERSE),
+        ("local density over the nominal", state.density, THICKNESS),
         ("bond factor", state.bond, BOND),
+        ("bonded share of a patch", 1.0 - np.asarray(state.debonded), BOND),
         ("offset along x [m]", state.offset_x, (-ops.offset_range, ops.offset_range)),
         ("offset along y [m]", state.offset_y, (-ops.offset_range, ops.offset_range)),
         (
             "local modulus over its mean",
-            laws.youngs_modulus(state.temperature) / laws.youngs_modulus(temperature),
+            state.modulus * laws.youngs_modulus(state.temperature) / laws.youngs_modulus(temperature),
             (1.0 / SPREAD, SPREAD),
         ),
     ]

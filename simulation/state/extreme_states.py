@@ -18,8 +18,9 @@ STEEPEST = (-0.025, 0.0025, -0.01)
 SOFT, STIFF = (0.2, 0.68), (0.82, 0.26)
 """Shares of a box's ranges of E (geometric) and nu: soft, with most modes in the band, and stiff."""
 
-ANISOTROPY, TAPER, TILT, SLIP = 0.12, 0.05, 3.5, 0.45
-"""Changes of moduli, thickness and temperature [K] towards an edge, and of the bond."""
+ANISOTROPY, TAPER, TILT, SLIP, SHEARED = 0.12, 0.05, 3.5, 0.45, 0.4
+"""Changes of moduli, thickness and temperature [K] towards an edge, of the bond, and of the
+transverse shear modulus."""
 
 
 def laws_within(box: MaterialBox, shares: tuple[float, float], loss_factor: float = 0.05) -> LocalLaws:
@@ -72,6 +73,7 @@ def extreme_states(
         plain.with_(temperature=laws.reference + TILT * size * xi),
         plain.with_(temperature=laws.reference + TILT * size * zeta),
         plain.with_(bond=1.0 - SLIP * abs(size)),
+        plain.with_(transverse_shear=1.0 - SHEARED * size),
         *offset_states(plain, size * offset_range),
     ]
 
@@ -108,6 +110,7 @@ def combined_state(
         thickness=1.0 + TAPER * size * (xi - zeta),
         temperature=laws.reference + TILT * size * (xi + zeta),
         bond=1.0 - SLIP * abs(size),
+        transverse_shear=1.0 - SHEARED * size,
         offset_x=size * offset_range,
         offset_y=-size * offset_range,
     )

@@ -5,12 +5,13 @@ so that its derivatives with respect to an effect's parameters come from a compl
 and Trapp, SIAM Review 40, 1998): no `abs`, no comparison of parameters, complex quantities as two real ones.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Mask
 from analysis.experiment import Experiment, Plate, Point
 from analysis.local_laws import LocalLaws
 from analysis.sweep_point import SweepPoint
@@ -38,6 +39,12 @@ class Circumstances:
     plate : Plate
     strings, cables : tuple of points
         Points of strings and of cables, m.
+    band : (float, float)
+        Of the campaign, Hz.
+    patches : tuple of str
+        Names of the P patches, in their order.
+    unweighed : (S,) bool ndarray
+        Footprints of accelerometers that are declared without a mass.
     strain_energy : (F,) ndarray
         Relative strain energy: of the plate with all effects at this sweep's level, over its maximum without
         effects from 100 to 1500 Hz at 25 degrees Celsius and level 1 V; complex where derivatives are taken; ones
@@ -50,7 +57,10 @@ class Circumstances:
     plate: Plate
     strings: tuple[Point, ...]
     cables: tuple[Point, ...]
+    band: tuple[float, float]
     strain_energy: Spectrum
+    patches: tuple[str, ...] = ()
+    unweighed: Mask = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
     @classmethod
     def of(cls, experiment: Experiment, point: SweepPoint, frequency: NDArray[np.float64]) -> "Circumstances":
@@ -73,8 +83,22 @@ class Circumstances:
             plate=experiment.plate,
             strings=tuple(a.point for a in experiment.string),
             cables=tuple(a.point for a in experiment.cable),
+            band=experiment.protocol.band,
             strain_energy=np.ones(frequency.size),
+            patches=tuple(patch.id for patch in experiment.patch),
+            unweighed=unweighed(experiment),
         )
+
+
+def unweighed(experiment: Experiment) -> Mask:
+    """Footprints (S,) of accelerometers that are declared without a mass, each at one point.
+
+    One that is moved from point to point loads one of them at a time, which no single plate does.
+    """
+    still = {one.id for one in experiment.sensor if one.kind == "acceleration" and one.point is not None}
+    channels = (*experiment.inputs, *experiment.outputs)
+    feet = [(channel.id, channel.footprint) for channel in channels if channel.footprint is not None]
+    return np.array([name in still and not foot.mass for name, foot in feet], dtype=bool)
 
 
 @dataclass(frozen=True)
@@ -93,6 +117,30 @@ class PointLoad:
     stiffness: Any = 0.0
     damping: Any = 0.0
     mass: Any = 0.0
+
+
+@dataclass(frozen=True)
+class Attached:
+    """Something on the normal motion of any place.
+
+    Attributes
+    ----------
+    x, y : float
+        m.
+    stiffness, loss : (F,) ndarray
+        Real and imaginary part of its dynamic stiffness, N/m: -w**2 m of a mass, k of a spring, j w c of a
+        dashpot.
+    """
+
+    x: Any
+    y: Any
+    stiffness: Spectrum
+    loss: Spectrum
+
+    @property
+    def acts(self) -> bool:
+        """Whether it is more than a derivative at zero."""
+        return bool(np.any(np.real(self.stiffness)) or np.any(np.real(self.loss)))
 
 
 @dataclass(frozen=True)
@@ -126,13 +174,20 @@ class PlateState:
         Of the plate, degrees Celsius.
     thickness : (Q,) ndarray
         Over the nominal one.
-    modulus_x, modulus_y, in_plane_shear : float
-        E_x/E, E_y/E and the in-plane shear modulus over E/2(1 + nu).
+    modulus, density : (Q,) ndarray
+        Over those of the material: of all moduli at a place, and of the mass per volume.
+    modulus_x, modulus_y, in_plane_shear, transverse_shear : float
+        E_x/E, E_y/E, and the in-plane and the transverse shear modulus over E/2(1 + nu).
+    loss_x, loss_y, loss_cross, loss_shear : float
+        Loss factors of Q11, Q22 and Q12, and of both shear moduli, over the material's.
     storage, loss : (F,) ndarray
         Factors over frequency on the real and on the imaginary part of the plate's modulus.
     area_mass, area_resistance : (F,) ndarray
         On normal motion, kg/m2 and N s/m3.
+    area_stiffness : float
+        Likewise, N/m3.
     point_loads : tuple of PointLoad
+    attached : tuple of Attached
     discs : tuple of Disc
     bond : float
         Factor on the membrane stiffness of every patch at its mid-height, and on its coupling.
@@ -140,8 +195,12 @@ class PlateState:
         Offset of the first sensor patch from its declared place, m.
     log_gain, phase : (F,) ndarray
         Natural log of the magnitude, and phase [rad], of a factor on every response.
-    feedthrough : float
-        Added to every response after that factor, V/V.
+    feedthrough, crosstalk : float or (F,) ndarray
+        Real and imaginary part of what is added to every response after that factor, V/V.
+    patch_loss : float
+        Loss factor of the patches' membrane stiffness at their mid-height.
+    debonded : float or (P,) ndarray
+        Share of each patch that does not hold to the plate.
     departures : Departures
         Of the plate as it is from the plate as declared. The rest of the state is relative to the plate as it is.
     """
@@ -151,6 +210,8 @@ class PlateState:
     laws: LocalLaws
     temperature: Field
     thickness: Field
+    modulus: Field
+    density: Field
     storage: Spectrum
     loss: Spectrum
     area_mass: Spectrum
@@ -160,12 +221,22 @@ class PlateState:
     modulus_x: Any = 1.0
     modulus_y: Any = 1.0
     in_plane_shear: Any = 1.0
+    transverse_shear: Any = 1.0
+    loss_x: Any = 1.0
+    loss_y: Any = 1.0
+    loss_cross: Any = 1.0
+    loss_shear: Any = 1.0
+    area_stiffness: Any = 0.0
     point_loads: tuple[PointLoad, ...] = ()
+    attached: tuple[Attached, ...] = ()
     discs: tuple[Disc, ...] = ()
     bond: Any = 1.0
     offset_x: Any = 0.0
     offset_y: Any = 0.0
     feedthrough: Any = 0.0
+    crosstalk: Any = 0.0
+    patch_loss: Any = 0.0
+    debonded: Any = 0.0
     departures: Departures = AS_DECLARED
 
     @classmethod
@@ -194,6 +265,8 @@ class PlateState:
             laws=laws,
             temperature=np.full(xi.size, temperature),
             thickness=np.ones(xi.size),
+            modulus=np.ones(xi.size),
+            density=np.ones(xi.size),
             storage=ones,
             loss=ones,
             area_mass=zeros,

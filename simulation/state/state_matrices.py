@@ -128,32 +128,50 @@ class FullPlate:
             here = self.moved_by(state.offset_x, state.offset_y)
         shell, over = here.shell, self.unknowns
         thickness = shell.space.spread(shell.thickness) * state.thickness
-        lossy = state.laws.loss_factor(state.temperature)
-        plate = here._plate(state, np.ones_like(lossy), thickness)
-        columns = [over.vector(coupling) for coupling in couplings(shell, thickness, state.bond)]
+        plate = here._plate(state, thickness)
+        held = np.broadcast_to(1.0 - np.asarray(state.debonded), len(shell.patches))
+        patches = shell.patch_stiffness(thickness, state.bond, held)
+        columns = [over.vector(one) for one in couplings(shell, thickness, state.bond)]
+        columns = [share * column for share, column in zip(held, columns, strict=True)]
         columns += list(over.rows(footprint_rows(self.shell.space, footprints), W).toarray()) if footprints else []
         return StateMatrices(
             plate=plate,
-            plate_loss=here._plate(state, lossy, thickness) if loss else csr_matrix(plate.shape),
-            patches=csr_matrix(
-                over.matrix(shell.cells.of(shell.patch_stiffness(thickness, state.bond))) + self.supports
-            ),
-            mass=over.matrix(shell.inertia(thickness)),
+            plate_loss=here._loss(state, thickness) if loss else csr_matrix(plate.shape),
+            patches=csr_matrix(over.matrix(shell.cells.of(patches)) + self.supports),
+            mass=over.matrix(shell.inertia(thickness, denser=state.density)),
             normal=over.matrix(shell.cells.normal()),
             coupling=np.array(columns).reshape(len(columns), over.size).T,
         )
 
-    def _plate(self, state: PlateState, factor: Real, thickness: Real) -> csr_matrix:
-        """Stiffness of the plate with all moduli multiplied by a factor at the points."""
+    def _loss(self, state: PlateState, thickness: Real) -> csr_matrix:
+        """Imaginary part of the stiffness of plate and patches."""
+        plate = self._plate(state, thickness, lossy=True)
+        if not np.any(state.patch_loss):
+            return plate
+        share = state.patch_loss * state.bond
+        whole, own = (self.shell.patch_stiffness(thickness, bond, share) for bond in (1.0, 0.0))
+        membrane = [self.unknowns.matrix(self.shell.cells.of(one)) for one in (whole, own)]
+        return csr_matrix(plate + membrane[0] - membrane[1])
+
+    def _plate(self, state: PlateState, thickness: Real, *, lossy: bool = False) -> csr_matrix:
+        """Stiffness of the plate, or with `lossy` its imaginary part."""
         nu = state.laws.poisson_ratio(state.temperature)
-        c1 = factor * state.laws.youngs_modulus(state.temperature) / (1.0 - nu**2)
+        c1 = state.modulus * state.laws.youngs_modulus(state.temperature) / (1.0 - nu**2)
         shear = 0.5 * c1 * (1.0 - nu)
         away = state.departures
-        factors = (
+        factors = [
             state.modulus_x * away.modulus_x,
             state.modulus_y * away.modulus_y,
             state.in_plane_shear * away.in_plane_shear,
-        )
-        q = moduli(self.shell.sheet, c1, nu * c1, *factors)
-        across = transverse(self.shell.sheet, shear, away.shear_x, away.shear_y)
+        ]
+        cross = 1.0
+        if lossy:
+            c1, shear = (state.laws.loss_factor(state.temperature) * one for one in (c1, shear * state.loss_shear))
+            # both ratios so that Q12 and Q66 get their own loss factors, whatever their neighbours have
+            cross = state.loss_cross / np.sqrt(state.loss_x * state.loss_y)
+            own = (1.0 - nu) / (1.0 - nu * cross)
+            for place, one in enumerate((state.loss_x, state.loss_y, own * state.loss_shear)):
+                factors[place] = factors[place] * one
+        q = moduli(self.shell.sheet, c1, nu * cross * c1, *factors)
+        across = transverse(self.shell.sheet, shear * state.transverse_shear, away.shear_x, away.shear_y)
         return self.unknowns.matrix(self.shell.cells.of(self.shell.plate_stiffness(q, across, thickness)))

@@ -14,8 +14,21 @@ from simulation.shell.plane_stress import plane_stress_moduli
 from simulation.state.departures import AS_DECLARED
 from simulation.state.plate_state import PlateState
 
-UNIFORM = ("thickness", "modulus_x", "modulus_y", "in_plane_shear", "bond")
-ABSENT = ("area_mass", "area_resistance", "offset_x", "offset_y")
+UNIFORM = (
+    "thickness",
+    "modulus",
+    "density",
+    "modulus_x",
+    "modulus_y",
+    "in_plane_shear",
+    "transverse_shear",
+    "loss_x",
+    "loss_y",
+    "loss_cross",
+    "loss_shear",
+    "bond",
+)
+ABSENT = ("area_mass", "area_resistance", "area_stiffness", "offset_x", "offset_y", "patch_loss", "debonded")
 """Attributes of a state that are 1, and those that are 0, if the plate is as declared."""
 
 
@@ -83,11 +96,31 @@ class DeclaredPlate:
         """Empty, as `points`."""
         return np.zeros((0, self.reduced.size))
 
+    @cached_property
+    def places(self) -> Real:
+        """Empty: nothing can be attached anywhere."""
+        return np.zeros((0, 2))
+
+    @cached_property
+    def place_deflection(self) -> Real:
+        """Empty, as `places`."""
+        return np.zeros((0, self.reduced.size))
+
+    @cached_property
+    def place_compliance(self) -> Real:
+        """Empty, as `places`."""
+        return np.zeros(0)
+
+    @property
+    def place_spacing(self) -> float:
+        """Any length, without a place."""
+        return 1.0
+
     def require(self, state: PlateState) -> None:
         """ValueError for a state that is not the plate as declared, or outside the box."""
         off = [name for name in UNIFORM if np.any(np.real(getattr(state, name)) != 1.0)]
         off += [name for name in ABSENT if np.any(np.real(getattr(state, name)) != 0.0)]
-        off += [name for name in ("point_loads", "discs") if getattr(state, name)]
+        off += [name for name in ("point_loads", "attached", "discs") if getattr(state, name)]
         if (state.temperature != state.temperature[0]).any():
             off.append("temperature over the plate")
         if state.departures is not AS_DECLARED:

@@ -73,6 +73,26 @@ class EffectPlate:
         """Of `operators`."""
         return self.operators.deflection
 
+    @property
+    def places(self) -> Real:
+        """Of `operators`."""
+        return self.operators.places
+
+    @property
+    def place_deflection(self) -> Real:
+        """Of `operators`."""
+        return self.operators.place_deflection
+
+    @property
+    def place_compliance(self) -> Real:
+        """Of `operators`."""
+        return self.operators.place_compliance
+
+    @property
+    def place_spacing(self) -> float:
+        """Of `operators`."""
+        return self.operators.place_spacing
+
     def require(self, state: PlateState) -> None:
         """ValueError, naming value and range, for a state outside the range for which the error was measured."""
         require_certified(state, self.operators)

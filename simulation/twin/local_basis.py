@@ -39,7 +39,9 @@ class LocalBasis(NamedTuple):
     stiffness: Real | None
 
 
-def local_basis(ops: LoadedPlate, whole: Composite, storage: float, reach: float) -> LocalBasis:
+def local_basis(
+    ops: LoadedPlate, whole: Composite, storage: float, reach: float, further: Real | None = None
+) -> LocalBasis:
     """Modes up to `reach` times the band's end, and residual vectors of ports, points and dashpots.
 
     Parameters
@@ -51,6 +53,8 @@ def local_basis(ops: LoadedPlate, whole: Composite, storage: float, reach: float
         Mean factor on the plate's stiffness.
     reach : float
         Modes are taken up to `reach` times the band's end.
+    further : (r, k) ndarray, optional
+        Loads whose responses are wanted, too.
 
     Returns
     -------
@@ -70,6 +74,7 @@ def local_basis(ops: LoadedPlate, whole: Composite, storage: float, reach: float
         return LocalBasis(unit_mass.back(shapes), squares)
     low, high, above = shapes[:, :count], shapes[:, count:], squares[count:, None] - SHIFT * end2
     loads = [whole.coupling, ops.deflection.T, columns(ops.damping, unit_mass.back(low))]
+    loads += [] if further is None else [further]
     residual = _residual_vectors(high.T @ unit_mass.loads(np.hstack(loads)), above)
     if whole.fixed.any():
         # the ratio of patch to plate stiffness is complex and may change: the resulting change of modes is

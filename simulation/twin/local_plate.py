@@ -7,6 +7,7 @@ import numpy as np
 
 from analysis.arrays import Real
 from simulation.reduction.composition import STEP, Composite, proportion
+from simulation.state.attached import Seat
 from simulation.state.plate_state import PlateState, PointLoad
 from simulation.twin.local_basis import REACH, LocalBasis, local_basis
 from simulation.twin.reduced_plate import LoadedPlate
@@ -49,13 +50,16 @@ class LocalPlate:
         LocalPlate
         """
         stiffness, mass = whole.fixed, whole.mass
+        if state.area_stiffness:
+            stiffness = stiffness + state.area_stiffness * ops.normal
         for load in state.point_loads:
             row = deflection_at(ops, load, state)
             stiffness = stiffness + load.stiffness * np.outer(row, row)
             mass = mass + load.mass * np.outer(row, row)
         whole = Composite(whole.plate, whole.plate_loss, stiffness, mass, whole.coupling)
         storage = float(np.mean(state.storage))
-        local = local_basis(ops, whole, storage, reach)
+        seats = [np.real(Seat.of(ops, one, state).row) for one in state.attached if one.acts]
+        local = local_basis(ops, whole, storage, reach, np.array(seats).T if seats else None)
         return cls(local.vectors, _restricted(whole, local, storage), _small(ops.normal, local.vectors), ops)
 
     def dashpots(self, state: PlateState) -> Real:

@@ -15,7 +15,25 @@ from simulation.reduction.composition import STEP, Coefficients, Composite, Offs
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.plate_state import PlateState
 
-FIELDS = ("temperature", "thickness", "modulus_x", "modulus_y", "in_plane_shear", "bond", "offset_x", "offset_y")
+FIELDS = (
+    "temperature",
+    "thickness",
+    "modulus",
+    "density",
+    "modulus_x",
+    "modulus_y",
+    "in_plane_shear",
+    "transverse_shear",
+    "loss_x",
+    "loss_y",
+    "loss_cross",
+    "loss_shear",
+    "bond",
+    "debonded",
+    "patch_loss",
+    "offset_x",
+    "offset_y",
+)
 """Attributes of a state on which `Coefficients` depend, besides its laws."""
 
 
@@ -46,6 +64,8 @@ class LocalSlopes:
         d = Coefficients(**{entry.name: np.imag(getattr(there, entry.name)) / STEP for entry in fields(there)})
         plate = self._energies(d.bending, d.membrane, d.shear)
         plate_loss = self._energies(d.bending_loss, d.membrane_loss, d.shear_loss)
+        if d.patch_loss.any():
+            plate_loss = plate_loss + self._summed("patch_membrane", d.patch_loss)
         mass = self._summed("mass", d.mass) + self._summed("rotary", d.rotary)
         if d.momentum:
             mass = mass + self._summed("momentum", d.momentum)
@@ -55,7 +75,9 @@ class LocalSlopes:
                 plate, plate_loss = plate + part.plate, plate_loss + part.plate_loss
                 mass = mass + part.mass
         fixed, coupling = self._summed("patch_membrane", d.patch), self._coupling(d)
-        if d.patch_each.any() or d.patch_thicker.any() or d.moves.any():
+        if d.debonded.any():
+            fixed = fixed - self._summed("patch_alone", d.debonded)
+        if any(one.any() for one in (d.patch_each, d.patch_thicker, d.moves)):
             others = of_patches(self._ops, self._patch_zones, self._value, d)
             plate, plate_loss = plate + others.plate, plate_loss + others.plate_loss
             fixed, mass, coupling = fixed + others.fixed, mass + others.mass, coupling + others.coupling

@@ -1,7 +1,7 @@
 """Responses of a plate in one state over a band, in reduced coordinates for this state and band."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
@@ -11,6 +11,7 @@ from analysis.arrays import Complex, Real
 from simulation.reduction.composition import Composite
 from simulation.reduction.modal_form import ModalForm
 from simulation.reduction.pole_sums import PoleSums
+from simulation.state.attached import Seat
 from simulation.state.plate_state import PlateState
 from simulation.twin.line_solver import solved_by_lines
 from simulation.twin.local_basis import REACH
@@ -32,7 +33,7 @@ class LocalSolution:
     plate : LocalPlate
     state : PlateState
     modal : ModalForm or None
-        Used if only -w**2 and few dashpots change over the band; None for other states.
+        Used if only -w**2 and few dashpots change over the band, and nothing is attached; None for other states.
     by_lines : (m, P, F) ndarray or None
         Z**-1 b of the other states.
     """
@@ -65,6 +66,10 @@ class LocalSolution:
         """
         plate = LocalPlate.of(ops, whole, state, reach)
         modal = _modal(plate, state)
+        if any(one.acts for one in state.attached):
+            if modal is not None and frequency.size == 1 and not modal.count:
+                return cls(frequency, plate, state, _modal(plate, state, _seats(plate, state)))
+            return cls(frequency, plate, state, None, _attached(plate, state, frequency, modal))
         return cls(frequency, plate, state, modal, None if modal else solved_by_lines(plate, state, frequency))
 
     @property
@@ -110,8 +115,38 @@ class LocalSolution:
         return np.asarray((left.T @ answers.reshape(len(left), -1)).reshape(-1, *answers.shape[1:]))
 
 
-def _modal(plate: LocalPlate, state: PlateState) -> ModalForm | None:
-    """Modes of a state whose stiffness, mass and few dashpots are the same at all lines; None for others."""
+def _attached(plate: LocalPlate, state: PlateState, frequency: Real, modal: ModalForm | None) -> Complex:
+    """Z**-1 b of every port, (m, P, F), with a state's attachments, each of which changes Z by rank one.
+
+    Z = Z0 + R' z R gives Z**-1 b = Z0**-1 b - Z0**-1 R' (1 + z R Z0**-1 R')**-1 z R Z0**-1 b (Woodbury), with the
+    rows R of the deflection and the stiffness z, as felt, of the attachments.
+    """
+    local = plate.composite
+    rows, z = _seats(plate, state)
+    loads = np.hstack([local.coupling, rows.T])
+    if modal is None:
+        answers = solved_by_lines(replace(plate, composite=replace(local, coupling=loads)), state, frequency)
+    else:
+        answers = modal.solve(loads, frequency).transpose(2, 0, 1)
+    count = local.coupling.shape[1]
+    there = z[:, None] * np.einsum("km,mpf->kpf", rows, answers)
+    system = np.moveaxis(there[:, count:], -1, 0) + np.eye(len(rows))
+    forces = np.linalg.solve(system, np.moveaxis(there[:, :count], -1, 0))
+    return np.ascontiguousarray(answers[:, :count] - np.einsum("mkf,fkp->mpf", answers[:, count:], forces))
+
+
+def _seats(plate: LocalPlate, state: PlateState) -> tuple[Real, Complex]:
+    """Rows (k, m) of the deflection at a state's attachments, and their stiffness as felt, (k, F)."""
+    seats = [Seat.of(plate.operators, one, state) for one in state.attached if one.acts]
+    rows = np.array([np.real(seat.row) for seat in seats]) @ plate.basis
+    return rows, np.array([np.real(seat.stiffness) + 1j * np.real(seat.loss) for seat in seats])
+
+
+def _modal(plate: LocalPlate, state: PlateState, attached: tuple[Real, Complex] | None = None) -> ModalForm | None:
+    """Modes of a state whose stiffness, mass and few dashpots are the same at all lines; None for others.
+
+    `attached`, as of `_seats` at a single line, is added to the stiffness.
+    """
     varying = (state.area_mass, state.area_resistance)
     if any(s.any() for s in varying) or not _constant((state.storage, state.loss)):
         return None
@@ -122,6 +157,9 @@ def _modal(plate: LocalPlate, state: PlateState) -> ModalForm | None:
         return None
     local = plate.composite
     stiffness = state.storage[0] * local.plate + 1j * state.loss[0] * local.plate_loss + local.fixed
+    if attached is not None:
+        rows, z = attached
+        stiffness = stiffness + (rows.T * z[:, 0]) @ rows
     return ModalForm.of(stiffness, directions[:, felt] * np.sqrt(power[felt]))
 
 

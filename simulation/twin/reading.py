@@ -27,7 +27,7 @@ class SignalReading:
     electric : (K, 1) ndarray
         1 for voltages that follow a voltage, to which the feedthrough is added; else 0.
     response : (K, F) complex ndarray
-        Transfer times factor, plus the feedthrough.
+        Transfer times factor, plus feedthrough and crosstalk.
     ports : int
         Of the plate.
     capacitance : (P,) ndarray, F
@@ -68,7 +68,7 @@ class SignalReading:
         factor = np.exp(sensitivity + state.log_gain + 1j * state.phase)
         driven_by_voltage = instruments.source < capacitance.size
         electric = np.array([[float(one.voltage and driven_by_voltage)] for one in instruments.pickups])
-        response = transfer.response * factor + electric * state.feedthrough
+        response = transfer.response * factor + electric * (state.feedthrough + 1j * state.crosstalk)
         return cls(transfer, factor, electric, response, solved.composite.coupling.shape[1], capacitance)
 
     @property
@@ -88,7 +88,7 @@ class SignalReading:
         turned = (louder + np.imag(stepped.log_gain) + 1j * np.imag(stepped.phase)) / STEP
         if away.stepped:
             transfer = transfer + self._loaded(away)
-        fed = self.electric * np.imag(stepped.feedthrough) / STEP
+        fed = self.electric * (np.imag(stepped.feedthrough) + 1j * np.imag(stepped.crosstalk)) / STEP
         return np.asarray(self.factor * (transfer + self.transfer.response * turned) + fed)
 
     def _loaded(self, away: Departures) -> Complex:

@@ -5,6 +5,7 @@ from typing import Protocol
 from analysis.arrays import Real
 from analysis.material import MaterialBox
 from simulation.reduction.composition import Composite
+from simulation.state.attached import Attachable
 from simulation.state.plate_state import PlateState
 
 
@@ -16,7 +17,7 @@ class CompositeSlopes(Protocol):
         ...
 
 
-class LoadedPlate(Protocol):
+class LoadedPlate(Attachable, Protocol):
     """Loads and dampers of a reduced plate of r coordinates, besides its stiffness and its patches."""
 
     @property

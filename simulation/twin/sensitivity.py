@@ -4,6 +4,7 @@ With the compliance G = b' Z**-1 b between patches and weights l and r on them, 
 -y' dZ u + y' db r + l' db' u: the field u = Z**-1 b r that r drives, and y = Z**-1 b l that l would drive.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Complex, Real
 from simulation.reduction.composition import STEP, Composite, proportion
 from simulation.reduction.modal_slopes import ModalSlopes
+from simulation.state.attached import Seat
 from simulation.state.plate_state import PlateState, PointLoad
 from simulation.twin.local_plate import deflection_at
 from simulation.twin.local_solution import LocalSolution
@@ -76,6 +78,8 @@ class TransferSensitivity:
         for matrix, weight in impedance_change(self.solved, self.state, local, stepped):
             product = (matrix @ self.field.view(float)).view(complex)
             total -= weight * np.einsum("kmf,mf->kf", self.adjoint, product)
+        for left, right, weight in point_changes(self.solved, self.state, stepped):
+            total -= weight * np.einsum("m,kmf->kf", left, self.adjoint) * (right @ self.field)
         if local.coupling.any():  # of the patches, which are the first ports
             drive, sense = (part[..., : local.coupling.shape[1], :] for part in (self.drive, self.sense))
             total += np.einsum("kmf,mp,pf->kf", self.adjoint, local.coupling, drive, optimize=True)
@@ -107,18 +111,22 @@ class ModalSensitivity:
         """Differentiate as `TransferSensitivity.by`."""
         seen, driving = list(self.transfer.instruments.seen), list(self.transfer.instruments.driving)
         changes = impedance_change(self.solved, self.state, local, stepped)
-        if not changes and not local.coupling.any():
+        points = point_changes(self.solved, self.state, stepped)
+        if not changes and not points and not local.coupling.any():
             return np.zeros_like(self.transfer.response)
+        form, lines, sums = self.slopes.form, self.solved.frequency, self.slopes.sums
+        ports = self.solved.composite.coupling
         total = np.zeros((len(seen), len(driving), self.solved.frequency.size), complex)
         for matrix, weight in changes:
             total += weight * self.slopes.by(matrix)
+        for left, right, weight in points:
+            seen_there = form.compliance(ports[:, seen], left[:, None], lines, sums)
+            total -= weight * seen_there * form.compliance(right[:, None], ports[:, driving], lines, sums)
         if local.coupling.any():
-            ports = self.solved.composite.coupling
             moved = np.zeros_like(ports)
             moved[:, : local.coupling.shape[1]] = local.coupling  # of the patches, which are the first ports
-            form, lines = self.slopes.form, self.solved.frequency
-            total += form.compliance(moved[:, seen], ports[:, driving], lines, self.slopes.sums)
-            total += form.compliance(ports[:, seen], moved[:, driving], lines, self.slopes.sums)
+            total += form.compliance(moved[:, seen], ports[:, driving], lines, sums)
+            total += form.compliance(ports[:, seen], moved[:, driving], lines, sums)
         return np.asarray(self.transfer.change(total[None])[0])
 
 
@@ -152,19 +160,61 @@ def impedance_change(
         (local.mass, -(omega**2)),
         (solved.composite.plate, rates["storage"]),
         (solved.composite.plate_loss, 1j * rates["loss"]),
-        (solved.normal, 1j * omega * rates["area_resistance"] - omega**2 * rates["area_mass"]),
+        (
+            solved.normal,
+            _rate(stepped.area_stiffness) + 1j * omega * rates["area_resistance"] - omega**2 * rates["area_mass"],
+        ),
     ]
+    return [(matrix, weight) for matrix, weight in weighed if weight.any() and matrix.any()]
+
+
+def point_changes(
+    solved: LocalSolution, state: PlateState, stepped: PlateState
+) -> list[tuple[Real, Real, NDArray[Any]]]:
+    """Differentiate by a parameter what loads at points and attachments add to Z.
+
+    Parameters
+    ----------
+    solved, state, stepped
+        As in `impedance_change`.
+
+    Returns
+    -------
+    list of ((m,) ndarray, (m,) ndarray, (F,) ndarray)
+        Two vectors, whose outer product is the matrix, and its weight at every line.
+    """
+    found = []
+    for row, rate, moved, acting in (*_loads(solved, state, stepped), *_seats(solved, state, stepped)):
+        if rate.any():
+            found.append((row, row, rate))
+        if moved is not None and moved.any() and np.any(acting):
+            found += [(moved, row, acting), (row, moved, acting)]
+    return found
+
+
+Point = tuple[Real, NDArray[Any], Real | None, Any]
+"""Row of the deflection, rate of the stiffness, rate of the row, and stiffness."""
+
+
+def _loads(solved: LocalSolution, state: PlateState, stepped: PlateState) -> Iterator[Point]:
+    omega = 2 * np.pi * solved.frequency
     loads = zip(state.point_loads, stepped.point_loads, strict=False)
     added = ((PointLoad(load.point), load) for load in stepped.point_loads[len(state.point_loads) :])
     for load, step in (*loads, *added):
         row = deflection_at(solved.operators, load, state) @ solved.basis
         rate = _rate(step.stiffness) + 1j * omega * _rate(step.damping) - omega**2 * _rate(step.mass)
-        weighed.append((np.outer(row, row), rate))
+        moved = None
         if stepped.departures.stepped:
-            moved = np.outer(deflection_at(solved.operators, load, stepped, stepped=True) @ solved.basis, row)
-            acting = load.stiffness + 1j * omega * load.damping - omega**2 * load.mass
-            weighed.append((moved + moved.T, acting))
-    return [(matrix, weight) for matrix, weight in weighed if weight.any() and matrix.any()]
+            moved = deflection_at(solved.operators, load, stepped, stepped=True) @ solved.basis
+        yield row, rate, moved, load.stiffness + 1j * omega * load.damping - omega**2 * load.mass
+
+
+def _seats(solved: LocalSolution, state: PlateState, stepped: PlateState) -> Iterator[Point]:
+    for one in stepped.attached:
+        seat = Seat.of(solved.operators, one, stepped)
+        rate = _rate(seat.stiffness) + 1j * _rate(seat.loss)
+        moved = _rate(seat.row) @ solved.basis if np.iscomplexobj(seat.row) else None
+        yield np.real(seat.row) @ solved.basis, rate, moved, np.real(seat.stiffness) + 1j * np.real(seat.loss)
 
 
 def _rate(value: object) -> Real:

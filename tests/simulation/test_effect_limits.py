@@ -169,3 +169,128 @@ def test_softening_is_another_material_at_each_line_and_counts_the_level_twice(t
     laws = replace(LAWS, value=np.array([np.log(lost), 0.38, np.log(eta)]))
     found = frf(twin, values, point=replace(POINT, level=0.5))[:, [index]]
     np.testing.assert_allclose(found, frf(twin, {}, line, laws), rtol=1e-9)
+
+
+def changed(ops, **attributes):
+    """Change the plate's numbers: the same plate with other operators."""
+    return EffectPlate(replace(ops, **attributes))
+
+
+def test_a_permittivity_that_drifts_is_another_capacitance(twin):
+    at_40 = replace(twin, plate=changed(twin.plate.operators, capacitance=1.06 * twin.plate.capacitance))
+    drifting = frf(twin, {"permittivity_drift": {"beta": 0.004}})
+    np.testing.assert_allclose(drifting, frf(at_40, {}), rtol=1e-12)
+
+
+def test_a_leak_is_another_input(twin):
+    inputs = twin.experiment.acquisition.model_copy(update={"input_resistance": 305e3 / 1.2})
+    other = Twin.of(twin.experiment.model_copy(update={"acquisition": inputs}), twin.plate, twin.library)
+    leaking = frf(twin, {"insulation_leak": {"leak25": 0.1, "growth": np.log(2.0) / 15.0}})
+    np.testing.assert_allclose(leaking, frf(replace(other, reach=np.inf), {}), rtol=1e-12)
+    assert np.abs(np.angle(leaking[0, 0] / frf(twin, {})[0, 0])) > 0.01
+
+
+def test_crosstalk_is_added_in_quadrature(twin, plain):
+    added = frf(twin, {"crosstalk": {"gain": 0.004}}) - plain
+    np.testing.assert_allclose(added, np.tile(0.004j * LINES / 500.0, (2, 1)), rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("kappa", [0.5, 1.0])
+def test_a_lossless_bulk_is_a_complex_poissons_ratio_of_the_whole_stiffness(twin, kappa):
+    """K(E (1 + j eta), nu - j x) = K + j (eta K - x dK/dnu) to first order, dK/dnu at a given E by differences."""
+    ops, step = twin.plate.operators, 1e-5
+
+    def matrices(effects, ratio=0.0):
+        laws = replace(LAWS, value=LAWS.value + np.array([0.0, ratio, 0.0]))
+        state = twin.state(laws, LINES, effects, POINT)
+        return composed(ops, Coefficients.of(state, ops))
+
+    slope = (matrices({}, step).plate - matrices({}, -step).plate) / (2.0 * step)
+    wanted = 0.06 * (matrices({}).plate - kappa * (0.5 - 0.38) * slope)
+    found = matrices({"poisson_loss": {"kappa": kappa}}).plate_loss
+    assert np.abs(found - wanted).max() < 1e-7 * np.abs(wanted).max()
+    assert np.abs(matrices({}).plate_loss - wanted).max() > 1e-3 * np.abs(wanted).max()
+
+
+def test_losses_by_direction_are_those_of_another_orthotropy(twin):
+    """The imaginary part of the stiffness is a stiffness with moduli times their loss factors."""
+    ops = twin.plate.operators
+    values = {"loss_orthotropy": {"delta_eta": 0.1, "delta_shear": 0.2}}
+    lossy, plain = (composed(ops, Coefficients.of(twin.state(LAWS, LINES, e, POINT), ops)) for e in (values, {}))
+    along = twin.state(LAWS, LINES, {}, POINT).with_(modulus_x=0.9, modulus_y=1.1, in_plane_shear=1.2)
+    other = composed(ops, Coefficients.of(along, ops)).plate
+    cross = np.tensordot(Coefficients.of(along, ops).bending[2], ops.bending[2], 1)
+    cross = cross + np.tensordot(Coefficients.of(along, ops).membrane[2], ops.membrane[2], 1)
+    mended = other + (1.0 / np.sqrt(0.99) - 1.0) * cross  # Q12 keeps the mean of both losses, not their root
+    shear = np.tensordot(
+        Coefficients.of(along, ops).shear, ops.shear, 1
+    )  # transverse shear loses as much in shear
+    np.testing.assert_allclose(lossy.plate_loss, 0.06 * (mended + 0.2 * shear), atol=1e-9 * np.abs(other).max())
+    np.testing.assert_array_equal(lossy.plate, plain.plate)
+
+
+@pytest.mark.parametrize("f", [150.0, 640.0])
+def test_a_foundation_is_a_negative_mass_and_friction_an_imaginary_one(twin, f):
+    """At one frequency both add a multiple of W, the integral of w**2, to the stiffness."""
+    line, omega = np.array([f]), 2.0 * np.pi * f
+    ops = twin.plate.operators
+    state = twin.state(LAWS, line, {}, POINT)
+    whole = composed(ops, Coefficients.of(state, ops))
+    for effects, added in (
+        ({"elastic_foundation": {"stiffness": 2e6}}, 2e6),
+        ({"surface_damping": {"resistance": 60.0}}, 60j * omega),
+        ({"elastic_foundation": {"stiffness": 2e6}, "surface_damping": {"resistance": 60.0}}, 2e6 + 60j * omega),
+    ):
+        z = whole.plate + 1j * whole.plate_loss + whole.fixed + added * ops.normal - omega**2 * whole.mass
+        wanted = whole.coupling.T @ np.linalg.solve(z, whole.coupling)
+        there = twin.state(LAWS, line, effects, POINT)
+        found = LocalSolution.of(ops, whole, there, line, np.inf).compliance()[..., 0]
+        np.testing.assert_allclose(found, wanted, rtol=1e-8)
+
+
+def test_a_foundation_lifts_a_rigid_plate_to_its_bounce(twin):
+    """A free plate moves as a whole at w**2 = k/(mass per area), patches' mass aside."""
+    ops = twin.plate.operators
+    state = twin.state(LAWS, LINES, {"elastic_foundation": {"stiffness": 2e5}}, POINT)
+    whole = composed(ops, Coefficients.of(state, ops))
+    solved = LocalSolution.of(ops, whole, state, LINES[:2], np.inf)
+    local = solved.composite
+    squares = np.sort(np.linalg.eigvals(np.linalg.solve(local.mass, local.plate + local.fixed)).real)
+    plate, ceramic = twin.experiment.plate, 3 * 7800.0 * 0.02**2 * 0.0005
+    bounce = 2e5 * plate.area / (plate.mass + ceramic)
+    lifted = squares[3:6]  # the first three move in the plane
+    assert np.abs(lifted / bounce - 1.0).min() < 0.01
+
+
+def test_patches_that_come_off_and_lose(twin):
+    """All off by one share take that share of all that they add; what is lost is lost off the mid-plane."""
+    ops = twin.plate.operators
+    plain, off, single, lossy = (
+        composed(ops, Coefficients.of(twin.state(LAWS, LINES, values, POINT), ops))
+        for values in (
+            {},
+            {"patch_debond": {"A1": 0.3, "S1": 0.3, "S2": 0.3}},
+            {"patch_debond": {"A1": 0.3, "S1": 0.0, "S2": 0.1}},
+            {"patch_loss": {"eta": 0.04}},
+        )
+    )
+    scale = np.abs(plain.fixed).max()
+    np.testing.assert_allclose(off.fixed, 0.7 * plain.fixed, atol=1e-9 * scale)
+    np.testing.assert_allclose(off.coupling, 0.7 * plain.coupling, rtol=1e-12)
+    np.testing.assert_allclose(single.coupling, plain.coupling * [0.7, 1.0, 0.9], rtol=1e-12)
+    np.testing.assert_array_equal(off.mass, plain.mass)
+    layers = plain.fixed - ops.patch_own
+    np.testing.assert_allclose(lossy.plate_loss - plain.plate_loss, 0.04 * layers, atol=1e-9 * scale)
+    np.testing.assert_array_equal(lossy.fixed, plain.fixed)
+
+
+def test_all_moduli_times_a_factor_and_all_mass_times_a_factor(twin):
+    """A uniform factor on the modulus field is another E; on the density, another mass of the plate."""
+    ops, state = twin.plate.operators, twin.state(LAWS, LINES, {}, POINT)
+    softer = composed(ops, Coefficients.of(state.with_(modulus=0.9 * state.modulus), ops))
+    laws = replace(LAWS, value=LAWS.value + np.array([np.log(0.9), 0.0, 0.0]))
+    other = composed(ops, Coefficients.of(twin.state(laws, LINES, {}, POINT), ops))
+    np.testing.assert_allclose(softer.plate, other.plate, rtol=1e-9, atol=1e-12 * np.abs(other.plate).max())
+    heavier = composed(ops, Coefficients.of(state.with_(density=1.1 * state.density), ops))
+    bare = ops.mass[0] + ops.rotary[0]
+    np.testing.assert_allclose(heavier.mass, other.mass + 0.1 * bare, atol=1e-12)

@@ -9,7 +9,6 @@ from analysis.experiment import Experiment
 from analysis.material import MaterialBox
 from app.blind_trial.experiments import draw_experiments
 from app.blind_trial.plates import PlateKind, draw_plate
-from app.blind_trial.specimen import with_hidden_point
 from app.files.experiment_toml import AcquiredExperiment
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.basis_training import BasisTraining
@@ -39,9 +38,9 @@ def experiment(kind: PlateKind) -> AcquiredExperiment:
 
 
 @pytest.fixture(scope="session")
-def operators(kind: PlateKind, experiment: AcquiredExperiment) -> EffectOperators:
-    """Operators of the specimen; they serve its twin too, whom the hidden point does not concern."""
-    declared: Experiment = with_hidden_point(experiment.recorded(experiment.sample_rate), kind)
+def operators(experiment: AcquiredExperiment) -> EffectOperators:
+    """Operators of the specimen; they serve its twin, too."""
+    declared: Experiment = experiment.recorded(experiment.sample_rate)
     return reduce_with_effects(declared, BOX, fineness=COARSE, training=ROUGH)[0]
 
 

@@ -59,6 +59,8 @@ def test_three_rounds_give_every_effect_every_size():
 def test_effects_get_a_protocol_that_shows_them():
     rng = np.random.default_rng(1)
     for _ in range(20):
-        assert ways(("thermal_lag",), rng)[0] == ("up", "down")
-        assert len(ways(("amplitude_softening",), rng)[1]) == 2
+        for name in ("thermal_lag", "annealing", "depolarization"):
+            assert ways((name,), rng)[0] == ("up", "down")
+        for name in ("amplitude_softening", "piezo_nonlinearity"):
+            assert len(ways((name,), rng)[1]) == 2
     assert {ways((), rng)[0] for _ in range(40)} == {("up",), ("up", "down")}

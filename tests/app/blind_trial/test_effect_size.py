@@ -17,9 +17,9 @@ from simulation.reduction.effect_operators import EffectOperators
 
 
 @pytest.fixture(scope="module")
-def yard(experiment: AcquiredExperiment, kind: PlateKind, operators: EffectOperators) -> Iterator[EffectSize]:
+def yard(experiment: AcquiredExperiment, operators: EffectOperators) -> Iterator[EffectSize]:
     with ThreadPoolExecutor(1) as executor:
-        specimen = Specimen.of([experiment], kind, operators)
+        specimen = Specimen.of([experiment], operators)
         yield EffectSize.of(specimen, operators, 0.02, np.random.default_rng(0), executor)
 
 

@@ -79,7 +79,7 @@ def test_pairs_need_both_and_one_class_holds_one_effect():
 def test_what_the_library_has_not_must_be_unknown_or_a_look_alike():
     like = {"air": 0.97, "mass": 0.6}
     rows = table(
-        campaign("outside", ("resonator",), verdict="unknown"),
+        campaign("outside", ("cavity",), verdict="unknown"),
         campaign("ablated", ("x",), imitations=like, named=(named("air"),)),
         campaign("ablated", ("x",), imitations=like, named=(named("mass"),)),
         campaign("outside", ("cavity",), imitations=like, named=(named("mass"),)),

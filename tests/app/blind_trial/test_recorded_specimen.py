@@ -13,7 +13,7 @@ from app.blind_trial.expected_frf import expected_frf
 from app.blind_trial.experiments import any_declaration, draw_experiments
 from app.blind_trial.making import record_on_rig
 from app.blind_trial.plates import Driven, draw_plate
-from app.blind_trial.specimen import Specimen, with_hidden_point
+from app.blind_trial.specimen import Specimen
 from app.files.campaign import load_campaign
 from simulation.reduction.effect_reduction import reduce_with_effects
 
@@ -26,10 +26,10 @@ pytestmark = pytest.mark.slow
 def test_recorded_and_computed_frfs_differ_by_the_noise(tmp_path: Path, driven: Driven) -> None:
     """Gains, sensitivities, levels, inputs and noise are the same in both; readings err by .05 K."""
     kind = dataclasses.replace(draw_plate(np.random.default_rng(5), driven), band=BAND)
-    declared = with_hidden_point(any_declaration(kind), kind)
+    declared = any_declaration(kind)
     operators = reduce_with_effects(declared, BOX, fineness=COARSE, training=ROUGH)[0]
     experiments = draw_experiments(np.random.default_rng(6), kind, "plate", ("up",), (1.0, 2.0))
-    specimen = Specimen.of(experiments, kind, operators)
+    specimen = Specimen.of(experiments, operators)
     softening = {"a": 0.02, "b": 0.1}  # weak: a resonance that folds over answers beyond the record's end
     hidden = DrawnEffects({"amplitude_softening": softening}, {}, None, {})
     _, noise = expected_frf(specimen, 0.05, np.random.default_rng(7))

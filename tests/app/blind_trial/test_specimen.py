@@ -1,39 +1,20 @@
 """What is hidden in a specimen, against plates that can be computed otherwise."""
 
-from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any
-
 import numpy as np
 import pytest
 
 from analysis.sweep_point import SweepPoint
-from app.blind_trial.plates import PlateKind
 from app.blind_trial.specimen import Specimen
 from app.files.experiment_toml import AcquiredExperiment
-from app.rig.plate_transfer import TwinTransfer
-from simulation.effects.effect import Effect
 from simulation.reduction.effect_operators import EffectOperators
-from simulation.state.plate_state import Circumstances, PlateState, PointLoad
 
 LINES = np.linspace(100.0, 250.0, 301)
 POINT = SweepPoint(20.0, 0.0, 1.0)
 
 
 @pytest.fixture(scope="module")
-def specimen(experiment: AcquiredExperiment, kind: PlateKind, operators: EffectOperators) -> Specimen:
-    return Specimen.of([experiment], kind, operators)
-
-
-def with_load(specimen: Specimen, **load: float) -> np.ndarray:
-    """Transfer with a load at the hidden point, put there directly."""
-
-    def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-        return state.with_(point_loads=(PointLoad(circumstances.cables[-1], **load),))
-
-    effect = Effect(specimen.twin.library["hidden_spring"].card, apply)
-    twin = replace(specimen.twin, library={"load": effect})
-    return TwinTransfer(twin, specimen.laws, {"load": {}})(POINT, LINES)
+def specimen(experiment: AcquiredExperiment, operators: EffectOperators) -> Specimen:
+    return Specimen.of([experiment], operators)
 
 
 def off(one: np.ndarray, other: np.ndarray) -> float:
@@ -42,19 +23,21 @@ def off(one: np.ndarray, other: np.ndarray) -> float:
 
 def test_a_resonator_far_above_the_band_is_a_mass(specimen: Specimen):
     """At 30 times the frequency the spring gives way by a thousandth."""
-    mass = with_load(specimen, mass=0.004)
-    resonator = specimen.transfer({"resonator": {"mass": 0.004, "resonance": 7500.0}})(POINT, LINES)
+    place = {"x": 0.1, "y": 0.08}
+    mass = specimen.transfer({"mass_at_place": {"mass": 0.004, **place}})(POINT, LINES)
+    high = {"mass": 0.004, "resonance": 7500.0, "loss": 0.03, **place}
     assert off(specimen.transfer({})(POINT, LINES), mass) > 0.1
-    assert off(resonator, mass) < 3e-3
+    assert off(specimen.transfer({"resonator_at_place": high})(POINT, LINES), mass) < 3e-3
 
 
 def test_a_resonator_far_below_the_band_is_a_spring(specimen: Specimen):
     """Its mass stays at rest, and the plate feels the spring, lossy as it is."""
+    place = {"x": 0.1, "y": 0.08}
     stiffness = 4.0 * (2.0 * np.pi * 5.0) ** 2
-    spring = with_load(specimen, stiffness=stiffness)
-    resonator = specimen.transfer({"resonator": {"mass": 4.0, "resonance": 5.0}})(POINT, LINES)
+    spring = specimen.transfer({"spring_at_place": {"stiffness": stiffness, **place}})(POINT, LINES)
+    low = {"mass": 4.0, "resonance": 5.0, "loss": 0.03, **place}
     assert off(specimen.transfer({})(POINT, LINES), spring) > 0.1
-    assert off(resonator, spring) < 0.02
+    assert off(specimen.transfer({"resonator_at_place": low})(POINT, LINES), spring) < 0.02
 
 
 def test_a_filter_that_rings_leaves_low_lines_alone(specimen: Specimen):
@@ -65,11 +48,20 @@ def test_a_filter_that_rings_leaves_low_lines_alone(specimen: Specimen):
     assert abs(ratio[0] - 1.0) < 0.01
 
 
-@pytest.mark.parametrize(("name", "wanted"), [("thermal_lag", {"rate"}), ("amplitude_softening", {"level"})])
-def test_only_two_effects_follow_more_than_the_temperature(specimen: Specimen, name: str, wanted: set[str]):
+FOLLOW = {
+    "thermal_lag": {"rate"},
+    "annealing": {"rate"},
+    "depolarization": {"rate"},
+    "amplitude_softening": {"level"},
+    "piezo_nonlinearity": {"level"},
+}
+
+
+@pytest.mark.parametrize(("name", "wanted"), FOLLOW.items())
+def test_few_effects_follow_more_than_the_temperature(specimen: Specimen, name: str, wanted: set[str]):
     """The transfer says so, and the others keep to it."""
     assert specimen.transfer({name: {}}).follows == wanted
-    others = set(specimen.cards) - {"thermal_lag", "amplitude_softening"}
+    others = set(specimen.cards) - set(FOLLOW)
     here, there = POINT, SweepPoint(20.0, 0.02, 2.0)
     for other in sorted(others):
         values = {p.name: 0.3 * p.high if not p.shape else p.typical for p in specimen.cards[other].parameters}

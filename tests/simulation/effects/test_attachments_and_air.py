@@ -61,3 +61,28 @@ def test_added_mass_stays_finite_above_coincidence_and_radiation_grows_on(trial)
     # q stays at 0.9: the mass falls as 1/k_b, that is as 1/sqrt(f); the resistance rises as q**2, that is as f
     assert after.area_mass[0] == pytest.approx(2.0 * after.area_mass[1])
     assert after.area_resistance[1] == pytest.approx(4.0 * after.area_resistance[0])
+
+
+def test_a_cable_holds_and_strings_weigh_where_they_are_declared(trial):
+    circumstances, state = trial()
+    held = LIBRARY["cable_stiffness"].apply(state, circumstances, {"stiffness": 200.0, "damping": 0.1})
+    (cable,) = held.point_loads
+    assert (cable.point, cable.stiffness, cable.damping, cable.mass) == ((0.058, 0.03), 200.0, 0.1, 0.0)
+    hung = LIBRARY["string_mass"].apply(state, circumstances, {"mass": 3e-4})
+    assert [(load.point, load.mass) for load in hung.point_loads] == [((0.03, 0.187), 3e-4), ((0.21, 0.187), 3e-4)]
+
+
+def test_only_accelerometers_without_a_declared_mass_get_one(accelerometers, trial):
+    weighed = accelerometers.sensor[0].model_copy(update={"mass": 0.001})
+    one = accelerometers.model_copy(update={"sensor": (weighed, accelerometers.sensor[1])})
+    circumstances, state = trial(declared=one)
+    after = LIBRARY["accelerometer_mass"].apply(state, circumstances, {"mass": 0.0022})
+    np.testing.assert_allclose(after.departures.added_mass, [0.0, 0.0, 0.0022])  # the hammer, and both sensors
+
+
+def test_a_foundation_and_friction_act_per_area(trial):
+    circumstances, state = trial()
+    air = LIBRARY["air_loading"].apply(state, circumstances, {"added_mass_factor": 1.0, "radiation_factor": 1.0})
+    after = LIBRARY["surface_damping"].apply(air, circumstances, {"resistance": 40.0})
+    np.testing.assert_allclose(after.area_resistance - air.area_resistance, 40.0)
+    assert LIBRARY["elastic_foundation"].apply(air, circumstances, {"stiffness": 3e6}).area_stiffness == 3e6

@@ -73,3 +73,80 @@ def test_feedthrough_is_added_beside_the_factor_not_through_it(trial):
     assert after.feedthrough == 3e-4
     without = apply_all(LIBRARY, state, circumstances, {k: v for k, v in values.items() if k != "feedthrough"})
     np.testing.assert_array_equal(factor(after), factor(without))
+
+
+def test_a_low_pass_is_its_transfer_function(trial):
+    frequency = np.array([100.0, 1000.0, 1e4])
+    circumstances, state = trial(frequency=tuple(frequency))
+    passed = factor(LIBRARY["low_pass"].apply(state, circumstances, {"time_constant": 1e-4}))
+    np.testing.assert_allclose(passed, 1.0 / (1.0 + 2e-4j * np.pi * frequency), rtol=1e-13)
+
+
+def test_a_low_pass_is_at_first_a_delay_and_weakens_then(trial):
+    """Its slope at zero is that of a delay, the rest is of second order: only large ones are told apart."""
+    circumstances, state = trial(frequency=(100.0, 1500.0))
+    low, late = (
+        factor(LIBRARY[name].apply(state, circumstances, {key: 1e-30j}))
+        for name, key in (("low_pass", "time_constant"), ("channel_skew", "delay"))
+    )
+    np.testing.assert_allclose(low, late, rtol=1e-14)
+    strong = LIBRARY["low_pass"].apply(state, circumstances, {"time_constant": 1e-4})
+    assert strong.log_gain[1] == pytest.approx(-0.5 * np.log(1.0 + (2e-4 * np.pi * 1500.0) ** 2))
+
+
+def test_crosstalk_is_what_a_mutual_inductance_adds(trial):
+    """Volts j w M I per volt V with I = V/Z: M/Z = 1 microsecond makes pi mV/V at 500 Hz."""
+    frequency = np.array([100.0, 500.0, 2000.0])
+    circumstances, state = trial(frequency=tuple(frequency))
+    after = LIBRARY["crosstalk"].apply(state, circumstances, {"gain": np.pi * 1e-3})
+    np.testing.assert_allclose(1j * after.crosstalk, 2j * np.pi * frequency * 1e-6, rtol=1e-13)
+    assert after.feedthrough == 0.0
+
+
+@pytest.mark.parametrize("level", [1.0, 2.0])
+def test_a_patch_after_rayleigh_traces_his_loop(trial, level):
+    """S = (d + a E_0) E +- a (E_0**2 - E**2)/2: the first harmonic of the loop is the effect's factor."""
+    beta, turns = 0.03, np.linspace(0.0, 2.0 * np.pi, 200_001)[:-1]
+    field, rising = level * np.cos(turns), np.sin(turns) < 0.0
+    branch = np.where(rising, -1.0, 1.0) * 0.5 * beta * (level**2 - field**2)
+    strain = (1.0 + beta * level) * field + branch
+    first = 2.0 * np.mean(strain * np.exp(-1j * turns)) / level
+    circumstances, state = trial(level=level)
+    after = LIBRARY["piezo_nonlinearity"].apply(state, circumstances, {"beta": beta})
+    np.testing.assert_allclose(factor(after), first, rtol=1e-6)
+
+
+def test_a_loss_angle_is_alike_at_all_frequencies(trial):
+    circumstances, state = trial(frequency=(100.0, 1500.0))
+    after = LIBRARY["piezo_loss"].apply(state, circumstances, {"angle": 0.03})
+    np.testing.assert_allclose(factor(after), np.exp(-0.03j), rtol=1e-14)
+
+
+def test_heat_weakens_the_way_down_only(trial):
+    for rate, expected in ((0.01, 1.0), (0.0, 1.0), (-0.01, 0.93)):
+        circumstances, state = trial(rate=rate)
+        after = LIBRARY["depolarization"].apply(state, circumstances, {"lost": 0.07})
+        np.testing.assert_allclose(factor(after), expected, rtol=1e-14)
+
+
+def test_a_soft_mount_reads_too_much_by_the_law_of_its_oscillator(accelerometers, trial):
+    """A sensor on a spring resonating at three times the band's end: 1/(1 - (f/f_m)**2)."""
+    frequency = np.array([300.0, 900.0, 1500.0])
+    circumstances, state = trial(frequency=tuple(frequency), declared=accelerometers)
+    after = LIBRARY["mounting_resonance"].apply(state, circumstances, {"softness": 1.0 / 9.0})
+    np.testing.assert_allclose(factor(after), 1.0 / (1.0 - (frequency / 4500.0) ** 2), rtol=1e-13)
+
+
+def test_the_capacitance_grows_with_the_plates_temperature(trial):
+    circumstances, state = trial(temperature=45.0, rate=0.01)
+    values = {"thermal_lag": {"tau": 500.0}, "permittivity_drift": {"beta": 0.004}}
+    after = apply_all(LIBRARY, state, circumstances, values)
+    assert after.departures.permittivity == pytest.approx(1.0 + 0.004 * 15.0)
+
+
+def test_a_leak_lies_beside_the_input(trial):
+    """1/R = 1/R_in + 1/R_leak, and the leak's conductance doubles every ten kelvins."""
+    circumstances, state = trial(temperature=45.0)
+    after = LIBRARY["insulation_leak"].apply(state, circumstances, {"leak25": 0.1, "growth": np.log(2.0) / 10.0})
+    both = 1.0 / (1.0 / 305e3 + 4.0 * 0.1 / 305e3)
+    assert 305e3 * after.departures.resistance == pytest.approx(both)

@@ -88,3 +88,73 @@ def test_moduli_stay_positive_at_the_ends_of_every_range(experiment, trial):
             factors = [after.modulus_x, after.modulus_y, after.in_plane_shear, after.bond]
             factors += [*after.storage, *after.loss, *after.thickness, *(1.0 - d.loss for d in after.discs)]
             assert min(factors) > 0.0, (name, values)
+
+
+def test_a_lossless_bulk_modulus_is_kept_real(trial):
+    """K = E/(3 (1 - 2 nu)) with complex E and nu is real, and Q and G follow, to first order in eta."""
+    circumstances, state = trial(temperature=30.0)
+    after = LIBRARY["poisson_loss"].apply(state, circumstances, {"kappa": 1.0})
+    eta, youngs, nu = 1e-5, 2e9 * (1.0 + 1e-5j), 0.38 - 1e-5j * 0.12
+    assert abs(np.imag(youngs / (1.0 - 2.0 * nu))) < 1e-4 * eta * abs(youngs / (1.0 - 2.0 * nu))
+    q11, shear = youngs / (1.0 - nu**2), youngs / (2.0 * (1.0 + nu))
+    for modulus, found in ((q11, after.loss_x), (nu * q11, after.loss_cross), (shear, after.loss_shear)):
+        assert found == pytest.approx(modulus.imag / modulus.real / eta, rel=1e-4)
+    assert after.loss_y == after.loss_x
+
+
+def test_loss_by_direction(trial):
+    circumstances, state = trial()
+    after = LIBRARY["loss_orthotropy"].apply(state, circumstances, {"delta_eta": 0.2, "delta_shear": 0.5})
+    assert (after.loss_x, after.loss_y, after.loss_cross, after.loss_shear) == (0.8, 1.2, 1.0, 1.5)
+    assert (after.modulus_x, after.modulus_y) == (1.0, 1.0)
+
+
+def test_a_relaxation_is_zeners_solid(trial):
+    """At its own frequency half of the strength is stored and half is lost; far above all is stored."""
+    circumstances, state = trial(temperature=30.0, frequency=(400.0, 4e5))
+    after = LIBRARY["relaxation"].apply(state, circumstances, {"strength": 0.02, "frequency": 400.0})
+    np.testing.assert_allclose(after.storage, [1.01, 1.02], rtol=1e-6)
+    np.testing.assert_allclose(0.06 * (after.loss - 1.0), [0.01, 0.02e-3], rtol=1e-4)
+
+
+def test_a_relaxation_satisfies_kramers_and_kronig(trial):
+    """Stored at f less stored at rest: 2 f**2/pi times the integral of the loss at x over x (f**2 - x**2)."""
+    x = 300.0 * np.exp(np.linspace(-12.0, 12.0, 48_001) + 2.5e-4)  # symmetric about the pole: its principal value
+    circumstances, state = trial(temperature=30.0, frequency=(300.0, *x))
+    after = LIBRARY["relaxation"].apply(state, circumstances, {"strength": 0.1, "frequency": 700.0})
+    lost = 0.06 * (after.loss[1:] - 1.0)
+    stored = 2.0 * 300.0**2 / np.pi * np.trapezoid(lost / (300.0**2 - x**2), np.log(x))
+    assert after.storage[0] - 1.0 == pytest.approx(stored, rel=1e-3)
+
+
+@pytest.mark.parametrize("order", [0.3, 0.8])
+def test_a_fractional_dashpot_and_a_spring_are_the_whole_modulus(trial, order):
+    """E_0 + E_1 (j f)**order with the laws' modulus and a third of their loss at 500 Hz, the rest constant."""
+    frequency, eta, share = np.array([125.0, 500.0, 2000.0]), 0.06, 1.0 / 3.0
+    circumstances, state = trial(temperature=30.0, frequency=tuple(frequency))
+    after = LIBRARY["fractional_viscosity"].apply(state, circumstances, {"share": share, "order": order})
+    dashpot = share * eta / np.sin(0.5 * np.pi * order) * ((1j * frequency / 500.0) ** order - 1j**order)
+    np.testing.assert_allclose(after.storage + 1j * eta * after.loss, 1.0 + 1j * eta + dashpot, rtol=1e-13)
+
+
+def test_a_fractional_dashpot_of_order_zero_is_the_viscoelastic_dispersion(trial):
+    circumstances, state = trial(temperature=30.0, frequency=(125.0, 2000.0))
+    dashpot = LIBRARY["fractional_viscosity"].apply(state, circumstances, {"share": 1e-4, "order": 1e-4})
+    dispersion = LIBRARY["viscoelastic_dispersion"].apply(state, circumstances, {"kappa": 1e-4})
+    np.testing.assert_allclose(dashpot.storage - 1.0, dispersion.storage - 1.0, rtol=1e-3)
+
+
+def test_annealing_is_there_on_the_way_down_only(trial):
+    for rate, storage, loss in ((0.01, 1.0, 1.0), (-0.01, 1.05, 1.05 * 0.8)):
+        circumstances, state = trial(rate=rate)
+        after = LIBRARY["annealing"].apply(state, circumstances, {"stiffening": 0.05, "loss": -0.2})
+        np.testing.assert_allclose(after.storage, storage)
+        np.testing.assert_allclose(after.loss, loss)
+
+
+def test_patches_come_off_one_by_one(trial):
+    circumstances, state = trial()
+    once = LIBRARY["patch_debond"].apply(state, circumstances, {"A1": 0.1, "S1": 0.0})
+    np.testing.assert_allclose(once.debonded, [0.1, 0.0])
+    twice = LIBRARY["patch_debond"].apply(once, circumstances, {"A1": 0.1, "S1": 0.2})
+    np.testing.assert_allclose(twice.debonded, [1.0 - 0.9**2, 0.2])

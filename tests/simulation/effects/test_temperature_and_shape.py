@@ -76,3 +76,35 @@ def test_discs_of_the_search_touch_both_edges_and_leave_no_row_out(experiment):
         np.testing.assert_allclose(places[[0, -1]], [0.012, length - 0.012])
         assert 0.020 < np.diff(places).min() <= np.diff(places).max() + 1e-12 < 0.028
     assert len(sites) == len({tuple(site.values()) for site in sites}) == 10 * 8
+
+
+def mean(field, state):
+    """Mean over the plate of a field with even powers up to the second, from three of its points."""
+    centre = field[(state.xi == 0.0) & (state.zeta == 0.0)][0]
+    return centre + (at_corners(state, field)[0] - centre) / 3.0
+
+
+def test_crowns_keep_the_mean_and_fall_from_the_middle_to_the_edges(trial):
+    circumstances, state = trial(temperature=60.0)
+    thick = LIBRARY["thickness_crown"].apply(state, circumstances, {"cx": 0.03, "cy": -0.01}).thickness
+    assert thick[1] - at_corners(state, thick)[0] == pytest.approx(0.03 - 0.01)
+    assert mean(thick, state) == pytest.approx(1.0)
+    warm = LIBRARY["thermal_crown"].apply(state, circumstances, {"gx": 2.0, "gy": 1.0}).temperature
+    assert warm[1] - at_corners(state, warm)[0] == pytest.approx(3.0)
+    assert mean(warm, state) == pytest.approx(60.0)
+
+
+def test_a_thermal_crown_goes_with_the_heating(trial):
+    circumstances, state = trial(temperature=41.0)  # half-way from 22 to 60
+    warm = LIBRARY["thermal_crown"].apply(state, circumstances, {"gx": 2.0, "gy": 0.0}).temperature
+    assert warm[1] - 41.0 == pytest.approx(0.5 * 2.0 / 3.0)
+
+
+def test_gradients_of_density_and_modulus_are_linear_about_the_centre(trial):
+    circumstances, state = trial()
+    heavy = LIBRARY["density_gradient"].apply(state, circumstances, {"mx": 0.02, "my": -0.05})
+    np.testing.assert_allclose(at_corners(state, heavy.density), [1.03, 0.97, 1.07], rtol=1e-14)
+    stiff = LIBRARY["modulus_gradient"].apply(state, circumstances, {"ex": 0.02, "ey": -0.05})
+    np.testing.assert_allclose(at_corners(state, stiff.modulus), [1.03, 0.97, 1.07], rtol=1e-14)
+    np.testing.assert_array_equal(heavy.thickness, 1.0)
+    np.testing.assert_array_equal(stiff.thickness, 1.0)

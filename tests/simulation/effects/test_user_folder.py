@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from simulation.effects.library import LIBRARY, apply_all, library, untried
+from simulation.effects.library import apply_all, library, untried
 
 PATTERN = """
 from analysis.effect_card import EffectCard, Parameter
@@ -43,7 +43,7 @@ def test_a_good_file_follows_the_library_and_acts_like_the_others(experiment, tr
     (tmp_path / "_shared.py").write_text("raise RuntimeError('not an effect')")
     (tmp_path / "readme.txt").write_text("not Python")
     effects = library(experiment, tmp_path)
-    assert list(effects) == [*LIBRARY, "lacquer"]
+    assert list(effects) == [*library(experiment), "lacquer"]
     circumstances, state = trial()
     after = apply_all(effects, state, circumstances, {"lacquer": {"mass": 0.3 + 1e-30j}})
     assert set(after.area_mass) == {0.3 + 1e-30j}
@@ -66,6 +66,7 @@ def test_an_effect_that_is_not_available_is_left_out_unharmed(experiment, tmp_pa
     assert "lacquer" not in library(bare, tmp_path)
     assert untried(bare, tmp_path) == {
         "suspension": "each [[string]] that holds the plate",
+        "string_mass": "each [[string]] that holds the plate",
         "lacquer": "modes over two octaves",
     }
     assert untried(experiment) == {}

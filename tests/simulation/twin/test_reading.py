@@ -126,7 +126,8 @@ def test_a_motion_is_read_as_often_differentiated_as_declared(twin, experiment):
 def test_effects_of_patches_need_patches(experiment):
     dumped = experiment.model_dump()
     without = Experiment.model_validate(dumped | {"patch": []})
-    gone = {"bond_shear_lag", "piezo_drift", "feedthrough", "sensor_offset"}
+    gone = {"bond_shear_lag", "piezo_drift", "feedthrough", "sensor_offset", "patch_debond", "patch_loss"}
+    gone |= {"piezo_loss", "permittivity_drift", "insulation_leak", "depolarization"}
     assert set(library(without)) == set(library(experiment)) - gone
     assert "feedthrough" not in library(experiment)  # the drive is no voltage
 
@@ -179,3 +180,13 @@ def test_whichever_input_drives_strain_is_counted_from_that_of_the_first(joint):
     ]
     numeric = (stepped[0] - stepped[1]) / 2e-5
     assert np.abs(found.by_parameter[0] - numeric).max() < 1e-4 * np.abs(numeric).max()
+
+
+def test_an_undeclared_mass_of_an_accelerometer_is_the_declared_one(twin, experiment):
+    dumped = experiment.model_dump()
+    light = {**dumped["sensor"][0], "mass": 0.0}
+    bare = Experiment.model_validate(dumped | {"sensor": [light, dumped["sensor"][1]]})
+    other = replace(Twin.of(bare, EffectPlate(twin.plate.operators), library(bare)), reach=np.inf)
+    loaded = other.frf(LAWS, LINES, {"accelerometer_mass": {"mass": MASS}}, POINT)
+    np.testing.assert_allclose(loaded, twin.frf(LAWS, LINES, point=POINT), rtol=1e-9)
+    assert "accelerometer_mass" not in library(experiment)

@@ -12,7 +12,7 @@ from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from analysis.sweep_point import SweepPoint
 from analysis.sweep_timing import SweepTiming
-from simulation.effects.library import library
+from simulation.effects.library import LIBRARY, library
 from simulation.reduction.effect_certification import GRID, state_error
 from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.reduction.effect_reduction import reduce_with_effects
@@ -23,7 +23,7 @@ from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
 from simulation.state.extreme_states import STEEPEST, combined_state, extreme_states
 from simulation.state.field_basis import field_basis
-from simulation.state.plate_state import PlateState
+from simulation.state.plate_state import Circumstances, PlateState
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
@@ -33,7 +33,16 @@ POINT = SweepPoint(24.0, 0.4 / 60.0, 2.0)
 LAWS = LocalLaws(
     23.0, np.array([np.log(2e9), 0.38, np.log(0.06)]), np.array([-0.02, 0.002, -0.01]), np.array([1e-4, 0.0, 1e-4])
 )
-SHAPES = {"softening": 0.03, "x": 0.11, "y": 0.08}
+SHAPES = {
+    "softening": 0.03,
+    "x": 0.11,
+    "y": 0.08,
+    "growth": 0.05,
+    "order": 0.5,
+    "frequency": 300.0,
+    "resonance": 300.0,
+    "loss": 0.1,
+}
 
 
 @pytest.fixture(scope="module")
@@ -61,8 +70,8 @@ def every_effect(twin):
     return list(twin.cards)
 
 
-def test_all_eighteen_take_part(twin):
-    assert len(twin.cards) == 18
+def test_all_take_part_but_those_of_accelerometers(twin):
+    assert set(LIBRARY) - set(twin.cards) == {"accelerometer_mass", "mounting_resonance"}
 
 
 def test_absent_effects_change_nothing(twin):
@@ -205,6 +214,80 @@ def test_point_loads_against_the_full_plate(twin, reduced):
             assert abs(found - expected) < 5e-4 * peak, (effects, f)
 
 
+HUNG = {"x": 0.163, "y": 0.052}
+CORNER = {"x": 0.236, "y": 0.004}
+
+
+@pytest.mark.parametrize("place", [HUNG, {"x": 0.112, "y": 0.089}, CORNER])
+def test_attachments_at_any_place_against_the_full_plate(twin, reduced, place):
+    _, full, _ = reduced
+    xi, zeta = full.sampling
+    exact = full.matrices(PlateState.baseline(xi, zeta, LAWS, POINT.temperature, LINES))
+    discs = [attached_disc(full.shell.plate, Attachment(point=(place["x"], place["y"])))]
+    row = full.unknowns.rows(footprint_rows(full.shell.space, discs), W).toarray()[0]
+    plain = twin.frf(LAWS, LINES, point=POINT)
+    peak = np.abs(plain).max()
+    spring = 0.001 * (2.0 * np.pi * 300.0) ** 2 * (1.0 + 0.05j)
+    for name, values, impedance in (
+        ("mass_at_place", {"mass": 0.003}, lambda w: -0.003 * w**2),
+        ("spring_at_place", {"stiffness": 3000.0}, lambda w: 3000.0),
+        ("dashpot_at_place", {"damping": 0.5}, lambda w: 0.5j * w),
+        (
+            "resonator_at_place",
+            {"mass": 0.001, "resonance": 300.0, "loss": 0.05},
+            lambda w: -0.001 * w**2 * spring / (spring - 0.001 * w**2),
+        ),
+    ):
+        found = twin.frf(LAWS, LINES, {name: {**values, **place}}, POINT)[0]
+        effect = np.abs(found - plain[0]).max()
+        for k in (23, 60, 119):
+            omega = 2 * np.pi * LINES[k]
+            factors = factorize(exact.plate + 1j * exact.plate_loss + exact.patches - omega**2 * exact.mass)
+            answers = factors.solve(exact.coupling.astype(complex))
+            to_point = factors.solve(row.astype(complex))
+            d = impedance(omega)
+            answers -= np.outer(to_point, row @ answers) * d / (1.0 + d * (row @ to_point))
+            g = exact.coupling.T @ answers
+            load = twin.experiment.acquisition
+            across = twin.plate.capacitance[1] + load.input_capacitance
+            expected = -g[1, 0] / (across + 1.0 / (1j * omega * load.input_resistance) + g[1, 1])
+            assert abs(found[k] - expected) < (3e-3 if place is CORNER else 2e-3) * effect + 1e-4 * peak, (
+                name,
+                LINES[k],
+            )
+
+
+def test_light_attachments_at_one_place_add_up(twin):
+    both = {"mass_at_place": {"mass": 2e-7, **HUNG}, "spring_at_place": {"stiffness": 0.1, **HUNG}}
+    plain, together = (twin.frf(LAWS, LINES, on, POINT) for on in ({}, both))
+    alone = sum(twin.frf(LAWS, LINES, {name: values}, POINT) - plain for name, values in both.items())
+    assert np.abs(together - plain - alone).max() < 1e-3 * np.abs(alone).max()
+
+
+def test_attachments_act_beside_dispersion_and_dashpots(twin):
+    """With spectra the plate is solved line by line: an exponent that does nothing must change nothing."""
+    for name, values in (("mass_at_place", {"mass": 0.002}), ("dashpot_at_place", {"damping": 0.3})):
+        one = {name: {**values, **HUNG}}
+        modal = twin.frf(LAWS, LINES, one, POINT)
+        by_lines = twin.frf(LAWS, LINES, {**one, "damping_dispersion": {"p": 1e-12}}, POINT)
+        np.testing.assert_allclose(by_lines, modal, rtol=1e-7)
+
+
+def test_nothing_is_attached_beside_the_plate(twin):
+    with pytest.raises(ValueError, match=r"nothing can be attached at 0.26, 0.05 m: it is off the plate"):
+        twin.frf(LAWS, LINES, {"mass_at_place": {"mass": 0.001, "x": 0.26, "y": 0.05}}, POINT)
+
+
+def test_at_one_line_attachments_are_a_part_of_the_stiffness(twin):
+    """Two ways: a change of rank one of the answers, or modes of the whole at this line."""
+    for name, values in (("mass_at_place", {"mass": 0.002}), ("dashpot_at_place", {"damping": 0.3})):
+        one = {name: {**values, **HUNG}}
+        pair = twin.frf(LAWS, LINES[[40, 90]], one, POINT)
+        for k, line in enumerate((40, 90)):
+            alone = twin.frf(LAWS, LINES[[line]], one, POINT)
+            np.testing.assert_allclose(alone[:, 0], pair[:, k], rtol=1e-8)
+
+
 def test_light_mass_lowers_a_mode_as_rayleigh_says(twin, reduced):
     ops, _, _ = reduced
     plain = twin.solved(twin.state(LAWS, LINES, {}, POINT), LINES)  # modes of the plate as it is
@@ -236,6 +319,38 @@ def test_states_at_the_edges_of_their_ranges_against_the_full_plate(reduced):
         for k in range(len(extreme(basis.xi, basis.zeta, size))):
             assert error(lambda xi, zeta, k=k, size=size: extreme(xi, zeta, size)[k]) < 2e-4, (size, k)
     assert error(lambda xi, zeta: combined_state(xi, zeta, laws, ops.offset_range, 0.5)) < 1e-3
+
+
+FIELDS = {
+    "density_gradient": {"mx": 0.06, "my": -0.04},
+    "modulus_gradient": {"ex": 0.1, "ey": 0.06},
+    "thickness_crown": {"cx": 0.01, "cy": -0.01},
+    "thermal_crown": {"gx": 3.0, "gy": 2.0},
+    "transverse_shear": {"delta": -0.4},
+    "poisson_loss": {"kappa": 1.0},
+    "loss_orthotropy": {"delta_eta": 0.3, "delta_shear": 0.4},
+    "patch_debond": {"A1": 0.3, "S1": 0.15},
+    "patch_loss": {"eta": 0.05},
+}
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_states_that_were_not_trained_against_the_full_plate(name, experiment, reduced):
+    ops, full, _ = reduced
+    basis = field_basis(BENDING_DEGREE)
+    laws = LocalLaws.of_material(2.2e9, 0.37, 0.05, slope=STEEPEST)
+    point = replace(POINT, temperature=45.0)
+
+    def state(xi: Real, zeta: Real) -> PlateState:
+        plain = PlateState.baseline(xi, zeta, laws, laws.reference, np.array([500.0]))
+        around = Circumstances.of(experiment, point, np.array([500.0]))
+        return LIBRARY[name].apply(plain, around, FIELDS[name])
+
+    few, exact = state(basis.xi, basis.zeta), state(*full.sampling)
+    plain = PlateState.baseline(*full.sampling, laws, laws.reference, np.array([500.0]))
+    effect = state_error(full, ops, few, plain, 97)
+    assert effect > 2e-3
+    assert state_error(full, ops, few, exact, 97) < 4e-3 * effect
 
 
 def test_it_refuses_what_was_not_certified(twin):

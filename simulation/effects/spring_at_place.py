@@ -1,0 +1,47 @@
+"""Spring at a place: something that nobody declared holds the plate."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from analysis.effect_card import EffectCard, Parameter
+from analysis.experiment import Experiment
+from simulation.effects.any_place import SITES, coordinates, sites
+from simulation.effects.effect import Effect
+from simulation.state.plate_state import Attached, Circumstances, PlateState
+
+
+def card(experiment: Experiment) -> EffectCard:
+    """Describe the candidate; a cable that touches or a foam block hold by hundreds to thousands of N/m."""
+    places = sites(experiment, SITES)
+    return EffectCard(
+        name="spring_at_place",
+        summary="something undeclared holds the plate somewhere by a spring",
+        parameters=(Parameter("stiffness", "N/m", 0.0, 5e4, 500.0), *coordinates(experiment)),
+        needs="modes at the lower end of the band that move the place, better with several sensors",
+        separated_by="look there; a spring raises low modes most, a mass lowers high ones most",
+        sites=tuple({"x": float(x), "y": float(y)} for x, y in places),
+    )
+
+
+def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
+    """Add the spring to the normal motion of the place.
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``stiffness``, N/m, ``x`` and ``y``, m.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect.
+    """
+    stiffness = values["stiffness"] + 0.0 * circumstances.frequency
+    one = Attached(values["x"], values["y"], stiffness, 0.0 * circumstances.frequency)
+    return state.with_(attached=(*state.attached, one))
+
+
+EFFECT = Effect(card, apply)

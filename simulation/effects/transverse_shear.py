@@ -1,0 +1,44 @@
+"""Transverse shear: the plate is softer or stiffer in shear across its thickness than its E and nu say."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from analysis.effect_card import EffectCard, Parameter
+from analysis.experiment import Experiment
+from simulation.effects.effect import Effect
+from simulation.state.plate_state import Circumstances, PlateState
+
+
+def card(experiment: Experiment) -> EffectCard:
+    """Describe the candidate; a foamed core or plies make it softer by a third and more."""
+    return EffectCard(
+        name="transverse_shear",
+        summary="the plate shears more or less through its thickness than an isotropic one",
+        parameters=(Parameter("delta", "1", -0.4, 0.4, 0.15),),
+        needs=(
+            "modes with half-waves of some ten thicknesses; with longer ones the tolerance plate_theory absorbs it"
+        ),
+        separated_by="a short beam in three-point bending, which shears more than a long one",
+    )
+
+
+def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
+    """Transverse shear modulus times 1 + delta.
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``delta``.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect.
+    """
+    return state.with_(transverse_shear=state.transverse_shear * (1.0 + values["delta"]))
+
+
+EFFECT = Effect(card, apply)

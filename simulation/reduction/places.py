@@ -1,0 +1,107 @@
+"""Places all over a plate where something may be attached that nobody declared.
+
+The plate without effects represents its answers to patches and transducers, not those modes that they do not
+excite. A load at any place excites these, too: answers to a few random patterns of forces over the whole plate
+bring them into the space. What is left of the answer at a place to a force there is static and local: it is
+computed for places over the plate, and counts as a compliance in series, see `simulation.state.attached`.
+"""
+
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import griddata
+from scipy.sparse import csr_matrix
+
+from analysis.arrays import Real
+from analysis.experiment import Attachment, Plate
+from analysis.local_laws import LocalLaws
+from analysis.material import MaterialBox
+from simulation.reduction.energy_decomposition import middle
+from simulation.shell.factors import factorize
+from simulation.shell.footprints import attached_disc
+from simulation.shell.points import footprint_rows
+from simulation.shell.rigidity import W
+from simulation.shell.shortest_wave import shortest_wave
+from simulation.state.plate_state import PlateState
+from simulation.state.state_matrices import FullPlate
+
+SHARE = 0.05
+"""Spacing of the places over the shortest bending wave: deflections between them are good to 2e-4 of their
+rms, to 2e-3 at edges."""
+PATTERNS = 4
+"""Number of random patterns: a mode that one of them hardly excites is excited by the others."""
+SOLVED = 300
+"""Number of places, at most, at which the local compliance is computed; between them it is interpolated."""
+CHUNK = 60
+"""Number of forces answered at a time."""
+SHIFT = 0.3
+"""Of the band's upper end: adds as much inertia as keeps the stiffness of a free plate positive."""
+
+
+def places(plate: Plate, spacing: float) -> Real:
+    """Places (G, 2) in the middle of equal cells that cover a plate, m; no cell is longer than `spacing`, m."""
+    low, high = np.array(plate.bounds)
+    counts = np.maximum(np.ceil((high - low) / spacing), 6).astype(int)
+    x, y = (low[k] + (np.arange(n) + 0.5) * (high - low)[k] / n for k, n in enumerate(counts))
+    grid = np.array([(a, b) for a in x for b in y])
+    away = np.min([loop.distance(grid) for loop in (plate.loop, *plate.hole_loops)], axis=0)
+    return np.asarray(grid[plate.contains(grid) & (away > 0.5 * plate.thickness)])
+
+
+def deflections(full: FullPlate, at: Real) -> csr_matrix:
+    """Rows (G, n) that give the mean deflection over an attachment's disc at places (G, 2)."""
+    discs = [attached_disc(full.shell.plate, Attachment(point=(float(x), float(y)))) for x, y in at]
+    return csr_matrix(full.unknowns.rows(footprint_rows(full.shell.space, discs), W))
+
+
+def patterns(full: FullPlate, box: MaterialBox, band: tuple[float, float]) -> Real:
+    """Random patterns of forces over the whole plate, (n, `PATTERNS`), the same in every run."""
+    rows = deflections(full, places(full.shell.plate, SHARE * shortest_wave(full.shell.plate, box, band)))
+    return np.asarray(rows.T @ np.random.default_rng(0).standard_normal((rows.shape[0], PATTERNS)))
+
+
+def attachable(full: FullPlate, vectors: Real, box: MaterialBox, band: tuple[float, float]) -> dict[str, Any]:
+    """Entries of `EffectOperators` whose names begin with ``place``."""
+    spacing = SHARE * shortest_wave(full.shell.plate, box, band)
+    at = places(full.shell.plate, spacing)
+    few, apart = at, spacing
+    while len(few) > SOLVED:
+        apart *= 1.2
+        few = places(full.shell.plate, apart)
+    lost = _lost_compliance(full, vectors, few, box, band)
+    if few is not at:
+        linear = griddata(few, lost, at, method="linear")
+        lost = np.where(np.isnan(linear), griddata(few, lost, at, method="nearest"), linear)
+    return {
+        "places": at,
+        "place_deflection": deflections(full, at) @ vectors,
+        "place_compliance": lost,
+        "place_spacing": spacing,
+    }
+
+
+def nowhere(size: int) -> dict[str, Any]:
+    """Return the same entries without any place, for `size` coordinates."""
+    empty = {"places": np.zeros((0, 2)), "place_deflection": np.zeros((0, size)), "place_compliance": np.zeros(0)}
+    return {**empty, "place_spacing": 1.0}
+
+
+def _lost_compliance(
+    full: FullPlate, vectors: Real, at: Real, box: MaterialBox, band: tuple[float, float]
+) -> Real:
+    """Return the static compliance at places (G, 2) that the vectors lack, times Young's modulus, (G,), 1/m."""
+    youngs, ratio = middle(box)
+    laws = LocalLaws.of_material(youngs, ratio, box.loss_factor[0])
+    plain = PlateState.baseline(*full.sampling, laws, laws.reference, np.array([band[1]]))
+    matrices = full.matrices(plain, loss=False)
+    z = matrices.plate + matrices.patches + (2.0 * np.pi * SHIFT * band[1]) ** 2 * matrices.mass
+    factors, rows = factorize(csr_matrix(z)), deflections(full, at)
+    reduced = np.linalg.inv(vectors.T @ (z @ vectors))
+    lost = np.empty(len(at))
+    for start in range(0, len(at), CHUNK):
+        part = slice(start, start + CHUNK)
+        force = rows[part].toarray().T
+        few = vectors.T @ force
+        whole = np.einsum("nk,nk->k", force, factors.solve(force))
+        lost[part] = whole - np.einsum("rk,rs,sk->k", few, reduced, few)
+    return np.asarray(youngs * np.maximum(lost, 0.0))
