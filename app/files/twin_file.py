@@ -141,6 +141,10 @@ class TwinFile(Sparse):
         names = [effect.name for effect in self.effect]
         if len(set(names)) != len(names):
             raise ValueError(f"effects {names}: each may occur once")
+        if self.plate.material is None or self.plate.material.orthotropy is None:
+            for row, value in enumerate(self.laws.poisson_ratio):
+                if not value < 0.5:
+                    raise ValueError(f"laws.poisson_ratio[{row}] = {value:g}; allowed: below 0.5")
         if not self.gain.value > 0.0:
             raise ValueError(f"gain.value {self.gain.value:g} must be above 0")
         self.experiment()

@@ -15,9 +15,11 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="accelerometer_mass",
         summary="accelerometers that were declared without a mass load the plate",
-        parameters=(Parameter("mass", "kg", 0.0, 0.05, 0.002),),
+        parameters=(Parameter("mass", "kg", 0.0, 0.05, 0.002, shown="g"),),
         needs="modes that move the sensors and others that do not",
         separated_by="weigh the sensor with its wax; a declared mass has a tolerance and needs no effect",
+        title="mass of the accelerometers",
+        phrase="an added mass of {mass} at each accelerometer",
     )
 
 

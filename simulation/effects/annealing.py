@@ -15,14 +15,16 @@ def card(experiment: Experiment) -> EffectCard:
         name="annealing",
         summary="the plate is stiffer or lossier on the way down than on the way up",
         parameters=(
-            Parameter("stiffening", "1", -0.2, 0.5, 0.03),
-            Parameter("loss", "1", -0.8, 1.0, 0.1),
+            Parameter("stiffening", "1", -0.2, 0.5, 0.03, shown="%"),
+            Parameter("loss", "1", -0.8, 1.0, 0.1, shown="%"),
         ),
         needs="an up and a down ramp over the same temperatures",
         separated_by=(
             "repeat the ramp: annealing does not come again; a thermal_lag goes with the slope of E(T) and "
             "the ramp's rate"
         ),
+        title="plate that anneals",
+        phrase="a plate that is stiffer by {stiffening} and lossier by {loss} on the way down",
     )
 
 

@@ -15,11 +15,13 @@ def card(experiment: Experiment) -> EffectCard:
         name="cable_stiffness",
         summary="the cable holds the plate by a spring and a dashpot where it is fixed",
         parameters=(
-            Parameter("stiffness", "N/m", 0.0, 5000.0, 300.0),
+            Parameter("stiffness", "N/m", 0.0, 5000.0, 300.0, shown="N/mm"),
             Parameter("damping", "N s/m", 0.0, 10.0, 0.3),
         ),
         needs="modes at the lower end of the band that move the cable point",
         separated_by="a longer loop of cable; a point_mass lowers high modes, a spring raises low ones",
+        title="stiffness of the cable",
+        phrase="a cable that holds the plate with {stiffness} and brakes it with {damping}",
     )
 
 

@@ -16,12 +16,14 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="crosstalk",
         summary="the drive couples into every response in quadrature, in proportion to frequency",
-        parameters=(Parameter("gain", "V/V", -0.05, 0.05, 0.001),),
+        parameters=(Parameter("gain", "V/V", -0.05, 0.05, 0.001, shown="%"),),
         needs="responses between resonances over at least an octave",
         separated_by=(
             "a free patch on the same cables in place of the sensor; a feedthrough is in phase and alike at "
             "all frequencies"
         ),
+        title="crosstalk in quadrature",
+        phrase="a crosstalk of {gain} of the drive",
     )
 
 

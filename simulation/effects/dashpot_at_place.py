@@ -22,6 +22,8 @@ def card(experiment: Experiment) -> EffectCard:
         needs="modes whose loss factors differ, and that move the place, better with several sensors",
         separated_by="look there; hold a finger there and see whether the same modes lose more",
         sites=tuple({"x": float(x), "y": float(y)} for x, y in places),
+        title="undeclared friction at a place",
+        phrase="a friction of {damping} at x {x}, y {y}",
     )
 
 

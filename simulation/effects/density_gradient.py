@@ -14,11 +14,16 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="density_gradient",
         summary="the plate is heavier at one side than at the other, but not stiffer",
-        parameters=(Parameter("mx", "1", -0.09, 0.09, 0.02), Parameter("my", "1", -0.09, 0.09, 0.02)),
+        parameters=(
+            Parameter("mx", "1", -0.09, 0.09, 0.02, shown="%"),
+            Parameter("my", "1", -0.09, 0.09, 0.02, shown="%"),
+        ),
         needs="modes of several half-waves along both axes",
         separated_by=(
             "weigh the plate on two edges, or strips cut from both sides; a thickness_taper is stiffer, too"
         ),
+        title="plate heavier at one side",
+        phrase="a density that changes by {mx} along x and {my} along y",
     )
 
 

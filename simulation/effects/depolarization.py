@@ -16,11 +16,13 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="depolarization",
         summary="all responses are weaker on the way down than on the way up",
-        parameters=(Parameter("lost", "1", 0.0, 0.5, 0.03),),
+        parameters=(Parameter("lost", "1", 0.0, 0.5, 0.03, shown="%"),),
         needs="an up and a down ramp over the same temperatures, recorded with one gain",
         separated_by=(
             "sweeps at room temperature before and after; an annealing of the plate moves resonances, too"
         ),
+        title="patches that have lost polarization",
+        phrase="responses that are weaker by {lost} on the way down",
     )
 
 

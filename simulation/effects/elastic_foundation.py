@@ -18,9 +18,11 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="elastic_foundation",
         summary="foam or enclosed air behind the plate acts as a spring all over it",
-        parameters=(Parameter("stiffness", "N/m3", 0.0, 25.0 * usual, usual),),
+        parameters=(Parameter("stiffness", "N/m3", 0.0, 25.0 * usual, usual, shown="N/cm³"),),
         needs="modes at the lower end of the band and others an octave higher",
         separated_by=("a sweep without foam, or with twice the distance to the wall: the stiffness of air halves"),
+        title="spring behind the plate",
+        phrase="a spring of {stiffness} all over the plate",
     )
 
 

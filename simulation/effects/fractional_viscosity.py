@@ -19,7 +19,7 @@ def card(experiment: Experiment) -> EffectCard:
         name="fractional_viscosity",
         summary="a share of the loss is that of a fractional dashpot, whose stiffness rises with frequency",
         parameters=(
-            Parameter("share", "1", 0.0, 1.0, 0.3),
+            Parameter("share", "1", 0.0, 1.0, 0.3, shown="%"),
             Parameter("order", "1", 0.1, 1.0, 0.3, shape=True, typical=0.5),
         ),
         needs=("modes over at least two octaves, better with a loss factor that changes over temperature"),
@@ -27,6 +27,8 @@ def card(experiment: Experiment) -> EffectCard:
             "a dynamic mechanical analysis of a strip; with an order towards 0 it is the viscoelastic_dispersion"
         ),
         sites=({"order": 0.25}, {"order": 0.5}, {"order": 0.8}),
+        title="loss of a fractional dashpot",
+        phrase="a share of {share} of the loss by a fractional dashpot of order {order}",
     )
 
 

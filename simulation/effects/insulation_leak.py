@@ -20,8 +20,8 @@ def card(experiment: Experiment) -> EffectCard:
         name="insulation_leak",
         summary="insulation beside the inputs leaks, more the warmer it is",
         parameters=(
-            Parameter("leak25", "1", 0.0, 2.0, 0.05),
-            Parameter("growth", "1/K", 0.01, 0.1, 0.03, shape=True, typical=0.05),
+            Parameter("leak25", "1", 0.0, 2.0, 0.05, shown="%"),
+            Parameter("growth", "1/K", 0.01, 0.1, 0.03, shape=True, typical=0.05, shown="%/K"),
         ),
         needs=("patches read as voltages, responses near the lower end of the band, a wide temperature range"),
         separated_by=(
@@ -29,6 +29,8 @@ def card(experiment: Experiment) -> EffectCard:
             "all temperatures"
         ),
         sites=({"growth": 0.03}, {"growth": 0.07}),
+        title="leaking insulation",
+        phrase="an insulation that leaks {leak25} of what the input does at 25 °C, growing by {growth}",
     )
 
 

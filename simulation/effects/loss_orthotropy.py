@@ -15,11 +15,13 @@ def card(experiment: Experiment) -> EffectCard:
         name="loss_orthotropy",
         summary="the loss factor differs along x, along y and in shear",
         parameters=(
-            Parameter("delta_eta", "1", -0.9, 0.9, 0.15),
-            Parameter("delta_shear", "1", -0.9, 3.0, 0.15),
+            Parameter("delta_eta", "1", -0.9, 0.9, 0.15, shown="%"),
+            Parameter("delta_shear", "1", -0.9, 3.0, 0.15, shown="%"),
         ),
         needs="modes along x, along y and in torsion within the band",
         separated_by="strips cut along x and y, their decay measured; a poisson_loss is alike along x and y",
+        title="loss that differs by direction",
+        phrase="a loss factor that differs by {delta_eta} along x and y, and by {delta_shear} in shear",
     )
 
 

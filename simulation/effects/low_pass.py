@@ -16,11 +16,13 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="low_pass",
         summary="a first-order low pass weakens and delays the responses at high frequencies",
-        parameters=(Parameter("time_constant", "s", 0.0, 1e-3, 3e-5),),
+        parameters=(Parameter("time_constant", "s", 0.0, 1e-3, 3e-5, shown="µs"),),
         needs="responses at the upper end of the band",
         separated_by=(
             "the drive voltage measured at the patch itself; a channel_skew delays alike but does not weaken"
         ),
+        title="low pass of the electronics",
+        phrase="a low pass with a time constant of {time_constant}",
     )
 
 

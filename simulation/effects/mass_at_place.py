@@ -18,10 +18,12 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="mass_at_place",
         summary="an undeclared mass sits somewhere on the plate",
-        parameters=(Parameter("mass", "kg", 0.0, 0.05, 0.001), *coordinates(experiment)),
+        parameters=(Parameter("mass", "kg", 0.0, 0.05, 0.001, shown="g"), *coordinates(experiment)),
         needs="modes that move the place and others that do not, better with several sensors",
         separated_by=("look there, and weigh what is found; a local_damage lowers other modes at the same place"),
         sites=tuple({"x": float(x), "y": float(y)} for x, y in places),
+        title="undeclared mass",
+        phrase="an added mass of {mass} at x {x}, y {y}",
     )
 
 

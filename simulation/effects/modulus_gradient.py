@@ -14,7 +14,10 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="modulus_gradient",
         summary="the material is stiffer at one side than at the other, alike at all temperatures",
-        parameters=(Parameter("ex", "1", -0.15, 0.15, 0.03), Parameter("ey", "1", -0.15, 0.15, 0.03)),
+        parameters=(
+            Parameter("ex", "1", -0.15, 0.15, 0.03, shown="%"),
+            Parameter("ey", "1", -0.15, 0.15, 0.03, shown="%"),
+        ),
         needs=(
             "modes of several half-waves along both axes; a wide temperature range tells it from a "
             "draught_gradient"
@@ -23,6 +26,8 @@ def card(experiment: Experiment) -> EffectCard:
             "strips cut from both sides; thermocouples rule out a draught_gradient, a thickness gauge a "
             "thickness_taper"
         ),
+        title="material stiffer at one side",
+        phrase="a modulus that changes by {ex} along x and {ey} along y",
     )
 
 

@@ -16,9 +16,11 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="mounting_resonance",
         summary="accelerometers on a soft mount read too much at high frequencies",
-        parameters=(Parameter("softness", "1", 0.0, 0.5, 0.05),),
+        parameters=(Parameter("softness", "1", 0.0, 0.5, 0.05, shown="%"),),
         needs="accelerations over at least two octaves",
         separated_by="the same sweep with the accelerometer glued or screwed on",
+        title="soft mount of the accelerometers",
+        phrase="a mount of the accelerometers whose softness is {softness}",
     )
 
 

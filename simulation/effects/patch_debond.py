@@ -18,7 +18,7 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="patch_debond",
         summary="a part of a patch has come off the plate",
-        parameters=tuple(Parameter(name, "1", 0.0, 0.4, 0.1) for name in names),
+        parameters=tuple(Parameter(name, "1", 0.0, 0.4, 0.1, shown="%") for name in names),
         needs=(
             "modes that the patches stiffen, better with several sensors: with one, gain and d31 absorb the "
             "lost coupling"
@@ -27,6 +27,8 @@ def card(experiment: Experiment) -> EffectCard:
             "tap the patch, or its electrical impedance; a bond_shear_lag is alike for all patches and goes "
             "with temperature"
         ),
+        title="patch that has partly come off",
+        phrase="patches that have come off: " + ", ".join(f"{name} by {{{name}}}" for name in names),
     )
 
 

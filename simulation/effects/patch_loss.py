@@ -14,11 +14,13 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="patch_loss",
         summary="ceramic and glue of the patches have a loss factor of their own",
-        parameters=(Parameter("eta", "1", 0.0, 0.5, 0.05),),
+        parameters=(Parameter("eta", "1", 0.0, 0.5, 0.05, shown="%"),),
         needs="modes that strain the patches and others that do not",
         separated_by=(
             "the decay of a beam with a patch and without; the patches' electrical impedance at resonance"
         ),
+        title="loss of the patches",
+        phrase="a loss factor of {eta} of the patches and their glue",
     )
 
 

@@ -17,11 +17,13 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="permittivity_drift",
         summary="the capacitance of the patches grows with temperature",
-        parameters=(Parameter("beta", "1/K", -0.01, 0.01, 0.004),),
+        parameters=(Parameter("beta", "1/K", -0.01, 0.01, 0.004, shown="%/K"),),
         needs=("patches read as voltages over a wide temperature range with one gain, down to some 100 Hz"),
         separated_by=(
             "the patches' capacitance over temperature by an LCR meter; a piezo_drift leaves their phase alone"
         ),
+        title="capacitance that drifts with temperature",
+        phrase="a capacitance of the patches that changes by {beta}",
     )
 
 

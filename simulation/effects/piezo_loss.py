@@ -14,11 +14,13 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="piezo_loss",
         summary="all responses lag by the same angle at every frequency",
-        parameters=(Parameter("angle", "rad", 0.0, 0.2, 0.02),),
+        parameters=(Parameter("angle", "rad", 0.0, 0.2, 0.02, shown="mrad"),),
         needs="the phase of the responses over a wide band",
         separated_by=(
             "the loss tangent of a free patch by an LCR meter; a delay grows with frequency, an angle does not"
         ),
+        title="loss of the patches' coupling",
+        phrase="responses that lag by {angle} at every frequency",
     )
 
 

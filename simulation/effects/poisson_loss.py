@@ -14,9 +14,11 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="poisson_loss",
         summary="changes of shape are lossier than changes of volume, so twisting is lossier than bending",
-        parameters=(Parameter("kappa", "1", 0.0, 1.5, 0.5),),
+        parameters=(Parameter("kappa", "1", 0.0, 1.5, 0.5, shown="%"),),
         needs="modes in torsion and in bending along both axes within the band",
         separated_by="the decay of a rod in torsion and in bending; a loss_orthotropy differs along x and y",
+        title="loss in shape rather than in volume",
+        phrase="a share of {kappa} of the loss in changes of shape alone",
     )
 
 

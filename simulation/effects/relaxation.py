@@ -19,12 +19,14 @@ def card(experiment: Experiment) -> EffectCard:
         name="relaxation",
         summary="one relaxation within the band: stiffer above its frequency, lossier at it",
         parameters=(
-            Parameter("strength", "1", 0.0, 0.5, 0.03),
+            Parameter("strength", "1", 0.0, 0.5, 0.03, shown="%"),
             Parameter("frequency", "Hz", 0.25 * low, 4.0 * high, 2.0 * middle, shape=True, typical=middle),
         ),
         needs="modes over at least two octaves around the relaxation",
         separated_by="a dynamic mechanical analysis of a strip: a peak of the loss factor over frequency",
         sites=tuple({"frequency": float(f)} for f in np.geomspace(0.5 * low, 2.0 * high, 5)),
+        title="relaxation within the band",
+        phrase="a relaxation of strength {strength} at {frequency}",
     )
 
 

@@ -24,10 +24,10 @@ def card(experiment: Experiment) -> EffectCard:
         name="resonator_at_place",
         summary="an undeclared mass on a spring resonates somewhere on the plate",
         parameters=(
-            Parameter("mass", "kg", 0.0, 0.02, 0.0005),
+            Parameter("mass", "kg", 0.0, 0.02, 0.0005, shown="g"),
             *coordinates(experiment),
             Parameter("resonance", "Hz", 0.7 * low, 1.4 * high, 0.5 * (high - low), shape=True, typical=middle),
-            Parameter("loss", "1", 0.005, 1.0, 0.1, shape=True, typical=LOSS),
+            Parameter("loss", "1", 0.005, 1.0, 0.1, shape=True, typical=LOSS, shown="%"),
         ),
         needs="lines much closer than the resonance is wide, and modes on both sides of it",
         separated_by="look there; touch what is found: its resonance dies, a mode of the plate hardly changes",
@@ -36,6 +36,8 @@ def card(experiment: Experiment) -> EffectCard:
             for x, y in places
             for f in np.geomspace(low, high, RESONANCES)
         ),
+        title="undeclared resonator",
+        phrase="a mass of {mass} on a spring (resonance {resonance}, loss factor {loss}) at x {x}, y {y}",
     )
 
 

@@ -16,10 +16,12 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="spring_at_place",
         summary="something undeclared holds the plate somewhere by a spring",
-        parameters=(Parameter("stiffness", "N/m", 0.0, 5e4, 500.0), *coordinates(experiment)),
+        parameters=(Parameter("stiffness", "N/m", 0.0, 5e4, 500.0, shown="N/mm"), *coordinates(experiment)),
         needs="modes at the lower end of the band that move the place, better with several sensors",
         separated_by="look there; a spring raises low modes most, a mass lowers high ones most",
         sites=tuple({"x": float(x), "y": float(y)} for x, y in places),
+        title="undeclared spring",
+        phrase="a spring of {stiffness} at x {x}, y {y}",
     )
 
 

@@ -14,9 +14,11 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="string_mass",
         summary="tape, hooks or knots add their mass where the strings hold the plate",
-        parameters=(Parameter("mass", "kg", 0.0, 0.01, 0.0005),),
+        parameters=(Parameter("mass", "kg", 0.0, 0.01, 0.0005, shown="g"),),
         needs="modes that move the string points and others that do not",
         separated_by="weigh them; a suspension raises low modes, a mass lowers high ones",
+        title="mass at the strings",
+        phrase="an added mass of {mass} at each string",
     )
 
 

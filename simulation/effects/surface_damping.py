@@ -18,12 +18,14 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="surface_damping",
         summary="friction in foam or cloth all over the plate brakes its velocity",
-        parameters=(Parameter("resistance", "N s/m3", 0.0, 50.0 * usual, usual),),
+        parameters=(Parameter("resistance", "N s/m3", 0.0, 50.0 * usual, usual, shown="N s/m³"),),
         needs=("modes over at least two octaves, better with a loss factor that changes over temperature"),
         separated_by=(
             "a sweep without what touches the plate; an exponential window of a hammer test acts alike, a "
             "damping_dispersion with p = -1 nearly so"
         ),
+        title="friction on the faces",
+        phrase="a friction of {resistance} all over the plate",
     )
 
 

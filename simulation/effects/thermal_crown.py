@@ -16,11 +16,16 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="thermal_crown",
         summary="the middle of the plate is hotter than its edges, in proportion to the heating",
-        parameters=(Parameter("gx", "K", -4.0, 4.0, 1.0), Parameter("gy", "K", -4.0, 4.0, 1.0)),
+        parameters=(
+            Parameter("gx", "K", -4.0, 4.0, 1.0, shown="K"),
+            Parameter("gy", "K", -4.0, 4.0, 1.0, shown="K"),
+        ),
         needs=("temperatures near the room's and far from it, modes of several half-waves along both axes"),
         separated_by=(
             "thermocouples in the middle and at the edges; a thickness_crown is there at room temperature, too"
         ),
+        title="middle hotter than the edges",
+        phrase="a middle that is hotter than the edges by {gx} along x and {gy} along y",
     )
 
 

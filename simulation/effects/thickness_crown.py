@@ -14,9 +14,14 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="thickness_crown",
         summary="the plate is thicker or thinner in the middle than at its edges",
-        parameters=(Parameter("cx", "1", -0.02, 0.02, 0.005), Parameter("cy", "1", -0.02, 0.02, 0.005)),
+        parameters=(
+            Parameter("cx", "1", -0.02, 0.02, 0.005, shown="%"),
+            Parameter("cy", "1", -0.02, 0.02, 0.005, shown="%"),
+        ),
         needs="modes of several half-waves along both axes",
         separated_by="a thickness gauge in the middle and at the edges; a thermal_crown goes with the heating",
+        title="thickness that differs between middle and edges",
+        phrase="a thickness in the middle that differs by {cx} along x and {cy} along y",
     )
 
 

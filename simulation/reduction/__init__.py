@@ -36,6 +36,7 @@ The same plate with physical effects on it:
 ``patch_projection``       energies of the patches on given vectors
 ``effect_projection``      field-weighted energies of the plate on given vectors
 ``missing_responses``      additional vectors for the responses in other states
+``places``                 forces anywhere on the plate, and its compliance there
 ``effect_operators``       the reduced matrices from which any state is composed
 ``composition``            matrices of one state, summed from these
 ``effect_reduction``       the whole reduction to the operators of a plate

@@ -10,6 +10,7 @@
 ``state_matrices``     sparse matrices of any state, without reduction
 ``sensor_offset``      change of the matrices by an offset of the first sensor
 ``patch_departures``   change of the matrices where a patch is not as declared
+``attached``           masses, springs and dashpots at any place
 ``damaged_spots``      change of the matrices by discs of reduced stiffness
 =====================  ================================================================
 """

@@ -223,7 +223,7 @@ def test_losses_by_direction_are_those_of_another_orthotropy(twin):
     cross = cross + np.tensordot(Coefficients.of(along, ops).membrane[2], ops.membrane[2], 1)
     mended = other + (1.0 / np.sqrt(0.99) - 1.0) * cross  # Q12 keeps the mean of both losses, not their root
     shear = np.tensordot(
-        Coefficients.of(along, ops).shear, ops.shear, 1
+        Coefficients.of(along, ops).shear, ops.shear, 2
     )  # transverse shear loses as much in shear
     np.testing.assert_allclose(lossy.plate_loss, 0.06 * (mended + 0.2 * shear), atol=1e-9 * np.abs(other).max())
     np.testing.assert_array_equal(lossy.plate, plain.plate)
