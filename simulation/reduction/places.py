@@ -55,13 +55,39 @@ def deflections(full: FullPlate, at: Real) -> csr_matrix:
 
 
 def patterns(full: FullPlate, box: MaterialBox, band: tuple[float, float]) -> Real:
-    """Random patterns of forces over the whole plate, (n, `PATTERNS`), the same in every run."""
+    """Draw random patterns of forces over the whole plate, the same in every run.
+
+    Parameters
+    ----------
+    full : FullPlate
+    box : MaterialBox
+        Its softest material gives the spacing of the forces.
+    band : (float, float)
+        Hz.
+
+    Returns
+    -------
+    (n, PATTERNS) ndarray
+    """
     rows = deflections(full, places(full.shell.plate, SHARE * shortest_wave(full.shell.plate, box, band)))
     return np.asarray(rows.T @ np.random.default_rng(0).standard_normal((rows.shape[0], PATTERNS)))
 
 
 def attachable(full: FullPlate, vectors: Real, box: MaterialBox, band: tuple[float, float]) -> dict[str, Any]:
-    """Entries of `EffectOperators` whose names begin with ``place``."""
+    """Compute the entries of `EffectOperators` whose names begin with ``place``.
+
+    Parameters
+    ----------
+    full : FullPlate
+    vectors : (n, r) ndarray
+    box : MaterialBox
+    band : (float, float)
+        Hz.
+
+    Returns
+    -------
+    dict
+    """
     spacing = SHARE * shortest_wave(full.shell.plate, box, band)
     at = places(full.shell.plate, spacing)
     few, apart = at, spacing

@@ -168,8 +168,18 @@ class ShellPlate:
     def patch_stiffness(self, thickness: Real, bond: float = 1.0, share: Real | float = 1.0) -> Rigidity:
         """Return the rigidity of all patches on a plate of this thickness, per cell or per point.
 
-        `bond` multiplies the membrane stiffness that acts at the patches' mid-height, `share`, a number or one for
-        each patch, all stiffness.
+        Parameters
+        ----------
+        thickness : ndarray
+            Of the plate, m.
+        bond : float
+            Factor on the membrane stiffness that acts at the patches' mid-height.
+        share : float or (P,) ndarray
+            Factor on all stiffness, of each patch.
+
+        Returns
+        -------
+        Rigidity
         """
         a = [[np.zeros_like(thickness) for _ in range(3)] for _ in range(3)]
         b = [[np.zeros_like(thickness) for _ in range(3)] for _ in range(3)]

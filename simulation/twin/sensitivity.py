@@ -175,8 +175,11 @@ def point_changes(
 
     Parameters
     ----------
-    solved, state, stepped
-        As in `impedance_change`.
+    solved : LocalSolution
+    state : PlateState
+        Whose solution it is.
+    stepped : PlateState
+        The state with the parameter's imaginary step.
 
     Returns
     -------

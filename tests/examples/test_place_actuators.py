@@ -70,7 +70,7 @@ def test_a_search_from_the_panels_patches_ends_higher_and_off_the_zones(script, 
     [
         (("--temperature", 40), "--temperature needs --laws"),
         (("--patches", 0), "--patches 0: at least 1"),
-        (("--laws", "nowhere"), "nowhere/laws.h5"),
+        (("--laws", "nowhere"), "nowhere: does not exist; make it with: flexura update"),
         (("--refine", "--keep-out", 0.0, 0.0, 0.24, 0.19), "its own patches, where --refine begins, are too near"),
     ],
 )

@@ -49,7 +49,7 @@ def test_every_state_against_the_full_plate(experiment, reduced):
     for size in (1.0, -1.0):
         small = extreme_states(basis.xi, basis.zeta, laws, 0.0, size)
         for few, exact in zip(small, extreme_states(*full.sampling, laws, 0.0, size), strict=True):
-            assert state_error(full, ops, few, exact, int(rng.integers(GRID)), acting) < 2e-4
+            assert state_error(full, ops, few, exact, int(rng.integers(GRID)), acting) < 3e-4
     assert 0.0 < ops.error < 1e-3
 
 
