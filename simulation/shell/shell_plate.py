@@ -170,7 +170,7 @@ class ShellPlate:
 
         Parameters
         ----------
-        thickness : ndarray
+        thickness : (C,) or (C, Q) ndarray
             Of the plate, m.
         bond : float
             Factor on the membrane stiffness that acts at the patches' mid-height.
