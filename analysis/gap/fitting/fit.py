@@ -48,6 +48,12 @@ class _Trial:
     prior: float
     declared: float
 
+    def under(self, free: FreeParameters) -> "_Trial":
+        """Return the same point, linearised once, with its priors weighed anew."""
+        prior, declared = free.penalties(free.read(self.state.on))
+        data = self.objective - self.prior - self.declared
+        return replace(self, objective=data + prior + declared, prior=prior, declared=declared)
+
 
 def fit_gap(
     model: TwinModel,
@@ -105,11 +111,12 @@ def fit_gap(
     if free.tolerances and best.objective > ROUGH * sweeps.numbers:
         switches = gain_free, laws_free, ROUGHLY_SETTLED, most_steps, enough
         best, _, passes = _descend(model, sweeps, best, held, executor, *switches)
-    for _ in range(ROUNDS if free.tolerances else 1):
+    for turn in range(ROUNDS if free.tolerances else 1):
         if free.tolerances:
             left = _left(sweeps, best)
             free = replace(free, trusted=sweeps.overstated * left)
-            best = _evaluate(model, sweeps, best.state, free, executor)
+            # only the first point was linearised without the declared quantities' tangents
+            best = best.under(free) if turn else _evaluate(model, sweeps, best.state, free, executor)
         switches = gain_free, laws_free, target, most_steps, enough
         best, done, more = _descend(model, sweeps, best, free, executor, *switches)
         passes += more
