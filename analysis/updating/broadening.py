@@ -29,11 +29,31 @@ def broadened(data: SweepData, loss_factor: float) -> SweepData:
     f = data.frequency
     count = int(np.ceil(np.log(f[-1] / f[0]) * PER_WIDTH / loss_factor)) + 1
     centers = np.geomspace(f[0], f[-1], min(count, f.size))
-    half = 0.5 * loss_factor * centers[:, None]
-    kernel = half / ((f[None, :] - centers[:, None]) ** 2 + half**2) * np.gradient(f)
-    kernel /= kernel.sum(axis=1, keepdims=True)
+    kernel = cauchy_kernel(f, centers, loss_factor)
     variance = (1.0 / data.weight) @ (kernel**2).T
     return replace(data, frequency=centers, h=data.h @ kernel.T, weight=1.0 / variance)
+
+
+def cauchy_kernel(frequency: Real, centers: Real, loss_factor: float) -> Real:
+    """Weights of the lines in responses with a loss factor larger by `loss_factor`.
+
+    Parameters
+    ----------
+    frequency : (F,) ndarray
+        Lines, Hz.
+    centers : (C,) ndarray
+        Where the responses are wanted, Hz.
+    loss_factor : float
+
+    Returns
+    -------
+    (C, F) ndarray
+        Of sum 1 over the lines.
+    """
+    half = 0.5 * loss_factor * centers[:, None]
+    kernel = half / ((frequency[None, :] - centers[:, None]) ** 2 + half**2) * np.gradient(frequency)
+    kernel /= kernel.sum(axis=1, keepdims=True)
+    return np.asarray(kernel)
 
 
 def narrowed(model: TwinModel, data: SweepData, moduli: Real) -> list[Real]:

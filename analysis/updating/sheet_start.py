@@ -20,6 +20,7 @@ from analysis.local_laws import LocalLaws
 from analysis.progress import Progress
 from analysis.sheet_material import ACROSS, LOSS, MODULI, RATIOS, TRANSVERSE
 from analysis.twin_model import TwinModel
+from analysis.updating.broadening import cauchy_kernel
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.update import middle_sweep, stride
 
@@ -137,9 +138,7 @@ class _Problem:
         f = self.data.frequency
         count = int(np.ceil(np.log(f[-1] / f[0]) / (SPACING * loss_factor))) + 1
         centers = np.geomspace(f[0], f[-1], min(count, f.size))
-        half = 0.5 * loss_factor * centers[:, None]
-        kernel = half / ((f[None, :] - centers[:, None]) ** 2 + half**2) * np.gradient(f)
-        kernel /= kernel.sum(axis=1, keepdims=True)
+        kernel = cauchy_kernel(f, centers, loss_factor)
         return replace(self, kernel=kernel, wanted=_unit(self.data.h @ kernel.T))
 
     def starts(self) -> list[Real]:
