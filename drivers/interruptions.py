@@ -7,10 +7,23 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
-ENDING = tuple(
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)
+NAMED = (
+    *("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK", "SIGQUIT", "SIGUSR1", "SIGUSR2", "SIGALRM", "SIGVTALRM"),
+    *("SIGPROF", "SIGXCPU", "SIGIO", "SIGPWR", "SIGSTKFLT"),
 )
-"""Ctrl-C, a request to end, a lost terminal (POSIX) and Ctrl-Break (Windows), where the system has them."""
+ENDING: tuple[int, ...] = tuple(int(getattr(signal, name)) for name in NAMED if hasattr(signal, name)) + (
+    tuple(range(signal.SIGRTMIN, signal.SIGRTMAX + 1)) if hasattr(signal, "SIGRTMIN") else ()
+)
+"""Ctrl-C, a request to end, a lost terminal, Ctrl-Break (Windows), SIGQUIT, a limit of processor time, and every
+other signal that ends a program unless it is handled; not those of a crash: then nothing can be relied on."""
+
+
+def signal_name(number: int) -> str:
+    """Return a signal's name; the real-time signals have none but their numbers."""
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
 
 
 @contextmanager

@@ -4,8 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from analysis.declared import Declared
-from analysis.experiment import Temperature
+from analysis.declared import Declared, Temperature
 
 
 class Limits(Declared):

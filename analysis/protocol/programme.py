@@ -4,8 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.declared import Declared
-from analysis.experiment import Temperature
+from analysis.declared import Declared, Temperature
 
 Direction = Literal["up", "down"]
 Rate = Annotated[float, Field(gt=0.0, le=60.0, description="K/min, magnitude")]

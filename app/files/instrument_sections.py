@@ -5,8 +5,7 @@ from typing import Any, TypeVar
 
 from pydantic import create_model
 
-from analysis.declared import Declared
-from analysis.experiment import Temperature
+from analysis.declared import Declared, Temperature
 from drivers.kinds import KindError, Kinds
 from drivers.ni.cards import CARDS, CardsSettings
 from drivers.ovens.settings import OVENS, OvenSettings

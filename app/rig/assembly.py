@@ -1,16 +1,23 @@
 """The rig of an experiment: real cards and oven, or simulated ones."""
 
 import dataclasses
-from collections.abc import Iterator
+import logging
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 
 from analysis.progress import Progress
+from analysis.protocol.limits import Limits
 from app.files.experiment_toml import AcquiredExperiment, RigKind
 from drivers.clock import SystemClock
 from drivers.rig.occupancy import instrument_places
-from drivers.rig.rig import Rig
+from drivers.rig.rig import Aftercare, Rig
+from drivers.watchdog.remote_oven import RemoteOven
+from drivers.watchdog.rest_watch import RestRule, rest_temperature
+from drivers.watchdog.settings import WatchdogSettings
+
+log = logging.getLogger(__name__)
 
 
 @contextmanager
@@ -95,4 +102,30 @@ def _real_rig(experiment: AcquiredExperiment) -> Rig:
         clock=clock,
         date=lambda: datetime.now(UTC),
         open_thermometer=None if thermometer is None else lambda: thermometer.open(clock),
+        rest_rule=_rest_rule(experiment),
+        tell=lambda message: log.warning("%s", message),
+        supervise=lambda limits, asked, aftercare: _watchdog(experiment, clock, limits, asked, aftercare),
     )
+
+
+def _rest_rule(experiment: AcquiredExperiment) -> RestRule:
+    return RestRule(rest_temperature(experiment.oven, experiment.oven.room_temperature))
+
+
+def _watchdog(
+    experiment: AcquiredExperiment,
+    clock: SystemClock,
+    limits: Limits,
+    asked_to_end: Callable[[], None],
+    aftercare: Aftercare,
+) -> RemoteOven:
+    """Open the oven in the watchdog's process."""
+    oven = experiment.oven.model_dump(mode="json", exclude={"room_temperature"})
+    settings = WatchdogSettings(
+        oven=oven,
+        limits=limits,
+        cards=experiment.cards.model_dump(mode="json"),
+        rest=_rest_rule(experiment),
+        log=None if aftercare.log is None else str(aftercare.log),
+    )
+    return RemoteOven(settings, lambda: experiment.oven.open(clock), asked_to_end, aftercare.locks)

@@ -1,6 +1,6 @@
 """The controllers of four makers as kinds of oven: their settings, their drivers, their simulated counterparts."""
 
-from typing import Annotated, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -16,13 +16,11 @@ from drivers.ovens.line_settings import LineSettings
 from drivers.ovens.modbus import ModbusUnit
 from drivers.ovens.oven import Oven
 from drivers.ovens.settings import OvenSettings
-from drivers.ovens.simulated.controller import Controller
-from drivers.ovens.simulated.espec import SimulatedEspec
-from drivers.ovens.simulated.eurotherm import SimulatedEurotherm
-from drivers.ovens.simulated.f4t import SimulatedF4T
-from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.ovens.simulated.votsch import SimulatedVotsch
 from drivers.ovens.votsch import Votsch
+
+if TYPE_CHECKING:  # simulated ovens need numpy, which the watchdog's process does without
+    from drivers.ovens.simulated.controller import Controller
+    from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
 
 class ControllerSettings(LineSettings, OvenSettings):
@@ -117,8 +115,10 @@ class EurothermSettings(ProgrammedSettings):
             program = EurothermProgram(unit, self.program, self.rest_after, self.decimals)
         return Eurotherm(unit, self.limits(), self._registers, self.decimals, program)
 
-    def simulated(self, body: RegulatedOven, clock: Clock) -> Controller:
+    def simulated(self, body: "RegulatedOven", clock: Clock) -> "Controller":
         """Return its simulated counterpart."""
+        from drivers.ovens.simulated.eurotherm import SimulatedEurotherm
+
         return SimulatedEurotherm(body, self._registers, self.address, self.decimals)
 
 
@@ -137,8 +137,10 @@ class VotschSettings(ControllerSettings):
         """Return the driver."""
         return Votsch(line, self.address, self.limits())
 
-    def simulated(self, body: RegulatedOven, clock: Clock) -> Controller:
+    def simulated(self, body: "RegulatedOven", clock: Clock) -> "Controller":
         """Return its simulated counterpart."""
+        from drivers.ovens.simulated.votsch import SimulatedVotsch
+
         return SimulatedVotsch(body, self.address)
 
 
@@ -151,8 +153,10 @@ class EspecSettings(ExpiringSettings):
         """Return the driver."""
         return Espec(line, self.limits(), self.rest_after)
 
-    def simulated(self, body: RegulatedOven, clock: Clock) -> Controller:
+    def simulated(self, body: "RegulatedOven", clock: Clock) -> "Controller":
         """Return its simulated counterpart."""
+        from drivers.ovens.simulated.espec import SimulatedEspec
+
         return SimulatedEspec(body, clock)
 
 
@@ -168,6 +172,8 @@ class WatlowSettings(ProgrammedSettings):
             profile = F4TProfile(unit, self.program, self.rest_after)
         return F4T(unit, self.limits(), profile)
 
-    def simulated(self, body: RegulatedOven, clock: Clock) -> Controller:
+    def simulated(self, body: "RegulatedOven", clock: Clock) -> "Controller":
         """Return its simulated counterpart."""
+        from drivers.ovens.simulated.f4t import SimulatedF4T
+
         return SimulatedF4T(body, self.address)

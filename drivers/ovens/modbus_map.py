@@ -2,11 +2,11 @@
 
 from functools import partial
 from itertools import combinations
-from typing import Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
-from analysis.experiment import Temperature
+from analysis.declared import Temperature
 from drivers.clock import Clock
 from drivers.ovens.line import Transport
 from drivers.ovens.mapped_oven import COARSEST, MappedOven, require_rest
@@ -24,8 +24,10 @@ from drivers.ovens.registers import (
     require_good,
 )
 from drivers.ovens.settings import OvenSettings
-from drivers.ovens.simulated.controller import Controller
-from drivers.ovens.simulated.regulated_oven import RegulatedOven
+
+if TYPE_CHECKING:  # simulated ovens need numpy, which the watchdog's process does without
+    from drivers.ovens.simulated.controller import Controller
+    from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
 
 class ModbusMapOven(ModbusLine, OvenSettings):
@@ -93,7 +95,7 @@ class ModbusMapOven(ModbusLine, OvenSettings):
             unit.line.close()
             raise
 
-    def simulated(self, body: RegulatedOven, clock: Clock) -> Controller:
+    def simulated(self, body: "RegulatedOven", clock: Clock) -> "Controller":
         """Return a controller with these registers."""
         from drivers.ovens.simulated.modbus_map import simulated_modbus_map  # which reads this declaration
 

@@ -1,11 +1,11 @@
 """Kind ``scpi``: an oven whose queries and commands stand in the experiment's file."""
 
 from functools import partial
-from typing import Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
-from analysis.experiment import Temperature
+from analysis.declared import Temperature
 from drivers.clock import Clock
 from drivers.ovens.line import Transport
 from drivers.ovens.mapped_oven import COARSEST, MappedOven, require_rest
@@ -13,9 +13,11 @@ from drivers.ovens.oven import Oven
 from drivers.ovens.phrases import RatePhrase, RunPhrase, StatusPhrase, TemperaturePhrase, TemperatureQuery
 from drivers.ovens.points import Points, no_status
 from drivers.ovens.settings import OvenSettings
-from drivers.ovens.simulated.controller import Controller
-from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.text_protocol import TextLine, TextSetting, TextSwitch, TextValue, require_good
+
+if TYPE_CHECKING:  # simulated ovens need numpy, which the watchdog's process does without
+    from drivers.ovens.simulated.controller import Controller
+    from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
 
 class ScpiOven(TextLine, OvenSettings):
@@ -68,7 +70,7 @@ class ScpiOven(TextLine, OvenSettings):
             connection.line.close()
             raise
 
-    def simulated(self, body: RegulatedOven, clock: Clock) -> Controller:
+    def simulated(self, body: "RegulatedOven", clock: Clock) -> "Controller":
         """Return a controller that answers these queries and commands."""
         from drivers.ovens.simulated.scpi import SimulatedScpi  # which reads this declaration
 

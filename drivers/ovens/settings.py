@@ -1,18 +1,19 @@
 """The ``[oven]`` of a rig file: what every kind declares, and where the kinds are found."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from analysis.declared import Declared
-from analysis.experiment import Temperature
+from analysis.declared import Declared, Temperature
 from drivers.clock import Clock, SystemClock
 from drivers.kinds import Kinds
 from drivers.ovens.line import Transport
 from drivers.ovens.oven import Oven, OvenLimits
-from drivers.ovens.simulated.controller import Controller
-from drivers.ovens.simulated.regulated_oven import RegulatedOven
+
+if TYPE_CHECKING:  # simulated ovens need numpy, which the watchdog's process does without
+    from drivers.ovens.simulated.controller import Controller
+    from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
 
 class OvenSettings(Declared):
@@ -59,7 +60,7 @@ class OvenSettings(Declared):
         """
         raise NotImplementedError
 
-    def simulated(self, body: RegulatedOven, clock: Clock) -> Controller | None:
+    def simulated(self, body: "RegulatedOven", clock: Clock) -> "Controller | None":
         """Return a controller that answers the kind's driver around `body`; None where the kind has none."""
         return None
 

@@ -1,12 +1,14 @@
 """Requests to end the program: recorded at once, acted on where stopping is safe, with the rig brought to rest."""
 
+import os
 import signal
 import sys
 import threading
+from contextlib import suppress
 from types import FrameType, TracebackType
 from typing import Any, Self
 
-from drivers.interruptions import ENDING
+from drivers.interruptions import ENDING, signal_name
 from drivers.rig.errors import RigInterrupted
 
 if sys.platform == "win32":
@@ -15,12 +17,29 @@ if sys.platform == "win32":
 
 CONSOLE_ENDS = {2: "CTRL_CLOSE_EVENT", 5: "CTRL_LOGOFF_EVENT", 6: "CTRL_SHUTDOWN_EVENT"}
 """Console events that Windows sends before it ends the program, seconds later."""
+NOT_STOPPED = (
+    b"\nCtrl-Z: not stopped, the oven would be left without its campaign. "
+    b"Ctrl-C ends the campaign with the rig at rest; flexura view can pause it.\n"
+)
+
+
+def _refuse_to_stop(number: int, frame: FrameType | None) -> None:
+    """Say that Ctrl-Z has no effect."""
+    with suppress(OSError):
+        os.write(2, NOT_STOPPED)
+
+
+STOPS: dict[str, Any] = {"SIGTSTP": _refuse_to_stop, "SIGTTIN": signal.SIG_IGN, "SIGTTOU": signal.SIG_IGN}
+"""Signals that stop a program: Ctrl-Z, and the terminal's of a program in the background that reads or writes."""
 GRACE = 30.0
 """Delay of the answer to Windows so that the rig can come to rest, s; Windows may not wait for it."""
 
 
 class EndRequests:
-    """Context manager that records Ctrl-C, SIGTERM, a lost terminal, Ctrl-Break and a closed Windows console.
+    """Context manager that records Ctrl-C, SIGTERM and every other signal that would end the program.
+
+    Also a lost terminal, Ctrl-Break and a closed Windows console. Ctrl-Z is not obeyed: a program that is stopped
+    supervises nothing, and would have its oven switched off.
 
     Nothing is raised when a request arrives, because an exception at an arbitrary moment may hit a destructor, a
     library's callback, or the code that brings the rig to rest. It is raised by `check`, which is called wherever
@@ -46,6 +65,10 @@ class EndRequests:
         for number in ENDING:
             if signal.getsignal(number) not in (signal.SIG_IGN, None):  # None: installed outside Python
                 self._before[number] = signal.signal(number, self._note)
+        for name, handler in STOPS.items():
+            stop = getattr(signal, name, None)
+            if stop is not None and signal.getsignal(stop) not in (signal.SIG_IGN, None):
+                self._before[stop] = signal.signal(stop, handler)
         if sys.platform == "win32":
             self._console = ctypes.WINFUNCTYPE(wintypes.BOOL, wintypes.DWORD)(self._console_ends)
             ctypes.windll.kernel32.SetConsoleCtrlHandler(self._console, True)
@@ -69,7 +92,7 @@ class EndRequests:
     def _note(self, number: int, _: FrameType | None) -> None:
         if self.arrived is None:
             self.number = number
-            self.arrived = signal.Signals(number).name
+            self.arrived = signal_name(number)
 
     def _console_ends(self, event: int) -> bool:
         """Record that Windows ends the program; called in a thread of its own, for which Windows waits."""

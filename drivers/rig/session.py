@@ -15,9 +15,10 @@ from drivers.ni.errors import DaqError
 from drivers.ovens.error import OvenError
 from drivers.rig.errors import RESUME, RigStopped
 from drivers.rig.rest import bring_to_rest
-from drivers.rig.rig import Rig
-from drivers.rig.supervision import SupervisedOven
+from drivers.rig.rig import Aftercare, Rig
 from drivers.thermometers.thermometer import Thermometer
+from drivers.watchdog.remote_oven import RemoteOven
+from drivers.watchdog.supervision import SupervisedOven
 
 Log = Callable[[Mapping[str, Any]], None]
 
@@ -50,15 +51,17 @@ class Session:
     Attributes
     ----------
     rig : Rig
-    oven : SupervisedOven
+    oven : SupervisedOven or RemoteOven
     cards : Cards
     thermometer : Thermometer
         Of an open session; the thermometer only if the rig has one besides the cards.
+    aftercare : Aftercare
+        For a watchdog that outlives this process; to be set before the session is opened.
     unsafe : tuple of str or None
         What could not be verified to be at rest on exit; None before.
     """
 
-    oven: SupervisedOven
+    oven: SupervisedOven | RemoteOven
     cards: Cards
     thermometer: Thermometer
 
@@ -66,6 +69,7 @@ class Session:
         self, rig: Rig, limits: Limits, log: Log = unlogged, asked_to_end: Callable[[], None] = go_on
     ) -> None:
         self.rig = rig
+        self.aftercare = Aftercare()
         self.unsafe: tuple[str, ...] | None = None
         self._limits = limits
         self._log = log
@@ -79,8 +83,7 @@ class Session:
     def __enter__(self) -> Self:
         """Open oven and cards; if one cannot be opened, bring all to rest and raise RigStopped."""
         try:
-            self.oven = SupervisedOven(self.rig.open_oven(), self._limits, self.rig.clock, self._asked_to_end)
-            self.oven.begin()
+            self.oven = self.rig.open_supervised(self._limits, self._asked_to_end, self.aftercare)
             self.oven.temperature()  # the first reading raises for an oven in alarm, or not as declared
             self.cards = self.rig.open_cards()
             if self.rig.open_thermometer is not None:
@@ -106,9 +109,7 @@ class Session:
 
     def restore(self, events: Sequence[Mapping[str, Any]]) -> None:
         """Set a simulated rig to its last state; hours of simulated time may pass, without supervision."""
-        self.oven.end()
-        self.rig.restore(self.oven, events)
-        self.oven.begin()
+        self.oven.restored(lambda oven: self.rig.restore(oven, events))
 
     def temperatures(self) -> NDArray[np.float64]:
         """Return all readings of the plate's temperature now, degrees Celsius; empty if nothing measures it."""
@@ -141,6 +142,7 @@ class Session:
     def _leave(self, error: BaseException | None) -> None:
         with held_back():
             opened = self.__dict__
+            since = self._moment()
             if "oven" in opened:
                 self.oven.end()
             self.unsafe = bring_to_rest(self.rig, opened.get("oven"), opened.get("cards"))
@@ -148,7 +150,7 @@ class Session:
             if error is not None:
                 for message in self.unsafe:
                     error.add_note(f"NOT AT REST: {message}")
-            self._tell("the end" if error is None else f"{type(error).__name__}: {error}")
+            self._tell("the end" if error is None else f"{type(error).__name__}: {error}", since)
 
     def _close_thermometer(self) -> None:
         if "thermometer" in self.__dict__:
@@ -157,12 +159,20 @@ class Session:
             except Exception as error:  # noqa: BLE001 (harmless, and must not hide what ended the session)
                 log.debug("the thermometer could not be closed: %s", error)
 
-    def _tell(self, why: str) -> None:
+    def _moment(self) -> tuple[float, str] | None:
+        """Return the rig's time and date, under which the command that ends the session is logged."""
+        try:
+            return self.now, self.rig.date().isoformat()
+        except BaseException as error:  # noqa: BLE001 (nothing must keep the rig from its rest)
+            log.warning("the rig's clock: %s", error)
+            return None
+
+    def _tell(self, why: str, since: tuple[float, str] | None) -> None:
         """Log the rig's final state; an error here, such as a full disk, must not hide the session's own error."""
         unsafe = list(self.unsafe or ())
         try:
-            date = self.rig.date().isoformat()
-            left = {"event": "oven", "command": "safe", "time": self.now, "date": date}
+            time, date = since or (self.now, self.rig.date().isoformat())
+            left = {"event": "oven", "command": "safe", "time": time, "date": date}
             self._log({**left, "purpose": why, "unsafe": unsafe})
         except Exception as error:  # noqa: BLE001 (see above)
             log.warning("how the rig was left could not be logged: %s", error)

@@ -26,12 +26,13 @@ from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.rig import Rig
-from drivers.rig.supervision import PERIOD, QUIET
 from drivers.soundcard.card import SoundCards
 from drivers.soundcard.settings import SoundCard
 from drivers.soundcard.simulated import SimulatedSound, simulated_sound
 from drivers.thermometers.settings import ThermometerSettings
 from drivers.thermometers.thermometer import Thermometer
+from drivers.watchdog.rest_watch import RestRule, rest_temperature
+from drivers.watchdog.supervision import PERIOD, QUIET
 
 if TYPE_CHECKING:
     from drivers.ni.simulated.servicer import SimulatedDaq
@@ -66,6 +67,8 @@ class SimulatedParts:
         On the plate; None if there are only the cards' thermocouples.
     sound : SimulatedSound or None
         The sound card of a rig that has one.
+    room : float
+        Temperature around the oven, degrees Celsius.
     """
 
     clock: VirtualClock
@@ -78,11 +81,13 @@ class SimulatedParts:
     lines: list[MemoryTransport] = field(default_factory=list)
     thermometer: tuple[ThermometerSettings, Controller] | None = None
     sound: SimulatedSound | None = None
+    room: float = Chamber.room
 
     def rig(self) -> Rig:
         """Return the rig as a campaign uses it."""
         opens = None if self.thermometer is None else self._open_thermometer
-        return Rig(self._open_cards, self._open_oven, self.clock, self._date, self._restore, opens)
+        rule = RestRule(rest_temperature(self.oven, self.room))
+        return Rig(self._open_cards, self._open_oven, self.clock, self._date, self._restore, opens, rule)
 
     def _open_cards(self) -> Cards:
         if isinstance(self.wiring, SoundCard):
@@ -204,7 +209,7 @@ def simulated_parts(
     controller = oven.simulated(body, clock)
     if controller is None:
         raise ValueError(f"oven.kind {oven.kind!r} brings no simulated controller")
-    parts = SimulatedParts(clock, body, controller, server, wiring, oven, sound=sound)
+    parts = SimulatedParts(clock, body, controller, server, wiring, oven, sound=sound, room=chamber.room)
     if thermometer is None:
         return parts
     instrument = thermometer.simulated(body, clock)

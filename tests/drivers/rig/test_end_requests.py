@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from drivers.interruptions import ENDING
+from drivers.interruptions import ENDING, signal_name
 from drivers.rig.end_requests import EndRequests
 from drivers.rig.errors import RigInterrupted
 
@@ -17,9 +17,9 @@ def test_a_request_raises_nothing_until_it_is_asked_for(number: int) -> None:
         requests.check()
         signal.raise_signal(number)
         signal.raise_signal(signal.SIGINT)
-        assert (requests.arrived, requests.number) == (signal.Signals(number).name, number)
+        assert (requests.arrived, requests.number) == (signal_name(number), number)
         for _ in range(2):  # whoever has caught it once is told again
-            with pytest.raises(RigInterrupted, match=signal.Signals(number).name):
+            with pytest.raises(RigInterrupted, match=signal_name(number)):
                 requests.check()
     assert [signal.getsignal(one) for one in ENDING] == before
 
@@ -41,6 +41,18 @@ def test_what_was_ignored_at_the_start_stays_ignored() -> None:
         [sys.executable, "-c", code], preexec_fn=ignored, capture_output=True, text=True, check=True
     )
     assert done.stdout == "SIGTERM\n"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
+@pytest.mark.parametrize("name", ["SIGTSTP", "SIGTTIN", "SIGTTOU"])
+def test_ctrl_z_does_not_stop_a_campaign(name: str, capfd: pytest.CaptureFixture[str]) -> None:
+    number = getattr(signal, name)
+    before = signal.getsignal(number)
+    with EndRequests() as requests:
+        signal.raise_signal(number)  # without a handler, the test's own process would stop here
+        requests.check()
+    assert ("Ctrl-C ends the campaign" in capfd.readouterr().err) == (name == "SIGTSTP")
+    assert signal.getsignal(number) == before
 
 
 def test_a_closed_console_is_waited_for() -> None:

@@ -143,8 +143,9 @@ def check(world: World, step: str, error: BaseException, leaving: str) -> None:
     assert trouble.struck, case
     assert world.unsafe is not None, case
     told = tuple(part for part in ("oven", "drive") if any(f"the {part}" in what for what in world.unsafe))
-    assert told == LEAVINGS[leaving], case
-    if "oven" not in told:
+    unread = step == "oven.temperature"  # an oven that cannot be read cannot be seen to cool
+    assert set(told) == {*LEAVINGS[leaving], *(["oven"] if unread else [])}, case
+    if "oven" not in LEAVINGS[leaving]:
         assert not world.parts.body.regulating, case
     if "drive" not in told:
         assert world.parts.server.output_voltage() == 0.0, case

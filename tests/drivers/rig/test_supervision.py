@@ -9,10 +9,11 @@ import pytest
 
 from drivers.clock import SystemClock
 from drivers.ovens.error import Fault, OvenError
-from drivers.rig import leg, supervision
+from drivers.rig import leg
 from drivers.rig.errors import RigStopped
 from drivers.rig.rest import bring_to_rest
-from drivers.rig.supervision import SupervisedOven
+from drivers.watchdog import supervision
+from drivers.watchdog.supervision import SupervisedOven
 
 World = Any
 
@@ -175,3 +176,31 @@ def test_a_line_that_hangs_does_not_keep_the_drive_from_its_rest(
     assert told == ()
     assert not world.parts.body.regulating
     assert world.parts.server.output_voltage() == 0.0
+
+
+@pytest.mark.parametrize(("lost_after", "poll_interval"), [(5.0, 3.0), (5.0, 10.0), (5.0, 40.0)])
+def test_an_oven_asked_seldom_is_not_lost(
+    world_of: Callable[..., World], lost_after: float, poll_interval: float
+) -> None:
+    """How long it has not answered counts from the first question without an answer, not from the last answer."""
+    world = world_of(
+        programme={"poll_interval": poll_interval, "ramp_rate": 0.3, "tolerance": 0.5},
+        limits={"lost_after": lost_after},
+    )
+    assert world.run().finished > 0
+    assert world.at_rest()
+    assert world.store.events_of("trouble") == []
+
+
+def test_an_oven_that_is_welded_on_is_not_at_rest(world: World) -> None:
+    body = world.parts.body
+    rest = body._rest
+
+    def welded() -> None:
+        rest()
+        body._power = 3000.0
+
+    body._rest = welded
+    world.run()
+    assert "its air went from" in world.unsafe[0]
+    assert "pull its mains plug" in world.unsafe[0]

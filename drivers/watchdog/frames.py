@@ -1,0 +1,75 @@
+"""Lines between the campaign's process and the watchdog's: one JSON object each, nothing else."""
+
+import json
+import threading
+from collections.abc import Mapping
+from typing import Any, BinaryIO
+
+from drivers.ovens.error import Fault, OvenError
+from drivers.rig.errors import RigStopped
+
+LONGEST = 65_536
+"""Bytes of a line; a longer one is nonsense."""
+
+
+class Lines:
+    """Writes lines, from several threads, to a pipe whose other end may be gone.
+
+    Parameters
+    ----------
+    pipe : file
+        Unbuffered.
+    """
+
+    def __init__(self, pipe: BinaryIO) -> None:
+        self._pipe = pipe
+        self._turn = threading.Lock()
+
+    def send(self, **line: Any) -> bool:
+        """Write a line; return whether the other end took it."""
+        data = json.dumps(line).encode() + b"\n"
+        try:
+            with self._turn:
+                self._pipe.write(data)
+                self._pipe.flush()
+        except (OSError, ValueError):  # ValueError: closed on this side
+            return False
+        return True
+
+    def close(self) -> None:
+        """Close the pipe."""
+        try:
+            self._pipe.close()
+        except (OSError, ValueError):
+            return
+
+
+def received(pipe: BinaryIO) -> dict[str, Any] | None:
+    """Return the next line; None where the other end is gone."""
+    try:
+        line = pipe.readline(LONGEST)
+        found = json.loads(line) if line.endswith(b"\n") else None
+    except (OSError, ValueError):
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def packed(error: BaseException) -> dict[str, Any]:
+    """Return an error as it travels."""
+    if isinstance(error, OvenError):
+        return {"oven": [str(error.fault), error.what, error.advice, error.code]}
+    if isinstance(error, RigStopped):
+        return {"stopped": [error.what, error.next_step]}
+    if isinstance(error, ValueError):
+        return {"value": f"{error}"}
+    return {"stopped": [f"the watchdog: {type(error).__name__}: {error}", "Report this"]}
+
+
+def unpacked(packed_error: Mapping[str, Any]) -> Exception:
+    """Return the error that travelled."""
+    if "oven" in packed_error:
+        fault, what, advice, code = packed_error["oven"]
+        return OvenError(Fault(fault), what, advice, code)
+    if "stopped" in packed_error:
+        return RigStopped(*packed_error["stopped"])
+    return ValueError(packed_error["value"])
