@@ -10,6 +10,7 @@
 ``soundcard``      a sound card as output and inputs
 ``ovens``          ovens and climatic chambers, real and simulated
 ``thermometers``   thermometers on the plate besides the cards' thermocouples
+``watchdog``       supervision of the oven, in a process of its own on a real rig
 ``rig``            all together: campaigns of sweeps at measured temperatures
 =================  ===================================================================
 """

@@ -5,7 +5,6 @@
 ``rest``          bringing the rig to rest: the oven first, then the drive
 ``occupancy``     locks, so that one process at a time uses the rig
 ``session``       opening the rig, and bringing it to rest on every way out
-``supervision``   monitoring of the oven in a thread of its own
 ``end_requests``  Ctrl-C, SIGTERM, a lost terminal, a closed console: handled later
 ``store``         protocol of the storage of sweeps and log
 ``errors``        exceptions: why a campaign stopped, and what to do next

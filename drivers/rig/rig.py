@@ -89,6 +89,10 @@ class Rig:
         aftercare : Aftercare
             For a watchdog that outlives this process.
 
+        Returns
+        -------
+        SupervisedOven or RemoteOven
+
         Raises
         ------
         OvenError

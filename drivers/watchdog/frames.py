@@ -1,4 +1,4 @@
-"""Lines between the campaign's process and the watchdog's: one JSON object each, nothing else."""
+"""Messages between the campaign's process and the watchdog's: one JSON object each, nothing else."""
 
 import json
 import threading
@@ -12,7 +12,7 @@ LONGEST = 65_536
 """Bytes of a line; a longer one is nonsense."""
 
 
-class Lines:
+class Messages:
     """Writes lines, from several threads, to a pipe whose other end may be gone.
 
     Parameters

@@ -45,7 +45,7 @@ class Event(StrEnum):
     """The air goes away from it."""
 
 
-class Action(StrEnum):
+class Reaction(StrEnum):
     """What is done at once."""
 
     NOTHING = "nothing"
@@ -59,9 +59,9 @@ class Action(StrEnum):
     """Say that it is at rest after all."""
 
 
-S, E, A = State, Event, Action
+S, E, A = State, Event, Reaction
 
-TABLE: dict[tuple[State, Event], tuple[State, Action]] = {
+TABLE: dict[tuple[State, Event], tuple[State, Reaction]] = {
     (S.WATCHING, E.COMMAND): (S.WATCHING, A.OBEY),
     (S.WATCHING, E.REST_WANTED): (S.RESTING, A.SWITCH_OFF),
     (S.WATCHING, E.TROUBLE): (S.RESTING, A.SWITCH_OFF),
@@ -89,7 +89,7 @@ TABLE: dict[tuple[State, Event], tuple[State, Action]] = {
 """(state, event) -> (state after it, action)."""
 
 
-def after(state: State, event: Event) -> tuple[State, Action]:
+def after(state: State, event: Event) -> tuple[State, Reaction]:
     """Return the state that follows, and the action.
 
     Parameters
@@ -100,7 +100,7 @@ def after(state: State, event: Event) -> tuple[State, Action]:
     Returns
     -------
     State
-    Action
+    Reaction
         A command that is not obeyed is refused.
     """
     return TABLE.get((state, event), (state, A.REFUSE if event is E.COMMAND else A.NOTHING))

@@ -27,7 +27,7 @@ from drivers.interruptions import signal_name
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import oven_settings
 from drivers.rig.errors import RESUME, RigStopped
-from drivers.watchdog.frames import Lines, packed, received
+from drivers.watchdog.frames import Messages, packed, received
 from drivers.watchdog.guard import State
 from drivers.watchdog.settings import WatchdogSettings
 from drivers.watchdog.supervision import SupervisedOven
@@ -82,7 +82,7 @@ class Herald:
                 self._done.set()
 
 
-class Campaign:
+class ParentProcess:
     """What the watchdog knows of the campaign's process.
 
     Attributes
@@ -147,14 +147,14 @@ class Watchdog:
     Parameters
     ----------
     settings : WatchdogSettings
-    answers : Lines
+    answers : Messages
     """
 
-    def __init__(self, settings: WatchdogSettings, answers: Lines) -> None:
+    def __init__(self, settings: WatchdogSettings, answers: Messages) -> None:
         self._settings = settings
         self._answers = answers
         self._herald = Herald(settings.log)
-        self._campaign = Campaign(settings)
+        self._campaign = ParentProcess(settings)
         self._commands: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
         clock = SystemClock()
         declared = oven_settings(settings.oven)
@@ -277,7 +277,7 @@ def main() -> int:
     line = received(sys.stdin.buffer)
     if line is None:
         return 1
-    answers = Lines(sys.stdout.buffer)
+    answers = Messages(sys.stdout.buffer)
     try:
         watchdog = Watchdog(WatchdogSettings.model_validate(line), answers)
     except OvenError as error:

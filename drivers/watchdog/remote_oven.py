@@ -23,7 +23,7 @@ from drivers.interruptions import ENDING
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.oven import Oven, OvenLimits, SetPoint
 from drivers.rig.errors import RESUME, RigStopped
-from drivers.watchdog.frames import Lines, received, unpacked
+from drivers.watchdog.frames import Messages, received, unpacked
 from drivers.watchdog.settings import WatchdogSettings
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -119,7 +119,7 @@ class RemoteOven:
             if ear >= 0:
                 os.close(ear)
         assert self._process.stdin is not None and self._process.stdout is not None  # noqa: S101, PT018 (asked for)
-        self._lines = Lines(self._process.stdin)  # type: ignore[arg-type]
+        self._lines = Messages(self._process.stdin)  # type: ignore[arg-type]
         self._answers = io.BufferedReader(self._process.stdout)  # type: ignore[type-var]
         return settings.model_copy(update=filled)
 

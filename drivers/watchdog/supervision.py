@@ -13,7 +13,7 @@ from drivers.ovens.expiry import Expiring
 from drivers.ovens.line import PASSING
 from drivers.ovens.oven import Bounded, Oven, OvenLimits, SetPoint
 from drivers.rig.errors import RESUME, RigStopped
-from drivers.watchdog.guard import Action, Event, State, after
+from drivers.watchdog.guard import Reaction, Event, State, after
 from drivers.watchdog.rest_watch import RestRule, RestWatch
 
 Result = TypeVar("Result")
@@ -193,7 +193,7 @@ class SupervisedOven:
     def _commanded(self, command: Callable[[], Result]) -> Result:
         self.check()
         with self._turn:
-            if self._apply(Event.COMMAND) is not Action.OBEY:
+            if self._apply(Event.COMMAND) is not Reaction.OBEY:
                 raise self._wrong or RigStopped(f"the oven is {self._state}: it takes no command", RESUME)
             return command()
 
@@ -208,7 +208,7 @@ class SupervisedOven:
         self._unanswered = math.inf if math.isfinite(air) else min(self._unanswered, self._asked)
         return air
 
-    def _apply(self, event: Event) -> Action:
+    def _apply(self, event: Event) -> Reaction:
         state, action = after(self._state, event)
         if state is not self._state:
             log.info("the oven: %s, after %s", state, event)
@@ -272,7 +272,7 @@ class SupervisedOven:
             try:
                 self._switch_off()
             except Exception as error:
-                if now - self._since >= OFF_WITHIN and self._apply(Event.OVERDUE) is Action.TELL:
+                if now - self._since >= OFF_WITHIN and self._apply(Event.OVERDUE) is Reaction.TELL:
                     self._say(f"it cannot be switched off: {error}")
                 raise
             return
@@ -283,12 +283,12 @@ class SupervisedOven:
         except OvenError:
             air = None
         event = self._resting.see(now, air)
-        action = self._apply(event) if event is not None else Action.NOTHING
-        if action is Action.TELL_REST:
+        action = self._apply(event) if event is not None else Reaction.NOTHING
+        if action is Reaction.TELL_REST:
             self._tell(f"the oven cools after all: {self._resting.words(now, air)}")
         if self._state is State.HOT:
             self._say(f"it reads back as switched off, but {self._resting.words(now, air)}")
-            if action in (Action.TELL, Action.SWITCH_OFF):
+            if action in (Reaction.TELL, Reaction.SWITCH_OFF):
                 self._switch_off()
 
     def _say(self, what: str) -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from drivers.ovens.error import Fault, OvenError
 from drivers.rig.errors import RigStopped
-from drivers.watchdog.frames import LONGEST, Lines, packed, received, unpacked
+from drivers.watchdog.frames import LONGEST, Messages, packed, received, unpacked
 
 
 @pytest.mark.parametrize(
@@ -20,7 +20,7 @@ from drivers.watchdog.frames import LONGEST, Lines, packed, received, unpacked
 )
 def test_errors_travel(error: Exception) -> None:
     pipe = io.BytesIO()
-    assert Lines(pipe).send(error=packed(error))
+    assert Messages(pipe).send(error=packed(error))
     pipe.seek(0)
     line = received(pipe)
     assert line is not None
@@ -39,6 +39,6 @@ def test_nonsense_is_the_end(data: bytes) -> None:
 
 def test_a_closed_pipe_takes_nothing() -> None:
     pipe = io.BytesIO()
-    lines = Lines(pipe)
+    lines = Messages(pipe)
     lines.close()
     assert not lines.send(age=1.0)

@@ -4,7 +4,7 @@ from itertools import product
 
 import pytest
 
-from drivers.watchdog.guard import TABLE, Action, Event, State, after
+from drivers.watchdog.guard import TABLE, Reaction, Event, State, after
 
 TOLD = {State.UNREACHED, State.HOT}
 """States of which people have been told NOT AT REST."""
@@ -16,18 +16,18 @@ def test_every_event_in_every_state(state: State, event: Event) -> None:
     then, action = after(state, event)
     if state is not State.WATCHING:  # no way back to obedience
         assert then is not State.WATCHING
-        assert action is not Action.OBEY
+        assert action is not Reaction.OBEY
     if event is Event.COMMAND:
         assert then is state
-        assert action is (Action.OBEY if state is State.WATCHING else Action.REFUSE)
+        assert action is (Reaction.OBEY if state is State.WATCHING else Reaction.REFUSE)
     if event in (Event.TROUBLE, Event.REST_WANTED) and state is State.WATCHING:
-        assert (then, action) == (State.RESTING, Action.SWITCH_OFF)
+        assert (then, action) == (State.RESTING, Reaction.SWITCH_OFF)
     if event is Event.REST_WANTED:
-        assert action is Action.SWITCH_OFF  # "switch off" is never refused, whatever is believed
+        assert action is Reaction.SWITCH_OFF  # "switch off" is never refused, whatever is believed
     if then in TOLD and state not in TOLD:
-        assert action is Action.TELL  # nothing becomes NOT AT REST in silence
+        assert action is Reaction.TELL  # nothing becomes NOT AT REST in silence
     if state in TOLD and then is State.AT_REST:
-        assert action is Action.TELL_REST
+        assert action is Reaction.TELL_REST
     if event is Event.OFF_FAILED and state is not State.WATCHING:
         assert then in {State.RESTING, State.UNREACHED}  # what does not read back as off is not cooling
     if then is State.AT_REST and state is not State.AT_REST:
@@ -54,10 +54,10 @@ def test_nothing_that_fails_for_ever_stays_untold() -> None:
             state, told = first, first in TOLD
             for event in failures:
                 state, action = after(state, event)
-                told = told or action is Action.TELL
+                told = told or action is Reaction.TELL
             for _ in range(2):  # at last the time of whatever state that is has passed
                 state, action = after(state, Event.OVERDUE)
-                told = told or action is Action.TELL
+                told = told or action is Reaction.TELL
             assert told, (first, failures)
 
 
