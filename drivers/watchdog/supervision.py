@@ -13,7 +13,7 @@ from drivers.ovens.expiry import Expiring
 from drivers.ovens.line import PASSING
 from drivers.ovens.oven import Bounded, Oven, OvenLimits, SetPoint
 from drivers.rig.errors import RESUME, RigStopped
-from drivers.watchdog.guard import Reaction, Event, State, after
+from drivers.watchdog.guard import Event, Reaction, State, after
 from drivers.watchdog.rest_watch import RestRule, RestWatch
 
 Result = TypeVar("Result")

@@ -4,7 +4,7 @@ from itertools import product
 
 import pytest
 
-from drivers.watchdog.guard import TABLE, Reaction, Event, State, after
+from drivers.watchdog.guard import TABLE, Event, Reaction, State, after
 
 TOLD = {State.UNREACHED, State.HOT}
 """States of which people have been told NOT AT REST."""
