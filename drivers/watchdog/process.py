@@ -13,6 +13,7 @@ import math
 import os
 import queue
 import signal
+import stat
 import subprocess
 import sys
 import threading
@@ -236,6 +237,7 @@ class Watchdog:
             self._oven.end()
             self._oven.close()
             return 0
+        self._sign_locks()
         until = time.monotonic() + self._settings.linger
         while self._oven.state is not State.AT_REST and time.monotonic() < until:
             time.sleep(0.2)
@@ -246,6 +248,16 @@ class Watchdog:
         self._oven.close()
         self._herald.wait(5.0)
         return 0 if at_rest else 3
+
+    def _sign_locks(self) -> None:
+        """Write into the files of the rig's locks who holds them now: whoever wants the rig is told that."""
+        since = datetime.now().astimezone().isoformat(sep=" ", timespec="minutes")
+        signed = f"process {os.getpid()} (the watchdog, until the oven is at rest, since {since})".encode()
+        for lock in self._settings.locks:
+            with contextlib.suppress(OSError):
+                if stat.S_ISREG(os.fstat(lock).st_mode):
+                    os.pwrite(lock, signed, 0)
+                    os.ftruncate(lock, len(signed))
 
     def _zero_drive(self) -> None:
         """Bring the drive to 0 V, in a process of its own: its driver is large, and may crash."""

@@ -92,7 +92,7 @@ class RemoteOven:
     def _start(self, settings: WatchdogSettings, inherited: Sequence[int]) -> WatchdogSettings:
         """Start the process; return the settings it gets."""
         passed = list(inherited)
-        filled: dict[str, Any] = {"parent": os.getpid()}
+        filled: dict[str, Any] = {"parent": os.getpid(), "locks": tuple(inherited)}
         ear = -1
         if os.name != "nt":
             ear, self._signals = os.pipe()

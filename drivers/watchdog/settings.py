@@ -26,6 +26,9 @@ class WatchdogSettings(Declared):
     ending: Annotated[
         tuple[int, ...], Field(description="numbers of the signals that ask the campaign to end")
     ] = ()
+    locks: Annotated[
+        tuple[int, ...], Field(description="descriptors of the rig's locks, held as long as it lives")
+    ] = ()
     log: Annotated[str | None, Field(description="file in which it says what nobody may be there to read")] = None
     linger: Annotated[
         float, Field(gt=0.0, description="s, longest time for which an oven that is not at rest is looked after")
