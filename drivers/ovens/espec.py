@@ -124,13 +124,14 @@ class Espec:
         """Standby: fan, heater and cooler off, controller awake."""
         with self._line.reserved():
             self._commanded, self._under_way = False, None
+            if self._expiry is not None:
+                self._expiry.end()
             standby = p300.command("MODE, STANDBY")
             self._line.blind(lambda: self._tell(standby))
             if not self._ask("MODE?", p300.decode).startswith("STANDBY"):
                 self._tell(standby)
                 self._check_mode("STANDBY")
             if self._expiry is not None:
-                self._expiry.end()
                 self._stop_timer()
 
     def close(self) -> None:

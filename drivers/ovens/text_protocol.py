@@ -155,12 +155,15 @@ class TextSwitch:
 
 
 def require_good(connection: TextConnection, declared: StatusPhrase) -> None:
-    """Raise OvenError of kind alarm where the status is twice not a good one (an answer carries no checksum)."""
+    """Raise OvenError of kind alarm where the status is not a good one, however often it is asked for.
+
+    An answer carries no checksum, and an error that passes is not told from an alarm by its words.
+    """
 
     def unparsed(reply: str) -> str:
         return reply
 
-    for _ in range(2):
+    for _ in range(max(connection.retries, 1) + 1):
         reply = str(connection.query(declared.query, unparsed))
         if reply in declared.good:
             return
