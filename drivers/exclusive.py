@@ -1,6 +1,16 @@
-"""An operating-system lock on an open file, which a killed process cannot leave behind."""
+"""Operating-system locks that a killed process cannot leave behind: on an open file, and on a name.
 
+A file that is locked and then removed keeps nobody out: others lock a new file of the same name. A name of Linux's
+abstract sockets has no file, no owner and no folder. It is taken for all users of the computer while a socket is
+bound to it, and free as soon as the last process with this socket has ended. Other systems have no such names, but
+Windows does not remove a file that is open.
+"""
+
+import errno
+import os
+import socket
 import sys
+from pathlib import Path
 from typing import BinaryIO
 
 if sys.platform == "win32":
@@ -18,5 +28,51 @@ else:
     import fcntl
 
     def take(file: BinaryIO) -> None:
-        """Lock the file until it is closed; OSError at once if another process has locked it."""
+        """Lock the file until it is closed, here and in all that inherited it; OSError at once if it is locked."""
         fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+class NameTakenError(OSError):
+    """Another process has this name."""
+
+
+def take_name(name: str) -> socket.socket | None:
+    """Take a name for this computer until the socket is closed, here and in all processes that inherited it.
+
+    Parameters
+    ----------
+    name : str
+        Up to 100 ASCII characters.
+
+    Returns
+    -------
+    socket or None
+        None where the system has no such names, or does not allow them.
+
+    Raises
+    ------
+    NameTakenError
+        If it is taken.
+    """
+    if sys.platform != "linux":
+        return None
+    try:
+        bound = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    except OSError:
+        return None
+    try:
+        bound.bind(f"\0{name}")
+    except OSError as error:
+        bound.close()
+        if error.errno == errno.EADDRINUSE:
+            raise NameTakenError(error.errno, f"{name} is taken") from error
+        return None
+    return bound
+
+
+def is_still_there(file: BinaryIO, path: Path) -> bool:
+    """Whether the open file is what others find at `path`, so that locking it keeps them out."""
+    try:
+        return os.path.samestat(os.fstat(file.fileno()), path.lstat())
+    except OSError:
+        return False

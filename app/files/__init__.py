@@ -25,6 +25,7 @@ Campaigns:
 ``import_recording``      from the one to the other, surviving a kill
 ``acquired_campaign``     the same folder while a rig writes into it
 ``same_experiment``       whether it was begun with the same experiment
+``wiring``                what of an experiment is only how its instruments are reached
 ``readings``              every temperature read meanwhile
 ``latest_repeat``         the repeat recorded last, to be looked at
 ``control``               requests of a window to the runner

@@ -21,7 +21,7 @@ from app.files.campaign_kind import is_campaign_folder
 from app.files.coverage import Place
 from app.files.folder_lock import writable
 from app.files.latest_repeat import LatestRepeat, save_latest
-from app.files.same_experiment import REJECTED, changed_keys, put_log_aside, require_ours
+from app.files.same_experiment import REJECTED, REWIRED, changed_keys, put_log_aside, require_ours, rewired
 from app.files.sweep_file import Source, file_name, read_sweep_file, write_sweep
 from drivers.ni.cards import Record, go_on
 
@@ -217,6 +217,8 @@ def _prepare(folder: Path, protocol: dict[str, Any]) -> None:
         if changed_keys(folder, protocol):
             put_log_aside(folder)
             write_protocol(folder, protocol)
+        elif (wiring := rewired(folder, protocol)) is not None:
+            events.append_event(folder, {"event": REWIRED, "wiring": wiring})
     else:
         folder.mkdir(exist_ok=True)
         write_protocol(folder, protocol)
