@@ -10,6 +10,7 @@ Every file:
 ``folder_lock``   one writer at a time
 ``bad_file``      what is wrong with a file of results
 ``unwritten``     what is said where the disk refuses
+``room``          whether results will fit, before the work
 ``hdf5_file``     any HDF5 file that is read: ``seal``, ``hdf5_contents``, ``isolation``
 ``hdf5_memory``   HDF5 without a file on the disk
 ``parsed_text``   any JSON and TOML that is read

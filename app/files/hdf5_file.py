@@ -58,10 +58,8 @@ def _in_memory(path: Path, unsealed: Callable[[Path], None] | None) -> Iterator[
         if unsealed is None:
             raise BrokenSealError("carries no SHA-256 of its bytes: of an earlier version or another program")
         unsealed(path)
-    opened, size = opened_image(content), len(content)
-    del content  # HDF5 has a copy of its own
-    with opened as file:
-        yield file, size
+    with opened_image(content) as file:
+        yield file, len(content)
 
 
 @contextmanager

@@ -2,17 +2,20 @@
 
 Where HDF5 cannot write a file of its own, it keeps it and tries again at the next close, on memory that is no
 longer there: on a full disk the program ended by SIGSEGV. And it waits for a disk that hangs with Python's
-interpreter lock held, so that all threads stand still. Under 15 limits of memory its driver for files in memory
-refused without a crash; h5py's for Python's own files (`io.BytesIO`), which is faster, crashed at one of them.
+interpreter lock held, so that all threads stand still.
+
+Images are made with HDF5's own driver for memory: under 15 limits of memory it refused without a crash, h5py's for
+Python's files (`io.BytesIO`) crashed at one of them. Bytes are read through the latter, four times as fast and
+without a copy: there is nothing left to write at the end, and none of 21 limits made it crash.
 """
 
+import io
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from uuid import uuid4
 
 import h5py
-from h5py import h5f, h5p
 
 GROWTH = 1 << 20
 """Bytes by which an image grows: at HDF5's own 64 kB a large one is moved a thousand times."""
@@ -40,17 +43,14 @@ def hdf5_image() -> Iterator[tuple[h5py.File, list[bytes]]]:
 
 
 def opened_image(content: bytes) -> h5py.File:
-    """Open the bytes of a file for reading; HDF5 makes a copy of them.
+    """Open the bytes of a file for reading, without a copy of them.
 
     Raises
     ------
     OSError
         For bytes of another kind, or damaged.
     """
-    access = h5p.create(h5p.FILE_ACCESS)
-    access.set_fapl_core(block_size=GROWTH, backing_store=False)
-    access.set_file_image(content)
-    return h5py.File(h5f.open(_name().encode(), h5f.ACC_RDONLY, fapl=access))
+    return h5py.File(io.BytesIO(content))
 
 
 def _name() -> str:

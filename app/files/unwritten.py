@@ -14,6 +14,9 @@ from pathlib import Path
 FULL = frozenset({errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)})
 """The disk, the user's share of it, or the file system's largest file is used up."""
 FORBIDDEN = frozenset({errno.EACCES, errno.EPERM, errno.EROFS})
+OTHERS = ("EIO", "ENXIO", "ENODEV", "ESTALE", "ENAMETOOLONG", "ENOTDIR", "EISDIR", "EBUSY", "EMFILE", "ENFILE")
+REFUSALS = FULL | FORBIDDEN | {getattr(errno, name) for name in OTHERS if hasattr(errno, name)}
+"""What a disk, or a name on it, answers; all others are no fault of the disk's."""
 
 
 class UnwrittenFileError(OSError):
@@ -55,6 +58,24 @@ def unwritten(target: Path, size: int | None = None) -> Iterator[None]:
         if not _of(error, target) or (isinstance(error, FileNotFoundError) and target.parent.is_dir()):
             raise  # about another file, no answer of the system's, or a block that has written nothing
         raise UnwrittenFileError(error.errno, reason(error, target, size), str(target)) from error
+
+
+def told(error: OSError) -> str | None:
+    """Return the sentence about an OSError that is the disk's refusal; None for any other, which is a defect.
+
+    Of a file that was not written by `app.files.atomic`: a folder, a log, an input that may not be read.
+    """
+    if isinstance(error, UnwrittenFileError):
+        return str(error)
+    if error.errno not in REFUSALS:
+        return None
+    name = "a file" if error.filename is None else os.fsdecode(error.filename)
+    if error.errno in FULL:
+        return f"{name}: {reason(error, Path(name))}"
+    why = error.strerror or str(error)
+    return (
+        f"{name}: cannot be used ({why}); see to its permissions and the disk, or name another, and run it again"
+    )
 
 
 def reason(error: OSError, target: Path, size: int | None = None) -> str:
