@@ -129,6 +129,11 @@ def worker_processes(count: int) -> Iterator[Executor]:
     ResultFileError
         Where a worker was killed, or had too little memory.
     """
+    if os.name != "nt":
+        from multiprocessing import resource_tracker  # absent on Windows
+
+        with undisturbed():  # Python's helper process ignores all but SIGHUP by itself; so it does that, too
+            resource_tracker.ensure_running()
     context = multiprocessing.get_context("spawn")
     held, holder = context.Pipe(duplex=False)
     pool = ProcessPoolExecutor(count, mp_context=context, initializer=_follow_the_parent, initargs=(held,))

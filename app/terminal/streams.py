@@ -73,7 +73,8 @@ def _lasting(stream: TextIO | None, number: int) -> TextIO:
         raw = _Output(number, "w", closefd=False)
         raw.lost = OSError(errno.EBADF, os.strerror(errno.EBADF))
         return io.TextIOWrapper(io.BufferedWriter(raw), encoding="utf-8", errors="replace", line_buffering=True)
-    own = getattr(getattr(stream, "buffer", None), "raw", None)
+    buffer = getattr(stream, "buffer", None)
+    own = getattr(buffer, "raw", buffer)  # under PYTHONUNBUFFERED there is none between
     if type(own) is not io.FileIO or not isinstance(stream, io.TextIOWrapper) or own.fileno() != number:
         return stream
     stream.flush()
@@ -81,5 +82,5 @@ def _lasting(stream: TextIO | None, number: int) -> TextIO:
         io.BufferedWriter(_Output(number, "w", closefd=False)),
         encoding=stream.encoding,
         errors="replace",  # Windows redirects in an encoding that has no sigma
-        line_buffering=stream.line_buffering,
+        line_buffering=stream.line_buffering or stream.write_through,
     )
