@@ -44,6 +44,7 @@ def command(
     """
     from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign
+    from app.files.room import room_of
     from app.files.run_folder import run_folder
     from app.terminal.briefing import briefing
     from app.terminal.gap import show, summary
@@ -54,7 +55,7 @@ def command(
 
     start = start_of(twin, loaded.experiment, effects)
     started = time.perf_counter()
-    with run_folder(campaign, out) as run, output.progress() as report:
+    with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
         found = gap.compute(loaded, mains, report, start=start, folder=effects, run=run)
     seconds = time.perf_counter() - started
     record = gap.save(run, loaded, found, mains, seconds, start=twin, folder=effects)

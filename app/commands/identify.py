@@ -154,6 +154,7 @@ def _campaign(
 ) -> None:
     """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs if `export` is given."""
     from app.files.campaign import load_campaign
+    from app.files.room import room_of
     from app.files.run_folder import run_file, run_folder, writable_folder
 
     started = time.perf_counter()
@@ -167,7 +168,7 @@ def _campaign(
     wanted = options()
     if export is not None:
         writable_folder(export.parent, "--export")
-    with run_folder(campaign, out) as run, output.progress() as report:
+    with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
         found = identify.compute(loaded, wanted, report, twin)
     identify.save(run, loaded, found, wanted, export)
     tracked = found.tracked

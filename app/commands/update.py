@@ -44,6 +44,7 @@ def command(
     from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign
     from app.files.pairing_json import pairing_record
+    from app.files.room import room_of
     from app.files.run_folder import run_folder
     from app.terminal.update import gains_text, notes, record, show, summary
 
@@ -53,7 +54,7 @@ def command(
     from app.twins.campaign_model import start_of
 
     start = start_of(twin, loaded.experiment, effects)
-    with run_folder(campaign, out) as run, output.progress() as report:
+    with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
         found = update.compute(loaded, mains, report, start=start, folder=effects, run=run)
     replaced = other_effects(run / "laws.h5", {} if start is None else start.twin.effects)
     update.save(run, loaded, found, mains, start)

@@ -60,6 +60,7 @@ def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Pa
     from app.view.application import application
 
     app = application()
+    from app.terminal.end_signals import end_at_once
     from app.view.garbage import collected_here
     from app.view.opening import window_of
     from app.view.theme import THEMES, system_theme
@@ -75,4 +76,5 @@ def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Pa
             output.summary(f"{len(written)} pictures in {screenshot}")
             return
         window.show()
+        end_at_once()
         app.exec()

@@ -9,7 +9,10 @@ Every file:
 ``tail``          what was added to a growing file
 ``folder_lock``   one writer at a time
 ``bad_file``      what is wrong with a file of results
+``unwritten``     what is said where the disk refuses
+``room``          whether results will fit, before the work
 ``hdf5_file``     any HDF5 file that is read: ``seal``, ``hdf5_contents``, ``isolation``
+``hdf5_memory``   HDF5 without a file on the disk
 ``parsed_text``   any JSON and TOML that is read
 ``shipped``       the examples that come with the project
 ``basis_cache``   reduced models in the user's cache

@@ -125,7 +125,7 @@ class AcquiredCampaign:
         )
         try:
             save_latest(self.folder, latest)
-        except (OSError, RuntimeError) as error:
+        except OSError as error:
             logging.getLogger(__name__).warning("a repeat could not be shown: %s", error)
 
     def log(self, event: Mapping[str, Any]) -> None:
@@ -143,11 +143,8 @@ class AcquiredCampaign:
             raise OSError(
                 errno.ENOSPC, f"{free / 1e6:.0f} MB are free, {needed / 1e6:.0f} MB are needed", str(path)
             )
-        try:
-            measured, units = self._sensitivities.measured(sweep), self._sensitivities.units
-            write_sweep(path, measured, self._sensors, self._source, notes, units)
-        except RuntimeError as error:  # raised by h5py if a file could not be closed
-            raise OSError(errno.EIO, f"cannot be written: {error}", str(path)) from error
+        measured, units = self._sensitivities.measured(sweep), self._sensitivities.units
+        write_sweep(path, measured, self._sensors, self._source, notes, units)
 
     def _verified(self, check: Callable[[], None]) -> set[int]:
         """Return the steps of the sweeps that are there; CampaignFileError for one that was damaged since."""

@@ -7,6 +7,7 @@
 ``readings.csv``       every temperature read while a rig wrote it, for people
 ``latest.h5``          the repeat recorded last, for ``flexura view``; never analysed
 ``control.json``       a pause or a stop that ``flexura view`` requests; exists only until it is done
+``ending.txt``         how the last run ended, where it could not be printed: the terminal was gone
 ``index.h5``           links into the sweeps for people with an HDF5 viewer; made anew at will
 =====================  ===========================================================================
 
@@ -35,6 +36,7 @@ from app.files.sweep_file import REMEDY, read_sweep_file
 
 FORMAT = "flexura-campaign/1"
 SWEEPS = "sweeps"
+ENDING = "ending.txt"
 INDEX = "index.h5"
 LARGEST = 20_000_000
 """Bytes of a protocol: it names the SHA-256 of every file imported."""

@@ -7,6 +7,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from app.files.campaign_error import CampaignFileError, Problem
+from app.files.unwritten import UnwrittenFileError
 from drivers.exclusive import take
 
 
@@ -22,7 +23,8 @@ def writable(folder: Path) -> Iterator[None]:
     except OSError as error:
         if error.errno not in (errno.EACCES, errno.EPERM, errno.EROFS, errno.EISDIR):
             raise
-        seen = f"cannot be written: {error.strerror or error}"
+        seen = "" if isinstance(error, UnwrittenFileError) else "cannot be written: "
+        seen += error.strerror or str(error)
         raise CampaignFileError(
             folder, [Problem("", "", seen, "a folder on a writable disk", "use --out")]
         ) from error

@@ -32,7 +32,9 @@ from app.files.coverage import place_of
 from app.files.folder_lock import folder_lock
 from app.files.joined_campaign import read_joined
 from app.files.recorded_campaign import Recording, read_recording
+from app.files.room import RESULTS, require_room
 from app.files.sweep_file import Source, digest, file_name, read_sweep_file, write_sweep
+from app.files.unwritten import UnwrittenFileError
 
 OUR_NAMES = {PROTOCOL, SWEEPS, events.NAME, INDEX}
 
@@ -140,7 +142,11 @@ def _into(target: Path, recording: Recording, folders: Sequence[Path], report: P
         with folder_lock(target):
             if _is_there(target, protocol):
                 return Imported(target, recording, "unchanged")
+            samples = sum(sweep.drive.nbytes + sweep.responses.nbytes for sweep in read.sweeps)
+            require_room(target, samples + RESULTS, "--out")
             return Imported(target, recording, _build(target, protocol, recording, report))
+    except UnwrittenFileError:
+        raise
     except OSError as error:
         seen = f"cannot be written: {error.strerror or error}"
         raise CampaignFileError(
@@ -205,7 +211,11 @@ def _prepare(partial: Path, protocol: dict[str, Any]) -> bool:
             return True
         shutil.rmtree(partial)
     partial.mkdir()
-    write_protocol(partial, protocol)
+    try:
+        write_protocol(partial, protocol)
+    except BaseException:
+        partial.rmdir()
+        raise
     return False
 
 

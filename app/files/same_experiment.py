@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.campaign_folder import SWEEPS, read_protocol
+from app.files.campaign_folder import ENDING, SWEEPS, read_protocol
 from app.files.campaign_kind import PROTOCOL, is_campaign_folder
 from app.files.events import NAME as EVENTS
 from app.files.events import read_events
@@ -34,7 +34,7 @@ LATER = {
 
 def require_ours(folder: Path, protocol: Mapping[str, Any]) -> None:
     """Raise CampaignFileError if a folder holds something else than the campaign of this protocol."""
-    ours = {PROTOCOL, f"{PROTOCOL}.part", SWEEPS}
+    ours = {PROTOCOL, f"{PROTOCOL}.part", SWEEPS, ENDING}
     if is_campaign_folder(folder):
         different = changed_keys(folder, protocol)
         if different and not may_change(folder):

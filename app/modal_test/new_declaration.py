@@ -105,7 +105,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
         test = checked(target, table, ModalTest)
         table["segments"] = guessed_segments(files[0].name, columns, test)
     declared = checked(target, table, ModalTest)
-    _write(target, toml_text(table, TEST_HEAD))
+    write_text(target, toml_text(table, TEST_HEAD))
     missing = {name: lacking_calibration(one, columns.units.get(name)) for name, one in channels.items()}
     return declared, {name: lack for name, lack in missing.items() if lack}
 
@@ -166,7 +166,7 @@ def new_campaign(
     if plate is not None:
         table["plate"] |= dict(zip(("length_x", "length_y", "thickness", "mass"), plate, strict=True))
     missing = _recorded(table, files, said or NewTest(None, {}, {})) if files else []
-    _write(file, toml_text(table, CAMPAIGN_HEAD))
+    write_text(file, toml_text(table, CAMPAIGN_HEAD))
     return file, missing
 
 
@@ -236,12 +236,3 @@ def _of_one_group(columns: Columns) -> Columns:
         {short[name]: unit for name, unit in columns.units.items()},
         {short[name]: rate for name, rate in columns.rates.items()},
     )
-
-
-def _write(target: Path, text: str) -> None:
-    try:
-        write_text(target, text)
-    except OSError as error:
-        raise ResultFileError(
-            f"{target}: cannot be written ({error.strerror}); name another with --out"
-        ) from error

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from app.files.campaign_error import CampaignFileError
+from app.files.unwritten import UnwrittenFileError
 from drivers.rig.campaign import Outcome
 from drivers.rig.errors import RigInterrupted, RigStopped
 
@@ -85,6 +86,8 @@ def broken_off(error: BaseException, unsafe: tuple[str, ...] | None, folder: Pat
     line = f"stopped: {why}"
     if isinstance(error, RigInterrupted):
         line = f"stopped{f'; {rest}' if unsafe == () else ''}; run the same command again to continue"
+    elif isinstance(error, UnwrittenFileError):
+        line = f"stopped: {why}"
     elif isinstance(error, OSError):
         line = f"stopped: {folder} cannot be written: {why}. Make room, then run this again"
     elif not isinstance(error, RigStopped | CampaignFileError):
