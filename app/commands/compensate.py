@@ -15,6 +15,7 @@ from app.commands.output import Output, output_options
 from app.commands.training_options import training_of, training_options, typed
 
 if TYPE_CHECKING:
+    from analysis.campaign_extent import CampaignExtent
     from analysis.compensation.settings import Training
     from analysis.progress import Progress
     from app.stages.compensate import CompensatedPanel
@@ -122,6 +123,7 @@ def command(
     from app.files.run_folder import run_folder
     from app.stages import compensate
     from app.stages.panel_inputs import checked_device
+    from app.terminal.campaign_extent import extent_record, led
     from app.terminal.compensation import notes, record, show, summary
 
     checked_device(device)
@@ -131,26 +133,30 @@ def command(
         except EvidenceCollapseError as error:
             output.failure(f"refused: {error}")
             raise click.exceptions.Exit(1) from error
-    target = compensate.save(folder, computed, {path.name: sha256(path) for path in task.inputs})
+    target = compensate.save(folder, computed, {path.name: sha256(path) for path in task.inputs}, task.extent)
     found = computed.compensation
     seconds = time.perf_counter() - started
-    output.result(lambda: record(found, seconds), lambda: show(found))
+    output.result(lambda: record(found, seconds) | extent_record(task.extent), lambda: show(found))
     for note in [*task.notes, *notes(found, chosen)]:
         output.note(note)
-    output.summary(summary(found, target, seconds))
+    output.summary(f"{led(task.extent)}{summary(found, target, seconds)}")
     if found.largest_loss[0] > GOOD_LOSS:
         raise click.exceptions.Exit(1)
 
 
 @dataclass(frozen=True)
 class _CompensateTask:
-    """Task: computation, input files, and hidden nodes for few temperatures; None for many."""
+    """Task: computation, input files, and hidden nodes for few temperatures; None for many.
+
+    And the extent of an incomplete campaign whose laws are used.
+    """
 
     compute: Callable[..., "CompensatedPanel"]
     inputs: tuple[Path, ...]
     beside: Path
     notes: list[str]
     nodes: int | None
+    extent: "CampaignExtent | None" = None
 
 
 def _refuse_with_transfers(twin: Path | None, place: int | None, across: tuple[float, ...]) -> None:
@@ -193,7 +199,7 @@ def _from_laws(
         compensate.compute, declared, found.laws, spacing=spacing, place=place, across=across, method=followed
     )
     nodes = None if place is None else suited_nodes(place)
-    return _CompensateTask(compute, (found.path, panel_path), found.folder, notes, nodes)
+    return _CompensateTask(compute, (found.path, panel_path), found.folder, notes, nodes, found.extent)
 
 
 def _check_temperatures(

@@ -46,6 +46,7 @@ def command(
     from app.files.campaign import load_campaign
     from app.files.run_folder import run_folder
     from app.terminal.briefing import briefing
+    from app.terminal.campaign_extent import led
     from app.terminal.gap import show, summary
 
     loaded = load_campaign(campaign)
@@ -62,6 +63,6 @@ def command(
     output.result(lambda: record, lambda: show(record, words))
     for note in (*found.frf.notes, *record["notes"]):
         output.note(note)
-    output.summary(summary(record, run))
+    output.summary(f"{led(loaded.extent)}{summary(record, run)}")
     if found.report.verdict not in GOOD:
         raise click.exceptions.Exit(1)

@@ -45,6 +45,7 @@ def command(
     from app.files.campaign import load_campaign
     from app.files.pairing_json import pairing_record
     from app.files.run_folder import run_folder
+    from app.terminal.campaign_extent import extent_record, led
     from app.terminal.update import gains_text, notes, record, show, summary
 
     started = time.perf_counter()
@@ -65,6 +66,7 @@ def command(
             **record(updated, seconds, inputs, found.frf.driven_by.tolist()),
             "pairing": pairs,
             "best_twin": best.record,
+            **extent_record(loaded.extent),
         },
         lambda: show(updated, pairs),
     )
@@ -81,7 +83,8 @@ def command(
         )
     for sentence in overtaken(best):
         output.note(sentence)
-    output.summary(summary(updated, run, seconds, inputs[0].gain_unit, found.pairing))
+    said = summary(updated, run, seconds, inputs[0].gain_unit, found.pairing)
+    output.summary(f"{led(loaded.extent)}{said}")
     if not updated.settled.all() or not (found.pairing is None or found.pairing.fits):
         raise click.exceptions.Exit(1)
 

@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from analysis.arrays import Real
+from analysis.campaign_extent import CampaignExtent
 from analysis.focusing.panel import Panel
 from analysis.focusing.temperatures import covered
 from analysis.material import Material, MaterialLaws
 from app.files.bad_file import ResultFileError
 from app.files.best_twin import CORRECTED, best_twin
+from app.files.campaign_inputs import origin_of_result, said_of_more_sweeps
 from app.files.laws_file import effects_in_laws, load_laws
 from app.files.twin_file import TwinFile, read_twin
 from app.stages.measured_plate import MeasuredPlate
@@ -37,6 +39,8 @@ class PanelLaws:
         The plate that they were found on; None where only the laws are known.
     uncorrected : MaterialLaws or None
         Those of the plain twin, where `laws` are corrected.
+    extent : CampaignExtent or None
+        Of the campaign they were found in, where that was not complete.
     """
 
     path: Path
@@ -45,6 +49,7 @@ class PanelLaws:
     notes: tuple[str, ...] = ()
     measured: MeasuredPlate | None = None
     uncorrected: MaterialLaws | None = None
+    extent: CampaignExtent | None = None
 
     def on(self, panel: Panel) -> tuple[Panel, list[str]]:
         """Return a panel with what was found about its plate, and all notes; ResultFileError if it cannot be."""
@@ -98,7 +103,35 @@ def laws_for(run: Path | None, twin: Path | None, verb: str) -> PanelLaws:
     path = best.twin.path.resolve()
     laws = load_laws(path) if best.twin.laws is None else best.twin.laws  # which says why there are none
     plain = None if best.uncorrected is None else best.uncorrected.laws
-    return PanelLaws(path, laws, path.parent, tuple(best.notes), MeasuredPlate.of_run(run, best), plain)
+    extent, said = origin_of(path)
+    notes = (*best.notes, *said)
+    return PanelLaws(path, laws, path.parent, notes, MeasuredPlate.of_run(run, best), plain, extent)
+
+
+def origin_of(path: Path) -> tuple[CampaignExtent | None, list[str]]:
+    """Return how complete the campaign was in which laws were found, and notes on that; none where it was.
+
+    Parameters
+    ----------
+    path : Path
+        File of the laws.
+
+    Returns
+    -------
+    extent : CampaignExtent or None
+    notes : list of str
+
+    Raises
+    ------
+    ResultFileError
+        Where the file cannot be read.
+    """
+    verb = "gap" if path.name == CORRECTED else "update"
+    origin = origin_of_result(path, verb)
+    more = said_of_more_sweeps(path.parent, origin.inputs, verb)
+    if more is not None:
+        return origin.extent, [f"{path.name}: {more}"]
+    return origin.extent, [] if origin.extent is None else [f"{path.name}: {origin.extent.note}"]
 
 
 def _of_file(path: Path) -> PanelLaws:
@@ -109,7 +142,8 @@ def _of_file(path: Path) -> PanelLaws:
         notes = (
             f"{path.name} is named itself: its laws are uncorrected; name the folder for those of the best twin",
         )
-    return PanelLaws(path, laws, path.parent, notes)
+    extent, said = origin_of(path)
+    return PanelLaws(path, laws, path.parent, (*notes, *said), extent=extent)
 
 
 def _of_twin(run: Path | None, twin: Path) -> PanelLaws:

@@ -3,6 +3,7 @@
 =======================  ===============================================================
 ``progress``             one bar per stage on the error stream
 ``campaign_progress``    the bar of a running campaign
+``campaign_extent``      how many sweeps an incomplete campaign has, in a line and as JSON
 ``campaign_ending``      how an acquired campaign ended: record, line, exit status
 ``modes``                modes as JSON, as tables and in one line
 ``mode_rows``            modes of one sweep as rows of words
