@@ -41,6 +41,8 @@ from app.files.sweep_file import REMEDY
 FORMAT = "flexura-campaign/1"
 SWEEPS = "sweeps"
 INDEX = "index.h5"
+MEASURE_AGAIN = "move it out of the campaign; flexura acquire measures it again"
+"""What to do about a damaged sweep of a rig: the others are good."""
 LARGEST = 20_000_000
 """Bytes of a protocol: it names the SHA-256 of every file imported."""
 
@@ -158,20 +160,20 @@ def read_campaign_folder(folder: Path) -> Campaign:
     """
     paths, frozen = sweep_paths(folder), FileMark.of(folder / PROTOCOL)
     protocol, experiment = read_protocol(folder)
-    hashes = {PROTOCOL: sha256(folder / PROTOCOL)}
+    acquired, hashes = "acquired" in protocol, {PROTOCOL: sha256(folder / PROTOCOL)}
     problems = [] if frozen == FileMark.of(folder / PROTOCOL) else [changed(PROTOCOL)]
     sweeps: dict[str, Sweep] = {}
     for path in paths:
         name = f"{SWEEPS}/{path.name}"
         read = read_finished_sweep(path, name)
         if isinstance(read, Problem):
-            problems.append(read)
+            mend = acquired and read.remedy == REMEDY
+            problems.append(replace(read, remedy=MEASURE_AGAIN) if mend else read)
         else:
             sweeps[name], hashes[name] = read
     played = _level_units(folder, protocol, experiment)
     units = played or experiment.level_units
     problems += coverage_problems(experiment.protocol, sweeps, units)
-    acquired = "acquired" in protocol
     missing = missing_places(experiment.protocol, sweeps, units)
     gone = _to_come(folder, missing)
     if gone and not acquired and not problems:

@@ -115,10 +115,14 @@ def said_of_more_sweeps(run: Path, made_from: Hashes, again: str) -> str | None:
         if kept or run == beside(campaign):  # a copy of the campaign may have gone another way
             others = "" if len(used) != len(there) else ", others"
             return (
-                f"made from {len(used)} sweeps of a campaign that has {len(there)} finished ones now{others}; "
+                f"made from {_counted(len(used))} of a campaign that has {len(there)} finished ones now{others}; "
                 f"to take them in: flexura {again} {campaign}{'' if run == beside(campaign) else f' --out {run}'}"
             )
     return None
+
+
+def _counted(count: int) -> str:
+    return f"{count} sweep{'' if count == 1 else 's'}"
 
 
 def _campaigns_near(run: Path, made_from: Hashes) -> Iterator[Path]:

@@ -173,8 +173,9 @@ class LiveWindow(Window):
     def _show_state(self) -> None:
         theme, state = self.theme, self._watched.state(self._clock())
         calm = {"running": theme.corrected, "complete": theme.corrected, "not begun": theme.muted}
-        done, total, _ = self._watched.progress
-        self.setWindowTitle(f"{self._watched.folder.name} – {state}, {done} of {total} sweeps – Flexura")
+        _, total, _ = self._watched.progress
+        finished = len({event.get("step") for event in self._watched.events_of("finished")})
+        self.setWindowTitle(f"{self._watched.folder.name} – {state}, {finished} of {total} sweeps – Flexura")
         self.badge.setText(state.upper())
         self.badge.setStyleSheet(
             f"background: {calm.get(state, theme.warning)}; color: {theme.plot}; font-weight: bold; "
