@@ -81,7 +81,7 @@ def focus(
         given = laws_read(laws, twin, "focus")
         extent = given.extent
         run, inputs = kept(out, given.path, file)
-        span, wanted = np.array(range_of(declared, given.laws, given.origin)), None
+        span, wanted = np.array(range_of(declared, given.laws, given.origin, extent)), None
         if temperature is not None:
             span = wanted = within(np.unique(np.asarray(temperature, float)), given.laws, given.origin)
         without = None if given.read is None else given.read.without_effects(span)
@@ -188,7 +188,7 @@ def compensate(
         extent = given.extent
         declared, file, followed = panel_followed(panel, method, given.folder)
         run, inputs = kept(out, given.path, file)
-        range_of(declared, given.laws, given.origin)
+        range_of(declared, given.laws, given.origin, extent)
         declared, notes = given.on(declared)
         checked_device(device)
         with computing(shown=progress) as report:

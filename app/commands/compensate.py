@@ -188,8 +188,8 @@ def _from_laws(
     found = laws_for(run, twin, "compensate")
     declared, panel_path = panel_for(panel, found.folder, filters)
     followed = method_for(method, panel, found.folder)  # type: ignore[arg-type]
-    low, high = range_of(declared, found.laws, found.path)
-    _check_temperatures(wanted, training, (low, high))
+    low, high = range_of(declared, found.laws, found.path, found.extent)
+    _check_temperatures(wanted, training, (low, high), found.extent)
     declared, notes = found.on(declared)
     notes += said_of_range(declared, (low, high))
 
@@ -203,13 +203,17 @@ def _from_laws(
 
 
 def _check_temperatures(
-    wanted: tuple[float, int | None, tuple[float, ...]], training: "Training", span: tuple[float, float]
+    wanted: tuple[float, int | None, tuple[float, ...]],
+    training: "Training",
+    span: tuple[float, float],
+    extent: "CampaignExtent | None",
 ) -> None:
     """Refuse --spacing, --place or --across that the laws' range of temperatures does not allow."""
     from analysis.compensation.knots import check_places
     from analysis.focusing.temperatures import spaced
 
     (spacing, place, across), (low, high) = wanted, span
+    of_part = "" if extent is None else f" (the campaign of the laws is not complete: {extent.said})"
     try:
         if place is None:
             training.check_temperatures(len(spaced(low, high, spacing)))
@@ -217,11 +221,11 @@ def _check_temperatures(
             check_places(place, low, high)
     except ValueError as error:
         option = f"--spacing {spacing:g}, {low:g} to {high:g} °C" if place is None else "--place"
-        raise click.UsageError(f"{option}: {error}") from error
+        raise click.UsageError(f"{option}: {error}{of_part}") from error
     if across and max(across) > high - low:
         raise click.UsageError(
             f"--across {max(across):g} K: the laws hold from {low:g} to {high:g} °C, so that up to "
-            f"{high - low:g} K can be judged"
+            f"{high - low:g} K can be judged{of_part}"
         )
 
 

@@ -148,7 +148,7 @@ def _from_laws(
 
     declared, panel_path = panel_of(panel, changes)
     found = laws_for(run, twin, "focus")
-    low, high = range_of(declared, found.laws, found.path)
+    low, high = range_of(declared, found.laws, found.path, found.extent)
     named = within(np.array(sorted(set(temperatures))), found.laws, found.path) if temperatures else None
     declared, notes = found.on(declared)
     notes += said_of_range(declared, (low, high)) if named is None else []

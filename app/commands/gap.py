@@ -41,6 +41,9 @@ def command(
     unknown, and the likely reason is looked for. The result is printed in words, too, and all other verbs use the
     corrected laws from then on. Exit status 0: no gap, or explained; 1: partly explained or unknown; 2: input that
     cannot be judged.
+
+    CAMPAIGN may be running or interrupted: its finished sweeps are taken, and the result says how many of how many
+    they are. Do the same again when more are there: laws.h5 of fewer sweeps is then made again, too.
     """
     from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign

@@ -84,6 +84,9 @@ def command(
     it again. A campaign's result goes into the run folder (frf.h5, modes.h5, modes.csv), a test's too, with its
     shapes (flexura new writes TEST.toml). FRFS.uff is taken FRF by FRF and printed; with --shared-poles as one
     structure, into a run folder too.
+
+    A CAMPAIGN may be running or interrupted: its finished sweeps are taken, and the result says how many of how
+    many they are. Do the same again when more are there.
     """
     from app.files.modal_test_toml import declares_test
 

@@ -97,7 +97,7 @@ def command(
     sent = shipment(given, None, "thermometer")
     origin = laws_for(given, twin, "thermometer")
     laws = sent.panel.plate.grown(origin.laws)
-    low, high = range_of(sent.panel, laws, origin.path)
+    low, high = range_of(sent.panel, laws, origin.path, origin.extent)
     place = _sensor(sent, sensor)
 
     from app.sound.listening import listened

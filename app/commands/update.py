@@ -40,6 +40,9 @@ def command(
     If flexura gap corrected laws there, a note says that other verbs use those.
     Exit status 1 where a temperature's fit did not settle inside the twin's certified range, and where the modes
     do not pair: the twin is no fit then, and the likely reason is looked for.
+
+    CAMPAIGN may be running or interrupted: its finished sweeps are taken, and the result says how many of how many
+    they are. Laws need three temperatures. Do the same again when more sweeps are there.
     """
     from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign

@@ -11,10 +11,10 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.temperatures import covered
 from analysis.material import Material, MaterialLaws
 from app.files.bad_file import ResultFileError
-from app.files.best_twin import CORRECTED, best_twin
+from app.files.best_twin import CORRECTED, best_twin, recordings
 from app.files.campaign_inputs import origin_of_result, said_of_more_sweeps
 from app.files.laws_file import effects_in_laws, load_laws
-from app.files.twin_file import TwinFile, read_twin
+from app.files.twin_file import TwinFile, inputs_digest, read_twin
 from app.stages.measured_plate import MeasuredPlate
 
 OWN = 0.1
@@ -148,10 +148,27 @@ def _of_file(path: Path) -> PanelLaws:
 
 def _of_twin(run: Path | None, twin: Path) -> PanelLaws:
     path, read = twin.resolve(), read_twin(twin)
+    extent, said = _origin_of_twin(path, read)
     folder = run if run is not None and run.is_dir() else path.parent
     measured = MeasuredPlate.of_twin(read)
-    notes = (f"{twin}: the panel's plate obeys the corrected laws",) if read.effect else ()
-    return PanelLaws(path, laws_of_twin(read, path), folder, notes, measured, uncorrected_laws(folder))
+    corrected = (f"{twin}: the panel's plate obeys the corrected laws",) if read.effect else ()
+    laws, plain = laws_of_twin(read, path), uncorrected_laws(folder)
+    return PanelLaws(path, laws, folder, (*corrected, *said), measured, plain, extent)
+
+
+def _origin_of_twin(path: Path, twin: TwinFile) -> tuple[CampaignExtent | None, list[str]]:
+    """Return how complete a twin file's campaign was, and notes; gap.h5 of the same comparison says so."""
+    beside = path.with_name("gap.h5")
+    try:
+        origin = origin_of_result(beside, "gap") if beside.is_file() else None
+    except ResultFileError:  # the twin file does without
+        return None, []
+    if origin is None or twin.origin.inputs != inputs_digest(recordings(origin.inputs)):
+        return None, []
+    more = said_of_more_sweeps(path.parent, origin.inputs, "gap")
+    if more is not None:
+        return origin.extent, [f"{path.name}: {more}"]
+    return origin.extent, [] if origin.extent is None else [f"{path.name}: {origin.extent.note}"]
 
 
 def laws_of_twin(twin: TwinFile, origin: Path) -> MaterialLaws:
@@ -187,7 +204,9 @@ def uncorrected_laws(run: Path) -> MaterialLaws | None:
         return None
 
 
-def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, float]:
+def range_of(
+    panel: Panel, laws: MaterialLaws, origin: Path, extent: CampaignExtent | None = None
+) -> tuple[float, float]:
     """Return the common temperature range of panel and laws.
 
     Parameters
@@ -196,6 +215,8 @@ def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, flo
     laws : MaterialLaws
     origin : Path
         File of the laws, for messages.
+    extent : CampaignExtent, optional
+        Of their campaign, where that was not complete, for messages.
 
     Returns
     -------
@@ -210,7 +231,8 @@ def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, flo
     try:
         return covered(laws, panel.filters.operating_range)
     except ValueError as error:
-        raise ResultFileError(f"{origin}: {error}; update a campaign that covers them") from error
+        of_part = "" if extent is None else f" (this one is not complete: {extent.said})"
+        raise ResultFileError(f"{origin}: {error}; update a campaign that covers them{of_part}") from error
 
 
 def said_of_range(panel: Panel, covered: tuple[float, float]) -> list[str]:

@@ -130,14 +130,14 @@ def test_a_whole_campaign_has_nothing_to_say(begun: Callable[..., Path]) -> None
 def test_without_a_finished_sweep_it_is_said_in_one_sentence(begun: Callable[..., Path]) -> None:
     folder = begun()
     with pytest.raises(
-        CampaignFileError, match="no sweep is finished yet, of 7: continue .* flexura acquire"
+        CampaignFileError, match=r"no sweep is finished yet, of 7: continue .* flexura acquire"
     ) as e:
         load_campaign(folder)
     assert "\n" not in str(e.value)
     with folder_lock(folder), pytest.raises(CampaignFileError, match="acquire is recording the first; try again"):
         load_campaign(folder)
     give_up(folder, *range(ASKED))
-    with pytest.raises(CampaignFileError, match="all 7 were given up .* --again"):
+    with pytest.raises(CampaignFileError, match=r"all 7 were given up .* --again"):
         load_campaign(folder)
 
 
