@@ -18,6 +18,7 @@
 ``channel``            inputs and outputs, their names and units
 ``sensitivity``        volts per unit of each channel
 ``campaign``           recorded sweeps of one experiment over temperature
+``campaign_extent``    how many of its sweeps are there
 ``h1``                 H1 of synchronous repeats
 ``sweep_h1``           the same of one sweep at all outputs
 ``noise_power``        power of the noise of an FRF at each line

@@ -41,12 +41,16 @@ def command(
     unknown, and the likely reason is looked for. The result is printed in words, too, and all other verbs use the
     corrected laws from then on. Exit status 0: no gap, or explained; 1: partly explained or unknown; 2: input that
     cannot be judged.
+
+    CAMPAIGN may be running or interrupted: its finished sweeps are taken, and the result says how many of how many
+    they are. Do the same again when more are there: laws.h5 of fewer sweeps is then made again, too.
     """
     from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign
     from app.files.room import room_of
     from app.files.run_folder import run_folder
     from app.terminal.briefing import briefing
+    from app.terminal.campaign_extent import led
     from app.terminal.gap import show, summary
 
     loaded = load_campaign(campaign)
@@ -63,6 +67,6 @@ def command(
     output.result(lambda: record, lambda: show(record, words))
     for note in (*found.frf.notes, *record["notes"]):
         output.note(note)
-    output.summary(summary(record, run))
+    output.summary(f"{led(loaded.extent)}{summary(record, run)}")
     if found.report.verdict not in GOOD:
         raise click.exceptions.Exit(1)

@@ -84,6 +84,9 @@ def command(
     it again. A campaign's result goes into the run folder (frf.h5, modes.h5, modes.csv), a test's too, with its
     shapes (flexura new writes TEST.toml). FRFS.uff is taken FRF by FRF and printed; with --shared-poles as one
     structure, into a run folder too.
+
+    A CAMPAIGN may be running or interrupted: its finished sweeps are taken, and the result says how many of how
+    many they are. Do the same again when more are there.
     """
     from app.files.modal_test_toml import declares_test
 
@@ -163,6 +166,7 @@ def _campaign(
     loaded = load_campaign(campaign)
 
     from app.stages import identify
+    from app.terminal.campaign_extent import extent_record, led
     from app.terminal.modes import campaign_record, show, summary
 
     wanted = options()
@@ -173,11 +177,12 @@ def _campaign(
     identify.save(run, loaded, found, wanted, export)
     tracked = found.tracked
     seconds = time.perf_counter() - started
-    output.result(lambda: campaign_record(tracked, seconds), lambda: show(tracked))
+    record = campaign_record(tracked, seconds) | extent_record(loaded.extent)
+    output.result(lambda: record, lambda: show(tracked))
     said = () if export is None else (identify.said_of_export(export, found, wanted.temperature),)
     for note in (*found.frf.notes, *tracked.notes, *said):
         output.note(note)
-    output.summary(f"{summary(tracked, seconds)}; results in {run}")
+    output.summary(f"{led(loaded.extent)}{summary(tracked, seconds)}; results in {run}")
     if not any(modes.real.any() for modes in tracked.modes):
         raise click.exceptions.Exit(1)
 

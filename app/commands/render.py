@@ -67,6 +67,7 @@ def command(
     from app.files.exports.shipment import shipment
     from app.files.run_folder import run_folder
     from app.stages.panel_laws import laws_for
+    from app.terminal.campaign_extent import led
 
     given = run or Path()
     sent = shipment(given, method, "render").chosen({"sound": sound.name, "temperature": temperature})
@@ -94,7 +95,7 @@ def command(
     output.result(lambda: record(sent, done, trace, block))
     for note in (*origin.notes, *sent.notes, *notes(channels, trace)):
         output.note(note)
-    output.summary(summary(sent, done, trace))
+    output.summary(f"{led(origin.extent)}{summary(sent, done, trace)}")
 
 
 def covered(sent: "Shipment", laws: "MaterialLaws", course: "TemperatureProgramme") -> None:

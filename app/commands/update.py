@@ -40,12 +40,16 @@ def command(
     If flexura gap corrected laws there, a note says that other verbs use those.
     Exit status 1 where a temperature's fit did not settle inside the twin's certified range, and where the modes
     do not pair: the twin is no fit then, and the likely reason is looked for.
+
+    CAMPAIGN may be running or interrupted: its finished sweeps are taken, and the result says how many of how many
+    they are. Laws need three temperatures. Do the same again when more sweeps are there.
     """
     from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign
     from app.files.pairing_json import pairing_record
     from app.files.room import room_of
     from app.files.run_folder import run_folder
+    from app.terminal.campaign_extent import extent_record, led
     from app.terminal.update import gains_text, notes, record, show, summary
 
     started = time.perf_counter()
@@ -66,6 +70,7 @@ def command(
             **record(updated, seconds, inputs, found.frf.driven_by.tolist()),
             "pairing": pairs,
             "best_twin": best.record,
+            **extent_record(loaded.extent),
         },
         lambda: show(updated, pairs),
     )
@@ -82,7 +87,8 @@ def command(
         )
     for sentence in overtaken(best):
         output.note(sentence)
-    output.summary(summary(updated, run, seconds, inputs[0].gain_unit, found.pairing))
+    said = summary(updated, run, seconds, inputs[0].gain_unit, found.pairing)
+    output.summary(f"{led(loaded.extent)}{said}")
     if not updated.settled.all() or not (found.pairing is None or found.pairing.fits):
         raise click.exceptions.Exit(1)
 

@@ -40,7 +40,8 @@ def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Pa
 
     A campaign that flexura acquire is writing is shown live: oven and plate against the programme, the last
     repeat's signals, spectrum and levels, FRFs as they come, the log. The window only reads the folder; closing
-    it, or losing it, does nothing to the campaign, which it can pause or stop safely.
+    it, or losing it, does nothing to the campaign, which it can pause or stop safely. The title says how many
+    sweeps are there of how many.
 
     All else is shown as recorded, a page for every stage whose result is there: FRFs over temperature with linked
     cursors, modes followed over temperature, laws, the gap with the signatures of its candidates, focusing, moving

@@ -24,7 +24,8 @@ Campaigns:
 ========================  ===============================================================================
 ``campaign``              load any campaign: ``campaign_kind`` says which form it has
 ``recorded_campaign``     one as it came from the recorder: ``campaign_toml`` and ``tdms_sweep``
-``campaign_folder``       one in Flexura's own form: ``sweep_file``
+``campaign_folder``       one in Flexura's own form: ``sweep_file``, ``finished_sweep``
+``campaign_inputs``       whether a result was made from the sweeps that are there now
 ``import_recording``      from the one to the other, surviving a kill
 ``acquired_campaign``     the same folder while a rig writes into it
 ``same_experiment``       whether it was begun with the same experiment

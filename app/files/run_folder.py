@@ -46,7 +46,7 @@ def run_folder(campaign: Path, out: Path | None, needed: float = RESULTS) -> Ite
     ResultFileError
         Where it cannot be made or written, or its disk has not that much room.
     """
-    folder = out or _beside(campaign)
+    folder = out or beside(campaign)
     made: list[Path] = []
     with suppress(OSError):  # a name that is too long, or a folder without permission: reported below
         made = [one for one in (folder, *folder.parents) if not one.exists()]
@@ -100,9 +100,9 @@ def run_file(run: Path, name: str, verb: str) -> Path:
     path = run / name
     if path.is_file():
         return path
-    beside = _beside(run)
-    if (beside / name).is_file():
-        typed = run.parent / beside.name if run.name not in ("", "..") else beside
+    own = beside(run)
+    if (own / name).is_file():
+        typed = run.parent / own.name if run.name not in ("", "..") else own
         raise ResultFileError(
             f"{run}: holds no {name}; the results of this campaign are in {typed}: flexura {verb} {typed}"
         )
@@ -121,7 +121,7 @@ def is_test_run(run: Path) -> bool:
     return (run / "transfers.h5").is_file() and not (run / "frf.h5").is_file()
 
 
-def _beside(campaign: Path) -> Path:
+def beside(campaign: Path) -> Path:
     """Return the folder for a campaign's or a test's results where none is named: ``NAME-run`` beside it."""
     campaign = campaign.resolve()
     return campaign.parent / f"{campaign.stem}-run"

@@ -19,6 +19,7 @@ from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import sweep_measured, track
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
+from app.files.campaign_inputs import campaign_settings
 from app.files.frf_file import save_frf
 from app.files.modes_file import save_modes, write_table
 from app.files.provenance import provenance, sha256
@@ -142,7 +143,7 @@ def save(
     OSError
         Where a file cannot be written.
     """
-    made_from = provenance(found.inputs, {"campaign": campaign.name} | wanted.record())
+    made_from = provenance(found.inputs, campaign_settings(campaign) | wanted.record())
     save_frf(run / "frf.h5", campaign.experiment, found.every, made_from)  # as written by update and gap
     if export is not None:
         sweep = None if wanted.temperature is None else nearest_sweep(found.frf, wanted.temperature)
