@@ -138,7 +138,10 @@ def run_campaign(
             station.require_celsius()
             station.require_reachable()
         station.note("resumed" if begun else "begun", finished=len(progress.finished))
-        _run_legs(left, progress, station, protocol, store, observer, paused)
+        try:
+            _run_legs(left, progress, station, protocol, store, observer, paused)
+        finally:
+            station.tell_mislabelled()
     except (DaqError, OvenError) as error:
         raise RigStopped(str(error), RESUME) from error
     ended = Progress.of(store.finished(), store.events())
