@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from analysis.arrays import Real
-from analysis.plate_temperature.sensor_check import DOUBTED, MEMORY, MISLABELLED, SensorCheck, Trust
+from analysis.plate_temperature.sensor_check import DOUBTED, MEMORY, MISLABELLED, SensorCheck, Trust, Verdict
 
 APART = 0.6
 """Mean difference of two sensors from which on one of them is wrong, K: twice the gradient of a thin plate."""
@@ -60,7 +60,7 @@ class PlateSensors:
         self._apart: dict[tuple[int, int], float] = {}
         self._last = -math.inf
         self._judged: dict[int, tuple[float, Moments]] = {}
-        self._doubted_since: dict[int, float] = {}
+        self._doubted: set[int] = set()
         self._late: dict[int, str] = {}
         self._slow: dict[int, str] = {}
 
@@ -87,7 +87,7 @@ class PlateSensors:
         verdicts = {one: self._checks[one].judge(now, air, readings[one]) for one in self._used}
         trusted = max((verdict.trust for verdict in verdicts.values()), default=Trust.REFUSED)
         believed = [one for one in self._used if verdicts[one].trust is trusted is not Trust.REFUSED]
-        self._look_back(now, {one: verdict.why for one, verdict in verdicts.items()})
+        self._look_back(now, verdicts)
         self._compare(now, [one for one in self._used if verdicts[one].trust is not Trust.REFUSED], readings)
         wrong = {one: verdicts[one].why for one in self._lasting(now, believed)}
         wrong |= self._worse(believed, {one: verdicts[one].why for one in believed})
@@ -138,15 +138,14 @@ class PlateSensors:
     def _errors(self, moments: Moments) -> dict[int, float]:
         return {one: self._checks[one].error(moment) for one, moment in moments.items()}
 
-    def _look_back(self, now: float, whys: dict[int, str]) -> None:
-        """Doubt sweeps made shortly before a doubt began: it takes minutes until one shows."""
-        for one, why in whys.items():
-            if not why:
-                self._doubted_since.pop(one, None)
-            elif one not in self._doubted_since:
-                self._doubted_since[one] = now
+    def _look_back(self, now: float, verdicts: dict[int, Verdict]) -> None:
+        """Doubt sweeps made shortly before a doubt began: it takes minutes until one shows, unlike a jump."""
+        for one, verdict in verdicts.items():
+            if verdict.trust is Trust.DOUBTED and one not in self._doubted:
                 recent = [step for step, (made, _) in self._judged.items() if now - made <= LOOKED_BACK]
-                self._late |= {step: f"shortly afterwards, {why}" for step in recent if step not in self._late}
+                why = f"shortly afterwards, {verdict.why}"
+                self._late |= {step: why for step in recent if step not in self._late}
+        self._doubted = {one for one, verdict in verdicts.items() if verdict.why}
 
     def _compare(self, now: float, believed: Sequence[int], readings: Sequence[float]) -> None:
         share = 1.0 - math.exp(-(now - self._last) / MEMORY)

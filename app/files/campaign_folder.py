@@ -15,6 +15,7 @@ The files are the truth: what has been done is what is there and matches its dig
 
 import hashlib
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -160,7 +161,8 @@ def read_campaign_folder(folder: Path) -> Campaign:
     played = _level_units(folder, protocol, experiment)
     units = played or experiment.level_units
     problems += coverage_problems(experiment.protocol, sweeps, units)
-    known = {event["place"] for event in read_events(folder) if event.get("event") == "missing"}
+    events = read_events(folder)
+    known = {event["place"] for event in events if event.get("event") == "missing"}
     gone = [
         str(place)
         for place in missing_places(experiment.protocol, sweeps, units)
@@ -173,4 +175,15 @@ def read_campaign_folder(folder: Path) -> Campaign:
     if problems:
         raise CampaignFileError(folder, problems)
     hashes = {PROTOCOL: sha256(folder / PROTOCOL)} | {name: sha256(folder / name) for name in sweeps}
-    return Campaign(protocol["name"], experiment, tuple(sweeps.values()), hashes, played)
+    doubts = _doubts(events)
+    read = (replace(one, doubt=doubts.get(one.step, one.doubt)) for one in sweeps.values())
+    return Campaign(protocol["name"], experiment, tuple(read), hashes, played)
+
+
+def _doubts(events: Sequence[Mapping[str, Any]]) -> dict[int, str]:
+    """Return why temperatures are in doubt by what the rig learnt after the sweep, by step."""
+    found = {}
+    for event in events:
+        if event.get("event") == "temperature in doubt" and event.get("step") is not None:
+            found[int(event["step"])] = "; ".join(str(why) for why in event.get("what") or ())
+    return found

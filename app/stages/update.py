@@ -36,6 +36,7 @@ from app.files.pairing_json import pairing_record
 from app.files.provenance import provenance, sha256
 from app.stages.drift_notes import drift_notes
 from app.stages.pairing import MeasuredSweeps, measured_sweeps, paired_sweeps, with_reason
+from app.stages.temperature_notes import label_notes, recorded_notes
 from app.terminal.notebook import as_html, as_text
 from app.terminal.pairing import pairing_tables
 from app.terminal.update import headline, notes, tables_of
@@ -196,7 +197,8 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress, run: Path |
         answers = list(executor.map(answer, local, sweep_points(frf, protocol)))
     density = campaign.experiment.plate.density
     seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
-    frf = replace(frf, notes=(*frf.notes, *drift_notes(protocol, updated, laws)))
+    of_temperatures = (*recorded_notes(campaign), *label_notes(campaign, frf, updated))
+    frf = replace(frf, notes=(*frf.notes, *of_temperatures, *drift_notes(protocol, updated, laws)))
     measured = measured_sweeps(campaign, frf, updated, report, run=run, mains=mains)
     pairs = paired_sweeps(campaign.experiment, frf, updated, measured, twin, local, seen.h, found)
     return Updating(frf, updated, laws, seen, measured, Pairing.of(pairs))
