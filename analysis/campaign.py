@@ -34,6 +34,8 @@ class Sweep:
         Reading of a thermocouple on the plate at the same moments, degrees Celsius; None without one.
     source : int
         Which of `Experiment.inputs` drove.
+    doubt : str
+        Why its temperature may be wrong, as the rig noted it; empty if it is believed.
     """
 
     step: int
@@ -47,6 +49,7 @@ class Sweep:
     plate_temperature_start: float | None = None
     plate_temperature_end: float | None = None
     source: int = 0
+    doubt: str = ""
 
     def __post_init__(self) -> None:
         if self.drive.ndim != 2 or self.responses.ndim != 3 or self.responses.shape[1:] != self.drive.shape:

@@ -39,6 +39,7 @@ def command(
     each with actuators of its own. An acquired one may be running or interrupted: its finished sweeps are taken.
     """
     from app.files.import_recording import import_joined, import_recording
+    from app.stages.temperature_notes import recorded_notes
     from drivers.ni.modules import find_module
 
     if len(folders) > 1 and actuator is not None:
@@ -51,6 +52,7 @@ def command(
         else:
             imported = import_recording(folders[0], out, allow_missing, report, actuator)
     recording, experiment = imported.recording, imported.recording.campaign.experiment
+    notes = recorded_notes(recording.campaign)
     output.result(
         lambda: {
             "campaign": str(imported.folder),
@@ -60,6 +62,7 @@ def command(
             "sensors": [output.id for output in experiment.outputs],
             "left_out": [str(problem) for problem in recording.left_out],
             "missing": [str(place) for place in recording.missing],
+            "notes": list(notes),
             "inputs": recording.campaign.hashes,
         }
     )
@@ -67,6 +70,8 @@ def command(
         output.note(f"left out {problem}")
     for place in recording.missing:
         output.note(f"missing {place}")
+    for note in notes:
+        output.note(note)
     if not find_module(experiment.acquisition.module):
         output.note(f"module {experiment.acquisition.module!r} is unknown: rate and range were not checked")
     what = {

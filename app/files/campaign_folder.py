@@ -16,7 +16,7 @@ The files are the truth: what has been done is what is there and matches its dig
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -177,7 +177,8 @@ def read_campaign_folder(folder: Path) -> Campaign:
     units = played or experiment.level_units
     problems += coverage_problems(experiment.protocol, sweeps, units)
     missing = missing_places(experiment.protocol, sweeps, units)
-    gone = _to_come(folder, missing)
+    events = read_events(folder)
+    gone = _to_come(events, missing)
     if gone and not acquired and not problems:
         shown = ", ".join(map(str, gone[:8])) + (f" and {len(gone) - 8} more" if len(gone) > 8 else "")
         problems.append(Problem(f"{SWEEPS}/", "missing", shown, "every sweep of the protocol", REMEDY))
@@ -185,15 +186,16 @@ def read_campaign_folder(folder: Path) -> Campaign:
         problems.append(_no_sweep(folder, len(missing), len(gone)))
     if problems:
         raise CampaignFileError(folder, problems)
-    there, extent = tuple(sweeps.values()), None
+    doubts = _doubts(events)
+    there, extent = tuple(replace(one, doubt=doubts.get(one.step, one.doubt)) for one in sweeps.values()), None
     if missing:
         extent = CampaignExtent.of(_state(folder, len(gone)), there, len(missing), len(missing) - len(gone))
     return Campaign(protocol["name"], experiment, there, hashes, played, extent)
 
 
-def _to_come(folder: Path, missing: Sequence[Place]) -> list[Place]:
+def _to_come(events: Sequence[Mapping[str, Any]], missing: Sequence[Place]) -> list[Place]:
     """Missing sweeps that the log does not call missing: neither given up nor left out by an import."""
-    known = {event["place"] for event in read_events(folder) if event.get("event") == "missing"}
+    known = {event["place"] for event in events if event.get("event") == "missing"}
     return [
         place
         for place in missing
@@ -216,3 +218,12 @@ def _no_sweep(folder: Path, asked: int, to_come: int) -> Problem:
     else:
         seen = f"no sweep is finished yet, of {asked}: continue the campaign with flexura acquire"
     return Problem("", "", seen, "")
+
+
+def _doubts(events: Sequence[Mapping[str, Any]]) -> dict[int, str]:
+    """Return why temperatures are in doubt by what the rig learnt after the sweep, by step."""
+    found = {}
+    for event in events:
+        if event.get("event") == "temperature in doubt" and event.get("step") is not None:
+            found[int(event["step"])] = "; ".join(str(why) for why in event.get("what") or ())
+    return found

@@ -43,6 +43,7 @@ from app.stages.pairing import (
     said_of_older_modes,
     with_reason,
 )
+from app.stages.temperature_notes import label_notes, recorded_notes
 from app.terminal.notebook import as_html, as_text
 from app.terminal.pairing import pairing_tables
 from app.terminal.update import headline, notes, tables_of
@@ -204,7 +205,8 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress, run: Path |
     density = campaign.experiment.plate.density
     seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
     older = () if run is None else said_of_older_modes(run / "modes.h5", campaign)
-    frf = replace(frf, notes=(*frf.notes, *drift_notes(protocol, updated, laws), *older))
+    of_temperatures = (*recorded_notes(campaign), *label_notes(campaign, frf, updated))
+    frf = replace(frf, notes=(*frf.notes, *of_temperatures, *drift_notes(protocol, updated, laws), *older))
     measured = measured_sweeps(campaign, frf, updated, report, run=run, mains=mains)
     pairs = paired_sweeps(campaign.experiment, frf, updated, measured, twin, local, seen.h, found)
     return Updating(frf, updated, laws, seen, measured, Pairing.of(pairs))

@@ -54,12 +54,15 @@ def completed(outcome: Outcome, unsafe: tuple[str, ...], folder: Path, seconds: 
         "finished": outcome.finished,
         "missing": outcome.missing,
         "made_now": outcome.made_now,
+        "doubted": outcome.doubted,
         "unsafe": list(unsafe),
         "seconds": seconds,
     }
     line = f"{outcome.finished} sweeps in {folder}, {outcome.made_now} of them now, in {seconds:.1f} s"
     if outcome.missing:
         line += f"; {outcome.missing} are missing (events.jsonl says why; --again tries once more)"
+    if outcome.doubted:
+        line += f"; the temperature of {outcome.doubted} is in doubt (events.jsonl says why)"
     status = NOT_AT_REST if unsafe else NOT_GOOD_ENOUGH if outcome.missing else 0
     return Ending(record, line + not_at_rest(unsafe), status)
 
