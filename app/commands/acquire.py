@@ -105,12 +105,10 @@ def _run(
     from app.terminal.campaign_ending import broken_off, completed
     from drivers.rig.end_requests import EndRequests
     from drivers.rig.errors import RigInterrupted, RigStopped
-    from drivers.rig.rig import Aftercare
     from drivers.rig.session import Session
 
     with _open(declared, kind, experiment, output) as opened, EndRequests() as requests:
         session = Session(opened, declared.limits, campaign_log(folder), requests.check)
-        session.aftercare = Aftercare(log=folder / "watchdog.log")
         try:
             outcome = _acquire(session, declared, experiment, folder, acquired, again, output)
         except BaseException as error:
