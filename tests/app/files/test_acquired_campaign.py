@@ -162,6 +162,7 @@ OTHER_CHASSIS = {
         {"oven": {"address": 7}},
         {"thermometer": {"port": "COM4", "terminator": "\r\n"}},
         {"cards": {"grpc": "lab:31763"}},
+        {"cards": {"device": "another sound card"}},
         {"cards": {"responses": ["cDAQ1Mod1/ai2"]}},
         {"cards": {"responses": ["cDAQ1Mod1/ai2"], "iepe": ["cDAQ1Mod1/ai2"]}},
         {"cards": OTHER_CHASSIS},
