@@ -157,8 +157,8 @@ def _into(target: Path, recording: Recording, folders: Sequence[Path], report: P
 
 
 def _already_one(folder: Path) -> CampaignFileError:
-    remedy = f"go on with: flexura identify {folder}"
-    return CampaignFileError(folder, [Problem("", "", "imported already", "a recorded campaign", remedy)])
+    remedy = f"complete or not, the other verbs take it: flexura identify {folder}"
+    return CampaignFileError(folder, [Problem("", "", "a campaign folder already", "a recorded campaign", remedy)])
 
 
 def _is_there(target: Path, protocol: dict[str, Any]) -> bool:

@@ -74,6 +74,10 @@ def test_three_sweeps_of_four_give_what_a_campaign_of_three_gives(
         kept = origin_of_result(run / name, "update").extent
         assert kept is not None
         assert kept.said == THREE
+    status, _, message = run_flexura("compensate", run, "--spacing", "30")
+    assert status == 2
+    assert "2 training temperatures; at least" in message
+    assert f"the campaign of the laws is not complete: {THREE}" in message
     declared = shutil.copytree(folder, tmp_path / "declared")
     frozen, experiment = read_protocol(declared)
     three = experiment.protocol.model_copy(update={"temperatures": experiment.protocol.temperatures[:3]})
@@ -201,7 +205,12 @@ def test_gap_of_more_sweeps_makes_the_laws_beside_it_anew(
     assert status == 0, message
     assert message.splitlines()[-1].startswith(f"{THREE}: ")
     assert "the laws cover 14.998 to 35.0" in message
+    by_twin = ("focus", "--twin", run / "twin.toml", "--temperature", "20", "--out", tmp_path / "filters")
+    status, _, message = run_flexura(*by_twin)
+    assert status == 0, message
+    assert message.splitlines()[-1].startswith(f"{THREE}: 20 °C")
     go_on(whole, folder)
+    assert "twin.toml: made from 3 sweeps of a campaign that has 4" in run_flexura(*by_twin)[2]
     status, _, message = run_flexura("gap", folder)
     assert status == 0, message
     assert len(load_updated(run / "laws.h5")[0].temperature) == 4
