@@ -10,6 +10,7 @@ import errno
 import os
 import socket
 import sys
+import time
 from pathlib import Path
 from typing import BinaryIO
 
@@ -19,17 +20,32 @@ if sys.platform == "win32":
     FAR = 1 << 30
     """The locked byte, far behind all data, because other processes cannot read it."""
 
-    def take(file: BinaryIO) -> None:
-        """Lock the file until it is closed; OSError at once if another process has locked it."""
+    def _take(file: BinaryIO) -> None:
         file.seek(FAR)
         msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
 
 else:
     import fcntl
 
-    def take(file: BinaryIO) -> None:
-        """Lock the file until it is closed, here and in all that inherited it; OSError at once if it is locked."""
+    def _take(file: BinaryIO) -> None:
         fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+LOOKS, PAUSE = 5, 0.05
+"""Attempts at a lock, and s between them: whoever only looks whether it is held has it for a millisecond."""
+
+
+def take(file: BinaryIO) -> None:
+    """Lock the file until it is closed, on POSIX also in all processes that inherited it; OSError if it is locked."""
+    for left in reversed(range(LOOKS)):
+        try:
+            _take(file)
+        except OSError:
+            if not left:
+                raise
+            time.sleep(PAUSE)
+        else:
+            return
 
 
 class NameTakenError(OSError):
@@ -60,13 +76,18 @@ def take_name(name: str) -> socket.socket | None:
         bound = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     except OSError:
         return None
-    try:
-        bound.bind(f"\0{name}")
-    except OSError as error:
-        bound.close()
-        if error.errno == errno.EADDRINUSE:
-            raise NameTakenError(error.errno, f"{name} is taken") from error
-        return None
+    for left in reversed(range(LOOKS)):
+        try:
+            bound.bind(f"\0{name}")
+        except OSError as error:
+            if error.errno == errno.EADDRINUSE and left:
+                time.sleep(PAUSE)
+                continue
+            bound.close()
+            if error.errno == errno.EADDRINUSE:
+                raise NameTakenError(error.errno, f"{name} is taken") from error
+            return None
+        break
     return bound
 
 
