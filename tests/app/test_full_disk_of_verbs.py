@@ -119,7 +119,7 @@ def test_room_is_looked_for_before_the_work(
     assert not (tmp_path / "out").exists()
 
 
-def test_room_for_a_campaign_and_a_sound(
+def test_room_for_campaigns_and_a_sound(
     tiny: TinyCampaign, small_run: SmallRun, tmp_path: Path, run_flexura: Flexura, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("soundfile")
@@ -131,6 +131,9 @@ def test_room_for_a_campaign_and_a_sound(
         sound.setframerate(rate)
         sound.writeframes(bytes(2 * rate * 60))
     room(monkeypatch, 5.01e6)
+    status, _, err = run_flexura("blind-trial", "--count", 9, "--seed", 1, "--out", tmp_path / "trial")
+    assert status == 2
+    assert "5.01 MB are free on its disk, about 32 MB are needed" in err
     status, _, err = run_flexura("import", recording, "--out", tmp_path / "campaign")
     assert status == 2
     assert "5.01 MB are free" in err
