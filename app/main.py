@@ -68,7 +68,8 @@ def flexura() -> None:
     """Temperature-aware modal analysis and wave focusing for plate-like structures.
 
     Verbs stand in the order of the work. Results go to the output stream and into files, all else to the error
-    stream; exit status 0: done, 1: ran, but not good enough, 2: bad input, 3: a rig not known to be at rest.
+    stream. Exit status 0: done, 1: ran, but not good enough, 2: bad input, or a disk that does not take results,
+    3: a rig not known to be at rest.
     """
 
 

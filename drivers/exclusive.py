@@ -36,7 +36,7 @@ LOOKS, PAUSE = 5, 0.05
 
 
 def take(file: BinaryIO) -> None:
-    """Lock the file until it is closed, on POSIX in all processes that inherited it, too; OSError if it is locked."""
+    """Lock the file until it is closed, on POSIX by all processes that inherited it; OSError if it is locked."""
     for left in reversed(range(LOOKS)):
         try:
             _take(file)

@@ -129,14 +129,19 @@ def worker_processes(count: int) -> Iterator[Executor]:
     ResultFileError
         Where a worker was killed, or had too little memory.
     """
-    if os.name != "nt":
-        from multiprocessing import resource_tracker  # absent on Windows
-
-        with undisturbed():  # Python's helper process ignores all but SIGHUP by itself; so it does that, too
-            resource_tracker.ensure_running()
+    heard = tuple(number for number in ENDING if signal.getsignal(number) is not signal.SIG_IGN)
     context = multiprocessing.get_context("spawn")
     held, holder = context.Pipe(duplex=False)
-    pool = ProcessPoolExecutor(count, mp_context=context, initializer=_follow_the_parent, initargs=(held,))
+    with undisturbed():  # inherited: a process that is being started ignores what it cannot pass on yet
+        if os.name != "nt":
+            from multiprocessing import resource_tracker  # Python's own helper process; absent on Windows
+
+            resource_tracker.ensure_running()
+        pool = ProcessPoolExecutor(
+            count, mp_context=context, initializer=_follow_the_parent, initargs=(held, heard)
+        )
+        for _ in range(count):
+            pool.submit(os.getpid)
     try:
         yield pool
         pool.shutdown()
@@ -152,8 +157,8 @@ def worker_processes(count: int) -> Iterator[Executor]:
             held.close()
 
 
-def _follow_the_parent(held: Connection) -> None:
-    """End this process when its parent lets go of a pipe, or is killed; pass on to it the signals to end."""
+def _follow_the_parent(held: Connection, heard: tuple[int, ...]) -> None:
+    """End this process when its parent lets go of a pipe, or is killed; pass on to it the signals it heeds."""
     parent = multiprocessing.parent_process()
     if parent is None:
         return
@@ -168,9 +173,8 @@ def _follow_the_parent(held: Connection) -> None:
                 os.kill(parent.pid or 0, number)
 
     threading.Thread(target=watch, daemon=True).start()
-    for number in ENDING:
-        if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, pass_on)
+    for number in heard:
+        signal.signal(number, pass_on)
 
 
 def run_trial(trial: Trial, executor: Executor, report: Progress, announce: Callable[[str], None]) -> None:

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 GOOD_LOSS = 0.02
 """Largest loss of contrast of networks against directly computed filters, at any line and temperature."""
 
+ROOM = 20e6
+"""Bytes of ``compensation.h5``, roughly: with two actuators it is 11 MB."""
+
 EXAMPLES = """\b
 Examples:
   flexura compensate plate-run
@@ -127,13 +130,13 @@ def command(
     from app.terminal.compensation import notes, record, show, summary
 
     checked_device(device)
-    with run_folder(task.beside, out or task.beside) as folder, output.progress() as report:
+    with run_folder(task.beside, out or task.beside, ROOM) as folder, output.progress() as report:
         try:
             computed = task.compute(report, training=chosen, device=device)
         except EvidenceCollapseError as error:
             output.failure(f"refused: {error}")
             raise click.exceptions.Exit(1) from error
-    target = compensate.save(folder, computed, {path.name: sha256(path) for path in task.inputs}, task.extent)
+        target = compensate.save(folder, computed, {path.name: sha256(path) for path in task.inputs}, task.extent)
     found = computed.compensation
     seconds = time.perf_counter() - started
     output.result(lambda: record(found, seconds) | extent_record(task.extent), lambda: show(found))

@@ -108,9 +108,9 @@ def command(
 
     with run_folder(task.beside, out or task.beside) as folder, output.progress() as report:
         found = task.compute(report)
-    focusing, lost = found.focusing, found.uncorrected
-    gone = replaced(folder / focus.FILTERS, focusing.temperature)
-    target = focus.save(folder, found, {path.name: sha256(path) for path in task.inputs}, task.extent)
+        focusing, lost = found.focusing, found.uncorrected
+        gone = replaced(folder / focus.FILTERS, focusing.temperature)
+        target = focus.save(folder, found, {path.name: sha256(path) for path in task.inputs}, task.extent)
     seconds = time.perf_counter() - started
     output.result(
         lambda: record(found.panel, focusing, found.comparison, lost, seconds) | extent_record(task.extent),

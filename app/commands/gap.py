@@ -61,8 +61,8 @@ def command(
     started = time.perf_counter()
     with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
         found = gap.compute(loaded, mains, report, start=start, folder=effects, run=run)
-    seconds = time.perf_counter() - started
-    record = gap.save(run, loaded, found, mains, seconds, start=twin, folder=effects)
+        seconds = time.perf_counter() - started
+        record = gap.save(run, loaded, found, mains, seconds, start=twin, folder=effects)
     words = briefing(best_twin(run, "gap"), record, str(campaign)).lines()
     output.result(lambda: record, lambda: show(record, words))
     for note in (*found.frf.notes, *record["notes"]):

@@ -174,7 +174,7 @@ def _campaign(
         writable_folder(export.parent, "--export")
     with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
         found = identify.compute(loaded, wanted, report, twin)
-    identify.save(run, loaded, found, wanted, export)
+        identify.save(run, loaded, found, wanted, export)
     tracked = found.tracked
     seconds = time.perf_counter() - started
     record = campaign_record(tracked, seconds) | extent_record(loaded.extent)
@@ -206,7 +206,7 @@ def _structure(path: Path, out: Path | None, options: "Callable[[], Wanted]", ou
         from app.terminal.modes import modes_record, show_modes
 
         found, wanted = stage.compute(frfs, options(), report, mains_named=typed_mains)
-    stage.save(run, found, wanted)
+        stage.save(run, found, wanted)
     frfs, seconds = found.frfs, time.perf_counter() - started
 
     def show() -> None:

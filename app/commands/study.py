@@ -92,11 +92,12 @@ def command(
         except EvidenceCollapseError as error:
             output.failure(f"refused: {error}")
             raise click.exceptions.Exit(1) from error
-    inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
-    settings = {"figures": list(wanted), "as_paper": as_paper, "panel": declared.model_dump(mode="json")}
-    settings |= extent_settings(origin.extent)
-    save_studies(folder / "studies.h5", declared, found, provenance(inputs, settings, seed))
-    drawn, numbers = _draw(found, figure, folder), rows(found)
+        inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
+        settings = {"figures": list(wanted), "as_paper": as_paper, "panel": declared.model_dump(mode="json")}
+        settings |= extent_settings(origin.extent)
+        save_studies(folder / "studies.h5", declared, found, provenance(inputs, settings, seed))
+        drawn = _draw(found, figure, folder)
+    numbers = rows(found)
     output.result(
         lambda: [{"quantity": r.quantity, "paper": r.paper, "ours": r.ours} for r in numbers],
         lambda: show(numbers),

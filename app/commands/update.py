@@ -60,8 +60,8 @@ def command(
     start = start_of(twin, loaded.experiment, effects)
     with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
         found = update.compute(loaded, mains, report, start=start, folder=effects, run=run)
-    replaced = other_effects(run / "laws.h5", {} if start is None else start.twin.effects)
-    update.save(run, loaded, found, mains, start)
+        replaced = other_effects(run / "laws.h5", {} if start is None else start.twin.effects)
+        update.save(run, loaded, found, mains, start)
     updated, seconds = found.updated, time.perf_counter() - started
     inputs, best = loaded.experiment.inputs, best_twin(run, "update")
     pairs = pairing_record(found.pairing)

@@ -54,9 +54,11 @@ def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Pa
 
     found = viewed(folder)
     if screenshot is not None:
+        from app.files.room import RESULTS, require_room
         from app.files.run_folder import writable_folder
 
         writable_folder(screenshot, "--screenshot")
+        require_room(screenshot, RESULTS, "--screenshot")
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     from app.view.application import application
 

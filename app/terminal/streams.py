@@ -10,12 +10,7 @@ import os
 import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
-
-from app.files.atomic import write_text
-
-if TYPE_CHECKING:
-    from _typeshed import ReadableBuffer
+from typing import Any, TextIO
 
 BROKEN = frozenset({errno.EPIPE, errno.EIO, errno.EBADF, getattr(errno, "ESHUTDOWN", errno.EPIPE)})
 """Nobody is there any more: a pipe's reader has ended, a terminal was closed, a stream was closed at the start."""
@@ -26,7 +21,7 @@ class _Output(io.FileIO):
 
     lost: OSError | None = None
 
-    def write(self, data: "ReadableBuffer", /) -> int:
+    def write(self, data: Any, /) -> int:
         """Write, or note why not."""
         try:
             return super().write(data)
@@ -57,6 +52,8 @@ def keep_unseen(file: Path, text: str) -> None:
 
     For what somebody must come to know: how a campaign ended, and whether its rig is at rest.
     """
+    from app.files.atomic import write_text  # it loads HDF5, for which no --help is to wait
+
     with suppress(OSError):  # it was the last place to say it
         if lost(sys.stderr) is not None:
             write_text(file, text + "\n")

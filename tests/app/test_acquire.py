@@ -194,6 +194,28 @@ def test_a_signal_brings_everything_to_rest_and_the_command_goes_on(
     assert len(load_campaign(out).sweeps) == 4
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
+def test_a_campaign_whose_output_nobody_reads_any_more_ends_as_usual(
+    acquired: tuple[Path, Path, Result], tmp_path: Path
+) -> None:
+    """As where ``2>&1 | tee log`` is ended by the Ctrl-C that is meant for the campaign."""
+    file, out = acquired[0], tmp_path / "broken-off"
+    command = [sys.executable, "-m", "flexura", "acquire", str(file), "--out", str(out), "--json"]
+    reader, writer = os.pipe()
+    with subprocess.Popen(command, cwd=ROOT, stdout=writer, stderr=writer, text=True) as child:
+        os.close(writer)
+        os.read(reader, 1)
+        os.close(reader)
+        _wait_for(lambda: len(list(out.glob("sweeps/*.h5"))) >= 2, child)
+        child.send_signal(signal.SIGINT)
+        assert child.wait(60) == 130
+    assert "the drive is at 0 V and the oven at rest" in (out / "ending.txt").read_text()
+    result = run("acquire", file, "--out", out)
+    assert result.exit_code == 0, result.output
+    assert not (out / "ending.txt").exists()
+
+
 def _wait_for(condition: Callable[[], bool], child: "subprocess.Popen[str]") -> None:
     deadline = time.monotonic() + 90.0
     while not condition():

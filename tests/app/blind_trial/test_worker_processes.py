@@ -75,11 +75,16 @@ def _gone(process: int) -> bool:
     ("to", "number"),
     [
         ("parent", "SIGINT"),
-        ("worker", "SIGTERM"),
-        ("all", "SIGHUP"),
         *(
             pytest.param(*case, marks=pytest.mark.slow)
-            for case in (("parent", "SIGTERM"), ("worker", "SIGINT"), ("all", "SIGINT"), ("all", "SIGTERM"))
+            for case in (
+                ("parent", "SIGTERM"),
+                ("worker", "SIGINT"),
+                ("worker", "SIGTERM"),
+                ("all", "SIGINT"),
+                ("all", "SIGTERM"),
+                ("all", "SIGHUP"),
+            )
         ),
     ],
 )
@@ -115,6 +120,7 @@ def test_a_signal_to_any_process_ends_all(tmp_path: Path, to: str, number: str):
     assert all(_gone(worker) for worker in workers)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="asks for a process by its number")
 def test_a_worker_that_was_killed_is_told(tmp_path: Path):
     """As the system does to the largest process where memory is short."""

@@ -40,6 +40,7 @@ def test_a_display_that_is_not_there_is_told(run: Path, named: dict[str, str], w
     assert "ssh -X" in line
 
 
+@pytest.mark.slow
 def test_pictures_need_none(run: Path, tmp_path: Path) -> None:
     done = view(run, "--screenshot", str(tmp_path / "pictures"))
     assert done.returncode == 0, done.stderr
