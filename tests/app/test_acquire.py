@@ -36,6 +36,7 @@ from app.rig.simulated_rig import parts_around
 from drivers.ni.errors import Action, DaqError
 from drivers.ni.simulated.faults import Faults
 from drivers.rig import rest
+from drivers.rig.device_names import device_names
 from drivers.rig.errors import RigInterrupted, RigStopped
 from drivers.rig.occupancy import occupied
 from drivers.rig.simulated import SimulatedParts
@@ -187,8 +188,9 @@ def test_a_signal_brings_everything_to_rest_and_the_command_goes_on(
     assert (last["command"], last["unsafe"]) == ("safe", [])
     done = {path.name: path.read_bytes() for path in out.glob("sweeps/*.h5")}
     assert 1 <= len(done) < 4
-    with pytest.raises(CampaignFileError, match="flexura acquire"):  # not to be taken for a whole one
-        load_campaign(out)
+    extent = load_campaign(out).extent  # not to be taken for a whole one
+    assert extent is not None
+    assert (extent.state, extent.sweeps, extent.asked) == ("interrupted", len(done), 4)
     assert run("acquire", file, "--out", out).exit_code == 0
     assert {path.name: path.read_bytes() for path in out.glob("sweeps/*.h5") if path.name in done} == done
     assert len(load_campaign(out).sweeps) == 4
@@ -335,7 +337,7 @@ def test_a_port_of_two_names_is_one_port(tmp_path: Path) -> None:
     for name in ("ttyUSB0", "by-id"):
         file = experiment(tmp_path, (r'^port = "simulated"', f'port = "{tmp_path / name}"'))
         places.append(rig_places(read_acquired_experiment(file), "real"))
-    assert places[0] == places[1]
+    assert all(device_names(one) & device_names(two) for one, two in zip(*places, strict=True))
     assert rig_places(read_acquired_experiment(file), "simulated") == ()
 
 
