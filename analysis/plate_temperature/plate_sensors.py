@@ -6,7 +6,15 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from analysis.arrays import Real
-from analysis.plate_temperature.sensor_check import DOUBTED, MEMORY, MISLABELLED, SensorCheck, Trust, Verdict
+from analysis.plate_temperature.sensor_check import (
+    DOUBTED,
+    MEMORY,
+    MISLABELLED,
+    SensorCheck,
+    Trust,
+    Verdict,
+    share_of_last,
+)
 
 APART = 0.6
 """Mean difference of two sensors from which on one of them is wrong, K: twice the gradient of a thin plate."""
@@ -38,7 +46,7 @@ class PlateReading:
     left_out: tuple[str, ...] = ()
 
 
-LOOKED_BACK = 4.0 * MEMORY
+LOOKED_BACK = 8.0 * MEMORY
 """How long before a doubt begins its cause may have begun, s."""
 
 Moments = dict[int, tuple[Real, Real, float]]
@@ -148,7 +156,7 @@ class PlateSensors:
         self._doubted = {one for one, verdict in verdicts.items() if verdict.why}
 
     def _compare(self, now: float, believed: Sequence[int], readings: Sequence[float]) -> None:
-        share = 1.0 - math.exp(-(now - self._last) / MEMORY)
+        share = share_of_last(now - self._last)
         self._last = now
         for pair in combinations(believed, 2):
             before = self._apart.get(pair, 0.0)
