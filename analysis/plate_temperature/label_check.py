@@ -20,7 +20,7 @@ OF_SPACING = 0.35
 OF_SCATTER = 6.0
 """Or so many times the median of all of the leg: estimates that scatter do not tell one from the others."""
 REST_FITS = 0.5
-"""Share of all deviations that may remain without the wrong sweep: among many that scatter none is the wrong one."""
+"""Share of all deviations that may remain without the wrong sweep: of many that scatter none is wrong."""
 HYSTERESIS = 1.0
 """Difference of up and down at equal modulus from which on it is told, K: half of it is in each label."""
 

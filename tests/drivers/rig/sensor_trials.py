@@ -1,12 +1,12 @@
 """Faults of the sensors on a plate: is a sweep kept at a wrong temperature without a note, is any told in vain.
 
-    python benchmarks/sensor_faults.py --faults 10000 --healthy 1000
+    python -m tests.drivers.rig.sensor_trials --faults 10000 --healthy 1000
 
 Each trial is a campaign on the simulated oven with its plate, on virtual time and without the sweeps' signals:
 approach, soak and ramps, up, down or both, pauses, doors opened, one or two thermocouples, with noise, an offset
 of the oven's sensor and a gradient over the plate. The judge is the one of the rig, `analysis.plate_temperature`.
 A fault begins at any moment. A kept sweep is *untold* if its temperature is wrong by more than 0.5 K, and neither
-its reading was in doubt nor a note at the end names it. `tests/drivers/rig/test_sensor_faults.py` runs the same.
+its reading was in doubt nor a note at the end names it.
 """
 
 import argparse
