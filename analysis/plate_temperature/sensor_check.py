@@ -32,6 +32,8 @@ YOUNG = 60.0
 """A model that has learnt for less, s, is begun anew where a reading does not fit: its first one may be wrong."""
 IN_AIR = 25.0
 """Time constant below which a sensor hangs in the air, s: a steel sheet of 0.5 mm has 30 s in a fan's wind."""
+MOSTLY = 0.7
+"""Share of the air in a reading from which on the sensor hangs in it."""
 OFFSET = 0.8
 """Difference of plate and air at rest from which on it is told, K: a controller's sensor is good for 0.5 K."""
 
@@ -178,17 +180,14 @@ class SensorCheck:
     @property
     def in_air(self) -> bool:
         """Whether it follows the air so fast that it cannot be on a plate."""
-        if self._model is None:
-            return False
-        tau, sigma = self._model.tau
-        return tau * math.exp(2.0 * sigma) < IN_AIR
+        return self._model is not None and self._model.air_share(IN_AIR) > MOSTLY
 
     def lasting_doubt(self) -> str:
         """Say what is wrong with the sensor by all that was learnt; empty if nothing."""
         if self._model is None:
             return ""
         if self.in_air:
-            return f"{self.name} follows the air within {self._model.tau[0]:.0f} s: it hangs in the air"
+            return f"{self.name} follows the air at once: it hangs in the air, not on the plate"
         offset, sigma = self._model.offset()
         if abs(offset) - SURE * sigma > OFFSET:
             than = "above" if offset > 0.0 else "below"

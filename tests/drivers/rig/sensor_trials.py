@@ -1,6 +1,6 @@
 """Faults of the sensors on a plate: is a sweep kept at a wrong temperature without a note, is any told in vain.
 
-    python -m tests.drivers.rig.sensor_trials --faults 10000 --healthy 1000
+    python benchmarks/sensor_faults.py --faults 10000 --healthy 1000
 
 Each trial is a campaign on the simulated oven with its plate, on virtual time and without the sweeps' signals:
 approach, soak and ramps, up, down or both, pauses, doors opened, one or two thermocouples, with noise, an offset
@@ -9,10 +9,7 @@ A fault begins at any moment. A kept sweep is *untold* if its temperature is wro
 its reading was in doubt nor a note at the end names it.
 """
 
-import argparse
 import math
-import time
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -254,39 +251,3 @@ class Trial:
             self._read()
         self._oven.go(end, self._rate, self._oven.measured)
         return True
-
-
-def main() -> None:
-    """Run the trials, and print what came of them."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--faults", type=int, default=10_000)
-    parser.add_argument("--healthy", type=int, default=1_000)
-    parser.add_argument("--seed", type=int, default=0)
-    options = parser.parse_args()
-    began = time.perf_counter()
-    untold, kept, endings, told = Counter[str](), Counter[str](), Counter[str](), Counter[str]()
-    for number in range(options.faults):
-        kind = KINDS[number % len(KINDS)]
-        trial = Trial(options.seed + number, kind).run()
-        kept[kind] += len(trial.labels)
-        endings[kind] += trial.ending != "complete"
-        told[kind] += bool(trial.told) or trial.ending != "complete"
-        untold[kind] += len(trial.untold)
-        if trial.untold:
-            print(f"untold: seed {trial.seed}, {kind}: {[(round(a, 2), round(b, 2)) for a, b in trial.untold]}")
-    print(f"{'fault':16} {'sweeps kept':>12} {'stopped':>8} {'told':>6} {'untold sweeps':>14}")
-    for kind in KINDS:
-        print(f"{kind:16} {kept[kind]:12} {endings[kind]:8} {told[kind]:6} {untold[kind]:14}")
-    false = [
-        trial
-        for trial in (Trial(options.seed + number).run() for number in range(options.healthy))
-        if trial.told or trial.ending != "complete"
-    ]
-    for trial in false:
-        print(f"false: seed {trial.seed}, {trial.ending}: {trial.told[:2]}")
-    print(f"{options.faults} faults: {sum(untold.values())} sweeps untold")
-    print(f"{options.healthy} healthy campaigns: {len(false)} told in vain; {time.perf_counter() - began:.0f} s")
-
-
-if __name__ == "__main__":
-    main()

@@ -14,7 +14,7 @@ def test_no_label_is_wrong_without_a_word(kind: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_label_of_many_campaigns_is_wrong_without_a_word(kind: str) -> None:
-    """`python -m tests.drivers.rig.sensor_trials` does it with any number."""
+    """`benchmarks/sensor_faults.py` does it with any number."""
     trials = [Trial(10_000 + seed, kind).run() for seed in range(12)]
     assert [(trial.seed, trial.untold) for trial in trials if trial.untold] == []
     assert any(trial.labels for trial in trials)
