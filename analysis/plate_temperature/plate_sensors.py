@@ -73,7 +73,21 @@ class PlateSensors:
         self._slow: dict[int, str] = {}
 
     def fit(self, now: float, air: float, readings: Sequence[float]) -> bool:
-        """Whether no sensor in use has jumped; to read again where one has."""
+        """Whether no sensor in use has jumped; to read again where one has.
+
+        Parameters
+        ----------
+        now : float
+            s.
+        air : float
+            Degrees Celsius.
+        readings : sequence of float
+            One of every sensor, degrees Celsius.
+
+        Returns
+        -------
+        bool
+        """
         return all(self._checks[one].fits(now, air, readings[one]) for one in self._used)
 
     def judge(self, now: float, air: float, readings: Sequence[float]) -> PlateReading:

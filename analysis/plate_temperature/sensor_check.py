@@ -96,7 +96,19 @@ class SensorCheck:
         self._equal_since = (math.nan, math.nan)
 
     def fits(self, now: float, air: float, reading: float) -> bool:
-        """Whether a reading is no jump; changes nothing but time, so that the sensor can be read again."""
+        """Whether a reading is no jump; changes nothing but time, so that the sensor can be read again.
+
+        Parameters
+        ----------
+        now : float
+            s.
+        air, reading : float
+            Degrees Celsius.
+
+        Returns
+        -------
+        bool
+        """
         if not OPEN[0] < reading < OPEN[1]:
             return False
         if self._model is None:
