@@ -41,6 +41,7 @@
 ``effect_card``        a physical effect without any physics: parameters, ranges, priors
 ``twin_model``         what a twin must offer to be fitted to data
 ``held_effects``       a twin with some effects switched on for good
+``plate_temperature``  whether the temperatures of a plate in an oven can be true
 ``protocol``           what is to be measured, and what a good measurement is
 ``identification``     poles and residues of FRFs, tracked over temperature
 ``shapes``             mode shapes at many places, and how they are judged

@@ -19,6 +19,8 @@ OF_SPACING = 0.35
 """Or this share of the distance of sweeps: by as much a glass transition bends a parabola through four points."""
 OF_SCATTER = 6.0
 """Or so many times the median of all of the leg: estimates that scatter do not tell one from the others."""
+REST_FITS = 0.5
+"""Share of all deviations that may remain without the wrong sweep: of many that scatter none is wrong."""
 HYSTERESIS = 1.0
 """Difference of up and down at equal modulus from which on it is told, K: half of it is in each label."""
 
@@ -40,7 +42,8 @@ def misplaced(temperature: Real, log_modulus: Real) -> dict[int, float]:
     """
     left, found = list(range(len(temperature))), dict[int, float]()
     while len(left) >= LEAST:
-        if np.abs(_interpolated(temperature[left], log_modulus[left]) - temperature[left]).max() <= WRONG:
+        before = np.abs(_interpolated(temperature[left], log_modulus[left]) - temperature[left])
+        if before.max() <= WRONG:
             break
         # One wrong sweep spoils what is interpolated for its neighbours: without it the rest fits best.
         rest = [np.delete(left, one) for one in range(len(left))]
@@ -48,7 +51,7 @@ def misplaced(temperature: Real, log_modulus: Real) -> dict[int, float]:
         worst = int(np.argmin([one.sum() for one in off]))
         likely = _at_neighbours(temperature, log_modulus, rest[worst], left[worst])
         allowed = _allowed(temperature[left], worst, float(np.median(off[worst])))
-        if abs(likely - temperature[left[worst]]) <= allowed:
+        if abs(likely - temperature[left[worst]]) <= allowed or off[worst].sum() > REST_FITS * before.sum():
             break
         found[left[worst]] = likely
         del left[worst]

@@ -109,6 +109,15 @@ class LagModel:
         variance = weight @ (self._covariance[inside, 5, 5] + (log_tau - mean) ** 2)
         return float(np.exp(mean)), float(np.sqrt(variance))
 
+    def air_share(self, fastest: float) -> float:
+        """Return which share of the reading follows the air at once, or faster than `fastest` (s).
+
+        A sensor in the air is one with a short time constant, or one on any plate whose share of the air, a, is 1:
+        readings alone do not tell one from the other.
+        """
+        share = np.where(self._tau[self._inside] < fastest, 1.0, self._state[self._inside, 2])
+        return float(self._weight @ share)
+
     def offset(self) -> tuple[float, float]:
         """Return reading less air at rest, and its standard deviation, K."""
         row = np.zeros(PRIOR.size)

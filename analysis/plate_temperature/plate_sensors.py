@@ -6,7 +6,15 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from analysis.arrays import Real
-from analysis.plate_temperature.sensor_check import DOUBTED, MEMORY, MISLABELLED, SensorCheck, Trust, Verdict
+from analysis.plate_temperature.sensor_check import (
+    DOUBTED,
+    MEMORY,
+    MISLABELLED,
+    SensorCheck,
+    Trust,
+    Verdict,
+    share_of_last,
+)
 
 APART = 0.6
 """Mean difference of two sensors from which on one of them is wrong, K: twice the gradient of a thin plate."""
@@ -38,7 +46,7 @@ class PlateReading:
     left_out: tuple[str, ...] = ()
 
 
-LOOKED_BACK = 4.0 * MEMORY
+LOOKED_BACK = 8.0 * MEMORY
 """How long before a doubt begins its cause may have begun, s."""
 
 Moments = dict[int, tuple[Real, Real, float]]
@@ -65,7 +73,21 @@ class PlateSensors:
         self._slow: dict[int, str] = {}
 
     def fit(self, now: float, air: float, readings: Sequence[float]) -> bool:
-        """Whether no sensor in use has jumped; to read again where one has."""
+        """Whether no sensor in use has jumped; to read again where one has.
+
+        Parameters
+        ----------
+        now : float
+            s.
+        air : float
+            Degrees Celsius.
+        readings : sequence of float
+            One of every sensor, degrees Celsius.
+
+        Returns
+        -------
+        bool
+        """
         return all(self._checks[one].fits(now, air, readings[one]) for one in self._used)
 
     def judge(self, now: float, air: float, readings: Sequence[float]) -> PlateReading:
@@ -148,7 +170,7 @@ class PlateSensors:
         self._doubted = {one for one, verdict in verdicts.items() if verdict.why}
 
     def _compare(self, now: float, believed: Sequence[int], readings: Sequence[float]) -> None:
-        share = 1.0 - math.exp(-(now - self._last) / MEMORY)
+        share = share_of_last(now - self._last)
         self._last = now
         for pair in combinations(believed, 2):
             before = self._apart.get(pair, 0.0)

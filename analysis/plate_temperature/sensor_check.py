@@ -11,12 +11,13 @@ JUMP = 1.0
 """Largest difference of one reading from the prediction, K: ten times the noise of a usual thermocouple."""
 LAG_SHARE = 0.15
 """On top of it, of the lag: how far tau changes with the fan's flow and with natural convection."""
-DOUBTED = 0.35
-"""Mean difference over `MEMORY` from which on a label is doubted, K: below the 0.5 K that labels are good for."""
+DOUBTED = 0.3
+"""Mean difference over `MEMORY` from which on a label is doubted, K: below the 0.5 K that labels are good for, and
+seven times the scatter of that mean."""
 ONE_DOUBTED = 0.65
 """Difference of a single reading from which on it is doubted, K: six times the noise."""
-MEMORY = 60.0
-"""s of readings that the mean difference stands for."""
+MEMORY, LEAST_READINGS = 30.0, 3.0
+"""s of readings that a mean difference stands for, or so many readings."""
 SURE = 3.0
 """Standard deviations beyond which a difference is none of chance."""
 MISLABELLED = 0.35
@@ -31,8 +32,15 @@ YOUNG = 60.0
 """A model that has learnt for less, s, is begun anew where a reading does not fit: its first one may be wrong."""
 IN_AIR = 25.0
 """Time constant below which a sensor hangs in the air, s: a steel sheet of 0.5 mm has 30 s in a fan's wind."""
+MOSTLY = 0.7
+"""Share of the air in a reading from which on the sensor hangs in it."""
 OFFSET = 0.8
 """Difference of plate and air at rest from which on it is told, K: a controller's sensor is good for 0.5 K."""
+
+
+def share_of_last(step: float) -> float:
+    """Return the weight of a reading in a running mean, `step` s after the one before."""
+    return 1.0 - math.exp(-step / max(MEMORY, LEAST_READINGS * step, 1e-3)) if math.isfinite(step) else 1.0
 
 
 class Trust(IntEnum):
@@ -88,7 +96,19 @@ class SensorCheck:
         self._equal_since = (math.nan, math.nan)
 
     def fits(self, now: float, air: float, reading: float) -> bool:
-        """Whether a reading is no jump; changes nothing but time, so that the sensor can be read again."""
+        """Whether a reading is no jump; changes nothing but time, so that the sensor can be read again.
+
+        Parameters
+        ----------
+        now : float
+            s.
+        air, reading : float
+            Degrees Celsius.
+
+        Returns
+        -------
+        bool
+        """
         if not OPEN[0] < reading < OPEN[1]:
             return False
         if self._model is None:
@@ -127,7 +147,7 @@ class SensorCheck:
         if abs(difference) > self._largest_jump(air) and now - self._began < YOUNG:
             self._begin(now, air, reading)
             return BELIEVED
-        share = 1.0 - math.exp(-(now - self._last) / MEMORY)
+        share = share_of_last(now - self._last)
         self.mean_difference += share * (difference - self.mean_difference)
         step, self._last = now - self._last, now
         lasting = abs(self.mean_difference) - SURE * sigma
@@ -172,17 +192,14 @@ class SensorCheck:
     @property
     def in_air(self) -> bool:
         """Whether it follows the air so fast that it cannot be on a plate."""
-        if self._model is None:
-            return False
-        tau, sigma = self._model.tau
-        return tau * math.exp(2.0 * sigma) < IN_AIR
+        return self._model is not None and self._model.air_share(IN_AIR) > MOSTLY
 
     def lasting_doubt(self) -> str:
         """Say what is wrong with the sensor by all that was learnt; empty if nothing."""
         if self._model is None:
             return ""
         if self.in_air:
-            return f"{self.name} follows the air within {self._model.tau[0]:.0f} s: it hangs in the air"
+            return f"{self.name} follows the air at once: it hangs in the air, not on the plate"
         offset, sigma = self._model.offset()
         if abs(offset) - SURE * sigma > OFFSET:
             than = "above" if offset > 0.0 else "below"

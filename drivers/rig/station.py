@@ -108,6 +108,8 @@ class Station:
             self._failed(f"no temperature: {error}", str(error), LINES)
             return None
         if wrong:
+            if found.believable:  # beyond the limits it stops at once, believed or not
+                self._require_within(found)
             self._failed(wrong, wrong, SENSORS)
             return None
         if not found.believable:
@@ -117,8 +119,11 @@ class Station:
         if self._patience.failing:
             self.note("recovered", air=found.air, plate=found.plate)
         self._patience.good()
-        found.require_within(self._protocol.limits.coldest, self._protocol.limits.hottest)
+        self._require_within(found)
         return found
+
+    def _require_within(self, reading: Reading) -> None:
+        reading.require_within(self._protocol.limits.coldest, self._protocol.limits.hottest)
 
     def _read(self) -> tuple[Reading, str]:
         """Return the temperatures, and what is wrong where those of the plate are not believed."""
