@@ -145,6 +145,17 @@ needs_compiler = pytest.mark.skipif(
 )
 
 
+def preloaded(folder: Path) -> dict[str, str]:
+    """Compile the library into a folder, once, and return the environment of a process that has it."""
+    library = folder / "disk_faults.so"
+    if not library.exists():
+        source = folder / "disk_faults.c"
+        source.write_text(SOURCE, encoding="ascii")
+        subprocess.run([GCC, "-shared", "-fPIC", "-o", library, source, "-ldl"], check=True)
+    root = str(Path(__file__).resolve().parents[1])
+    return os.environ | {"LD_PRELOAD": str(library), "PYTHONPATH": root}
+
+
 def with_faults(
     folder: Path, code: str, *words: object, seconds: float = 300.0
 ) -> subprocess.CompletedProcess[str]:
@@ -159,16 +170,9 @@ def with_faults(
     seconds : float
         After which it is taken to hang.
     """
-    library = folder / "disk_faults.so"
-    if not library.exists():
-        source = folder / "disk_faults.c"
-        source.write_text(SOURCE, encoding="ascii")
-        subprocess.run([GCC, "-shared", "-fPIC", "-o", library, source, "-ldl"], check=True)
-    root = str(Path(__file__).resolve().parents[1])
-    surroundings = os.environ | {"LD_PRELOAD": str(library), "PYTHONPATH": root}
     return subprocess.run(
         [sys.executable, "-c", PREAMBLE + code, *map(str, words)],
-        env=surroundings,
+        env=preloaded(folder),
         capture_output=True,
         text=True,
         timeout=seconds,

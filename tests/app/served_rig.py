@@ -22,7 +22,7 @@ from drivers.ni.thermocouple_modules import NI_9211
 from drivers.ovens.settings import oven_settings
 from drivers.ovens.simulated.regulated_oven import RegulatedOven, Regulator
 from drivers.ovens.simulated.served import TcpPort
-from tests.drivers.watchdog.served_oven import LIGHT, SETTINGS
+from tests.drivers.watchdog.served_oven import LIGHT, SETTINGS, Asked
 
 
 def plate(drive, rate, temperature):
@@ -54,11 +54,15 @@ def main() -> None:
         modules={1: NI_9234, 2: NI_9260, 3: NI_9211},
     )
     server = SimulatedDaq(surroundings, clock, 1)
-    with TcpPort(oven_settings(SETTINGS).simulated(body, clock)) as oven, serving(server) as cards:
+    controller = Asked(oven_settings(SETTINGS).simulated(body, clock))
+    with TcpPort(controller) as oven, serving(server) as cards:
         sys.stdout.write(json.dumps({"oven": oven.address, "cards": cards}) + "\n")
         sys.stdout.flush()
-        for _ in sys.stdin:
+        for line in sys.stdin:
+            if line.strip() == "reset":
+                controller.longest = 0.0
             state = {"regulating": body.regulating, "air": body.air, "volts": server.output_voltage()}
+            state["longest"] = controller.silence()
             sys.stdout.write(json.dumps(state) + "\n")
             sys.stdout.flush()
 

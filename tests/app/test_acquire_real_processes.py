@@ -19,6 +19,7 @@ from typing import Any
 import pytest
 
 from app.files.campaign import load_campaign
+from tests.disk_faults import PREAMBLE, needs_compiler, preloaded
 
 ROOT = Path(__file__).resolve().parents[2]
 pytestmark = [
@@ -65,10 +66,10 @@ class RealRig:
         self.experiment = folder / "mine.toml"
         self.experiment.write_text(text, encoding="utf-8")
 
-    def state(self) -> dict[str, Any]:
+    def state(self, word: str = "?") -> dict[str, Any]:
         assert self._child.stdin is not None
         assert self._child.stdout is not None
-        self._child.stdin.write("?\n")
+        self._child.stdin.write(f"{word}\n")
         self._child.stdin.flush()
         return dict(json.loads(self._child.stdout.readline()))
 
@@ -93,7 +94,8 @@ def rig(tmp_path: Path) -> Iterator[RealRig]:
 
 @contextmanager
 def acquiring(rig: RealRig, folder: Path, **options: Any) -> Iterator["subprocess.Popen[str]"]:
-    command = [sys.executable, "-m", "flexura", "acquire", str(rig.experiment), "--out", str(folder)]
+    program = options.pop("program", ["-m", "flexura"])
+    command = [sys.executable, *program, "acquire", str(rig.experiment), "--out", str(folder)]
     child = subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options
     )
@@ -204,3 +206,26 @@ def test_a_second_campaign_does_not_move_the_oven_meanwhile(rig: RealRig, tmp_pa
         child.communicate(timeout=120.0)
     assert child.returncode == 130
     assert rig.at_rest(1.0)
+
+
+HUNG_CALLS = tuple(int(one) for one in os.environ.get("HUNG_CALLS", "12 40 90").split())
+"""Which of the calls to the disk hang, counted from the start of the campaign."""
+
+
+@needs_compiler
+@pytest.mark.parametrize("number", HUNG_CALLS)
+def test_a_call_to_the_disk_that_hangs_for_ever(rig: RealRig, tmp_path: Path, number: int) -> None:
+    """Every call from one on: as of a network share that has gone."""
+    folder = tmp_path / "campaign"
+    code = f"{PREAMBLE}\nfrom app.main import flexura\narm({str(folder)!r}, {number}, -1)\nflexura(sys.argv[1:])"
+    with acquiring(rig, folder, program=["-c", code], env=preloaded(tmp_path)) as child:
+        wait_for(lambda: rig.state()["regulating"] or child.poll() is not None, 120.0)
+        before = sweeps(folder)
+        rig.state("reset")
+        wait_for(lambda: not rig.state()["regulating"], 240.0)
+        assert rig.state()["longest"] < 10.0  # asked all the time
+        assert child.poll() is None  # it hangs still
+        assert rig.at_rest(60.0)
+        log = folder / "watchdog.log"
+        wait_for(lambda: log.exists() and "stood still" in log.read_text(), 60.0)
+    assert before.items() <= sweeps(folder).items()
