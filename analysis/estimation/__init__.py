@@ -3,6 +3,7 @@
 =========================  ==================================================================
 ``quantities``             force, acceleration, pressure, ...: units, and the names of their ratios
 ``recording``              signals of one run, checked
+``sampling``               sample rates, by times or steps, and the error that their digits leave
 ``excitation``             blows, periods, bursts, sweeps or noise, and the segments that fit them
 ``windows``                windows over segments, force and exponential windows, and what those do to poles
 ``segments``               what windowed segments make of a resonance

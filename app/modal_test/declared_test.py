@@ -20,7 +20,14 @@ from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns
 from app.files.modal_test_toml import NAME, ModalTest, RecordOfTest, dof, read_modal_test
 from app.files.provenance import sha256
-from app.modal_test.frf_set import FrfSet, Position, require_convention, require_one_of_each, said_of_coherence
+from app.modal_test.frf_set import (
+    FrfSet,
+    Position,
+    require_convention,
+    require_one_of_each,
+    said_of_coherence,
+    said_of_reference,
+)
 from app.modal_test.given_frfs import given_frfs
 from app.modal_test.signals import SignalsOfFile, signals
 
@@ -82,7 +89,11 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
             segments=_segments(test) if cut else None,
             temperature=float("nan") if test.temperature is None else test.temperature,
             mains=test.mains,
-            notes=(*notes, *(said_of_coherence(transfers) if test.kind == "frf" else ())),
+            notes=(
+                *notes,
+                *said_of_reference(transfers),
+                *(said_of_coherence(transfers) if test.kind == "frf" else ()),
+            ),
             hashes=hashes,
             operator=test.operator,
             date="" if test.date is None else test.date.isoformat(),
@@ -152,6 +163,7 @@ def _estimated(
     parts = []
     rate, leaking = 0.0, False
     for name, held in files:
+        notes += held.notes
         if test.kind == "continuous":
             settings = test.segments.seconds, test.segments.window, test.segments.overlap
             parts.append(welch(held.recording, *settings))
@@ -183,7 +195,7 @@ def _ringing_notes(name: str, held: SignalsOfFile, blows: Blows) -> list[str]:
     """Say which responses are cut off while they ring; the worst of a file."""
     _, answers = blows.blocks(windowed=False)
     answers = answers / np.array([hit.peak for hit in blows.kept])[:, None, None]  # blows differ in height
-    tail = blows.samples / held.recording.rate - blows.test.pretrigger
+    tail = (blows.samples - blows.before) / held.recording.rate
     seen = [
         (found, channel)
         for number, channel in enumerate(held.responses)

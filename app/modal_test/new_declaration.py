@@ -26,7 +26,7 @@ from app.modal_test.guessed_places import guessed_places
 from app.modal_test.points_table import points_of_table
 
 TEST_HEAD = """What this test is; see the guide, "A modal test". Correct what was guessed:
-role: drive, response, time, frequency, frf, real, imaginary, coherence, unused
+role: drive, response, time, frequency, frf, real, imaginary, magnitude, phase, coherence, unused
 sensitivity: what the sensor gives, "100 mV/g" or "2.25 mV/N"; left out where the file holds the unit itself
 at: node and direction, "5:+z"; [points] gives nodes their places in metres"""
 
@@ -82,7 +82,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     table: dict[str, Any] = {"format": FORMAT, "title": said.title or _called(target), "kind": kind}
     table |= guessed_rate(columns, said, roles) | {"channels": channels}
     if kind == "hammer":
-        table["hammer"] = {"pretrigger": 0.005, "exponential": 1.0}
+        table["hammer"] = {"exponential": 1.0}
     elif kind == "frf":
         table["frf"] = dict(
             zip(

@@ -74,6 +74,7 @@ def _collected(folder: Path) -> Columns:
         name: np.load(folder / f"{number}.npy", allow_pickle=False) for number, name in enumerate(content["names"])
     }
     del content["names"]
+    content |= {key: tuple(content[key]) for key in ("shared", "notes")}
     return Columns(values, **content)
 
 
@@ -89,6 +90,12 @@ def _read_into(kind: str, path: Path, folder: Path) -> None:
         "scalars": {name: value for name, value in columns.scalars.items() if np.isfinite(value)},
         "channels": columns.channels,
         "places": columns.places,
+        "references": columns.references,
+        "starts": {name: value for name, value in columns.starts.items() if np.isfinite(value)},
+        "doubts": columns.doubts,
+        "aliases": columns.aliases,
+        "shared": columns.shared,
+        "notes": columns.notes,
     }
     (folder / NAME).write_text(json.dumps(content), encoding="utf-8")
 

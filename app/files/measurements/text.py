@@ -79,12 +79,19 @@ def _text(path: Path) -> str:
         raise ValueError(f"more than {MOST_BYTES // 4} bytes of text; export a part of it, or as a binary file")
     if b"\0" in content[:4096] and not content.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise ValueError("no text: bytes of zero in it; give the file the ending of its format")
+    return decoded(content)
+
+
+def decoded(content: bytes) -> str:
+    """Text in UTF-16 with its mark, in UTF-8, or else in the code page of Western Windows, byte by byte."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         return content.decode("utf-16")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return content.decode("latin-1")
+    for encoding in ("utf-8-sig", "cp1252"):
+        try:
+            return content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+    return content.decode("latin-1")
 
 
 def _table(lines: list[str]) -> tuple[int, str | None, bool, int]:
