@@ -9,10 +9,11 @@ from analysis.channel import UNITS
 from analysis.estimation.estimators import FrfEstimate, estimate
 from analysis.estimation.excitation import leaks
 from analysis.estimation.impacts import Blows, find_blows
+from analysis.estimation.levels import of_hits, of_records
 from analysis.estimation.quantities import frf_name
 from analysis.estimation.ringing import ringing
 from analysis.estimation.segments import Segments
-from analysis.estimation.spectra import pooled, welch
+from analysis.estimation.spectra import Spectra, pooled, welch
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
@@ -161,6 +162,7 @@ def _estimated(
     """Estimate the FRFs of runs with all channels at the same places; also the window's rate, notes, leakage."""
     notes: list[str] = []
     parts = []
+    every: list[Blows] = []
     rate, leaking = 0.0, False
     for name, held in files:
         notes += held.notes
@@ -177,18 +179,36 @@ def _estimated(
             if hit.rejected
         ]
         parts.append(blows.spectra())
+        every.append(blows)
         rate = blows.window.rate
         if not rate:
             notes += _ringing_notes(name, held, blows)
     if len({len(part.frequency) for part in parts}) > 1:
         raise ValueError("its sample rate is not that of the other files; resample them to one")
     found = estimate(pooled(parts), test.estimator)
+    notes += _level_notes(files, parts, every)
     if leaking and found.averages < 10:
         notes.append(
             f"{files[0][0]}: {found.averages:.0f} independent averages only; record longer, or lessen "
             "segments.seconds"
         )
     return found, rate, notes, leaking
+
+
+def _level_notes(files: list[tuple[str, SignalsOfFile]], parts: list[Spectra], every: list[Blows]) -> list[str]:
+    """Say where weak and strong drives of one average give different FRFs."""
+    first = files[0][1]
+    if every:
+        blocks = [blows.blocks() for blows in every]
+        peaks = np.array([hit.peak for blows in every for hit in blows.kept])
+        drives, responses = (np.concatenate([block[end] for block in blocks]) for end in (0, 1))
+        differs = of_hits(drives, responses, peaks)
+    else:
+        rms = np.array([held.recording.drives.std() for _, held in files])
+        differs = of_records(parts, rms)
+    if differs is None:
+        return []
+    return [f"{files[0][0]}: {differs.message(UNITS[first.quantities[first.drives[0]]])}"]
 
 
 def _ringing_notes(name: str, held: SignalsOfFile, blows: Blows) -> list[str]:

@@ -152,7 +152,8 @@ def said_of_reference(transfers: Sequence[MeasuredTransfer]) -> list[str]:
     ends: tuple[Quantity, Quantity] = first.quantity, first.reference_quantity  # type: ignore[assignment]
     return [
         f"no force was measured: {frf_name(*ends)} to the reference "
-        f"{first.reference}. Its peaks are where the reference stands still: modes of the structure held there, not "
+        f"{first.reference}. Its peaks are where the reference stands still: modes of the structure held "
+        f"there, not "
         "those of the structure as it is. On a moving base they are the modes on that base; for those of the free "
         "structure measure the force, and give it the role drive"
     ]

@@ -62,7 +62,9 @@ def read(path: Path) -> Columns:
     ValueError
         For data kept in other files, and where there is no column.
     """
-    held = _netcdf3(path) if path.open("rb").read(3) == b"CDF" else _hdf5(path)
+    with path.open("rb") as file:
+        begins = file.read(3)
+    held = _netcdf3(path) if begins == b"CDF" else _hdf5(path)
     table = next((name for name in _tables(held) if all(f"{name}{key}" in held.texts for key in TABLE)), None)
     return _of_rattlesnake(held, table) if table is not None else _columns(held)
 
