@@ -64,8 +64,8 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     file = path / NAME if path.is_dir() else path
     test = read_modal_test(file)
     hashes = {file.name: sha256(file)}
-    transfers, runs = _read_files(file.parent, test, hashes, report)
     notes: list[str] = []
+    transfers, runs = _read_files(file.parent, test, hashes, notes, report)
     rates, cut = {0.0}, False
     test = _with_one_block([run for files in runs.values() for run in files], test, file.parent)
     for places, files in runs.items():
@@ -108,9 +108,9 @@ def _segments(test: ModalTest) -> Segments:
 
 
 def _read_files(
-    folder: Path, test: ModalTest, hashes: dict[str, str], report: Progress
+    folder: Path, test: ModalTest, hashes: dict[str, str], notes: list[str], report: Progress
 ) -> tuple[list[MeasuredTransfer], Runs]:
-    """Read all files of a test: FRFs that they hold, or their signals; add their SHA-256 to `hashes`."""
+    """Read all files of a test: FRFs that they hold, or their signals; add their SHA-256 and notes on them."""
     transfers: list[MeasuredTransfer] = []
     runs: Runs = {}
     whole: dict[str, Columns] = {}
@@ -120,6 +120,7 @@ def _read_files(
         if record.file not in whole:
             whole = {record.file: read_columns(target)}  # of one file at a time; its groups follow each other
             hashes[record.file] = sha256(target)
+            notes += whole[record.file].notes
         try:
             columns = whole[record.file].of_group(record.group) if record.group else whole[record.file]
             if test.kind == "frf":

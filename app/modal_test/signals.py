@@ -81,7 +81,7 @@ def signals(file: str, columns: Columns, test: ModalTest) -> SignalsOfFile:
         quantities[name] = read.quantity
         scales.append(None if channel.full_scale is None else abs(channel.full_scale * read.scale))
     problems += [f"{file}: {fault}" for fault in signal_faults(list(scaled), list(scaled.values()))]
-    notes: list[str] = list(columns.notes)
+    notes: list[str] = []
     if not problems:
         try:
             rate, said = sample_rate(file, columns, test)
@@ -154,8 +154,9 @@ def missing_columns(file: str, columns: Columns, wanted: list[str]) -> list[str]
         A message each; empty where none is missing.
     """
     there = ", ".join(list(columns.values)[:12]) + (", ..." if len(columns.values) > 12 else "")
+    left_out = f" ({'; '.join(columns.notes[:2])})" if columns.notes else ""
     return [
-        f"{file}: no channel {name!r}; it holds: {there}. Correct its name in [channels]"
+        f"{file}: no channel {name!r}; it holds: {there}. Correct its name in [channels]{left_out}"
         for name in wanted
         if name not in columns.values
     ]

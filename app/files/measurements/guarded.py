@@ -7,6 +7,7 @@ import json
 import sys
 import tempfile
 import traceback
+import warnings
 from importlib import import_module
 from pathlib import Path
 
@@ -80,7 +81,10 @@ def _collected(folder: Path) -> Columns:
 
 def _read_into(kind: str, path: Path, folder: Path) -> None:
     reader = next(one.reader for one in FORMATS if one.name == kind)
-    columns: Columns = import_module(f"app.files.measurements.{reader}").read(path)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        columns: Columns = import_module(f"app.files.measurements.{reader}").read(path)
+    notes = dict.fromkeys(f"{path.name}: {' '.join(str(one.message).split())[:300]}" for one in told)
     for number, values in enumerate(columns.values.values()):
         np.save(folder / f"{number}.npy", values, allow_pickle=False)
     content = {
@@ -95,7 +99,7 @@ def _read_into(kind: str, path: Path, folder: Path) -> None:
         "doubts": columns.doubts,
         "aliases": columns.aliases,
         "shared": columns.shared,
-        "notes": columns.notes,
+        "notes": [*columns.notes, *notes],
     }
     (folder / NAME).write_text(json.dumps(content), encoding="utf-8")
 

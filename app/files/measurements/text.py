@@ -65,7 +65,30 @@ def read(path: Path) -> Columns:
         columns[own] = column.copy() if column.imag.any() else column.real.copy()
         if unit:
             known[own] = unit
-    return Columns(columns, known)
+    return Columns(columns, known, scalars=_rate_in_head(lines[:first]))
+
+
+RATE_IN_HEAD = re.compile(
+    r"(?<![a-z])(?:fs|(?:sampl\w*|scan)[ _-]*(?:rate|freq\w*)|abtast(?:rate|frequenz))(?![a-z])\W{0,3}"
+    r"(k?hz|s/s|1/s)?\W{0,4}([\d.,]+(?:e[-+]?\d+)?)[ \t;,\"]*(k?hz)?",
+    re.IGNORECASE,
+)
+"""What a program writes of the sample rate above its table: ``Sample rate: 1024 Hz``, ``Fs [kHz];51,2``."""
+
+
+def _rate_in_head(lines: list[str]) -> dict[str, float]:
+    """Return the sample rate that the head gives, Hz, by a name; empty where it gives none, or several."""
+    found: set[float] = set()
+    for line in lines:
+        if match := RATE_IN_HEAD.search(line):
+            written = match[2].rstrip(".,").replace(",", ".")
+            try:
+                rate = float(written)
+            except ValueError:
+                continue
+            kilo = "k" in (match[1] or "").lower() or "k" in (match[3] or "").lower()
+            found.add(rate * (1e3 if kilo else 1.0))
+    return {"sample rate": found.pop()} if len(found) == 1 and 0.0 not in found else {}
 
 
 def _text(path: Path) -> str:

@@ -4,6 +4,7 @@ A step stands in such a file with six digits, which is enough; times of samples 
 spacing varies by far more than 1e-3 late in a record.
 """
 
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -38,10 +39,7 @@ def read(path: Path) -> Columns:
         Where there is none, with what there is; where one is cut short.
     """
     held = [data for data in functions(path) if int(data["func_type"]) == TIME]
-    names = _names(held)
-    run = _run_length(
-        [(n, d.get("ordinate_spec_data_type"), unit_of(d, "ordinate")) for n, d in zip(names, held, strict=True)]
-    )
+    names, run = _names_and_run(held)
     values: dict[str, np.ndarray] = {}
     by_place: dict[str, str] = {}
     described: list[tuple[str, dict[str, Any]]] = []
@@ -89,17 +87,34 @@ def _describe(columns: Columns, name: str, data: dict[str, Any]) -> None:
         columns.doubts[name] = str(error)
 
 
-def _names(held: list[dict[str, Any]]) -> list[str]:
-    """Name every response: by node and direction, or of those without a node by a telling line."""
-    ends = [dof(data, "rsp") for data in held]
-    nameless = [number for number, end in enumerate(ends) if end.startswith("0:")]
-    lines = {key: [str(held[n].get(key, "")).strip() for n in nameless] for key in NAMES}
-    told = {key: texts for key, texts in lines.items() if len(set(texts)) > 1 and not {"", "NONE"} & set(texts)}
+def _names_and_run(held: list[dict[str, Any]]) -> tuple[list[str], int]:
+    """Name every response, and say after how many the same ones begin again.
+
+    By node and direction; by a text of the head where there is no node, or two of a run have the same.
+    """
+    ends, texts = [dof(data, "rsp") for data in held], _telling_texts(held)
+    plain = [
+        (end, data.get("ordinate_spec_data_type"), unit_of(data, "ordinate"))
+        for end, data in zip(ends, held, strict=True)
+    ]
+    kinds = [(*kind, text) for kind, text in zip(plain, texts, strict=True)]
+    run = _run_length(kinds)
+    if run == len(held) and not all(end.startswith("0:") for end in ends):
+        run = _run_length(plain)
+    often = Counter(ends[:run])
+    return [
+        text if text and (end.startswith("0:") or often[end] > 1) else end
+        for end, text in zip(ends, texts, strict=True)
+    ], run
+
+
+def _telling_texts(held: list[dict[str, Any]]) -> list[str]:
+    """Text of every response's head, from the line that tells them apart; empty where none does."""
+    lines = {key: [str(data.get(key, "")).strip() for data in held] for key in NAMES}
+    told = [texts for texts in lines.values() if len(set(texts)) > 1 and not {"", "NONE"} & set(texts)]
     # a line that repeats from run to run names channels; one that is new every time numbers records
-    best = max(told.values(), key=lambda texts: (_repeats(texts), len(set(texts))), default=None)
-    for number, text in zip(nameless, best or (), strict=best is not None):
-        ends[number] = text
-    return ends
+    best = max(told, key=lambda texts: (_repeats(texts), len(set(texts))), default=None)
+    return best or [""] * len(held)
 
 
 def _repeats(texts: list[str]) -> bool:

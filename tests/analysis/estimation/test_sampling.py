@@ -39,7 +39,7 @@ def test_no_sample_may_be_missing_however_long_the_record(count: int, lost: int,
 
 def test_times_that_drift_are_no_constant_rate() -> None:
     time = np.arange(60000) / 1000.0
-    with pytest.raises(ValueError, match="not evenly spaced: at .* samples off a constant rate"):
+    with pytest.raises(ValueError, match=r"not evenly spaced: at .* samples off a constant rate"):
         of_times(time + 1e-6 * time**2)
 
 
@@ -47,7 +47,7 @@ def test_times_that_drift_are_no_constant_rate() -> None:
     "time", [np.arange(800) // 2, np.zeros(9), np.arange(9)[::-1], np.array([0.0, np.nan, 1])]
 )
 def test_what_is_no_course_of_time(time: np.ndarray) -> None:
-    with pytest.raises(ValueError, match="times do not rise|not finite"):
+    with pytest.raises(ValueError, match=r"times do not rise|not finite"):
         of_times(time.astype(float))
 
 
@@ -65,7 +65,7 @@ def test_a_step_of_few_digits_is_told_from_an_exact_one(written: str, rate: floa
     seen = of_step(step, "Delta_X", written)
     if rate is None:
         assert seen.error > KNOWN
-        with pytest.raises(ValueError, match="Delta_X = .* has too few digits.* declare sample_rate"):
+        with pytest.raises(ValueError, match=r"Delta_X = .* has too few digits.* declare sample_rate"):
             settled([seen])
     else:
         assert (settled([seen]), seen.error) == (pytest.approx(rate, rel=1e-12), 0.0)

@@ -68,7 +68,7 @@ def test_starts_apart_by_a_part_of_a_sample_are_refused_and_may_be_declared(
             timing = {"wf_increment": 1 / RATE, "wf_start_offset": start, "unit_string": unit}
             writer.write_segment([ChannelObject("Log", name, values, timing)])
     assert run_flexura("new", "test", tmp_path / "a.tdms", "-q") == (0, "", "")
-    with pytest.raises(ResultFileError, match="by a part of a sample.* declare start = 0 of each channel"):
+    with pytest.raises(ResultFileError, match=r"by a part of a sample.* declare start = 0 of each channel"):
         read(tmp_path)
     text = (tmp_path / "test.toml").read_text(encoding="utf-8")
     (tmp_path / "test.toml").write_text(text.replace("{ role", "{ start = 0.0, role"), encoding="utf-8")

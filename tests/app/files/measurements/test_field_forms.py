@@ -14,7 +14,7 @@ from pyuff.datasets.dataset_58 import prepare_58
 from scipy.io import netcdf_file, savemat
 
 from app.files.bad_file import ResultFileError
-from app.files.measurements import hdf5, lvm, matlab, numpy_archive, tdms, uff_time
+from app.files.measurements import hdf5, lvm, matlab, numpy_archive, tdms, text, uff_time
 from app.files.measurements.guarded import read_columns
 from app.files.one_actuator import sweeps_of
 from app.files.tdms_file import start_of
@@ -74,6 +74,29 @@ def test_labview_s_samples_missing_in_the_middle_are_doubted(tmp_path: Path) -> 
 def test_units_in_the_code_page_of_windows(tmp_path: Path, encoding: str) -> None:
     (tmp_path / "a.lvm").write_bytes(labview("9.765625E-4", T, unit="m/s²").encode(encoding))
     assert lvm.read(tmp_path / "a.lvm").units["Acc"] == "m/s²"
+
+
+@pytest.mark.parametrize(
+    ("head", "rate"),
+    [
+        ("Sample rate: 1024 Hz", 1024.0), ("Fs [kHz];51,2", 51200.0), ("Sampling frequency\t2.048e3", 2048.0),
+        ("Offsets: 12", None), ("Abtastrate (Hz): 1000", 1000.0),
+    ],
+)  # fmt: skip
+def test_a_table_s_head_gives_its_rate(tmp_path: Path, head: str, rate: float | None) -> None:
+    (tmp_path / "a.csv").write_text(f"{head}\n\nForce;Acc\n" + "1;2\n" * 20, encoding="utf-8")
+    assert text.read(tmp_path / "a.csv").scalars.get("sample rate") == (
+        None if rate is None else pytest.approx(rate)
+    )
+
+
+def test_what_a_library_warns_of_is_a_note(tmp_path: Path) -> None:
+    """Of two variables of one name scipy keeps the later one, and warns."""
+    for name in ("one", "two"):
+        savemat(tmp_path / f"{name}.mat", {"force": FORCE, "acc": ACC})
+    twice = (tmp_path / "one.mat").read_bytes() + (tmp_path / "two.mat").read_bytes()[128:]
+    (tmp_path / "a.mat").write_bytes(twice)
+    assert "Duplicate variable name" in read_columns(tmp_path / "a.mat").notes[0]
 
 
 def test_a_slow_channel_of_labview_ends_early(tmp_path: Path) -> None:
@@ -197,6 +220,15 @@ def test_channels_without_nodes_are_told_apart_by_the_head(tmp_path: Path) -> No
     assert list(runs.of_group("run 2").values) == list(signals)
 
 
+def test_two_channels_at_one_node_are_told_apart_by_the_head(tmp_path: Path) -> None:
+    """A hammer and an accelerometer at the point hit, both in volts, hit by hit."""
+    nodes = {"Hammer": 1, "Acc 1": 1, "Acc 2": 2}
+    sets = [response(n, k * ACC, node, id5=f"hit {k}") for k in (1, 2, 3) for n, node in nodes.items()]
+    read = uff_time.read(written(tmp_path / "a.uff", sets))
+    assert read.groups == ("run 1", "run 2", "run 3")
+    assert list(read.of_group("run 3").values) == ["Hammer", "Acc 1", "2:+0"]
+
+
 def test_channels_that_nothing_tells_apart_are_no_runs(tmp_path: Path) -> None:
     read = uff_time.read(written(tmp_path / "a.uff", [response("rec", n * ACC) for n in range(1, 5)]))
     assert (read.groups, len(read.values)) == ((), 4)
@@ -276,7 +308,7 @@ def test_nodes_have_the_unit_of_the_file(tmp_path: Path, code: int, factor: floa
 
 
 def test_units_that_contradict_themselves_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="units code 5 means length factor 1000, and 0.001 stands there"):
+    with pytest.raises(ValueError, match=r"units code 5 means length factor 1000, and 0.001 stands there"):
         read_nodes(nodes_in(tmp_path / "a.uff", 5, 1e-3))
 
 
@@ -352,7 +384,7 @@ def test_frfs_as_sdynpy_saves_them(tmp_path: Path) -> None:
     assert list(read.values) == ["frequency", "1:-z / 7:+x", "2:-z / 7:+x", "3:-z / 7:+x"]
     assert (read.places["2:-z / 7:+x"], read.references["2:-z / 7:+x"]) == ("2:-z", "7:+x")
     np.savez(tmp_path / "b.npz", data=data, function_type=9)
-    with pytest.raises(ValueError, match="of type 9; allowed: 1 .time response. and 4"):
+    with pytest.raises(ValueError, match=r"of type 9; allowed: 1 .time response. and 4"):
         numpy_archive.read(tmp_path / "b.npz")
     np.savez(tmp_path / "c.npz", held=np.zeros(3, dtype=[("x", "f8"), ("y", "f8")]))
     with pytest.raises(ValueError, match="structured array with the fields x, y; save each field"):
