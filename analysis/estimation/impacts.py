@@ -200,7 +200,8 @@ def _before(begins: NDArray[np.intp], rate: float, test: HammerTest) -> int:
     if test.pretrigger is not None:
         return round(test.pretrigger * rate)
     # a force that is there at the first sample has begun before: that blow is cut short, and tells nothing
-    return min([round(USUAL_PRETRIGGER * rate), *begins[begins > 0].tolist()[:1]])
+    first = [int(begin) for begin in begins[begins > 0][:1]]
+    return min([round(USUAL_PRETRIGGER * rate), *first])
 
 
 def _crossings(force: NDArray[np.float64], trigger: float, rate: float) -> NDArray[np.intp]:

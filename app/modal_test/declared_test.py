@@ -1,6 +1,7 @@
 """Files and channels of a test's declaration to FRFs."""
 
 from collections.abc import Mapping
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from analysis.estimation.transfer import MeasuredTransfer
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.measurements.columns import Columns
-from app.files.measurements.guarded import read_columns
+from app.files.measurements.guarded import read_each
 from app.files.modal_test_toml import NAME, ModalTest, RecordOfTest, dof, read_modal_test
 from app.files.provenance import sha256
 from app.modal_test.frf_set import (
@@ -114,12 +115,13 @@ def _read_files(
     transfers: list[MeasuredTransfer] = []
     runs: Runs = {}
     whole: dict[str, Columns] = {}
+    names = [file for file, _ in groupby(record.file for record in test.record)]
+    each = read_each([folder / name for name in names])
     for done, record in enumerate(test.record):
         report("read", done / len(test.record))
-        target = folder / record.file
         if record.file not in whole:
-            whole = {record.file: read_columns(target)}  # of one file at a time; its groups follow each other
-            hashes[record.file] = sha256(target)
+            whole = {record.file: next(each)}  # of one file at a time; its groups follow each other
+            hashes[record.file] = sha256(folder / record.file)
             notes += whole[record.file].notes
         try:
             columns = whole[record.file].of_group(record.group) if record.group else whole[record.file]
