@@ -134,6 +134,8 @@ def _without_strangers(
         slower = bool(mine and theirs and abs(mine / theirs - 1.0) > 1e-3)
         if other or slower or plain_unit(columns.units.get(name, "")) in BESIDE:
             unused.add(name)
+    if all(name in unused for name, one in channels.items() if one["role"] == "response"):
+        unused = set(lines[1:])  # then identify says how they differ from the drive
     return {name: {"role": "unused"} if name in unused else one for name, one in channels.items()}
 
 
