@@ -49,11 +49,14 @@ Campaigns:
 ``campaign_error``        everything that is wrong with one, in ``allowed_values``' words
 ``coverage``              the sweeps there against the sweeps asked for
 ``tdms_recorder``         samples of a sweep from such a file
+``tdms_file``             what npTDMS only logs, or believes of a file beside
 ``tdms_layout``           groups, channels and lengths there against those declared
 ``signal_checks``         samples that can be a measurement
 ``one_actuator``          a recording of several actuators taken apart
 ``joined_campaign``       campaigns with an actuator each put together
 ``uff58``                 FRFs in universal files: ``uff_sets``, ``uff58_text``
+``uff_file``              one opened, its numbers written as pyuff reads them
+``uff_units``             what its data set 164 and its axes say of units
 ``uff_nodes``             coordinates in them
 ``uff_campaign``          FRFs of a campaign as universal files name them
 ========================  ===============================================================================

@@ -9,7 +9,7 @@ from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaign_kind import DECLARATION
 from app.files.measurements.columns import Columns
-from app.files.measurements.guarded import read_columns
+from app.files.measurements.guarded import read_columns, read_each
 from app.files.modal_test_toml import FORMAT, NAME, ModalTest
 from app.files.settings_toml import checked, read_table
 from app.files.shipped import shipped
@@ -26,7 +26,7 @@ from app.modal_test.guessed_places import guessed_places
 from app.modal_test.points_table import points_of_table
 
 TEST_HEAD = """What this test is; see the guide, "A modal test". Correct what was guessed:
-role: drive, response, time, frequency, frf, real, imaginary, coherence, unused
+role: drive, response, time, frequency, frf, real, imaginary, magnitude, phase, coherence, unused
 sensitivity: what the sensor gives, "100 mV/g" or "2.25 mV/N"; left out where the file holds the unit itself
 at: node and direction, "5:+z"; [points] gives nodes their places in metres"""
 
@@ -82,7 +82,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     table: dict[str, Any] = {"format": FORMAT, "title": said.title or _called(target), "kind": kind}
     table |= guessed_rate(columns, said, roles) | {"channels": channels}
     if kind == "hammer":
-        table["hammer"] = {"pretrigger": 0.005, "exponential": 1.0}
+        table["hammer"] = {"exponential": 1.0}
     elif kind == "frf":
         table["frf"] = dict(
             zip(
@@ -92,12 +92,13 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
             )
         )
     folder = target.resolve().parent
+    of_files: list[Sequence[str]] = _groups(files, groups) if groups else [("",)] * len(files)
     table["record"] = [
         {"file": Path(os.path.relpath(file.resolve(), folder)).as_posix()}
         | ({"group": group} if group else {})
         | ({"at": {said.roving: f"{number}:+z"}} if said.roving else {})
-        for number, file in enumerate(files, start=1)
-        for group in (_groups(file, groups) if groups else ("",))
+        for number, (file, held) in enumerate(zip(files, of_files, strict=True), start=1)
+        for group in held
     ]
     if said.points is not None:
         table["points"] = points_of_table(said.points)
@@ -115,15 +116,17 @@ def _called(target: Path) -> str:
     return target.resolve().parent.name if target.name == NAME else target.stem
 
 
-def _groups(file: Path, first: Sequence[str]) -> Sequence[str]:
-    """Return the groups of a file; ResultFileError where it has none, as the first file has."""
-    groups = read_columns(file).groups
-    if not groups:
-        raise ResultFileError(
-            f"{file}: its channels are not in groups, as in the first file ({', '.join(first[:5])}); make a "
-            "test of each"
-        )
-    return groups
+def _groups(files: Sequence[Path], first: Sequence[str]) -> list[Sequence[str]]:
+    """Return the groups of every file; ResultFileError where one has none, as the first file has."""
+    found: list[Sequence[str]] = []
+    for file, columns in zip(files, read_each(files), strict=True):
+        if not columns.groups:
+            raise ResultFileError(
+                f"{file}: its channels are not in groups, as in the first file ({', '.join(first[:5])}); make a "
+                "test of each"
+            )
+        found.append(columns.groups)
+    return found
 
 
 def new_campaign(

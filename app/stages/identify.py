@@ -26,7 +26,7 @@ from app.files.provenance import provenance, sha256
 from app.files.run_folder import run_file
 from app.files.uff58 import write_frfs
 from app.files.uff_campaign import campaign_frfs, campaign_points, nearest_sweep, sweep_name
-from app.modal_test.frf_set import said_of_coherence
+from app.modal_test.frf_set import said_of_coherence, said_of_reference
 from app.stages.drift_notes import untimed
 from app.stages.identify_options import Wanted
 from app.terminal.modes import headline, modes_record, tables
@@ -196,7 +196,7 @@ def uff_records(frfs: Sequence[MeasuredTransfer], wanted: Wanted, report: Progre
     records = []
     for done, frf in enumerate(frfs):
         report("identify", done / len(frfs))
-        said = said_of_coherence([frf])
+        said = [*said_of_reference([frf]), *said_of_coherence([frf])]
         try:
             found = modes_record(wanted.identify([frf]))
         except ValueError as error:
