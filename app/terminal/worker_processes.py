@@ -1,0 +1,86 @@
+"""Worker processes that end with the process that gives them work."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection, wait
+from types import FrameType
+
+from app.files.bad_file import ResultFileError
+from app.terminal.end_signals import undisturbed
+from drivers.interruptions import ENDING
+
+
+@contextmanager
+def worker_processes(count: int) -> Iterator[Executor]:
+    """Yield workers as `worker_pool` does, and wait for all their tasks at the end.
+
+    Raises
+    ------
+    ResultFileError
+        Where a worker was killed, or had too little memory.
+    """
+    with worker_pool(count) as pool:
+        try:
+            yield pool
+            pool.shutdown()
+        except BrokenProcessPool as error:
+            raise ResultFileError(
+                "a worker process was killed, or had too little memory; what is finished stays: run it again to "
+                "go on, with fewer --workers"
+            ) from error
+
+
+@contextmanager
+def worker_pool(count: int) -> Iterator[Executor]:
+    """Yield new worker processes; when the block ends, they end at once, whatever they are at.
+
+    A task takes up to minutes, and an abandoned pool would work through all its tasks. What was finished stays,
+    and the rest is made anew when it is asked for again. A signal to a worker ends all as one to this process.
+
+    Yields
+    ------
+    Executor
+        Its futures raise BrokenProcessPool where a worker was killed, or had too little memory.
+    """
+    if os.name != "nt":
+        from multiprocessing import resource_tracker  # absent on Windows
+
+        with undisturbed():  # Python's helper process ignores all but SIGHUP by itself; so it does that, too
+            resource_tracker.ensure_running()
+    context = multiprocessing.get_context("spawn")
+    held, holder = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(count, mp_context=context, initializer=_follow_the_parent, initargs=(held,))
+    try:
+        yield pool
+    finally:
+        with undisturbed():
+            holder.close()
+            pool.shutdown(cancel_futures=True)
+            held.close()
+
+
+def _follow_the_parent(held: Connection) -> None:
+    """End this process when its parent lets go of a pipe, or is killed; pass on to it the signals to end."""
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+
+    def watch() -> None:
+        wait([held, parent.sentinel])
+        os._exit(1)
+
+    def pass_on(number: int, _: FrameType | None) -> None:
+        if os.name != "nt":  # Windows sends Ctrl-C to the parent, too
+            with suppress(ProcessLookupError):
+                os.kill(parent.pid or 0, number)
+
+    threading.Thread(target=watch, daemon=True).start()
+    for number in ENDING:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, pass_on)
