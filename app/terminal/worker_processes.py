@@ -15,6 +15,9 @@ from app.files.bad_file import ResultFileError
 from app.terminal.end_signals import undisturbed
 from drivers.interruptions import ENDING
 
+MOST_WORKERS = 3
+"""Workers of a verb: a page has six parts, and each worker takes 0.2 GB and a second to start."""
+
 
 @contextmanager
 def worker_processes(count: int) -> Iterator[Executor]:
@@ -63,6 +66,25 @@ def worker_pool(count: int) -> Iterator[Executor]:
             holder.close()
             pool.shutdown(cancel_futures=True)
             held.close()
+
+
+@contextmanager
+def spare_workers(most: int = MOST_WORKERS) -> Iterator[Executor | None]:
+    """Yield workers for the processors that this process leaves idle, `most` or fewer; None where none is."""
+    count = min(processors() - 1, most)
+    if count < 1:
+        yield None
+        return
+    with worker_pool(count) as pool:
+        yield pool
+
+
+def processors() -> int:
+    """Return how many processors this process may use: a job scheduler may grant fewer than there are."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # systems other than Linux
+        return os.cpu_count() or 1
 
 
 def _follow_the_parent(held: Connection) -> None:
