@@ -10,6 +10,7 @@ from app.commands.bad_input import bad_input
 from app.commands.options import FOCUSING_METHODS, PANEL, RUN, TRANSFERS, filter_options, laws_of_twin, out_folder
 from app.commands.output import Output, output_options
 from app.commands.training_options import training_of, training_options, typed
+from app.files.bad_file import UnsuitedOptionError
 
 if TYPE_CHECKING:
     from analysis.focusing.methods import Method
@@ -113,7 +114,10 @@ def command(
     wanted = CompensateRequest(
         run, twin, panel, filters, method, spacing, place, across, chosen, typed("nodes"), transfers=transfers
     )
-    task = wanted.task()
+    try:
+        task = wanted.task()
+    except UnsuitedOptionError as error:
+        raise click.UsageError(str(error)) from error
 
     from app.files.run_folder import run_folder
     from app.stages import compensate

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from analysis.progress import Progress
 from app.files.best_twin import PLAIN, best_twin, load_gap_record
-from app.files.filter_files import load_focusing, load_uncorrected
 from app.files.frf_file import load_frf
 from app.files.run_folder import MADE_BY, is_test_run, run_file
 from app.report import paper, studies
@@ -16,8 +15,8 @@ from app.report.origin import Stamps, extent_of, origin, outdated, stamps
 from app.report.page import Absent, Item, PageTable, Section, VerdictBox, Words
 from app.report.panel_sections import compensation_section, focusing_section
 from app.report.plate_sections import identification_section, measurement_section, updating_section
-from app.report.summary import summary
-from app.terminal.briefing import Worth, briefing
+from app.report.summary import summary, worth_of
+from app.terminal.briefing import briefing
 
 PANEL_RESULTS = ("filters.h5", "compensation.h5", "studies.h5")
 """Results that are made from laws."""
@@ -152,20 +151,8 @@ def _words(run: Path) -> list[Item]:
         return []
     best = best_twin(run, "report")
     record = load_gap_record(run / "gap.h5") if (run / "gap.h5").is_file() else None
-    said = briefing(best, record, worth=_worth(run))
+    said = briefing(best, record, worth=worth_of(run))
     return [Words(said.headline, said.settled, said.first, said.parts)]
-
-
-def _worth(run: Path) -> Worth | None:
-    """Return what the corrected twin is worth for the filters of a run; None where that was not computed."""
-    path = run / "filters.h5"
-    lost = load_uncorrected(path) if path.is_file() else None
-    if lost is None:
-        return None
-    _, focused, _ = load_focusing(path)
-    gained = focused.direct.contrast.mean(axis=1) - lost.contrast.mean(axis=1)
-    most = int(gained.argmax())
-    return Worth(float(gained[most]), float(focused.temperature[most]))
 
 
 def _overtaken(run: Path, found: Stamps) -> list[str]:

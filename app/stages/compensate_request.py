@@ -10,7 +10,7 @@ from analysis.compensation.settings import FEWEST, Training, suited_nodes
 from analysis.focusing.methods import Method
 from analysis.focusing.temperatures import spaced
 from analysis.progress import Progress
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.provenance import sha256
 from app.stages.panel_inputs import method_for, panel_for, scanned_panel
 from app.stages.panel_laws import laws_for, range_of, said_of_range
@@ -138,9 +138,9 @@ class CompensateRequest:
                 check_places(self.place, low, high)
         except ValueError as error:
             option = f"--spacing {self.spacing:g}, {low:g} to {high:g} °C" if self.place is None else "--place"
-            raise ResultFileError(f"{option}: {error}{of_part}") from error
+            raise UnsuitedOptionError(f"{option}: {error}{of_part}") from error
         if self.across and max(self.across) > high - low:
-            raise ResultFileError(
+            raise UnsuitedOptionError(
                 f"--across {max(self.across):g} K: the laws hold from {low:g} to {high:g} °C, so that up to "
                 f"{high - low:g} K can be judged{of_part}"
             )
@@ -153,7 +153,7 @@ class CompensateRequest:
         declared, panel_path = scanned_panel(self.panel, beside, self.changes)
         method = method_for(self.method, self.panel, beside)
         if method == "modal-control":
-            raise ResultFileError("--method modal-control needs the modes of a model; --transfers has none")
+            raise UnsuitedOptionError("--method modal-control needs the modes of a model; --transfers has none")
         measured = measured_panel(declared, transfers, ())
         count = len(measured.transfers.temperature)
         if count <= FEWEST:

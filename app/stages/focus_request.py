@@ -12,7 +12,7 @@ from analysis.campaign_extent import CampaignExtent
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
 from analysis.progress import Progress
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import UnsuitedOptionError
 from app.files.provenance import sha256
 from app.stages.panel_inputs import panel_of
 from app.stages.panel_laws import laws_for, range_of, said_of_range, within
@@ -112,7 +112,7 @@ class FocusRequest:
 
         declared, panel_path = panel_of(self.panel, self.changes)
         if self.method == "modal-control":
-            raise ResultFileError("--method modal-control needs the modes of a model; --transfers has none")
+            raise UnsuitedOptionError("--method modal-control needs the modes of a model; --transfers has none")
         measured = measured_panel(declared, transfers, self.temperatures)
 
         from app.stages import focus

@@ -20,6 +20,7 @@
 ``gap``                  tables and sentences from gap.json
 ``effect_words``         effects found, in units that people use
 ``briefing``             a run in words: the plate, what its twin lacked, what to do next
+``whole_run``            stages of a run as they are done, and the table at the end
 ``notebook``             the same as a notebook shows them
 =======================  ===============================================================
 """

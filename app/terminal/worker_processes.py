@@ -69,10 +69,10 @@ def worker_pool(count: int) -> Iterator[Executor]:
 
 
 @contextmanager
-def spare_workers(most: int = MOST_WORKERS) -> Iterator[Executor | None]:
-    """Yield workers for the processors that this process leaves idle, `most` or fewer; None where none is."""
-    count = min(processors() - 1, most)
-    if count < 1:
+def spare_workers(kept: int = 1) -> Iterator[Executor | None]:
+    """Yield workers for all processors but those `kept` for this process; None where there is only one."""
+    count = min(processors() - kept, MOST_WORKERS)
+    if count < 1 or processors() == 1:
         yield None
         return
     with worker_pool(count) as pool:

@@ -177,12 +177,34 @@ def panel_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> PanelTwin:
                 f"poisson_ratio {list(box.poisson_ratio)}, "
                 f"loss_factor {list(box.loss_factor)}; widen [twin] in the panel's file"
             )
-    band = panel.filters.twin_band
-    reduced = cached_reduction(
+    return PanelTwin.of(panel_reduction(panel, grid, report), grid, panel.footprints, len(panel.drive))
+
+
+def panel_reduction(panel: Panel, grid: Grid, report: Progress) -> ReducedModel:
+    """Reduced model of a panel, known on its grid, from the cache or made; whatever the laws are.
+
+    Parameters
+    ----------
+    panel : Panel
+    grid : Grid
+        The panel's.
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    ReducedModel
+
+    Raises
+    ------
+    ResultFileError
+        Where the panel cannot be reduced.
+    """
+    return cached_reduction(
         panel.plate,
         panel.patch,
-        box,
-        band,
+        panel.box,
+        panel.filters.twin_band,
         footprints=panel.footprints,
         driven=range(len(panel.drive)),
         points=grid.points,
@@ -190,7 +212,6 @@ def panel_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> PanelTwin:
         training=BasisTraining(tolerance=panel.twin.basis_tolerance),
         progress=report,
     )
-    return PanelTwin.of(reduced, grid, panel.footprints, len(panel.drive))
 
 
 def _materials(laws: MaterialLaws) -> list[Constants]:

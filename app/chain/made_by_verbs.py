@@ -1,0 +1,80 @@
+"""Results of single verbs that a run need not make again: their provenance is what the run would write.
+
+Of identify, update and gap it holds everything that decides the result. Of focus, compensate and report it does
+not, so that a run makes these itself once.
+"""
+
+from pathlib import Path
+from typing import Any
+
+from app.chain.input_files import effect_hashes
+from app.chain.work import Work
+from app.files.bad_file import ResultFileError
+from app.files.best_twin import gap_record_of
+from app.files.campaign_folder import SWEEPS
+from app.files.campaign_inputs import EXTENT
+from app.files.campaign_kind import DECLARATION, PROTOCOL
+from app.files.hdf5_file import result_file
+from app.files.provenance import read_stamp
+from app.files.run_record import versions
+from app.files.run_settings import Stage
+
+FREE = (EXTENT, "campaign")
+"""Settings that follow from the inputs: how many sweeps, and the folder's name."""
+MADE_IN = {"identify": "modes.h5", "update": "laws.h5", "gap": "gap.h5"}
+
+
+def made_alike(work: Work, stage: Stage) -> str | None:
+    """Say which verb made a stage's result as this run would; None where none did.
+
+    Parameters
+    ----------
+    work : Work
+    stage : str
+
+    Returns
+    -------
+    str or None
+    """
+    name = MADE_IN.get(stage)
+    if name is None or not (work.run / name).is_file() or not (work.run / "frf.h5").is_file():
+        return None
+    try:
+        with result_file(work.run / name, stage) as file:
+            held = read_stamp(file)
+        if stage == "gap" and gap_record_of(work.run) is None:
+            return None
+    except ResultFileError:
+        return None
+    wanted = {**versions(), "inputs": _inputs(work, stage), "settings": _settings(work, stage)}
+    found = {**held, "settings": {key: one for key, one in held["settings"].items() if key not in FREE}}
+    same = all(found.get(key) == value for key, value in wanted.items())
+    return f"flexura {stage}" if same and _all_there(work.run, stage) else None
+
+
+def _all_there(run: Path, stage: Stage) -> bool:
+    beside = {"identify": ("modes.csv",), "update": (), "gap": ("gap.json", "twin.toml")}
+    return all((run / name).is_file() for name in beside[stage])
+
+
+def _inputs(work: Work, stage: Stage) -> dict[str, str]:
+    """Return inputs as a result's provenance holds them."""
+    kept = {
+        name: digest
+        for name, digest in work.hashes.items()
+        if name in (PROTOCOL, DECLARATION) or name.startswith(f"{SWEEPS}/")
+    }
+    return kept | (effect_hashes(work.effects) if stage == "gap" else {})
+
+
+def _settings(work: Work, stage: Stage) -> dict[str, Any]:
+    if stage != "identify":
+        return {"mains": work.settings.mains}
+    from analysis.identification.settings import Settings
+    from app.stages.identify_options import Wanted
+
+    options = work.settings.identify
+    wanted = Wanted(
+        Settings(mains=work.settings.mains), options.damping, options.method, options.band, options.actuator
+    )
+    return wanted.record()
