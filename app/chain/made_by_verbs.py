@@ -15,17 +15,20 @@ from app.files.campaign_folder import SWEEPS
 from app.files.campaign_inputs import EXTENT
 from app.files.campaign_kind import DECLARATION, PROTOCOL
 from app.files.hdf5_file import result_file
+from app.files.laws_file import load_pairing, load_updated
+from app.files.modes_file import load_modes
 from app.files.provenance import read_stamp
 from app.files.run_record import versions
 from app.files.run_settings import Stage
+from app.terminal.pairing import no_fit_words
 
 FREE = (EXTENT, "campaign")
 """Settings that follow from the inputs: how many sweeps, and the folder's name."""
 MADE_IN = {"identify": "modes.h5", "update": "laws.h5", "gap": "gap.h5"}
 
 
-def made_alike(work: Work, stage: Stage) -> str | None:
-    """Say which verb made a stage's result as this run would; None where none did.
+def made_alike(work: Work, stage: Stage) -> bool | None:
+    """Say whether a result that a stage's verb made, as this run would, is good enough.
 
     Parameters
     ----------
@@ -34,7 +37,8 @@ def made_alike(work: Work, stage: Stage) -> str | None:
 
     Returns
     -------
-    str or None
+    bool or None
+        None where there is no such result.
     """
     name = MADE_IN.get(stage)
     if name is None or not (work.run / name).is_file() or not (work.run / "frf.h5").is_file():
@@ -42,14 +46,24 @@ def made_alike(work: Work, stage: Stage) -> str | None:
     try:
         with result_file(work.run / name, stage) as file:
             held = read_stamp(file)
-        if stage == "gap" and gap_record_of(work.run) is None:
-            return None
+        good = _good(work.run, stage)
     except ResultFileError:
         return None
     wanted = {**versions(), "inputs": _inputs(work, stage), "settings": _settings(work, stage)}
     found = {**held, "settings": {key: one for key, one in held["settings"].items() if key not in FREE}}
     same = all(found.get(key) == value for key, value in wanted.items())
-    return f"flexura {stage}" if same and _all_there(work.run, stage) else None
+    return good if same and _all_there(work.run, stage) else None
+
+
+def _good(run: Path, stage: Stage) -> bool:
+    """Whether a result is good enough, as the exit status of its verb said; ResultFileError if unreadable."""
+    if stage == "gap":
+        record = gap_record_of(run)
+        return record is not None and record["verdict"] in ("none", "explained")
+    if stage == "update":
+        settled = load_updated(run / "laws.h5")[0].settled.all()
+        return bool(settled) and not no_fit_words(load_pairing(run / "laws.h5"))
+    return any(modes.real.any() for modes in load_modes(run / "modes.h5").modes)
 
 
 def _all_there(run: Path, stage: Stage) -> bool:

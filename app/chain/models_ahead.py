@@ -4,10 +4,11 @@ A worker leaves its model in the cache, where the stage that needs it finds it. 
 built again by that stage, which says what is wrong.
 """
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.experiment import Experiment
@@ -62,61 +63,60 @@ def memory_left() -> float:
         return float("inf")
 
 
+BUILD = {PLATE: build_plate, EFFECTS: build_effects, PANEL: build_panel}
+
+
+@dataclass(frozen=True)
+class WantedModel:
+    """A model to be built: `PLATE`, `EFFECTS` or `PANEL`, and its declaration as JSON."""
+
+    kind: str
+    declared: str
+
+
 class ModelsAhead:
     """Models of one run.
 
     Parameters
     ----------
-    executor : Executor or None
-        Of worker processes; None builds each model where it is needed.
+    wanted : sequence of WantedModel
+        In the order in which they are needed; the one with effects rests on the plate's.
     """
 
-    def __init__(self, executor: Executor | None) -> None:
-        self._executor = executor
+    def __init__(self, wanted: Sequence[WantedModel] = ()) -> None:
+        self._wanted = list(wanted)
         self._begun: dict[str, Future[None]] = {}
-        self._later: list[tuple[str, Callable[[str], None], str]] = []
+        self._executor: Executor | None = None
 
-    def begin(self, experiment: Experiment, panel: Panel | None, *, effects: bool) -> None:
-        """Let workers build the models of a run, one after the other where memory is short.
+    @property
+    def at_once(self) -> int:
+        """How many are built side by side: one, where memory is short."""
+        count = sum(one.kind != EFFECTS for one in self._wanted)
+        return min(count, 2 if memory_left() >= SIDE_BY_SIDE else 1)
 
-        Parameters
-        ----------
-        experiment : Experiment
-            Whose plate is updated.
-        panel : Panel or None
-            None where no filters are wanted, or the panel's plate is the one measured, which is not known yet.
-        effects : bool
-            Whether effects will be searched for.
-        """
-        if self._executor is None:
-            return
-        declared = experiment.model_dump_json()
-        tasks: list[tuple[str, Callable[[str], None], str]] = [(PLATE, build_plate, declared)]
-        if panel is not None:
-            tasks.append((PANEL, build_panel, panel.model_dump_json()))
-        if effects:  # rests on the plate's model
-            self._later.append((EFFECTS, build_effects, declared))
-        count = len(tasks) if memory_left() >= SIDE_BY_SIDE else 1
-        self._later[:0] = tasks[count:]
-        for task in tasks[:count]:
-            self._submit(*task)
+    def begin(self, executor: Executor | None) -> None:
+        """Let workers build the first of them; without workers, each is built where it is needed."""
+        self._executor = executor
+        for _ in range(self.at_once):
+            self._next()
 
-    def wait_for(self, model: str, report: Progress) -> None:
-        """Return when no worker is at a model, `PLATE`, `EFFECTS` or `PANEL`; then the next may be begun."""
-        for name in dict.fromkeys((PLATE, model)):
-            begun = self._begun.pop(name, None)
+    def wait_for(self, kind: str, report: Progress) -> None:
+        """Return when no worker is at a model, or at the plate's, on which others rest; the next are begun."""
+        for one in dict.fromkeys((PLATE, kind)):
+            while one not in self._begun and any(left.kind == one for left in self._wanted) and self._executor:
+                self._next()
+            begun = self._begun.pop(one, None)
             if begun is None:
                 continue
             if not begun.done():
-                report(f"model of {name}", 0.0)
-            with suppress(BrokenProcessPool):  # a worker was killed: the stage builds the model itself
-                begun.result()
-            report(f"model of {name}", 1.0)
-            later, self._later = self._later, []
-            for task in later:
-                self._submit(*task)
+                report(f"model of {one}", 0.0)
+            begun.exception()  # whatever it was, the stage builds the model itself, and says what is wrong
+            report(f"model of {one}", 1.0)
+            self._next()
 
-    def _submit(self, name: str, build: Callable[[str], None], declared: str) -> None:
-        if self._executor is not None:
-            with suppress(BrokenProcessPool):
-                self._begun[name] = self._executor.submit(build, declared)
+    def _next(self) -> None:
+        if self._executor is None or not self._wanted:
+            return
+        one = self._wanted.pop(0)
+        with suppress(BrokenProcessPool):  # a worker was killed, or had too little memory
+            self._begun[one.kind] = self._executor.submit(BUILD[one.kind], one.declared)

@@ -36,12 +36,13 @@ class Listener:
     progress : callable
         Returns a context manager whose value takes a stage's name and the share done.
     workers : callable
-        Returns a context manager whose value is an executor of worker processes, or None.
+        Called with the number of models to be built; returns a context manager whose value is an executor of
+        worker processes, or None.
     """
 
     stage: Callable[[Stage, StageRecord], None]
     progress: Callable[[], AbstractContextManager[Progress]]
-    workers: Callable[[], AbstractContextManager[Executor | None]]
+    workers: Callable[[int], AbstractContextManager[Executor | None]]
 
 
 class _StageError(Exception):
@@ -94,10 +95,11 @@ class _Chain:
         """Skip, make or leave out a stage."""
         link = LINKS[stage]
         missing: list[str] = [need for need in link.needs if need in self._states and not self._states[need].whole]
-        if stage == "report" and not (self._work.run / "frf.h5").is_file():
-            missing = [need for need, state in self._states.items() if not state.whole] or ["identify"]
         if missing:
             self._note(stage, StageRecord("not run", f"it needs {missing[0]}, which has no result"))
+            return
+        if stage == "report" and not (self._work.run / "frf.h5").is_file():
+            self._note(stage, StageRecord("not run", "there is no result yet that could be reported"))
             return
         known = None if self._request.force else self._known(stage, link)
         if known is not None:
@@ -129,11 +131,10 @@ class _Chain:
             return replace(before, state="up to date")
         from app.chain.made_by_verbs import made_alike
 
-        verb = made_alike(work, stage)
-        if verb is None:
+        good = made_alike(work, stage)
+        if good is None:
             return None
-        results = hashed(work.run, link.results)
-        said, good = f"made by {verb}", _good_of_verb(work, stage)
+        results, said = hashed(work.run, link.results), f"made by flexura {stage}"
         return StageRecord("up to date", said, good, inputs, settings, versions(), results)
 
     def _make(self, stage: Stage, link: Link) -> None:
@@ -173,14 +174,12 @@ class _Chain:
         from app.chain.models_ahead import ModelsAhead  # slow imports, for a run that has something to do
         from app.report.drawn_parts import DrawnParts
 
-        executor = self._stack.enter_context(self._listener.workers())
-        work.models = ModelsAhead(executor)
+        work.models = ModelsAhead(work.models_wanted() if link.reads_campaign else ())
+        executor = self._stack.enter_context(self._listener.workers(work.models.at_once))
+        work.models.begin(executor)
         work.parts = DrawnParts(executor, png=work.settings.report.pictures)
-        if executor is not None and link.reads_campaign:
-            wanted = self._request.stages
-            panel = work.panel_ahead() if {"focus", "compensate"} & set(wanted) else None
-            if {"update", "gap"} & set(wanted):
-                work.models.begin(work.campaign.experiment, panel, effects="gap" in wanted)
+        if executor is not None and "report" in self._request.stages:
+            work.parts.make_ready()
 
     def _draw_ahead(self) -> None:
         if "report" in self._request.stages:
@@ -203,15 +202,6 @@ def _record_of(
     took = round(seconds, 3)
     told = (made.notes, took, made.seed)
     return StageRecord("made", made.said, made.good, inputs, settings, versions(), results, *told)
-
-
-def _good_of_verb(work: Work, stage: Stage) -> bool:
-    """Whether a result that a verb made is good enough."""
-    from app.files.best_twin import gap_record_of
-    from app.stages.gap import GOOD
-
-    record = gap_record_of(work.run) if stage == "gap" else None
-    return record is None or record["verdict"] in GOOD
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from app.files.run_settings import RunSettings, Stage
 if TYPE_CHECKING:
     from analysis.campaign import Campaign
     from analysis.focusing.panel import Panel
-    from app.chain.models_ahead import ModelsAhead
+    from app.chain.models_ahead import ModelsAhead, WantedModel
     from app.report.drawn_parts import DrawnParts
     from app.stages.update import Updating
 
@@ -113,7 +113,24 @@ class Work:
         for name in ("hashes", "campaign"):
             self.__dict__.pop(name, None)
 
-    def panel_ahead(self) -> "Panel | None":
+    def models_wanted(self) -> "tuple[WantedModel, ...]":
+        """Return the reduced models that are not in the cache and that the stages asked for will need."""
+        from app.chain.models_ahead import EFFECTS, PANEL, PLATE, WantedModel
+        from app.twins.campaign_twin import twin_is_built
+        from app.twins.panel_twin import panel_is_reduced
+
+        wanted, found = set(self.request.stages), []
+        experiment = self.campaign.experiment
+        if {"update", "gap"} & wanted and not twin_is_built(experiment):
+            found.append(WantedModel(PLATE, experiment.model_dump_json()))
+        panel = self._panel_ahead() if {"focus", "compensate"} & wanted else None
+        if panel is not None and not panel_is_reduced(panel):
+            found.append(WantedModel(PANEL, panel.model_dump_json()))
+        if "gap" in wanted:  # made quickly where it is in the cache
+            found.append(WantedModel(EFFECTS, experiment.model_dump_json()))
+        return tuple(found)
+
+    def _panel_ahead(self) -> "Panel | None":
         """Return the panel whose model can be built before the plate is updated.
 
         None where it cannot be read, which the stage says, and where it declares the measured plate: it then gets

@@ -84,8 +84,9 @@ def command(
     if not (is_campaign_folder(campaign) or is_recorded_campaign(campaign)):
         raise not_a_campaign(campaign)
     options = read_run_options(campaign, settings, typed)
+    left_out = (*without, *(stage for stage in options.settings.without if stage not in only))
     try:
-        stages = chosen_stages(first, last, only, (*without, *options.settings.without))
+        stages = chosen_stages(first, last, only, left_out)
     except ValueError as error:
         raise click.UsageError(str(error)) from error
 
@@ -105,7 +106,7 @@ def command(
             output.failure(stage_line(stage, state))
 
     request = RunRequest(campaign, out, stages, options, force)
-    record = run_chain(request, Listener(tell, output.progress, lambda: spare_workers(kept=0)))
+    record = run_chain(request, Listener(tell, output.progress, spare_workers))
     output.result(record.record, lambda: show(record))
     output.summary(closing_line(states, request.run, time.perf_counter() - started))
     if not all(state.whole and state.good for state in states.values()):

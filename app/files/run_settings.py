@@ -169,6 +169,11 @@ def read_run_options(campaign: Path, file: Path | None, typed: Sequence[str]) ->
     return RunOptions(_checked(COMMAND_LINE, whole), read.folder)
 
 
+def run_options_of(table: Mapping[str, Any]) -> RunOptions:
+    """Return options given as a table [run]; CampaignFileError with every key or value that is not allowed."""
+    return RunOptions(_checked(Path("options"), table))
+
+
 def _checked(path: Path, table: Mapping[str, Any]) -> RunSettings:
     return checked(path, {RUN: table}, RunFile).run
 

@@ -2,6 +2,7 @@
 
 from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
 from pathlib import Path
 
 from app.files.bad_file import ResultFileError
@@ -25,6 +26,10 @@ def _in_a_worker(run: Path, name: str, png: bool) -> Part | None:
         return None
 
 
+def _ready() -> None:
+    """Do nothing: a worker that is asked for this has imported this module."""
+
+
 class DrawnParts:
     """Parts of one page, some of them drawn ahead by workers.
 
@@ -42,6 +47,12 @@ class DrawnParts:
         self._begun: dict[tuple[Path, str], Future[Part | None]] = {}
         self._done: dict[tuple[Path, str], Part] = {}
 
+    def make_ready(self) -> None:
+        """Let a worker import what it will draw with, while there is nothing to draw yet."""
+        if self._executor is not None:
+            with suppress(BrokenProcessPool):
+                self._executor.submit(_ready)
+
     def begin(self, run: Path, name: str) -> None:
         """Let a worker draw what a run's file holds now; nothing where it is begun, or is not there."""
         if self._executor is None or (run, name) in self._begun or not (run / name).is_file():
@@ -50,12 +61,6 @@ class DrawnParts:
             self._begun[run, name] = self._executor.submit(_in_a_worker, run, name, self._png)
         except BrokenProcessPool:  # a worker was killed: all is drawn here
             self._executor = None
-
-    def forget(self, run: Path, name: str) -> None:
-        """Draw it anew when it is asked for: the file has changed."""
-        begun = self._begun.pop((run, name), None)
-        if begun is not None:
-            begun.cancel()
 
     def help(self) -> None:
         """Draw here what no worker has begun, the last first, until the workers are at all the rest."""

@@ -69,10 +69,14 @@ def worker_pool(count: int) -> Iterator[Executor]:
 
 
 @contextmanager
-def spare_workers(kept: int = 1) -> Iterator[Executor | None]:
-    """Yield workers for all processors but those `kept` for this process; None where there is only one."""
-    count = min(processors() - kept, MOST_WORKERS)
-    if count < 1 or processors() == 1:
+def spare_workers(least: int = 1) -> Iterator[Executor | None]:
+    """Yield workers for the processors that this process leaves idle; None where there is only one.
+
+    Up to `least` even if they are more: a process that waits for `least` workers leaves its own processor idle.
+    """
+    there = processors()
+    count = min(max(there - 1, min(least, there)), MOST_WORKERS)
+    if there == 1:
         yield None
         return
     with worker_pool(count) as pool:
