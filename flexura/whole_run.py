@@ -9,6 +9,8 @@ from threadpoolctl import threadpool_limits
 
 from app.chain.request import RunRequest, chosen_stages
 from app.chain.run_chain import Listener, run_chain
+from app.files.campaign import not_a_campaign
+from app.files.campaign_kind import is_campaign_folder, is_recorded_campaign
 from app.files.run_record import RunRecord
 from app.files.run_settings import Stage, read_run_options, run_options_of
 from app.terminal.progress import progress as bars
@@ -66,9 +68,13 @@ def run(
         For a run folder that cannot be used.
     """
     folder = Path(campaign)
+    if not (is_campaign_folder(folder) or is_recorded_campaign(folder)):
+        raise not_a_campaign(folder)
     chosen = read_run_options(folder, None, ()) if options is None else run_options_of(options)
-    stages = chosen_stages(first, last, (), (*without, *chosen.settings.without))
-    request = RunRequest(folder, None if out is None else Path(out), stages, chosen, force)
+    left_out = (*without, *chosen.settings.without)
+    stages = chosen_stages(first, last, (), left_out)
+    run_folder = None if out is None else Path(out)
+    request = RunRequest(folder, run_folder, stages, chosen, force, in_place="import" in left_out)
     listener = Listener(
         lambda stage, state: None,
         lambda: bars(shown=progress),

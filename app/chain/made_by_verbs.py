@@ -4,6 +4,7 @@ Of identify, update and gap it holds everything that decides the result. Of focu
 not, so that a run makes these itself once.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from app.files.campaign_kind import DECLARATION, PROTOCOL
 from app.files.hdf5_file import result_file
 from app.files.laws_file import load_pairing, load_updated
 from app.files.modes_file import load_modes
-from app.files.provenance import read_stamp
+from app.files.provenance import read_stamp, sha256
 from app.files.run_record import versions
 from app.files.run_settings import Stage
 from app.terminal.pairing import no_fit_words
@@ -27,13 +28,16 @@ FREE = (EXTENT, "campaign")
 MADE_IN = {"identify": "modes.h5", "update": "laws.h5", "gap": "gap.h5"}
 
 
-def made_alike(work: Work, stage: Stage) -> bool | None:
+def made_alike(work: Work, stage: Stage, known: Mapping[str, str]) -> bool | None:
     """Say whether a result that a stage's verb made, as this run would, is good enough.
 
     Parameters
     ----------
     work : Work
     stage : str
+    known : mapping of str to str
+        SHA-256 of what a run made: if it is that, and the run's record does not hold any more, something else has
+        changed that provenance does not tell.
 
     Returns
     -------
@@ -42,6 +46,8 @@ def made_alike(work: Work, stage: Stage) -> bool | None:
     """
     name = MADE_IN.get(stage)
     if name is None or not (work.run / name).is_file() or not (work.run / "frf.h5").is_file():
+        return None
+    if known.get(name) == sha256(work.run / name):
         return None
     try:
         with result_file(work.run / name, stage) as file:

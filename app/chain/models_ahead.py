@@ -97,7 +97,7 @@ class ModelsAhead:
     def begin(self, executor: Executor | None) -> None:
         """Let workers build the first of them; without workers, each is built where it is needed."""
         self._executor = executor
-        for _ in range(self.at_once):
+        for _ in range(max(self.at_once, 1)):
             self._next()
 
     def wait_for(self, kind: str, report: Progress) -> None:

@@ -62,6 +62,8 @@ class RunRequest:
     options : RunOptions
     force : bool
         Make stages again that are up to date.
+    in_place : bool
+        Read a recording where it stands, even where it was imported before.
     """
 
     campaign: Path
@@ -69,6 +71,7 @@ class RunRequest:
     stages: tuple[Stage, ...] = STAGES
     options: RunOptions = field(default_factory=RunOptions)
     force: bool = False
+    in_place: bool = False
 
     @property
     def run(self) -> Path:
@@ -78,7 +81,7 @@ class RunRequest:
     @property
     def imported(self) -> Path | None:
         """Folder that a recorded campaign is imported into; None where it is read where it stands."""
-        if is_campaign_folder(self.campaign) or "import" in self.options.settings.without:
+        if is_campaign_folder(self.campaign) or self.in_place:
             return None
         named = self.options.path(self.options.settings.campaign)
         return named or self.run.resolve().parent / f"{self.campaign.resolve().name}-campaign"

@@ -1,12 +1,12 @@
 """Stages of a run in order: those up to date skipped, the others made; a failure stops only what needs it."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from analysis.progress import Progress
 from app.chain.links import LINKS, Link
@@ -21,8 +21,13 @@ from app.files.run_settings import Stage
 from app.files.unwritten import told
 from app.terminal.end_signals import undisturbed
 
+if TYPE_CHECKING:
+    from app.chain.models_ahead import WantedModel
+
 DRAWN_FIRST = ("frf.h5", "modes.h5", "laws.h5", "gap.h5")
 """Parts of the report that are final before filters are designed."""
+READ_BY_LATER: tuple[Stage, ...] = ("identify", "update")
+"""Stages whose results others read beside the sweeps."""
 
 
 @dataclass(frozen=True)
@@ -86,10 +91,10 @@ class _Chain:
         self._request = request
         self._listener = listener
         self._record = read_run_record(run, str(request.campaign))
-        self._stack = stack
         self._work = Work(request, run)
         self._states: dict[str, StageRecord] = {}
         self._workers = False
+        self._pool = stack.enter_context(ExitStack())
 
     def do(self, stage: Stage) -> None:
         """Skip, make or leave out a stage."""
@@ -106,6 +111,8 @@ class _Chain:
             self._note(stage, known)
         else:
             self._make(stage, link)
+        if stage == "update" and self._workers and not self._states[stage].whole:
+            self._start_workers()  # nobody needs the models at which workers are, and the report needs workers
         if stage in ("update", "gap") and self._workers and "gap" not in self._to_come(stage):
             self._draw_ahead()
 
@@ -129,9 +136,13 @@ class _Chain:
         inputs, settings = link.inputs(work), dict(link.settings(work))
         if before is not None and before.holds(work.place(stage), inputs, settings):
             return replace(before, state="up to date")
+        if any(self._states[one].state == "made" for one in READ_BY_LATER if one in self._states):
+            return (
+                None  # provenance does not tell which modes were paired, nor beside which laws effects were found
+            )
         from app.chain.made_by_verbs import made_alike
 
-        good = made_alike(work, stage)
+        good = made_alike(work, stage, {} if before is None else before.results)
         if good is None:
             return None
         results, said = hashed(work.run, link.results), f"made by flexura {stage}"
@@ -171,14 +182,20 @@ class _Chain:
         if self._workers:
             return
         self._workers = True
+        self._start_workers(work.models_wanted() if link.reads_campaign else ())
+
+    def _start_workers(self, wanted: "Sequence[WantedModel]" = ()) -> None:
+        """Start workers for models and figures, in place of those that are there."""
         from app.chain.models_ahead import ModelsAhead  # slow imports, for a run that has something to do
         from app.report.drawn_parts import DrawnParts
 
-        work.models = ModelsAhead(work.models_wanted() if link.reads_campaign else ())
-        executor = self._stack.enter_context(self._listener.workers(work.models.at_once))
+        work = self._work
+        self._pool.close()
+        work.models = ModelsAhead(wanted)
+        executor = self._pool.enter_context(self._listener.workers(work.models.at_once))
         work.models.begin(executor)
         work.parts = DrawnParts(executor, png=work.settings.report.pictures)
-        if executor is not None and "report" in self._request.stages:
+        if "report" in self._request.stages:
             work.parts.make_ready()
 
     def _draw_ahead(self) -> None:

@@ -105,7 +105,7 @@ def command(
         else:
             output.failure(stage_line(stage, state))
 
-    request = RunRequest(campaign, out, stages, options, force)
+    request = RunRequest(campaign, out, stages, options, force, in_place="import" in left_out)
     record = run_chain(request, Listener(tell, output.progress, spare_workers))
     output.result(record.record, lambda: show(record))
     output.summary(closing_line(states, request.run, time.perf_counter() - started))

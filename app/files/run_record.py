@@ -96,6 +96,10 @@ class RunRecord:
     stages: Mapping[str, StageRecord] = field(default_factory=dict)
     found: tuple[tuple[str, str], ...] = ()
 
+    def __repr__(self) -> str:
+        """Stages and their states in one line: hashes of a campaign would fill screens."""
+        return f"<RunRecord: {', '.join(f'{name} {stage.state}' for name, stage in self.stages.items())}>"
+
     def with_stage(self, name: str, stage: StageRecord) -> "RunRecord":
         """Return a record with one stage as it is now."""
         return replace(self, stages={**self.stages, name: stage})

@@ -44,13 +44,13 @@ class FocusOptions(Declared):
     temperatures: Annotated[tuple[Temperature, ...], Field(description="degrees Celsius")] = ()
     method: FocusMethod = "stif"
     regularisation: Literal["tikhonov", "truncation"] | None = None
-    tolerance: Annotated[float, Field(ge=1e-6, le=0.9)] | None = None
+    tolerance: Annotated[float | None, Field(ge=1e-6, le=0.9)] = None
     design: Literal["field", "inverse-fft"] | None = None
-    taps: Annotated[int, Field(ge=16, le=16_384)] | None = None
-    delay: Annotated[int, Field(ge=0, description="samples")] | None = None
-    outside_weight: Annotated[float, Field(ge=1.0, le=1e4)] | None = None
-    thermometer_error: Annotated[float, Field(ge=0.0, le=30.0, description="degrees Celsius")] | None = None
-    level: Annotated[float, Field(ge=-80.0, le=20.0, description="dB")] | None = None
+    taps: Annotated[int | None, Field(ge=16, le=16_384)] = None
+    delay: Annotated[int | None, Field(ge=0, description="samples")] = None
+    outside_weight: Annotated[float | None, Field(ge=1.0, le=1e4)] = None
+    thermometer_error: Annotated[float | None, Field(ge=0.0, le=30.0, description="degrees Celsius")] = None
+    level: Annotated[float | None, Field(ge=-80.0, le=20.0, description="dB")] = None
 
     def changes(self) -> dict[str, Any]:
         """Return the settings of the filters."""
@@ -61,10 +61,10 @@ class CompensateOptions(Declared):
     """``[run.compensate]``: training temperatures and networks."""
 
     spacing: Annotated[float, Field(ge=0.5, le=30.0, description="K")] = 5.0
-    place: Annotated[int, Field(ge=4, le=40)] | None = None
+    place: Annotated[int | None, Field(ge=4, le=40)] = None
     across: tuple[Difference, ...] = ()
     device: str = "cpu"
-    nodes: Annotated[int, Field(ge=1, le=100)] | None = None
+    nodes: Annotated[int | None, Field(ge=1, le=100)] = None
     restarts: Annotated[int, Field(ge=1, le=100)] = 1
     feed: Literal["rigidity", "temperature"] = "rigidity"
     scale: Literal["global", "tap"] = "global"

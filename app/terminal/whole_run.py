@@ -51,7 +51,8 @@ def closing_line(states: Mapping[str, StageRecord], run: Path, seconds: float) -
     count: dict[str, list[str]] = {}
     for stage, state in states.items():
         count.setdefault(state.state, []).append(stage)
-    said = [f"{len(count['made'])} stages made"] if "made" in count else []
+    made = len(count.get("made", ()))
+    said = [f"{made} stage{'' if made == 1 else 's'} made"] if made else []
     said += [f"{len(count['up to date'])} up to date"] if "up to date" in count else []
     said += [f"{state}: {', '.join(count[state])}" for state in ("failed", "not run") if state in count]
     poor = [stage for stage, state in states.items() if state.whole and not state.good]

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from app.chain.request import STAGES
 from app.main import main
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
@@ -35,6 +36,17 @@ class RunOnce:
     def states(self) -> dict[str, str]:
         """Return the states of the stages in run.json."""
         return {name: stage["state"] for name, stage in self.record()["stages"].items()}
+
+
+def said_of(message: str) -> dict[str, str]:
+    """Return the lines of the stages on the error stream, by stage."""
+    pairs = (line.partition(": ") for line in message.splitlines())
+    return {stage: said for stage, _, said in pairs if stage in STAGES}
+
+
+def skipped(message: str) -> set[str]:
+    """Return the stages that are said to be up to date."""
+    return {stage for stage, said in said_of(message).items() if said.startswith("up to date")}
 
 
 def typed(*words: object) -> int:
