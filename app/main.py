@@ -17,6 +17,7 @@ VERBS = {
     "acquire": "acquire",
     "safe": "safe",
     "new": "new",
+    "run": "run",
     "import": "import_campaign",
     "identify": "identify",
     "update": "update",

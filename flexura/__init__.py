@@ -1,10 +1,11 @@
-"""Flexura as a library: load a campaign, identify, update, compare with the twin, focus, compensate, plot.
+"""Flexura as a library: load a campaign, identify, update, compare with the twin, focus, compensate, plot, run.
 
 Each function does what the verb of the same name does, and calls the same stage. What a function needs is imported
 when it is first asked for, so that ``import flexura`` costs little. See ``docs/guide/library.md``.
 
 ================  ==================================================================
 ``campaigns``     `load`, `frf`, `identify`, `update`, `gap`: a plate over temperature
+``whole_run``     `run`: all of it, and the report
 ``panels``        `focus`, `compensate`: filters that follow the temperature
 ``panel_files``   laws, twin files, panels and run folders that these two take
 ``figures``       `plot`: figures of all these results
@@ -23,8 +24,9 @@ if TYPE_CHECKING:
     from flexura.campaigns import frf, gap, identify, load, update
     from flexura.figures import plot
     from flexura.panels import compensate, focus
+    from flexura.whole_run import run
 
-__all__ = ["compensate", "focus", "frf", "gap", "identify", "load", "plot", "update"]
+__all__ = ["compensate", "focus", "frf", "gap", "identify", "load", "plot", "run", "update"]
 
 _MODULES = {
     "load": "campaigns",
@@ -35,6 +37,7 @@ _MODULES = {
     "focus": "panels",
     "compensate": "panels",
     "plot": "figures",
+    "run": "whole_run",
 }
 
 

@@ -63,7 +63,8 @@ def command(
     folder = writable_folder(out or Path(f"blind-{stream}-{seed}"), "--out")
 
     from app.blind_trial.judging import is_judged
-    from app.blind_trial.trial import Trial, begin, run_trial, worker_processes
+    from app.blind_trial.trial import Trial, begin, run_trial
+    from app.terminal.worker_processes import worker_processes
 
     wanted = tuple(kind for kind in KINDS if kind in kinds) or KINDS
     trial = Trial(folder, count, seed, wanted, stream)

@@ -1,9 +1,6 @@
 """``flexura focus``: filters that move the target of a panel alone, over temperature."""
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,14 +17,11 @@ from app.commands.options import (
     out_folder,
 )
 from app.commands.output import Output, output_options
+from app.files.bad_file import UnsuitedOptionError
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-    from analysis.campaign_extent import CampaignExtent
-    from analysis.progress import Progress
-    from app.stages.focus import FocusedPanel
 
 EXAMPLES = """\b
 Examples:
@@ -91,16 +85,19 @@ def command(
     eq. 9, mean and worst line), the same normalised by area, level and phase over the band, latency and peak
     drive, with the filters of each temperature and with those of 20 °C everywhere. Writes filters.h5.
     """
-    changes = {"regularisation": regularisation, "tolerance": tolerance} | filters
-    started = time.perf_counter()
-    if transfers is None:
-        task = _from_laws(run, twin, panel, changes, method, temperatures)
-    elif run is not None or twin is not None:
+    if transfers is not None and (run is not None or twin is not None):
         raise click.UsageError("--transfers takes the place of RUN and of --twin; name results' folder by --out")
-    else:
-        task = _from_transfers(transfers, panel, changes, method, temperatures)
+    started = time.perf_counter()
 
-    from app.files.provenance import sha256
+    from app.stages.focus_request import FocusRequest
+
+    changes = {"regularisation": regularisation, "tolerance": tolerance} | filters
+    wanted = FocusRequest(run, twin, panel, changes, method, temperatures, transfers)  # type: ignore[arg-type]
+    try:
+        task = wanted.task()
+    except UnsuitedOptionError as error:
+        raise click.UsageError(str(error)) from error
+
     from app.files.run_folder import run_folder
     from app.stages import focus
     from app.terminal.campaign_extent import extent_record, led
@@ -110,7 +107,7 @@ def command(
         found = task.compute(report)
         focusing, lost = found.focusing, found.uncorrected
         gone = replaced(folder / focus.FILTERS, focusing.temperature)
-        target = focus.save(folder, found, {path.name: sha256(path) for path in task.inputs}, task.extent)
+        target = focus.save(folder, found, task.hashes(), task.extent)
     seconds = time.perf_counter() - started
     output.result(
         lambda: record(found.panel, focusing, found.comparison, lost, seconds) | extent_record(task.extent),
@@ -119,70 +116,6 @@ def command(
     for note in (*notes(found.panel, focusing), *task.notes, *correction(focusing, lost), *gone):
         output.note(note)
     output.summary(f"{led(task.extent)}{summary(focusing, target, seconds)}")
-
-
-@dataclass(frozen=True)
-class _FocusTask:
-    """Task: computation, input files, and the extent of an incomplete campaign whose laws are used."""
-
-    compute: Callable[["Progress"], "FocusedPanel"]
-    inputs: tuple[Path, ...]
-    beside: Path
-    notes: list[str]
-    extent: "CampaignExtent | None" = None
-
-
-def _from_laws(
-    run: Path | None,
-    twin: Path | None,
-    panel: Path | None,
-    changes: dict[str, Any],
-    method: str,
-    temperatures: tuple[float, ...],
-) -> _FocusTask:
-    """Prepare filters for a panel from material laws."""
-    import numpy as np
-
-    from app.stages.panel_inputs import panel_of
-    from app.stages.panel_laws import laws_for, range_of, said_of_range, within
-
-    declared, panel_path = panel_of(panel, changes)
-    found = laws_for(run, twin, "focus")
-    low, high = range_of(declared, found.laws, found.path, found.extent)
-    named = within(np.array(sorted(set(temperatures))), found.laws, found.path) if temperatures else None
-    declared, notes = found.on(declared)
-    notes += said_of_range(declared, (low, high)) if named is None else []
-
-    from app.stages import focus
-
-    span = np.array([low, high]) if named is None else named
-    compute = partial(
-        focus.compute,
-        declared,
-        found.laws,
-        temperature=named,
-        method=method,  # type: ignore[arg-type]
-        uncorrected=found.without_effects(span),
-    )
-    return _FocusTask(compute, (found.path, panel_path), found.folder, notes, found.extent)
-
-
-def _from_transfers(
-    transfers: Path, panel: Path | None, changes: dict[str, Any], method: str, temperatures: tuple[float, ...]
-) -> _FocusTask:
-    """Prepare filters for a panel from measured transfers."""
-    from app.files.transfers_file import transfer_files
-    from app.stages.panel_inputs import measured_panel, panel_of
-
-    declared, panel_path = panel_of(panel, changes)
-    if method == "modal-control":
-        raise click.UsageError("--method modal-control needs the modes of a model; --transfers has none")
-    measured = measured_panel(declared, transfers, temperatures)
-
-    from app.stages import focus
-
-    compute = partial(focus.compute_measured, measured, method=method)  # type: ignore[arg-type]
-    return _FocusTask(compute, (*transfer_files(transfers), panel_path), transfers.parent, [])
 
 
 def replaced(target: Path, temperature: "NDArray[np.float64]") -> list[str]:

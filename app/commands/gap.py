@@ -9,9 +9,6 @@ from app.commands.bad_input import bad_input
 from app.commands.options import CAMPAIGN, effects_of_twin, mains, own_effects, run_out
 from app.commands.output import Output, output_options
 
-GOOD = ("none", "explained")
-
-
 EXAMPLES = """\b
 Examples:
   flexura gap plate --out plate-run
@@ -68,5 +65,5 @@ def command(
     for note in (*found.frf.notes, *record["notes"]):
         output.note(note)
     output.summary(f"{led(loaded.extent)}{summary(record, run)}")
-    if found.report.verdict not in GOOD:
+    if found.report.verdict not in gap.GOOD:
         raise click.exceptions.Exit(1)

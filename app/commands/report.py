@@ -1,7 +1,6 @@
 """``flexura report``: all results of a run on one page."""
 
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -29,40 +28,16 @@ def command(run: Path, pictures: bool, out: Path | None, output: Output) -> None
     eta are those of the best twin: corrected, if flexura gap named an effect, the uncorrected ones beside them.
     RUN is the folder the other verbs wrote into; a stage that has not been run is named with its command.
     """
-    from app.files.atomic import atomic_path, write_text
     from app.files.run_folder import is_test_run, run_file, run_folder
 
     if not is_test_run(run):
         run_file(run, "frf.h5", "report")  # a wrong folder is reported before slow imports
-    from app.report.page import Absent, Picture, page
-    from app.report.sections import sections
-    from app.report.style import drawing
+    from app.report.written import write_report
+    from app.terminal.worker_processes import spare_workers
 
-    with run_folder(run, out or run) as folder, output.progress() as report, drawing():
-        found = sections(run, report)
-        html = page(f"Flexura: {found.title}", found.subtitle, found.sections, found.lead)
-        write_text(folder / "report.html", html)
-        drawn = [item for section in found.sections for item in section.items if isinstance(item, Picture)]
-        if pictures:
-            for picture in drawn:
-                with atomic_path(folder / f"{picture.name}.png") as path:
-                    picture.figure.savefig(path, format="png", dpi=100, metadata={"Software": None})
-    target = (folder / "report.html").resolve()
-    size = target.stat().st_size
-    missing = [s.title for s in found.sections if any(isinstance(item, Absent) for item in s.items)]
-
-    def record() -> dict[str, Any]:
-        return {
-            "report": str(target),
-            "bytes": size,
-            "sections": [section.title for section in found.sections],
-            "not_run_yet": missing,
-            "amiss": list(found.amiss),
-            "figures": [picture.name for picture in drawn],
-        }
-
-    for sentence in found.amiss:
+    with run_folder(run, out or run) as folder, output.progress() as report, spare_workers() as pool:
+        made = write_report(run, folder, report, pictures=pictures, executor=pool)
+    for sentence in made.amiss:
         output.note(sentence)
-    output.result(record)
-    absent = f", not run yet: {', '.join(missing)}" if missing else ""
-    output.summary(f"report of {len(drawn)} figures, {size / 1e6:.1f} MB{absent}: {target}")
+    output.result(made.record)
+    output.summary(made.line())

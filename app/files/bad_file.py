@@ -15,3 +15,7 @@ class ResultFileError(ValueError):
     def __init__(self, message: str, misplaced: Misplaced | None = None) -> None:
         super().__init__(message)
         self.misplaced = misplaced
+
+
+class UnsuitedOptionError(ResultFileError):
+    """An option does not suit the files that are there: what was typed is wrong, not a file."""

@@ -103,6 +103,31 @@ def import_recording(
     return _into(target, recording, [folder], report)
 
 
+def import_read(recording: Recording, folder: Path, out: Path, report: Progress) -> Imported:
+    """Import a recorded campaign that was read already.
+
+    Parameters
+    ----------
+    recording : Recording
+    folder : Path
+        It was read from.
+    out : Path
+        The campaign folder to make.
+    report : callable
+        Called with the stage's name and the share of it done.
+
+    Returns
+    -------
+    Imported
+
+    Raises
+    ------
+    CampaignFileError
+        Where `out` is taken or cannot be written.
+    """
+    return _into(out.resolve(), recording, [folder], report)
+
+
 def import_joined(
     folders: Sequence[Path], out: Path, allow_missing: bool = False, report: Progress = lambda stage, share: None
 ) -> Imported:

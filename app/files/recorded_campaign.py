@@ -9,7 +9,7 @@ from analysis.campaign_extent import CampaignExtent
 from analysis.experiment import Experiment
 from app.files.campaign_error import CampaignFileError, Problem, SignalProblem
 from app.files.campaign_kind import DECLARATION
-from app.files.campaign_toml import read_declaration
+from app.files.campaign_toml import declaration_digest, read_declaration
 from app.files.coverage import Place, coverage_problems, missing_places, places
 from app.files.one_actuator import actuators, sweeps_of
 from app.files.provenance import sha256
@@ -116,7 +116,7 @@ def read_recording(
     if problems or not sweeps:
         raise CampaignFileError(folder, problems or left_out)
     names = sorted(sweeps, key=lambda name: sweeps[name].step)
-    hashes = {DECLARATION: sha256(folder / DECLARATION)}
+    hashes = {DECLARATION: declaration_digest(folder / DECLARATION)}
     hashes |= {name: sha256(folder / name) for name in names}
     campaign = Campaign(folder.resolve().name, experiment, tuple(sweeps[name] for name in names), hashes)
     return Recording(campaign, {sweeps[name].step: name for name in names}, missing, tuple(left_out))

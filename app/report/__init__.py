@@ -2,6 +2,8 @@
 
 ==================  ======================================================
 ``page``            one self-contained HTML page
+``written``         the page written, its figures drawn side by side
+``drawn_parts``     parts of it drawn in worker processes
 ``sections``        all of it, stage by stage
 ``plate_sections``  measurement, identification and updated twin on it
 ``panel_sections``  focusing and compensation on it

@@ -79,6 +79,30 @@ class PageTable:
 
 
 @dataclass(frozen=True)
+class DrawnPicture:
+    """A figure that is drawn already, perhaps by another process.
+
+    Attributes
+    ----------
+    name, question : str
+        As of `Picture`.
+    code : str
+        HTML.
+    png : bytes
+        The same as a PNG file; empty unless that was asked for.
+    """
+
+    name: str
+    question: str
+    code: str
+    png: bytes = b""
+
+    def html(self) -> str:
+        """Return the figure inline."""
+        return self.code
+
+
+@dataclass(frozen=True)
 class Picture:
     """A figure: the name of its file, the question it answers, and how it is to be read."""
 
@@ -86,6 +110,13 @@ class Picture:
     question: str
     figure: Figure
     caption: str
+
+    def drawn(self, *, png: bool = False) -> DrawnPicture:
+        """Draw it, as a PNG file too if that is wanted; the same figure gives the same bytes."""
+        stream = io.BytesIO()
+        if png:
+            self.figure.savefig(stream, format="png", dpi=100, metadata={"Software": None})
+        return DrawnPicture(self.name, self.question, self.html(), stream.getvalue())
 
     def html(self) -> str:
         """Return the figure inline, as SVG unless that is too large; the same figure gives the same bytes."""
@@ -176,7 +207,7 @@ class Listing:
         return f"<pre>{escape(self.text)}</pre>"
 
 
-Item = PageTable | Picture | Paragraph | VerdictBox | Words | Absent | Listing
+Item = PageTable | Picture | DrawnPicture | Paragraph | VerdictBox | Words | Absent | Listing
 
 
 @dataclass(frozen=True)
@@ -193,7 +224,7 @@ class Section:
 
     def contents(self) -> str:
         """Return its line of the table of contents, with one for each figure's question, as HTML."""
-        pictures = [item for item in self.items if isinstance(item, Picture)]
+        pictures = [item for item in self.items if isinstance(item, Picture | DrawnPicture)]
         lines = "".join(f'<li><a href="#{escape(p.name)}">{escape(p.question)}</a></li>' for p in pictures)
         below = f"<ul>{lines}</ul>" if lines else ""
         return f'<li><a href="#{self.anchor}">{escape(self.title)}</a>{below}</li>'

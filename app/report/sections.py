@@ -6,7 +6,6 @@ from pathlib import Path
 
 from analysis.progress import Progress
 from app.files.best_twin import PLAIN, best_twin, load_gap_record
-from app.files.filter_files import load_focusing, load_uncorrected
 from app.files.frf_file import load_frf
 from app.files.run_folder import MADE_BY, is_test_run, run_file
 from app.report import paper, studies
@@ -16,11 +15,22 @@ from app.report.origin import Stamps, extent_of, origin, outdated, stamps
 from app.report.page import Absent, Item, PageTable, Section, VerdictBox, Words
 from app.report.panel_sections import compensation_section, focusing_section
 from app.report.plate_sections import identification_section, measurement_section, updating_section
-from app.report.summary import summary
-from app.terminal.briefing import Worth, briefing
+from app.report.summary import summary, worth_of
+from app.terminal.briefing import briefing
 
 PANEL_RESULTS = ("filters.h5", "compensation.h5", "studies.h5")
 """Results that are made from laws."""
+PARTS = {
+    "frf.h5": "Measurement",
+    "modes.h5": "Identification",
+    "laws.h5": "Updated twin and material laws",
+    "gap.h5": "What the twin lacks",
+    "filters.h5": "Focusing",
+    "compensation.h5": "Compensation",
+    "studies.h5": "The paper's studies",
+}
+"""Titles of the sections, by the file that each shows."""
+Part = tuple[list[Item], list[paper.PaperRow]]
 OPTIONAL = ("gap.h5", "studies.h5")
 """Stages that a run is complete without."""
 
@@ -39,34 +49,82 @@ class Found:
     lead: int = 0
 
 
-def sections(run: Path, report: Progress) -> Found:
-    """Read what `run` holds; ResultFileError where it is no run folder at all."""
+def part_of(run: Path, name: str) -> Part:
+    """Return what a page says of one result.
+
+    Parameters
+    ----------
+    run : Path
+    name : str
+        Of a file of the run, a key of `PARTS`.
+
+    Returns
+    -------
+    items : list of Item
+    rows : list of PaperRow
+        For the table beside the paper.
+
+    Raises
+    ------
+    ResultFileError
+        Where that file, or another one beside it, cannot be read.
+    """
+    rows: list[paper.PaperRow] = []
+    if name == "gap.h5":
+        return gap_section(run / name), rows
+    if name == "filters.h5":
+        return focusing_section(run, rows), rows
+    if name == "compensation.h5":
+        return compensation_section(run, rows), rows
+    if name == "studies.h5":
+        return studies.items(run / name, rows), rows
+    experiment, frf = load_frf(run_file(run, "frf.h5", "report"))
+    if name == "modes.h5":
+        return identification_section(run, experiment, frf, rows), rows
+    if name == "laws.h5":
+        return updating_section(run, experiment, frf, rows), rows
+    return measurement_section(experiment, frf), rows
+
+
+def sections(run: Path, report: Progress, part: Callable[[Path, str], Part] = part_of) -> Found:
+    """Read what a run holds.
+
+    Parameters
+    ----------
+    run : Path
+    report : callable
+        Called with a stage's name and the share of it done.
+    part : callable, optional
+        In place of `part_of`, for parts that other processes have drawn.
+
+    Returns
+    -------
+    Found
+
+    Raises
+    ------
+    ResultFileError
+        Where it is no run folder at all, or a result in it cannot be read.
+    """
     if is_test_run(run):
         title, subtitle, of_test = sections_of_test(run)
         return Found(title, subtitle, of_test, [])
     experiment, frf = load_frf(run_file(run, "frf.h5", "report"))
     rows: list[paper.PaperRow] = []
-    parts: list[tuple[str, str, Callable[[], list[Item]]]] = [
-        ("Measurement", "frf.h5", lambda: measurement_section(experiment, frf)),
-        ("Identification", "modes.h5", lambda: identification_section(run, experiment, frf, rows)),
-        ("Updated twin and material laws", "laws.h5", lambda: updating_section(run, experiment, frf, rows)),
-        ("What the twin lacks", "gap.h5", lambda: gap_section(run / "gap.h5")),
-        ("Focusing", "filters.h5", lambda: focusing_section(run, rows)),
-        ("Compensation", "compensation.h5", lambda: compensation_section(run, rows)),
-        ("The paper's studies", "studies.h5", lambda: studies.items(run / "studies.h5", rows)),
-    ]
     lines = [(verb, line) for verb, line in summary(run).items() if verb != "import"]
     made = [Section("In short", [*_words(run), PageTable(("stage", "found"), lines)])] if lines else []
     lead = len(made)
-    for done, (title, name, build) in enumerate(parts):
-        report("report", done / len(parts))
+    for done, (name, title) in enumerate(PARTS.items()):
+        report("report", done / len(PARTS))
         if (run / name).is_file():
-            made.append(Section(title, build()))
+            items, figures = part(run, name)
+            rows.extend(figures)
+            made.append(Section(title, items))
         elif name not in OPTIONAL:
             made.append(Section(title, [Absent(f"not run yet; make it with: flexura {MADE_BY[name]}")]))
     if paper.is_the_papers(experiment.plate):
         made.append(Section("Beside the paper", [paper.beside_paper(rows)]))
-    found = stamps(run, [name for _, name, _ in parts])
+    found = stamps(run, list(PARTS))
     made.append(Section("Provenance", origin(found)))
     old = [*outdated(run, found), *_overtaken(run, found)]
     if old:
@@ -93,20 +151,8 @@ def _words(run: Path) -> list[Item]:
         return []
     best = best_twin(run, "report")
     record = load_gap_record(run / "gap.h5") if (run / "gap.h5").is_file() else None
-    said = briefing(best, record, worth=_worth(run))
+    said = briefing(best, record, worth=worth_of(run))
     return [Words(said.headline, said.settled, said.first, said.parts)]
-
-
-def _worth(run: Path) -> Worth | None:
-    """Return what the corrected twin is worth for the filters of a run; None where that was not computed."""
-    path = run / "filters.h5"
-    lost = load_uncorrected(path) if path.is_file() else None
-    if lost is None:
-        return None
-    _, focused, _ = load_focusing(path)
-    gained = focused.direct.contrast.mean(axis=1) - lost.contrast.mean(axis=1)
-    most = int(gained.argmax())
-    return Worth(float(gained[most]), float(focused.temperature[most]))
 
 
 def _overtaken(run: Path, found: Stamps) -> list[str]:

@@ -1,4 +1,4 @@
-"""One line a stage: what a run found."""
+"""One line a stage: what a run found, and what its corrected twin is worth."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -7,9 +7,10 @@ from analysis.compensation.outcome import NETWORK
 from analysis.updated import Updated
 from app.files.best_twin import best_twin, load_gap_record
 from app.files.compensation_file import load_compensation
-from app.files.filter_files import load_focusing
+from app.files.filter_files import load_focusing, load_uncorrected
 from app.files.frf_file import load_frf
 from app.files.modes_file import load_modes
+from app.terminal.briefing import Worth
 from app.terminal.effect_words import found_words, titles_of
 from app.terminal.gap import concluded
 from app.terminal.sheet import sheet_words
@@ -90,3 +91,15 @@ def _compensated(path: Path) -> str:
         f"the networks lose at most {loss:.2g} of contrast, relative error at most {error:.1g} % of energy; "
         f"best here: {found.best}, recommended: {found.recommended}"
     )
+
+
+def worth_of(run: Path) -> Worth | None:
+    """Return what the corrected twin is worth for the filters of a run; None where that was not computed."""
+    path = run / "filters.h5"
+    lost = load_uncorrected(path) if path.is_file() else None
+    if lost is None:
+        return None
+    _, focused, _ = load_focusing(path)
+    gained = focused.direct.contrast.mean(axis=1) - lost.contrast.mean(axis=1)
+    most = int(gained.argmax())
+    return Worth(float(gained[most]), float(focused.temperature[most]))

@@ -19,7 +19,9 @@
 ``temperature_notes``      temperatures of a campaign that cannot be true
 ``issued_twin``            twin file that the gap stage writes
 ``focus``                  filters of a panel over temperature
+``focus_request``          what is asked of it, with laws and panel read
 ``compensate``             networks and other methods that predict these filters, compared
+``compensate_request``     what is asked of it, with laws and panel read
 ``panel_inputs``           panel, method and processor for `focus` and `compensate`
 ``panel_laws``             material laws of a panel's plate, and their range
 ``measured_plate``         a panel that is the plate that was measured

@@ -25,6 +25,8 @@ from app.terminal.notebook import as_text
 from app.twins.panel_twin import panel_twin
 
 COMPENSATION = "compensation.h5"
+GOOD_LOSS = 0.02
+"""Largest loss of contrast of networks against directly computed filters, at any line and temperature."""
 
 
 @dataclass(frozen=True)

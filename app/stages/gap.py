@@ -42,7 +42,8 @@ from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
 GAP, FIGURES, TWIN, LAWS = "gap.json", "gap.h5", "twin.toml", "laws-corrected.h5"
-
+GOOD = ("none", "explained")
+"""Verdicts that leave nothing open."""
 LEAST_LOSS = 1e-4
 """Smallest loss factor for the error estimate of the twin: a fit may end below that of any real plate."""
 
@@ -97,6 +98,7 @@ def compute(
     folder: Path | None = None,
     without: Collection[str] = (),
     run: Path | None = None,
+    plain: Updating | None = None,
 ) -> GapComparison:
     """Compare a campaign with its twin.
 
@@ -115,6 +117,8 @@ def compute(
         Effects of the library that are no candidates.
     run : Path, optional
         Run folder whose modes.h5 gives the measured modes to pair, if it is of these recordings.
+    plain : Updating, optional
+        What `updated_twin` gives for the same campaign, mains and run, where that is known.
 
     Returns
     -------
@@ -125,7 +129,7 @@ def compute(
     ResultFileError
         For a campaign that cannot be compared with its twin, with the reason.
     """
-    plain = updated_twin(campaign, mains, report, run)
+    plain = plain or updated_twin(campaign, mains, report, run)
     frf = plain.frf
     twin, given = campaign_model(campaign.experiment, plain.updated, report, start, folder)
     twin = replace(twin, library={name: effect for name, effect in twin.library.items() if name not in without})

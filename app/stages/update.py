@@ -107,6 +107,7 @@ def compute(
     start: Start | None = None,
     folder: Path | None = None,
     run: Path | None = None,
+    plain: Updating | None = None,
 ) -> Updating:
     """Fit the material of a campaign's twin to its FRFs, and laws through the estimates.
 
@@ -123,6 +124,8 @@ def compute(
         A user's own effects.
     run : Path, optional
         Run folder whose modes.h5 gives the measured modes to pair, if it is of these recordings.
+    plain : Updating, optional
+        What `updated_twin` gives for the same campaign, mains and run, where that is known.
 
     Returns
     -------
@@ -133,7 +136,7 @@ def compute(
     ResultFileError
         For a campaign that cannot be fitted, with the reason.
     """
-    found = updated_twin(campaign, mains, report, run)
+    found = plain or updated_twin(campaign, mains, report, run)
     if start is not None:
         found = _updated_under_effects(campaign, found, start, folder, report)
     reasoned = with_reason(campaign.experiment, found.frf, found.measured, found.pairing, report)

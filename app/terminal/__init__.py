@@ -4,6 +4,7 @@
 ``progress``             one bar per stage on the error stream
 ``streams``              output that a closed pipe, a lost terminal or a full disk does not end
 ``end_signals``          Ctrl-C, SIGTERM and a lost terminal, all ending a verb in one way
+``worker_processes``     processes that end with the one that gives them work
 ``campaign_progress``    the bar of a running campaign
 ``campaign_extent``      how many sweeps an incomplete campaign has, in a line and as JSON
 ``campaign_ending``      how an acquired campaign ended: record, line, exit status
@@ -19,6 +20,7 @@
 ``gap``                  tables and sentences from gap.json
 ``effect_words``         effects found, in units that people use
 ``briefing``             a run in words: the plate, what its twin lacked, what to do next
+``whole_run``            stages of a run as they are done, and the table at the end
 ``notebook``             the same as a notebook shows them
 =======================  ===============================================================
 """

@@ -72,6 +72,24 @@ def undisturbed() -> Iterator[None]:
                 signal.signal(number, handler)
 
 
+@contextmanager
+def held_back() -> Iterator[None]:
+    """Let these signals wait until the block ends: the files of one result are written all, or none of them."""
+    arrived: list[tuple[int, FrameType | None]] = []
+    previous: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():
+        previous = {number: signal.getsignal(number) for number in ENDING if callable(signal.getsignal(number))}
+    for number in previous:
+        signal.signal(number, lambda *told: arrived.append(told))
+    try:
+        yield
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+        if arrived:
+            previous[arrived[0][0]](*arrived[0])
+
+
 def end_at_once() -> None:
     """Leave the signals to the system from now on: for a window, whose event loop lets no handler of ours run."""
     for number in ENDING:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from analysis.focusing.panel_model import Constants, PanelModes
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
-from app.files.basis_cache import cached_reduction
+from app.files.basis_cache import basis_file, cached_reduction
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.energy_sums import EnergySums
 from simulation.reduction.lowest_modes import lowest_modes
@@ -177,20 +177,50 @@ def panel_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> PanelTwin:
                 f"poisson_ratio {list(box.poisson_ratio)}, "
                 f"loss_factor {list(box.loss_factor)}; widen [twin] in the panel's file"
             )
-    band = panel.filters.twin_band
-    reduced = cached_reduction(
-        panel.plate,
-        panel.patch,
-        box,
-        band,
-        footprints=panel.footprints,
-        driven=range(len(panel.drive)),
-        points=grid.points,
-        fineness=Fineness(tolerance=panel.twin.function_tolerance),
-        training=BasisTraining(tolerance=panel.twin.basis_tolerance),
-        progress=report,
-    )
-    return PanelTwin.of(reduced, grid, panel.footprints, len(panel.drive))
+    return PanelTwin.of(panel_reduction(panel, grid, report), grid, panel.footprints, len(panel.drive))
+
+
+def panel_reduction(panel: Panel, grid: Grid, report: Progress) -> ReducedModel:
+    """Reduced model of a panel, known on its grid, from the cache or made; whatever the laws are.
+
+    Parameters
+    ----------
+    panel : Panel
+    grid : Grid
+        The panel's.
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    ReducedModel
+
+    Raises
+    ------
+    ResultFileError
+        Where the panel cannot be reduced.
+    """
+    return cached_reduction(**_asked(panel, grid), progress=report)
+
+
+def panel_is_reduced(panel: Panel) -> bool:
+    """Whether `panel_reduction` would find the model in the cache."""
+    return basis_file(**_asked(panel, Grid.of(panel))).is_file()
+
+
+def _asked(panel: Panel, grid: Grid) -> dict[str, Any]:
+    """Return what is asked of a panel's reduced model."""
+    return {
+        "plate": panel.plate,
+        "patches": panel.patch,
+        "box": panel.box,
+        "band": panel.filters.twin_band,
+        "footprints": panel.footprints,
+        "driven": range(len(panel.drive)),
+        "points": grid.points,
+        "fineness": Fineness(tolerance=panel.twin.function_tolerance),
+        "training": BasisTraining(tolerance=panel.twin.basis_tolerance),
+    }
 
 
 def _materials(laws: MaterialLaws) -> list[Constants]:

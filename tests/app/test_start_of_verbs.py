@@ -13,7 +13,9 @@ ROOT = Path(__file__).resolve().parents[2]
 COMPUTES = ("scipy", "torch", "skfem", "matplotlib", "PySide6", "nidaqmx", "grpc", "serial")
 READS = ("numpy", "pydantic", "h5py", "nptdms", "pyuff", "rich")
 ABSENT = {
-    **dict.fromkeys(("import", "identify", "update", "gap", "focus", "compensate", "report", "view"), "nowhere"),
+    **dict.fromkeys(
+        ("run", "import", "identify", "update", "gap", "focus", "compensate", "report", "view"), "nowhere"
+    ),
     **dict.fromkeys(("acquire", "safe", "doctor", "check-instrument", "simulate-daq"), "nowhere.toml"),
     "new": "test nowhere.csv",
     "export": "nowhere --to c",

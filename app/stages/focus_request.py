@@ -1,0 +1,121 @@
+"""What is asked of the focus stage, and the task that follows from it: laws, panel and temperatures read."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from analysis.campaign_extent import CampaignExtent
+from analysis.focusing.methods import Method
+from analysis.focusing.panel import Panel
+from analysis.progress import Progress
+from app.files.bad_file import UnsuitedOptionError
+from app.files.provenance import sha256
+from app.stages.panel_inputs import panel_of
+from app.stages.panel_laws import laws_for, range_of, said_of_range, within
+
+if TYPE_CHECKING:
+    from app.stages.focus import FocusedPanel
+
+
+@dataclass(frozen=True)
+class FocusTask:
+    """What `FocusRequest` came to.
+
+    Attributes
+    ----------
+    panel : Panel
+        With what was found about its plate.
+    compute : callable
+        Designs the filters; called with a progress callable. The focus stage is imported when it is called.
+    inputs : tuple of Path
+        Files that the filters are made from.
+    beside : Path
+        Folder for results where none is named.
+    notes : list of str
+    extent : CampaignExtent or None
+        Of an incomplete campaign whose laws are used.
+    """
+
+    panel: Panel
+    compute: Callable[[Progress], "FocusedPanel"]
+    inputs: tuple[Path, ...]
+    beside: Path
+    notes: list[str]
+    extent: CampaignExtent | None = None
+
+    def hashes(self) -> dict[str, str]:
+        """SHA-256 of the files that the filters are made from, by name."""
+        return {path.name: sha256(path) for path in self.inputs}
+
+
+@dataclass(frozen=True)
+class FocusRequest:
+    """Filters of a panel over temperature, as typed or declared.
+
+    Attributes
+    ----------
+    run : Path or None
+        Run folder or laws file; None for the current folder.
+    twin : Path or None
+        Twin file whose laws are taken.
+    panel : Path or None
+        Panel file; None for the paper's section 2.
+    changes : mapping
+        Filter settings that replace those of the panel, by key; None leaves one as it is.
+    method : str
+        How filters are designed.
+    temperatures : tuple of float
+        Degrees Celsius; empty for the stage's own.
+    transfers : Path or None
+        Measured transfers in place of laws and a twin.
+    """
+
+    run: Path | None
+    twin: Path | None = None
+    panel: Path | None = None
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    method: Method = "stif"
+    temperatures: tuple[float, ...] = ()
+    transfers: Path | None = None
+
+    def task(self) -> FocusTask:
+        """Read laws or transfers, and the panel; ResultFileError where they do not suit what is asked."""
+        return self._from_laws() if self.transfers is None else self._from_transfers(self.transfers)
+
+    def _from_laws(self) -> FocusTask:
+        declared, panel_path = panel_of(self.panel, self.changes)
+        found = laws_for(self.run, self.twin, "focus")
+        low, high = range_of(declared, found.laws, found.path, found.extent)
+        named = None
+        if self.temperatures:
+            named = within(np.array(sorted(set(self.temperatures))), found.laws, found.path)
+        panel, notes = found.on(declared)
+        notes += said_of_range(panel, (low, high)) if named is None else []
+        uncorrected = found.without_effects(np.array([low, high]) if named is None else named)
+
+        def compute(report: Progress) -> "FocusedPanel":
+            from app.stages import focus  # slow import, after all that is read was found good
+
+            return focus.compute(
+                panel, found.laws, report, temperature=named, method=self.method, uncorrected=uncorrected
+            )
+
+        return FocusTask(panel, compute, (found.path, panel_path), found.folder, notes, found.extent)
+
+    def _from_transfers(self, transfers: Path) -> FocusTask:
+        from app.files.transfers_file import transfer_files
+        from app.stages.panel_inputs import measured_panel
+
+        declared, panel_path = panel_of(self.panel, self.changes)
+        if self.method == "modal-control":
+            raise UnsuitedOptionError("--method modal-control needs the modes of a model; --transfers has none")
+        measured = measured_panel(declared, transfers, self.temperatures)
+
+        from app.stages import focus
+
+        compute = partial(focus.compute_measured, measured, method=self.method)
+        return FocusTask(declared, compute, (*transfer_files(transfers), panel_path), transfers.parent, [])

@@ -1,0 +1,60 @@
+"""A run on the screen: a line for each stage, and one table of what was found at the end."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from app.files.run_record import RunRecord, StageRecord
+
+WIDEST = 110
+"""Columns of the table: sentences in longer lines are hard to read."""
+
+
+def stage_line(stage: str, state: StageRecord) -> str:
+    """Return the line of a stage that is done, skipped or failed."""
+    if state.state == "up to date":
+        return f"{stage}: up to date; {state.said}"
+    if state.state != "made":
+        return f"{stage}: {state.state.upper()}: {state.said}"
+    return f"{stage}: {state.said} ({state.seconds:.1f} s)"
+
+
+def show(record: RunRecord) -> None:
+    """Print what was found, how sure it is, and what to do next."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console()
+    table = Table(title="What was found", show_header=False, show_lines=True, width=min(console.width, WIDEST))
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    for what, said in record.found:
+        table.add_row(Text(what), Text(said))
+    console.print(table)
+
+
+def closing_line(states: Mapping[str, StageRecord], run: Path, seconds: float) -> str:
+    """Return the last line: how many stages were made, skipped or failed.
+
+    Parameters
+    ----------
+    states : mapping of str to StageRecord
+        Stages of this run.
+    run : Path
+    seconds : float
+        That it took.
+
+    Returns
+    -------
+    str
+    """
+    count: dict[str, list[str]] = {}
+    for stage, state in states.items():
+        count.setdefault(state.state, []).append(stage)
+    made = len(count.get("made", ()))
+    said = [f"{made} stage{'' if made == 1 else 's'} made"] if made else []
+    said += [f"{len(count['up to date'])} up to date"] if "up to date" in count else []
+    said += [f"{state}: {', '.join(count[state])}" for state in ("failed", "not run") if state in count]
+    poor = [stage for stage, state in states.items() if state.whole and not state.good]
+    said += [f"not good enough: {', '.join(poor)}"] if poor else []
+    return f"{', '.join(said)}; {seconds:.1f} s; results in {run}"
