@@ -8,8 +8,8 @@ from time import perf_counter
 
 from threadpoolctl import threadpool_limits
 
-from analysis.campaign import Campaign
 from analysis.frf import Frf, campaign_frf
+from analysis.frf_campaign import AnyCampaign
 from analysis.identification.reading import Damping
 from analysis.identification.settings import Settings
 from analysis.progress import Progress
@@ -25,16 +25,17 @@ from app.twins.campaign_model import start_of
 File = str | PathLike[str]
 
 
-def load(campaign: File) -> Campaign:
-    """Read a campaign: a folder with ``campaign.toml`` (recorded) or ``protocol.json`` (imported, acquired).
+def load(campaign: File) -> AnyCampaign:
+    """Read a campaign: a folder with ``campaign.toml``, ``protocol.json`` or ``plate.toml``.
 
+    The first is recorded, the second imported or acquired; the third declares a plate with FRFs of other programs.
     The other functions take such a folder, too, and read it anew each time. Raises
     `app.files.campaign_error.CampaignFileError` with everything that is wrong with it.
     """
     return load_campaign(Path(campaign))
 
 
-def frf(campaign: File | Campaign, *, mains: float = 50.0) -> Frf:
+def frf(campaign: File | AnyCampaign, *, mains: float = 50.0) -> Frf:
     """H1 of every sweep and sensor, with variance and coherence, inside the protocol's band.
 
     Lines at harmonics of `mains` (Hz) are marked as excluded. Raises ValueError for sweeps of different lengths.
@@ -43,7 +44,7 @@ def frf(campaign: File | Campaign, *, mains: float = 50.0) -> Frf:
 
 
 def identify(
-    campaign: File | Campaign,
+    campaign: File | AnyCampaign,
     *,
     band: tuple[float, float] | None = None,
     damping: Damping = "hysteretic",
@@ -58,7 +59,7 @@ def identify(
 
     Parameters
     ----------
-    campaign : Campaign or path
+    campaign : AnyCampaign or path
     band : (float, float), optional
         Hz; all lines where it is left out.
     damping : str
@@ -97,7 +98,7 @@ def identify(
 
 
 def update(
-    campaign: File | Campaign,
+    campaign: File | AnyCampaign,
     *,
     twin: File | None = None,
     effects: File | None = None,
@@ -109,7 +110,7 @@ def update(
 
     Parameters
     ----------
-    campaign : Campaign or path
+    campaign : AnyCampaign or path
     twin : path, optional
         Twin file whose effects are switched on, with the values they have there.
     effects : path, optional
@@ -141,7 +142,7 @@ def update(
 
 
 def gap(
-    campaign: File | Campaign,
+    campaign: File | AnyCampaign,
     *,
     twin: File | None = None,
     effects: File | None = None,
@@ -153,7 +154,7 @@ def gap(
 
     Parameters
     ----------
-    campaign : Campaign or path
+    campaign : AnyCampaign or path
     twin : path, optional
         Twin file whose effects are switched on from the beginning.
     effects : path, optional
@@ -184,8 +185,8 @@ def gap(
     return found
 
 
-def _loaded(campaign: File | Campaign) -> Campaign:
-    return campaign if isinstance(campaign, Campaign) else load(campaign)
+def _loaded(campaign: File | AnyCampaign) -> AnyCampaign:
+    return campaign if isinstance(campaign, AnyCampaign) else load(campaign)
 
 
 def _run(out: File | None) -> Path | None:

@@ -47,7 +47,7 @@ Examples:
 )
 @click.option("--band", nargs=2, type=click.FloatRange(min=0.0), metavar="LOW HIGH", help="Hz (default: all).")
 @click.option("--shared-poles", is_flag=True, help="FRFS.uff: one structure, one set of poles, and its shapes.")
-@click.option("--export", type=PATH, metavar="FRFS.uff", help="Write CAMPAIGN's FRFs as a universal file, too.")
+@click.option("--export", type=PATH, metavar="FRFS.uff", help="Write CAMPAIGN's FRFs, too: .uff, .mat or .csv.")
 @click.option("--temperature", type=float, help="With --export: only the sweep nearest to it, °C (default: all).")
 @click.option(
     "--actuator", metavar="ID", help="CAMPAIGN: of several that drove in turn, whose sweeps (the first)."
@@ -85,17 +85,22 @@ def command(
     shapes (flexura new writes TEST.toml). FRFS.uff is taken FRF by FRF and printed; with --shared-poles as one
     structure, into a run folder too.
     """
+    from app.files.campaign_kind import EXPORTS
     from app.files.modal_test_toml import declares_test
+    from app.files.plate_toml import declares_plate
 
     if band is not None and not band[0] < band[1]:
         raise click.BadParameter(f"{band[0]:g} {band[1]:g}: LOW must be below HIGH", param_hint="--band")
+    if export is not None and export.suffix.lower() not in EXPORTS:
+        raise click.BadParameter(f"{export}: allowed endings: {', '.join(EXPORTS)}", param_hint="--export")
     if temperature is not None and export is None:
         raise click.BadParameter(
             "chooses the sweep that --export writes; add --export", param_hint="--temperature"
         )
     chosen = {"damping": damping, "method": method, "band": band, "actuator": actuator}
     options = partial(_wanted, mains, temperature=temperature, **chosen)
-    if actuator is not None and not (campaign.is_dir() and not declares_test(campaign)):
+    of_campaign = (campaign.is_dir() and not declares_test(campaign)) or declares_plate(campaign)
+    if actuator is not None and not of_campaign:
         raise click.BadParameter("only a campaign has actuators that drive in turn", param_hint="--actuator")
     if declares_test(campaign):
         _refuse_for_test(twin, shared_poles, export)

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from analysis.arrays import Complex
-from analysis.campaign import Campaign
 from analysis.chosen_actuator import sweeps_of_modes
 from analysis.experiment import Experiment
 from analysis.frf import Frf
+from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.preparation import sweep_points
 from analysis.identification.automatic import identify
 from analysis.identification.modes import Modes
@@ -55,7 +55,7 @@ class MeasuredSweeps:
 
 
 def measured_sweeps(
-    campaign: Campaign, frf: Frf, updated: Updated, report: Progress, *, run: Path | None = None, mains: float
+    campaign: AnyCampaign, frf: Frf, updated: Updated, report: Progress, *, run: Path | None = None, mains: float
 ) -> MeasuredSweeps | None:
     """Take the modes from a run's modes.h5, or identify those of one sweep.
 
@@ -64,7 +64,7 @@ def measured_sweeps(
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : AnyCampaign
     frf : Frf
         As fitted.
     updated : Updated
@@ -105,7 +105,7 @@ def measured_sweeps(
     return MeasuredSweeps(found, "identified", terms)
 
 
-def _known(path: Path, campaign: Campaign, frf: Frf) -> dict[int, Modes]:
+def _known(path: Path, campaign: AnyCampaign, frf: Frf) -> dict[int, Modes]:
     """Modes in a file, by sweep of `frf`; none unless identified in the same recordings, without a twin."""
     if not path.is_file():
         return {}

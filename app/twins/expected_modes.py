@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from analysis.campaign import Campaign
+from analysis.frf_campaign import AnyCampaign
 from analysis.identification.expected_modes import ExpectedModes
 from analysis.local_laws import LocalLaws
 from analysis.progress import Progress
@@ -19,14 +19,14 @@ from simulation.twin.local_solution import LocalSolution
 from simulation.twin.twin import Twin
 
 
-def expected_modes(campaign: Campaign, laws: Path, report: Progress) -> ExpectedModes:
+def expected_modes(campaign: AnyCampaign, laws: Path, report: Progress) -> ExpectedModes:
     """Poles of the campaign's twin, with its patches connected as in the measurement.
 
     The material is that which ``flexura update`` found for every sweep.
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : AnyCampaign
         The one that was updated.
     laws : Path
         ``laws.h5`` of its run folder.
