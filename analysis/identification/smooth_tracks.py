@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.median_deviation import median_deviation
+from analysis.scatter import scatter_of
 
 DEGREE = 3
 """Degree of the polynomial in temperature of one mode's log |lambda|."""
@@ -33,11 +34,11 @@ OWN_DAMPING = (0.02, 0.005)
 """Standard deviations of a mode's own log damping ratio: constant, and along temperature."""
 
 SCATTERED = (0.01, 1.0)
-"""Least and largest standard deviation of modes' own log damping ratios looked for: of a homogeneous sheet that hangs
-on strings it is 0.01 to 0.03, of mounted plates 0.4; with 1 every third mode is off by a factor of 2.7."""
+"""Least and largest standard deviation of modes' own log damping ratios looked for. Of a homogeneous sheet on
+strings it is 0.01 to 0.03, of mounted plates 0.4; with 1 every third mode is off by a factor of 2.7."""
 
 WIDE = (0.7, 0.2)
-"""`OWN_DAMPING` of a first fit from which the scatter is learned: a factor of two either way is likely with it, and
+"""`OWN_DAMPING` of a first fit from which the scatter is learned: a factor of two either way is likely then, and
 of two modes that hide each other neither takes all the damping."""
 
 SCATTER = (2e-4, 2e-3)
@@ -138,9 +139,7 @@ class SmoothTracks:
         """Tracks with the scatter of the modes' own damping ratios as a fit with wide tracks shows it.
 
         Every mode's departure from `base`, less what is common to all, is a Gaussian number of the scatter's
-        deviation d plus the error of the fit, from which the wide prior is taken out again. The square of d is
-        its mean under the likelihood of all modes, d being as likely anywhere in `SCATTERED` on a logarithmic
-        scale: of few modes, which say little, it is rather too large than too small.
+        deviation d plus the error of the fit, from which the wide prior is taken out again, see `scatter_of`.
 
         Parameters
         ----------
@@ -166,11 +165,7 @@ class SmoothTracks:
         if not told.any():
             return self
         error, own = 1.0 / known[told], own[told] / (posterior[told] * known[told])
-        tried = np.geomspace(*SCATTERED, 200)
-        total = tried[:, None] ** 2 + error
-        log_likelihood = -0.5 * (own**2 / total + np.log(total)).sum(axis=1)
-        weight = np.exp(log_likelihood - log_likelihood.max())
-        deviation = float(np.sqrt((weight * tried**2).sum() / weight.sum()))
+        deviation = scatter_of(own, error, SCATTERED)
         slope = deviation * OWN_DAMPING[1] / OWN_DAMPING[0]
         changed = self.own.copy()
         changed[:, : min(2, self.own.shape[1]), 1] = np.square((deviation, slope))[: self.own.shape[1]]

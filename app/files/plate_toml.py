@@ -47,6 +47,49 @@ class FrfsOfPlate(Declared):
         return self
 
 
+Numbers = Annotated[tuple[Annotated[float, Field(gt=0.0)], ...], Field(min_length=1, max_length=1000)]
+Sigma = Annotated[float, Field(gt=0.0)] | Numbers
+
+
+class ModesOfPlate(Declared):
+    """One ``[[modes]]``: natural frequencies at one temperature, or a `file` with a table of them.
+
+    With `damping_ratio` a frequency is |pole| / 2 pi, as of viscous modes; with `loss_factor`, or no damping, it is
+    that of a hysteretic mode, sqrt(Re k) / 2 pi.
+    """
+
+    file: Annotated[str | None, Field(min_length=1, description="CSV beside the declaration")] = None
+    temperature: Temperature | None = None
+    frequency: Annotated[Numbers | None, Field(description="Hz")] = None
+    sigma_frequency: Annotated[Sigma | None, Field(description="Hz")] = None
+    damping_ratio: Numbers | None = None
+    sigma_damping_ratio: Sigma | None = None
+    loss_factor: Numbers | None = None
+    sigma_loss_factor: Sigma | None = None
+    mode: Annotated[tuple[Annotated[int, Field(ge=1)], ...] | None, Field(description="1: lowest elastic one")] = (
+        None
+    )
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        if (self.file is None) == (self.frequency is None):
+            raise ValueError("give either file, or temperature and frequency")
+        if self.frequency is None:
+            return self
+        if self.temperature is None:
+            raise ValueError("temperature is missing, °C")
+        if self.damping_ratio is not None and self.loss_factor is not None:
+            raise ValueError("damping_ratio and loss_factor are given; keep one of them")
+        for name in (*SIGMAS, "damping_ratio", "loss_factor", "mode"):
+            values = getattr(self, name)
+            if isinstance(values, tuple) and len(values) != len(self.frequency):
+                raise ValueError(f"{name} has {len(values)} values, frequency {len(self.frequency)}")
+        return self
+
+
+SIGMAS = ("sigma_frequency", "sigma_damping_ratio", "sigma_loss_factor")
+
+
 class MeasurementOfPlate(Declared):
     """What is known of all FRFs; the temperature is steady unless `ramp_rate` is given."""
 
@@ -59,7 +102,8 @@ class PlateMeasurement(Declared):
 
     format: Literal["flexura-plate/1"]
     measurement: MeasurementOfPlate = MeasurementOfPlate()
-    frf: Annotated[tuple[FrfsOfPlate, ...], Field(min_length=1, max_length=1000)]
+    frf: Annotated[tuple[FrfsOfPlate, ...], Field(max_length=1000)] = ()
+    modes: Annotated[tuple[ModesOfPlate, ...], Field(max_length=1000)] = ()
 
 
 def plate_file(path: Path) -> Path:

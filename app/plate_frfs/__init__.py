@@ -7,6 +7,8 @@
 ``circumstances``   temperature, direction and level of an FRF
 ``channel_map``     which drive and which sensor an FRF belongs to, in their units
 ``common_lines``    lines that all FRFs share
+``plate_of_modes``  the same of a plate whose natural frequencies are known
+``modes_table``     natural frequencies and damping from a table
 ``new_plate``       a declaration to start from
 ==================  ==================================================================
 """

@@ -60,9 +60,17 @@ def read_plate(path: Path) -> FrfCampaign:
     """
     file = plate_file(path)
     said, rest = read_plate_measurement(file)
+    if not said.frf:
+        seen = "has modes, no FRFs: flexura update takes it" if said.modes else "names no FRFs"
+        problem = Problem(file.name, "frf", seen, "[[frf]] with file = ...", "or [[modes]] for flexura update")
+        raise CampaignFileError(file.parent, [problem])
+    if said.modes:
+        raise CampaignFileError(
+            file.parent, [Problem(file.name, "frf, modes", "both are given; keep one of them", "")]
+        )
     read = _read_files(file.parent, said)
     try:
-        experiment = _declared(file, said, rest, _band(said, rest, read))
+        experiment = declared_experiment(file, said, rest, _band(said, rest, read))
         placed, notes = _placed(read, experiment)
         band = experiment.protocol.band if "protocol" in rest else said.measurement.band
         lines = common_lines([(one.name, one.frequency) for one in placed], band)
@@ -119,10 +127,29 @@ def _band(said: PlateMeasurement, rest: Mapping[str, Any], read: Read) -> tuple[
     return max(float(one[0]) for one in lines), min(float(one[-1]) for one in lines)
 
 
-def _declared(
+def declared_experiment(
     file: Path, said: PlateMeasurement, rest: Mapping[str, Any], band: tuple[float, float]
 ) -> Experiment:
-    """Check what is declared of plate, drives and sensors, with what FRFs do not need filled in."""
+    """Check what is declared of plate, drives and sensors, with what FRFs do not need filled in.
+
+    Parameters
+    ----------
+    file : Path
+    said : PlateMeasurement
+    rest : mapping
+        What the file declares besides.
+    band : (float, float)
+        Hz.
+
+    Returns
+    -------
+    Experiment
+
+    Raises
+    ------
+    CampaignFileError
+        With every key that is wrong.
+    """
     table = dict(rest)
     acquisition = dict(table.get("acquisition", {}))
     loads = any(

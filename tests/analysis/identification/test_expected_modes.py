@@ -111,10 +111,10 @@ MANY = np.arange(100.0, 1500.0, 0.5)
 
 
 def scattered(seed: int, scatter: float) -> tuple[np.ndarray, np.ndarray]:
-    """Standardised errors (30,) of frequency and loss factor of modes whose damping scatters about the twin's.
+    """Standardised errors (30,) of frequency and loss factor of modes damped unlike the twin's.
 
-    The twin's frequencies are 0.3 % off, mode by mode; its loss factor of 2.1 % is 5 % too high on the average. The
-    modes lie 10 to 70 Hz apart, and are up to 30 Hz wide.
+    The twin's frequencies are 0.3 % off, mode by mode; its loss factor of 2.1 % is 5 % too high on average. Modes
+    lie 10 to 70 Hz apart, and are up to 30 Hz wide.
     """
     rng = np.random.default_rng(seed)
     even = np.linspace(130.0, 1450.0, 30)
