@@ -339,15 +339,14 @@ class _Problem:
         of_several = [v for v, row in zip(variances, ratios, strict=True) if len(row) > 1]
         empty = np.zeros(0)
         scatter = scatter_of(np.concatenate([*several, empty]), np.concatenate([*of_several, empty]), SCATTER)
-        loss, sigma = (
-            self.loss.copy(),
-            np.full(len(self.loss), 0.25 * np.log(np.divide(*self.box.loss_factor[::-1]))),
-        )
+        loss, sigma = self.loss.copy(), np.full(len(self.loss), 0.25 * np.log(high / low))
+        dof = sum(len(row) - 1 for row in several)
+        small = dof / (dof - 2.0) if dof > 2 else 1.0  # Student's variance over Gauss's: d is an estimate
         for t, (row, variance) in enumerate(zip(ratios, variances, strict=True)):
             if len(row):
                 weight = 1.0 / (variance + scatter**2)
                 loss[t] *= np.exp((weight * row).sum() / weight.sum())
-                sigma[t] = 1.0 / np.sqrt(weight.sum())
+                sigma[t] = np.sqrt(small / weight.sum())
         return np.clip(loss, *self.box.loss_factor), sigma, scatter
 
     def _found(

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Any
 from app.commands.output import Output
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from analysis.channel import Channel
     from app.stages.update_modes import UpdatingByModes
 
 
@@ -41,7 +44,7 @@ def update_by_modes(plate: Path, table: Path | None, out: Path | None, output: O
         found = stage.compute(loaded, report)
     stage.save(run, loaded, found)
     updated, seconds = found.fitted.updated, time.perf_counter() - started
-    output.result(lambda: record(found, seconds), lambda: show(updated))
+    output.result(lambda: record(found, loaded.experiment.inputs[:1], seconds), lambda: show(updated))
     for note in (*found.fitted.held, *said_of_modes(found)):
         output.note(note)
     for note in notes(updated, found.laws):
@@ -52,11 +55,25 @@ def update_by_modes(plate: Path, table: Path | None, out: Path | None, output: O
     return bool(updated.settled.all())
 
 
-def record(found: "UpdatingByModes", seconds: float) -> dict[str, Any]:
-    """Return what ``--json`` prints: the estimates as of FRFs, without gains, and the modes."""
+def record(found: "UpdatingByModes", driven: "Sequence[Channel]", seconds: float) -> dict[str, Any]:
+    """Return what ``--json`` prints: the estimates as of FRFs, without gains, and the modes.
+
+    Parameters
+    ----------
+    found : UpdatingByModes
+    driven : sequence of Channel
+        The first input, whose gain is left out.
+    seconds : float
+        Time that it took, s.
+
+    Returns
+    -------
+    dict
+        Of JSON values.
+    """
     from app.terminal.update import record as estimates
 
-    whole = estimates(found.fitted.updated, seconds, (), ())
+    whole = estimates(found.fitted.updated, seconds, driven, ())
     for row, measured, place, computed in zip(
         whole["temperatures"], found.measured, found.fitted.pairs, found.fitted.computed, strict=True
     ):

@@ -54,8 +54,8 @@ Sigma = Annotated[float, Field(gt=0.0)] | Numbers
 class ModesOfPlate(Declared):
     """One ``[[modes]]``: natural frequencies at one temperature, or a `file` with a table of them.
 
-    With `damping_ratio` a frequency is |pole| / 2 pi, as of viscous modes; with `loss_factor`, or no damping, it is
-    that of a hysteretic mode, sqrt(Re k) / 2 pi.
+    With `damping_ratio` a frequency is |pole| / 2 pi, as of viscous modes; with `loss_factor`, or no damping, it
+    is that of a hysteretic mode, sqrt(Re k) / 2 pi.
     """
 
     file: Annotated[str | None, Field(min_length=1, description="CSV beside the declaration")] = None
