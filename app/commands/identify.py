@@ -47,7 +47,9 @@ Examples:
 )
 @click.option("--band", nargs=2, type=click.FloatRange(min=0.0), metavar="LOW HIGH", help="Hz (default: all).")
 @click.option("--shared-poles", is_flag=True, help="FRFS.uff: one structure, one set of poles, and its shapes.")
-@click.option("--export", type=PATH, metavar="FRFS.uff", help="Write CAMPAIGN's FRFs, too: .uff, .mat or .csv.")
+@click.option(
+    "--export", type=PATH, metavar="FRFS.uff", help="Write CAMPAIGN's FRFs, too: .uff, .mat, .csv or .nc."
+)
 @click.option("--temperature", type=float, help="With --export: only the sweep nearest to it, °C (default: all).")
 @click.option(
     "--actuator", metavar="ID", help="CAMPAIGN: of several that drove in turn, whose sweeps (the first)."

@@ -1,4 +1,4 @@
-"""FRFs of a campaign for other programs: universal files, MAT, CSV, and netCDF through xarray.
+"""FRFs of a campaign for other programs: universal files, MAT, CSV and netCDF.
 
 Beside every FRF h goes the coherence that belongs to its variance v, of n averages:
 
@@ -38,7 +38,7 @@ def export_frfs(target: Path, experiment: Experiment, frf: Frf, sweep: int | Non
     Parameters
     ----------
     target : Path
-        Universal file, MAT file, or CSV: of several sweeps one CSV file each, with the sweep in its name.
+        Universal file, MAT file, netCDF file, or CSV: of several sweeps one CSV file each, with the sweep in its name.
     experiment : Experiment
     frf : Frf
     sweep : int, optional
@@ -65,6 +65,9 @@ def export_frfs(target: Path, experiment: Experiment, frf: Frf, sweep: int | Non
         return [target]
     if target.suffix.lower() == ".csv":
         return _write_csv(target, experiment, frf, wanted, alone=sweep is not None)
+    if target.suffix.lower() == ".nc":
+        _write_netcdf(target, experiment, frf, wanted)
+        return [target]
     raise wrong_ending(target)
 
 
@@ -136,6 +139,48 @@ def _write_mat(target: Path, experiment: Experiment, frf: Frf, wanted: list[int]
         savemat(partial, held, appendmat=False, oned_as="row")
         with partial.open("r+b") as file:
             file.write(MAT_HEAD.ljust(116))
+
+
+def _write_netcdf(target: Path, experiment: Experiment, frf: Frf, wanted: list[int]) -> None:
+    """Write a netCDF-3 file, as ``xarray.open_dataset`` reads: axes sweep, sensor, frequency; real and imaginary part.
+
+    The format has no complex numbers and no texts; sensors are rows of letters. By the CF conventions temperature,
+    level and direction are coordinates of the sweeps.
+    """
+    from scipy.io import netcdf_file  # takes a second to import
+
+    of_sweeps = {
+        "temperature": (frf.temperature[wanted], "degree_Celsius"),
+        "level": (frf.level[wanted], " or ".join(dict.fromkeys(frf.level_unit(sweep) for sweep in wanted))),
+        "descending": (np.array([float(frf.direction[sweep] == "down") for sweep in wanted]), "1"),
+        "averages": (np.array([float(averages(frf, sweep)) for sweep in wanted]), "1"),
+        "source": (frf.driven_by[wanted].astype(float), "1"),
+    }
+    h = frf.h[wanted]
+    units = " or ".join(
+        dict.fromkeys(frf.unit(row, sweep) for sweep in wanted for row in range(len(frf.channels)))
+    )
+    fields = {
+        "h_real": (h.real, units),
+        "h_imag": (h.imag, units),
+        "variance": (frf.variance[wanted], f"({units})^2"),
+        "coherence": (np.array([stated_coherence(frf, sweep) for sweep in wanted]), "1"),
+    }
+    letters = max(len(name.encode()) for name in frf.channels)
+    with atomic_path(target) as partial, netcdf_file(partial, "w", version=2) as file:
+        file.title, file.Conventions = experiment.title, "CF-1.8"
+        sizes = {"sweep": len(wanted), "sensor": len(frf.channels), "frequency": len(frf.frequency)}
+        for name, size in (sizes | {"letter": letters}).items():
+            file.createDimension(name, size)
+        for name, (values, unit) in ({"frequency": (frf.frequency, "Hz")} | of_sweeps | fields).items():
+            axes = ("frequency",) if name == "frequency" else ("sweep",) if name in of_sweeps else tuple(sizes)
+            made = file.createVariable(name, "d", axes)
+            made[:] = values
+            made.units = unit
+            if name in fields:
+                made.coordinates = " ".join(of_sweeps)
+        named = np.array([name.encode().ljust(letters) for name in frf.channels], dtype=f"S{letters}")
+        file.createVariable("sensor_name", "c", ("sensor", "letter"))[:] = named.view("S1").reshape(-1, letters)
 
 
 def _word(name: str) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.io import netcdf_file
 
 from analysis.frf import Frf, campaign_frf
 from analysis.frf_campaign import FrfCampaign
@@ -77,6 +78,20 @@ def test_the_coherence_exported_is_that_of_the_variance(exported: tuple[Any, Frf
     c, n = stated_coherence(frf, 0), averages(frf, 0)
     assert n == 2
     np.testing.assert_allclose(np.abs(frf.h[0]) ** 2 * (1.0 - c) / ((n - 1) * c), frf.variance[0], rtol=1e-6)
+
+
+def test_netcdf_holds_the_frfs_over_temperature(exported: tuple[Any, Frf, Path], tmp_path: Path) -> None:
+    """Read by SciPy's reader, as xarray does it: temperature is a coordinate of the sweeps."""
+    campaign, frf, _ = exported
+    export_frfs(tmp_path / "frfs.nc", campaign.experiment, frf)
+    with netcdf_file(tmp_path / "frfs.nc", mmap=False) as file:
+        held = {name: np.array(one[:]) for name, one in file.variables.items()}
+        assert file.variables["h_real"].dimensions == ("sweep", "sensor", "frequency")
+        assert b"temperature" in file.variables["h_real"].coordinates
+    np.testing.assert_array_equal(held["temperature"], frf.temperature)
+    np.testing.assert_array_equal(held["h_real"] + 1j * held["h_imag"], frf.h)
+    np.testing.assert_array_equal(held["variance"], frf.variance)
+    assert [b"".join(row).decode().strip() for row in held["sensor_name"]] == list(frf.channels)
 
 
 def test_own_frf_h5_is_read_with_its_noise(
