@@ -196,7 +196,10 @@ def paired(modes: ModesAtTemperature, computed: Real) -> Whole | None:
         if modes.number[row] > len(computed):
             return None
         away[row] = np.where(np.arange(len(computed)) == modes.number[row] - 1, 0.0, 1e6)
-    return np.asarray(linear_sum_assignment(away)[1], dtype=int)
+    place = np.asarray(linear_sum_assignment(away)[1], dtype=int)
+    return (
+        place if modes.number.any() else np.sort(place)
+    )  # in order: of equal sums of squares the one without swaps
 
 
 class _Problem:
@@ -217,9 +220,10 @@ class _Problem:
         self.parameters = [p for card in cards.values() for p in card.parameters]
         self.cards = cards
 
-    def spectrum(self, t: int, log_e: float, ratio: float, values: Effects) -> Real:
-        e = float(np.clip(np.exp(log_e), *self.box.youngs_modulus))
-        nu = float(np.clip(ratio, *self.box.poisson_ratio))
+    def spectrum(self, t: int, x: Real, values: Effects) -> Real:
+        """Modes (M, 2) of the twin at a temperature, with log E and nu (2,) and values of declared quantities."""
+        e = float(np.clip(np.exp(x[0]), *self.box.youngs_modulus))
+        nu = float(np.clip(x[1], *self.box.poisson_ratio))
         eta = float(np.clip(self.loss[t], *self.box.loss_factor))
         law = LocalLaws.of_material(e, nu, eta, reference=self.measured[t].temperature)
         return read_modes(self.poles(law, values))
@@ -240,7 +244,7 @@ class _Problem:
         tolerance = np.array([p.sigma for p in self.parameters])
         q, slopes, by_q = np.zeros(len(tolerance)), self._slopes(x), self._by_declared(middle, x[middle])
         for _ in range(STEPS):
-            spectra = [self.spectrum(t, *x[t], self.values(q)) for t in range(count)]
+            spectra = [self.spectrum(t, x[t], self.values(q)) for t in range(count)]
             pairs = [self._paired(t, spectra[t][:, 0]) for t in range(count)]
             self.loss = self._losses(spectra, pairs)[0]
             residuals = [
@@ -267,21 +271,21 @@ class _Problem:
 
     def _moving(self, t: int, x: Real) -> list[int]:
         """Return which declared quantities move any mode."""
-        base = self.spectrum(t, *x, {})[:, 0]
+        base = self.spectrum(t, x, {})[:, 0]
         moving = []
         for k, ((name, parameter), p) in enumerate(zip(self.names, self.parameters, strict=True)):
             values = {name: {q.name: p.sigma if q.name == parameter else 0.0 for q in self.cards[name].parameters}}
-            moved = self.spectrum(t, *x, values)[:, 0]
+            moved = self.spectrum(t, x, values)[:, 0]
             if len(moved) != len(base) or np.abs(moved / base - 1.0).max() > LEAST_SIGMA:
                 moving.append(k)
         return moving
 
     def _by_declared(self, t: int, x: Real) -> Real:
         """Slopes (P, M) of the log frequencies of the twin's modes by the declared quantities."""
-        base = self.spectrum(t, *x, {})[:, 0]
+        base = self.spectrum(t, x, {})[:, 0]
         rows = []
         for k, p in enumerate(self.parameters):
-            moved = self.spectrum(t, *x, self.values(p.sigma * (np.arange(len(self.parameters)) == k)))[:, 0]
+            moved = self.spectrum(t, x, self.values(p.sigma * (np.arange(len(self.parameters)) == k)))[:, 0]
             both = min(len(moved), len(base))
             row = np.zeros(len(base))
             row[:both] = np.log(moved[:both] / base[:both]) / p.sigma
@@ -292,10 +296,10 @@ class _Problem:
         """Slopes (M, 2) of the log frequencies by log E and nu, at every temperature."""
         made = []
         for t in range(len(self.measured)):
-            base = self.spectrum(t, *x[t], {})[:, 0]
+            base = self.spectrum(t, x[t], {})[:, 0]
             columns = []
             for by in (np.array([0.01, 0.0]), np.array([0.0, -0.01 if x[t, 1] > self.ratio else 0.01])):
-                moved = self.spectrum(t, *(x[t] + by), {})[:, 0]
+                moved = self.spectrum(t, x[t] + by, {})[:, 0]
                 both = min(len(moved), len(base))
                 column = np.full(len(base), 0.5 if by[0] else 0.0)
                 column[:both] = np.log(moved[:both] / base[:both]) / by.sum()

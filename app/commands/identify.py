@@ -87,14 +87,11 @@ def command(
     shapes (flexura new writes TEST.toml). FRFS.uff is taken FRF by FRF and printed; with --shared-poles as one
     structure, into a run folder too.
     """
-    from app.files.campaign_kind import EXPORTS
     from app.files.modal_test_toml import declares_test
     from app.files.plate_toml import declares_plate
 
     if band is not None and not band[0] < band[1]:
         raise click.BadParameter(f"{band[0]:g} {band[1]:g}: LOW must be below HIGH", param_hint="--band")
-    if export is not None and export.suffix.lower() not in EXPORTS:
-        raise click.BadParameter(f"{export}: allowed endings: {', '.join(EXPORTS)}", param_hint="--export")
     if temperature is not None and export is None:
         raise click.BadParameter(
             "chooses the sweep that --export writes; add --export", param_hint="--temperature"
@@ -161,6 +158,7 @@ def _campaign(
 ) -> None:
     """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs if `export` is given."""
     from app.files.campaign import load_campaign
+    from app.files.campaign_kind import EXPORTS
     from app.files.run_folder import run_file, run_folder, writable_folder
 
     started = time.perf_counter()
@@ -174,6 +172,8 @@ def _campaign(
     wanted = options()
     if export is not None:
         writable_folder(export.parent, "--export")
+        if export.suffix.lower() not in EXPORTS:
+            raise click.BadParameter(f"{export}: allowed endings: {', '.join(EXPORTS)}", param_hint="--export")
     with run_folder(campaign, out) as run, output.progress() as report:
         found = identify.compute(loaded, wanted, report, twin)
     identify.save(run, loaded, found, wanted, export)

@@ -89,13 +89,13 @@ def command(
     sweep, or none for Flexura's layout. Channels are taken from the first file, and their roles are guessed if not
     given. Test channels in volts need a sensitivity; at a terminal you are asked for it. The declaration is yours
     to correct; flexura identify, or flexura import, reads it. Of a plate FILES hold FRFs of other programs, in
-    any format of a test, or are a test.toml or frf.h5; what they do not say is left as lines to complete, and
-    flexura update, gap and identify read it.
+    any format of a test, or are a test.toml or frf.h5; what they do not say is left as lines to complete. Verbs
+    that take a campaign take its folder.
     """
     if what == "plate":
-        of_others = {"--kind": kind, "--rate": rate, "--roving": roving}
-        named = {"--drive": drive, "--response": response, "--unused": unused}
-        _refuse("belongs to a test; of a plate channels are declared in plate.toml", of_others | named)
+        of_others: dict[str, object] = {"--kind": kind, "--rate": rate, "--roving": roving}
+        of_others |= {"--drive": drive, "--response": response, "--unused": unused}
+        _refuse("belongs to a test; of a plate channels are declared in plate.toml", of_others)
         from app.commands.new_plate import write_plate
 
         beside = files[0].parent if files else Path()

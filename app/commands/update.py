@@ -58,14 +58,7 @@ def command(
     """
     modes = _modes(campaign, plate)
     if modes is not None:
-        if twin is not None or effects is not None:
-            raise click.BadParameter(
-                "modes alone tell no effects; leave it out, or give FRFs", param_hint="--twin"
-            )
-        from app.commands.update_modes import update_by_modes
-
-        if not update_by_modes(*modes, out, output):
-            raise click.exceptions.Exit(1)
+        _by_modes(*modes, out, output, told=twin or effects)
         return
     from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign
@@ -109,6 +102,16 @@ def command(
         output.note(sentence)
     output.summary(summary(updated, run, seconds, inputs[0].gain_unit, found.pairing))
     if not updated.settled.all() or not (found.pairing is None or found.pairing.fits):
+        raise click.exceptions.Exit(1)
+
+
+def _by_modes(plate: Path, table: Path | None, out: Path | None, output: Output, *, told: Path | None) -> None:
+    """Update by modes alone; `told` is a file of effects, which they do not show."""
+    if told is not None:
+        raise click.BadParameter("modes alone tell no effects; leave it out, or give FRFs", param_hint="--twin")
+    from app.commands.update_modes import update_by_modes
+
+    if not update_by_modes(plate, table, out, output):
         raise click.exceptions.Exit(1)
 
 

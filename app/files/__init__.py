@@ -51,6 +51,8 @@ Campaigns:
 ``uff58``                 FRFs in universal files: ``uff_sets``, ``uff58_text``
 ``uff_nodes``             coordinates in them
 ``uff_campaign``          FRFs of a campaign as universal files name them
+``campaign_export``       FRFs of a campaign for other programs
+``plate_toml``            a declared plate with FRFs or modes of other programs
 ========================  ===============================================================================
 
 Measurements of other programs: ``measurements``, one module for each format; ``modal_test_toml`` declares

@@ -38,7 +38,7 @@ def export_frfs(target: Path, experiment: Experiment, frf: Frf, sweep: int | Non
     Parameters
     ----------
     target : Path
-        Universal file, MAT file, netCDF file, or CSV: of several sweeps one CSV file each, with the sweep in its name.
+        Universal file, MAT file, netCDF file, or CSV: of several sweeps one each, with the sweep in its name.
     experiment : Experiment
     frf : Frf
     sweep : int, optional
@@ -142,7 +142,7 @@ def _write_mat(target: Path, experiment: Experiment, frf: Frf, wanted: list[int]
 
 
 def _write_netcdf(target: Path, experiment: Experiment, frf: Frf, wanted: list[int]) -> None:
-    """Write a netCDF-3 file, as ``xarray.open_dataset`` reads: axes sweep, sensor, frequency; real and imaginary part.
+    """Write a netCDF-3 file for ``xarray.open_dataset``: real and imaginary part by sweep, sensor, frequency.
 
     The format has no complex numbers and no texts; sensors are rows of letters. By the CF conventions temperature,
     level and direction are coordinates of the sweeps.
@@ -168,7 +168,7 @@ def _write_netcdf(target: Path, experiment: Experiment, frf: Frf, wanted: list[i
     }
     letters = max(len(name.encode()) for name in frf.channels)
     with atomic_path(target) as partial, netcdf_file(partial, "w", version=2) as file:
-        file.title, file.Conventions = experiment.title, "CF-1.8"
+        _annotate(file, title=experiment.title, Conventions="CF-1.8")
         sizes = {"sweep": len(wanted), "sensor": len(frf.channels), "frequency": len(frf.frequency)}
         for name, size in (sizes | {"letter": letters}).items():
             file.createDimension(name, size)
@@ -176,11 +176,15 @@ def _write_netcdf(target: Path, experiment: Experiment, frf: Frf, wanted: list[i
             axes = ("frequency",) if name == "frequency" else ("sweep",) if name in of_sweeps else tuple(sizes)
             made = file.createVariable(name, "d", axes)
             made[:] = values
-            made.units = unit
-            if name in fields:
-                made.coordinates = " ".join(of_sweeps)
+            _annotate(made, units=unit, **({"coordinates": " ".join(of_sweeps)} if name in fields else {}))
         named = np.array([name.encode().ljust(letters) for name in frf.channels], dtype=f"S{letters}")
         file.createVariable("sensor_name", "c", ("sensor", "letter"))[:] = named.view("S1").reshape(-1, letters)
+
+
+def _annotate(holder: Any, **attributes: str) -> None:
+    """Set attributes of a netCDF file or of a variable in it."""
+    for name, value in attributes.items():
+        setattr(holder, name, value)
 
 
 def _word(name: str) -> str:

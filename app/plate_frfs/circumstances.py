@@ -26,7 +26,7 @@ USUAL = (
 
 
 @dataclass(frozen=True)
-class Circumstances:
+class MeasuredAt:
     """Of one FRF.
 
     Attributes
@@ -47,7 +47,7 @@ class Circumstances:
     drive: str = ""
 
 
-def circumstances(found: FrfsOfFile, path: Path, name: str, star: str, said: FrfsOfPlate) -> Circumstances:
+def circumstances(found: FrfsOfFile, path: Path, name: str, star: str, said: FrfsOfPlate) -> MeasuredAt:
     """Return the circumstances of an FRF.
 
     Parameters
@@ -64,7 +64,7 @@ def circumstances(found: FrfsOfFile, path: Path, name: str, star: str, said: Frf
 
     Returns
     -------
-    Circumstances
+    MeasuredAt
 
     Raises
     ------
@@ -95,7 +95,7 @@ def circumstances(found: FrfsOfFile, path: Path, name: str, star: str, said: Frf
     if way not in ("up", "down"):
         way = "down" if (_number("direction", way, found, star) or 0.0) > 0.5 else "up"
     direction: Direction = "down" if words.get("direction", way) == "down" else "up"
-    return Circumstances(temperature, direction, level, said.drive or words.get("drive", ""))
+    return MeasuredAt(temperature, direction, level, said.drive or words.get("drive", ""))
 
 
 def _number(key: str, given: float | str | None, found: FrfsOfFile, star: str) -> float | None:

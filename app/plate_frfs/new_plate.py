@@ -58,7 +58,7 @@ class SaidOfPlate:
 
 
 @dataclass(frozen=True)
-class Line:
+class KeyLine:
     """One key of a declaration: with a value, or to be completed.
 
     Attributes
@@ -87,7 +87,7 @@ class Line:
         return f"{written}    # {self.remark}" if self.remark else written
 
 
-Section = tuple[str, list[Line]]
+Section = tuple[str, list[KeyLine]]
 
 
 def new_plate(files: Sequence[Path], said: SaidOfPlate, target: Path) -> tuple[Path, list[str]]:
@@ -122,12 +122,12 @@ def new_plate(files: Sequence[Path], said: SaidOfPlate, target: Path) -> tuple[P
     if files[0].suffix.lower() in ENDINGS:
         _write(file, _as_recorded(files[0], named, title))
         return file, []
-    found = frfs_of_file(files[0], FrfsOfPlate(file=files[0].name, units=said.units))
+    found = frfs_of_file(files[0], _bare(files[0], said.units))
     sections, frf = _sections(files[0], found, said)
     for one in named:
-        sections.append(("[[frf]]", [Line("file", one), *frf]))
+        sections.append(("[[frf]]", [KeyLine("file", one), *frf]))
     lines = [*(f"# {line}" for line in HEAD.splitlines()), "", f'format = "{FORMAT}"']
-    lines.append(Line("title", title).text)
+    lines.append(KeyLine("title", title).text)
     for heading, keys in sections:
         lines += ["", heading, *(key.text for key in keys)]
     _write(file, "\n".join(lines) + "\n")
@@ -163,12 +163,14 @@ def _common_start(words: Sequence[str]) -> str:
     return first[:same]
 
 
-def _sections(path: Path, found: FrfsOfFile, said: SaidOfPlate) -> tuple[list[Section], list[Line]]:
+def _sections(path: Path, found: FrfsOfFile, said: SaidOfPlate) -> tuple[list[Section], list[KeyLine]]:
     """Return the tables of plate, drives, sensors and electronics, and the keys of ``[[frf]]``."""
     keys = ("length_x", "length_y", "thickness", "mass")
     words = ("0.4: m, along x", "0.3: m, along y", "0.003: m", "0.35: kg, weighed with nothing attached")
     given = said.plate or (None, None, None, None)
-    plate = [Line(key, value, "" if value else word) for key, value, word in zip(keys, given, words, strict=True)]
+    plate = [
+        KeyLine(key, value, "" if value else word) for key, value, word in zip(keys, given, words, strict=True)
+    ]
     places = _places(path, said)
     sections: list[Section] = [("[plate]", plate)]
     drives: dict[str, str] = {}
@@ -190,8 +192,8 @@ def _sections(path: Path, found: FrfsOfFile, said: SaidOfPlate) -> tuple[list[Se
             (
                 "[acquisition]",
                 [
-                    Line("input_resistance", None, "1e6: ohm across each sensor patch"),
-                    Line("input_capacitance", None, "1e-10: F, module plus cable"),
+                    KeyLine("input_resistance", None, "1e6: ohm across each sensor patch"),
+                    KeyLine("input_capacitance", None, "1e-10: F, module plus cable"),
                 ],
             )
         )
@@ -206,55 +208,55 @@ def _frf_lines(
     sensors: Mapping[str, str],
     *,
     stars: bool,
-) -> list[Line]:
-    lines = [Line("sensors", dict(sensors))]
+) -> list[KeyLine]:
+    lines = [KeyLine("sensors", dict(sensors))]
     if len(drives) > 1:
-        lines.append(Line("drives", {_node(end): name for end, name in drives.items()}))
+        lines.append(KeyLine("drives", {_node(end): name for end, name in drives.items()}))
     if said.units is not None:
-        lines.append(Line("units", list(said.units)))
+        lines.append(KeyLine("units", list(said.units)))
     if stars:
-        lines.append(Line("temperature", _temperatures(found)))
-        lines += [Line(key, name) for key, name in BESIDE.items() if name in found.arrays]
+        lines.append(KeyLine("temperature", _temperatures(found)))
+        lines += [KeyLine(key, name) for key, name in BESIDE.items() if name in found.arrays]
     else:
         first = found.transfers[0]
         try:
-            circumstances(found, path, first.name, "", FrfsOfPlate(file=path.name))
+            circumstances(found, path, first.name, "", _bare(path))
         except ValueError:
-            lines.append(Line("temperature", None, "20.0: °C at which it was measured"))
+            lines.append(KeyLine("temperature", None, "20.0: °C at which it was measured"))
     if any(one.coherence is not None for one in found.transfers):
         numbers = found.arrays.get("averages")
         count = None if numbers is None or np.ptp(numbers.real) > 0.0 else float(numbers[0].real)
         if count is not None:
-            lines.append(Line("averages", count))
+            lines.append(KeyLine("averages", count))
     return lines
 
 
 def _end(name: str, quantity: str, place: Sequence[float] | None, *, drives: bool) -> Section:
     """Return the table of one drive or sensor."""
-    point = Line(
+    point = KeyLine(
         "point", None if place is None else [place[0], place[1]], "" if place else "[0.05, 0.05]: m, x and y"
     )
     if quantity == "force" and drives:
-        return "[[drive]]", [Line("id", name), point]
+        return "[[drive]]", [KeyLine("id", name), point]
     if quantity in ("voltage", "charge"):
         role = "actuator" if drives else "sensor"
-        how = [Line("quantity", quantity)] if quantity == "charge" else []
+        how = [KeyLine("quantity", quantity)] if quantity == "charge" else []
         return "[[patch]]", [
-            Line("id", name),
-            Line("role", role),
+            KeyLine("id", name),
+            KeyLine("role", role),
             *how,
-            Line("center", None, "[0.05, 0.05]: m, x and y"),
-            Line("size", None, "[0.02, 0.02]: m, along x and y"),
-            Line("thickness", None, "0.0005: m"),
-            Line("side", None, '"top": or "bottom"'),
-            Line("material", None, '"PIC255": NCE51, PIC255, PZT-5A or PZT-5H'),
+            KeyLine("center", None, "[0.05, 0.05]: m, x and y"),
+            KeyLine("size", None, "[0.02, 0.02]: m, along x and y"),
+            KeyLine("thickness", None, "0.0005: m"),
+            KeyLine("side", None, '"top": or "bottom"'),
+            KeyLine("material", None, '"PIC255": NCE51, PIC255, PZT-5A or PZT-5H'),
         ]
     if drives:
-        return "[[drive]]", [Line("id", name), point]
+        return "[[drive]]", [KeyLine("id", name), point]
     kind = quantity if quantity in MOTIONS else None
     return "[[sensor]]", [
-        Line("id", name),
-        Line("kind", kind, "" if kind else '"acceleration": displacement, velocity or acceleration'),
+        KeyLine("id", name),
+        KeyLine("kind", kind, "" if kind else '"acceleration": displacement, velocity or acceleration'),
         point,
     ]
 
@@ -297,6 +299,11 @@ def _places(path: Path, said: SaidOfPlate) -> dict[str, Sequence[float]]:
     if path.suffix.lower() in UNIVERSAL:
         return {str(node): place for node, place in read_nodes(path).items()}
     return {}
+
+
+def _bare(path: Path, units: tuple[str, str] | None = None) -> FrfsOfPlate:
+    """Return a ``[[frf]]`` that says nothing but the file and units."""
+    return FrfsOfPlate.model_validate({"file": path.name, "units": units})
 
 
 def _node(end: str) -> str:

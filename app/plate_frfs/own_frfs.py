@@ -10,7 +10,7 @@ from analysis.experiment import Experiment
 from analysis.frf import Frf
 from analysis.frf_campaign import Noise
 from app.files.frf_file import load_frf
-from app.plate_frfs.circumstances import Circumstances, Direction
+from app.plate_frfs.circumstances import Direction, MeasuredAt
 
 ENDINGS = (".h5", ".hdf5")
 
@@ -25,7 +25,7 @@ class PlacedFrf:
         File and name, for messages.
     output, source : int
         Which of `Experiment.outputs` and `Experiment.inputs`.
-    at : Circumstances
+    at : MeasuredAt
     frequency : (F,) ndarray, Hz
     h : (F,) complex ndarray
     noise : str
@@ -39,7 +39,7 @@ class PlacedFrf:
     name: str
     output: int
     source: int
-    at: Circumstances
+    at: MeasuredAt
     frequency: Real
     h: Complex
     noise: Noise
@@ -94,7 +94,7 @@ def _placed(path: Path, frf: Frf, sweep: int, row: int, output: int, source: int
         name=f"{path.name}: {frf.label(row, sweep)} of sweep {sweep}",
         output=output,
         source=source,
-        at=Circumstances(float(frf.temperature[sweep]), direction, float(frf.level[sweep])),
+        at=MeasuredAt(float(frf.temperature[sweep]), direction, float(frf.level[sweep])),
         frequency=frf.frequency,
         h=frf.h[sweep, row],
         noise="variance",
