@@ -61,9 +61,12 @@ def read_plate(path: Path) -> FrfCampaign:
     file = plate_file(path)
     said, rest = read_plate_measurement(file)
     if not said.frf:
-        seen = "has modes, no FRFs: flexura update takes it" if said.modes else "names no FRFs"
-        problem = Problem(file.name, "frf", seen, "[[frf]] with file = ...", "or [[modes]] for flexura update")
-        raise CampaignFileError(file.parent, [problem])
+        seen = (
+            "has modes, no FRFs: flexura update takes it"
+            if said.modes
+            else 'names no FRFs; add [[frf]] file = "..."'
+        )
+        raise CampaignFileError(file.parent, [Problem(file.name, "frf", seen, "")])
     if said.modes:
         raise CampaignFileError(
             file.parent, [Problem(file.name, "frf, modes", "both are given; keep one of them", "")]
@@ -224,7 +227,9 @@ def _one(
         notes.append(f"{found.file}: no units in it; {assumed} are taken, units in [[frf]] says others")
     h = np.asarray(frf.h * scale, dtype=complex)
     coherence, variance = stated_coherence(frf), None
-    if coherence is not None:
+    if found.estimated:
+        variance = frf.variance
+    elif coherence is not None:
         # of n averages the coherence has n - 1 degrees of freedom beside the FRF itself
         freedom = None if said.averages is None or said.averages <= 1.0 else said.averages - 1.0
         variance = coherence_variance(h, coherence, freedom)

@@ -44,6 +44,8 @@ class FrfsOfFile:
     notes : tuple of str
     hashes : mapping of str to str
         SHA-256 of what it was read from, by name.
+    estimated : bool
+        Whether the FRFs and their variances were estimated here, from signals.
     """
 
     file: str
@@ -52,6 +54,7 @@ class FrfsOfFile:
     temperature: float | None = None
     notes: tuple[str, ...] = ()
     hashes: Mapping[str, str] = field(default_factory=dict)
+    estimated: bool = False
 
     @property
     def names(self) -> str:
@@ -115,6 +118,7 @@ def _of_test(path: Path) -> FrfsOfFile:
         temperature=None if np.isnan(found.temperature) else found.temperature,
         notes=tuple(notes),
         hashes=found.hashes,
+        estimated=True,
     )
 
 

@@ -212,3 +212,68 @@ def test_a_temperature_in_a_name(name: str, temperature: float, tiny: Any, tmp_p
     np.savez(folder / name, frequency=LINES, h=h)
     read = load_campaign(folder)
     assert read.sweeps[0].temperature == temperature
+
+
+HAMMER = """
+format = "flexura-test/1"
+kind = "hammer"
+temperature = 22.0
+
+[channels]
+"time" = { role = "time" }
+"force" = { role = "drive", unit = "N" }
+"a1" = { role = "response", unit = "m/s2" }
+
+[[record]]
+file = "hits.csv"
+"""
+STRUCK = """
+format = "flexura-plate/1"
+title = "struck"
+
+[plate]
+length_x = 0.3
+length_y = 0.2
+thickness = 0.003
+mass = 0.48
+material = { kind = "aluminium" }
+
+[[drive]]
+id = "hammer"
+point = [0.05, 0.05]
+
+[[sensor]]
+id = "a1"
+kind = "acceleration"
+point = [0.1, 0.15]
+
+[[frf]]
+file = "test.toml"
+"""
+
+
+def test_time_signals_of_a_hammer_reach_the_plate_with_their_noise(tmp_path: Path) -> None:
+    """Five blows on one mode at 200 Hz; the noise of the response gives the FRF's variance at every line."""
+    rate, blocks, length = 2000.0, 5, 4000
+    rng, time = np.random.default_rng(2), np.arange(length) / rate
+    force = np.zeros(blocks * length)
+    for blow in range(blocks):
+        force[blow * length + 200 :][:6] = [20.0, 80.0, 120.0, 80.0, 20.0, 5.0]
+    ringing = np.exp(-0.02 * 2 * np.pi * 200.0 * time) * np.sin(2 * np.pi * 200.0 * time)
+    answer = np.convolve(force, ringing)[: len(force)] + 0.5 * rng.normal(size=len(force))
+    columns = np.column_stack([np.arange(len(force)) / rate, force, answer])
+    text = "time [s],force [N],a1 [m/s2]\n" + "\n".join(",".join(f"{x:.8g}" for x in row) for row in columns)
+    folder = write_plate(tmp_path / "plate", STRUCK)
+    (folder / "hits.csv").write_text(text, encoding="utf-8")
+    (folder / "test.toml").write_text(HAMMER, encoding="utf-8")
+    read = load_campaign(folder)
+    frf = campaign_frf(read)
+    assert frf.temperature.tolist() == [22.0]
+    assert set(read.hashes) == {"plate.toml", "test.toml", "hits.csv"}
+    assert read.sweeps[0].noise == ("coherence",)
+    peak = frf.frequency[np.argmax(np.abs(frf.h[0, 0]))]
+    assert peak == pytest.approx(200.0, abs=1.0)
+    used = ~frf.excluded
+    true = np.exp(-2j * np.pi * frf.frequency[used, None] * time) @ ringing
+    ratio = np.abs(frf.h[0, 0, used] - true) ** 2 / frf.variance[0, 0, used]
+    assert 0.7 < ratio.mean() < 1.4
