@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,7 @@ def exported(recorded: Path, folder: Path, form: str) -> Path:
     return folder
 
 
+@cache
 def updated(folder: Path) -> Updated:
     with threadpool_limits(1):
         return update.compute(load_campaign(folder), 50.0, lambda _stage, _share: None).updated
