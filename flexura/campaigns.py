@@ -15,9 +15,11 @@ from analysis.identification.settings import Settings
 from analysis.progress import Progress
 from app.files.campaign import load_campaign
 from app.files.run_folder import writable_folder
+from app.plate_frfs.plate_of_modes import read_plate_of_modes
 from app.stages import gap as gap_stage
 from app.stages import identify as identify_stage
 from app.stages import update as update_stage
+from app.stages import update_modes as update_modes_stage
 from app.stages.identify_options import Method, Wanted
 from app.terminal.progress import progress as bars
 from app.twins.campaign_model import start_of
@@ -182,6 +184,42 @@ def gap(
         found = gap_stage.compute(campaign, mains, report, start=start, folder=folder, run=run)
     if run is not None:
         gap_stage.save(run, campaign, found, mains, perf_counter() - began, start=start_file, folder=folder)
+    return found
+
+
+def update_modes(
+    plate: File, table: File | None = None, *, out: File | None = None, progress: bool = False
+) -> update_modes_stage.UpdatingByModes:
+    """Fit E, nu and eta of the twin to natural frequencies and damping, as ``flexura update MODES.csv --plate``.
+
+    Parameters
+    ----------
+    plate : path
+        ``plate.toml``, or its folder.
+    table : path, optional
+        Modes as CSV; those that the declaration states where it is left out.
+    out : path, optional
+        Run folder for laws.h5; nothing is written where it is left out.
+    progress : bool
+        Draw progress bars on the error stream, where that is a terminal.
+
+    Returns
+    -------
+    UpdatingByModes
+
+    Raises
+    ------
+    app.files.campaign_error.CampaignFileError
+        With all that is wrong with the declaration.
+    app.files.bad_file.ResultFileError
+        For modes that cannot be read or fitted, with the reason.
+    """
+    loaded = read_plate_of_modes(Path(plate), None if table is None else Path(table))
+    run = _run(out)
+    with computing(shown=progress) as report:
+        found = update_modes_stage.compute(loaded, report)
+    if run is not None:
+        update_modes_stage.save(run, loaded, found)
     return found
 
 

@@ -76,6 +76,8 @@ def _no_folder(path: Path, allowed: str) -> CampaignFileError:
 
     if path.suffix.lower() in WITH_FRFS or path.suffix.lower() in (".h5", ".hdf5"):
         message = f"FRFs alone; say what plate they are of: flexura new plate {path}"
+        if path.suffix.lower() in (".csv", ".txt", ".tsv", ".dat"):
+            message += f"; of a table of modes: flexura update {path} --plate PLATE.toml"
         return CampaignFileError(path, [Problem("", "", message, "")])
     if path.suffix.lower() != ".toml":
         return CampaignFileError(path, [Problem("", "", "a file, not a campaign", allowed)])

@@ -165,6 +165,7 @@ def declared_experiment(
     table["acquisition"] = {"module": NOT_STATED, "sample_rate": max(2.56 * band[1], 100.0)} | acquisition
     table.setdefault("oven", {"room_temperature": ROOM})
     if "protocol" not in table:
+        table["acquisition"]["module"] = NOT_STATED  # whatever is written there, it recorded no sweeps
         low, high = band
         table["protocol"] = {
             "sweep": "logarithmic",

@@ -190,7 +190,11 @@ def _measured(experiment: Experiment) -> list[tuple[str, str]]:
     protocol, inputs = experiment.protocol, experiment.acquisition
     low, high = protocol.band
     if inputs.module == NOT_STATED:
-        return [("FRFs", f"of another program, {low:g} to {high:g} Hz, lines every {1 / protocol.record:.4g} Hz")]
+        loaded = any(one.patch is not None and one.quantity == "voltage" for one in experiment.outputs)
+        return [
+            ("FRFs", f"of another program, {low:g} to {high:g} Hz, lines every {1 / protocol.record:.4g} Hz"),
+            *([("input", f"{inputs.input_resistance:g} Ω across each sensor")] if loaded else []),
+        ]
     return [
         (
             "sweeps",

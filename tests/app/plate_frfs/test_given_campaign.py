@@ -139,6 +139,7 @@ def test_noise_that_no_file_gives_is_taken_from_neighbouring_lines(tiny: Any, tm
     assert any("no units in it; V and V are taken" in note for note in found.notes)
     assert read.experiment.protocol.temperatures == (21.5,)
     assert read.experiment.protocol.ramp_rate == 0.0
+    assert read.experiment.acquisition.module == "not stated"
     assert read.experiment.oven.room_temperature == (21.5 if "[oven]" not in toml else 22.0)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import flexura
 from app.files.bad_file import ResultFileError
 from app.plate_frfs.modes_table import modes_of_table
 
@@ -57,6 +58,15 @@ def test_published_frequencies_give_their_modulus_and_poisson_ratio(tmp_path: Pa
     assert row["sigma"]["youngs_modulus_pa"] / 205e9 == pytest.approx(0.015, rel=0.1)
     assert [mode["mode"] for mode in row["modes"]] == list(range(1, 11))
     assert "10 modes" in said
+
+
+def test_the_library_does_the_same(tmp_path: Path) -> None:
+    rows = [f"20.0,{f:.4f},{1e-3 * f:.4f}" for f in published(205e9)]
+    table = write(tmp_path / "modes.csv", "temperature,frequency,sigma_frequency\n" + "\n".join(rows) + "\n")
+    found = flexura.update_modes(write(tmp_path / "plate.toml", PLATE), table, out=tmp_path / "run")
+    assert found.fitted.updated.material.poisson_ratio[0] == pytest.approx(0.3, abs=0.004)
+    assert "1 sweeps" in repr(found)
+    assert (tmp_path / "run" / "laws.h5").is_file()
 
 
 def test_modes_in_the_declaration_are_the_same(tmp_path: Path, run_flexura: Run) -> None:
