@@ -36,8 +36,10 @@ def load_campaign(path: Path) -> "AnyCampaign":
     raise not_a_campaign(path)
 
 
-WITH_FRFS = (".uff", ".unv", ".uf", ".bunv", ".mat", ".npz", ".csv", ".txt", ".dat", ".asc", ".tsv", ".gz", ".lvm")
-"""Endings of files that may hold FRFs of other programs."""
+WITH_FRFS = (".uff", ".unv", ".uf", ".bunv", ".mat", ".npz", ".csv", ".gz", ".lvm")
+"""Endings of files that mostly hold FRFs or signals of other programs."""
+TEXTS = (".txt", ".dat", ".asc", ".tsv")
+"""Of those that may."""
 
 
 def not_a_campaign(path: Path) -> CampaignFileError:
@@ -74,9 +76,9 @@ def _no_folder(path: Path, allowed: str) -> CampaignFileError:
     from app.files.campaign_toml import FORMAT
     from app.files.settings_toml import read_table
 
-    if path.suffix.lower() in WITH_FRFS or path.suffix.lower() in (".h5", ".hdf5"):
+    if path.suffix.lower() in (*WITH_FRFS, *TEXTS, ".h5", ".hdf5"):
         message = f"FRFs alone; say what plate they are of: flexura new plate {path}"
-        if path.suffix.lower() in (".csv", ".txt", ".tsv", ".dat"):
+        if path.suffix.lower() in (".csv", *TEXTS):
             message += f"; of a table of modes: flexura update {path} --plate PLATE.toml"
         return CampaignFileError(path, [Problem("", "", message, "")])
     if path.suffix.lower() != ".toml":
@@ -91,5 +93,5 @@ def _no_folder(path: Path, allowed: str) -> CampaignFileError:
     }
     if declared in known:
         return CampaignFileError(path, [Problem("", "", known[str(declared)], "")])
-    kinds = f'"{OF_PLATE}" of a plate with FRFs, "flexura-test/1" of a modal test; or name {allowed}'
+    kinds = f'"flexura-test/1" of a modal test, "{OF_PLATE}" of a plate with FRFs; or name {allowed}'
     return CampaignFileError(path.parent, [Problem(path.name, "format", repr(declared), kinds)])
