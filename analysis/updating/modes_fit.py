@@ -397,7 +397,26 @@ class _Problem:
             common=shared,
         )
         computed = tuple(spectrum[place] for spectrum, place in zip(spectra, pairs, strict=True))
-        return FittedModes(updated, tuple(pairs), computed, self._held(sigma, scatter), scatter)
+        return FittedModes(
+            updated, tuple(pairs), computed, (*self._held(sigma, scatter), *self._at_walls(material)), scatter
+        )
+
+    def _at_walls(self, material: Material) -> list[str]:
+        """Say which constants lie at an end of the material's range, where no estimate is one."""
+        said = []
+        for name, scale, unit in (
+            ("youngs_modulus", 1e9, " GPa"),
+            ("poisson_ratio", 1.0, ""),
+            ("loss_factor", 1.0, ""),
+        ):
+            low, high = getattr(self.box, name)
+            values = getattr(material, name)
+            if ((values <= low * (1.0 + 1e-6)) | (values >= high * (1.0 - 1e-6))).any():
+                said.append(
+                    f"{name} comes to an end of the material's range, {low / scale:g} to {high / scale:g}{unit}; "
+                    "widen it in plate.material, or correct the declaration"
+                )
+        return said
 
     def _held(self, sigma: Real, scatter: float) -> tuple[str, ...]:
         said = []

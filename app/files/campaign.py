@@ -47,6 +47,9 @@ def not_a_campaign(path: Path) -> CampaignFileError:
     allowed = f"a folder with {DECLARATION} (recorded), {PROTOCOL} (imported) or {PLATE} (FRFs)"
     if not path.exists():
         return CampaignFileError(path, [Problem("", "", "does not exist", allowed)])
+    if declares_plate(path):
+        message = f"declares a plate with FRFs or modes of other programs; flexura update {path} takes it as it is"
+        return CampaignFileError(path, [Problem("", "", message, "")])
     from app.files.modal_test_toml import NAME as TEST
     from app.files.modal_test_toml import declares_test
 

@@ -93,6 +93,24 @@ def modes_of_table(path: Path) -> list[ModesAtTemperature]:
         raise ResultFileError(f"{path}: {error}") from error
 
 
+def is_table_of_modes(path: Path) -> bool:
+    """Whether the first line of a text names a temperature and a frequency, and no part of an FRF."""
+    if path.suffix.lower() not in (".csv", ".txt", ".tsv"):
+        return False
+    try:
+        first = next(
+            line for line in read_text(path, LARGEST).splitlines() if line.strip() and line.strip()[0] != "#"
+        )
+    except (OSError, ValueError, StopIteration):
+        return False
+    names = [name.strip().lower() for name in first.split(max(";\t,", key=first.count))]
+    told = [any(re.match(COLUMNS[key], name) for name in names) for key in NEEDED]
+    return all(told) and not any(re.search(PARTS_OF_FRFS, name) for name in names)
+
+
+PARTS_OF_FRFS = r"(?<![a-z])(re|real|im|imag|mag|magnitude|phase|abs|coh\w*)(?![a-z])"
+
+
 def _places(path: Path, names: list[str]) -> dict[str, int]:
     places: dict[str, int] = {}
     for place, name in enumerate(names):

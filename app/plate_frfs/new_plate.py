@@ -21,6 +21,7 @@ from app.files.toml_text import toml_text
 from app.files.uff_nodes import read_nodes
 from app.modal_test.points_table import points_of_table
 from app.plate_frfs.circumstances import circumstances
+from app.plate_frfs.modes_table import is_table_of_modes
 from app.plate_frfs.own_frfs import ENDINGS
 from app.plate_frfs.source_files import UNIVERSAL, FrfsOfFile, frfs_of_file
 
@@ -122,10 +123,12 @@ def new_plate(files: Sequence[Path], said: SaidOfPlate, target: Path) -> tuple[P
     if files[0].suffix.lower() in ENDINGS:
         _write(file, _as_recorded(files[0], named, title))
         return file, []
-    found = frfs_of_file(files[0], _bare(files[0], said.units))
-    sections, frf = _sections(files[0], found, said)
-    for one in named:
-        sections.append(("[[frf]]", [KeyLine("file", one), *frf]))
+    if is_table_of_modes(files[0]):
+        sections = [_plate(said), *(("[[modes]]", [KeyLine("file", one)]) for one in named)]
+    else:
+        found = frfs_of_file(files[0], _bare(files[0], said.units))
+        sections, frf = _sections(files[0], found, said)
+        sections += [("[[frf]]", [KeyLine("file", one), *frf]) for one in named]
     lines = [*(f"# {line}" for line in HEAD.splitlines()), "", f'format = "{FORMAT}"']
     lines.append(KeyLine("title", title).text)
     for heading, keys in sections:
@@ -165,14 +168,8 @@ def _common_start(words: Sequence[str]) -> str:
 
 def _sections(path: Path, found: FrfsOfFile, said: SaidOfPlate) -> tuple[list[Section], list[KeyLine]]:
     """Return the tables of plate, drives, sensors and electronics, and the keys of ``[[frf]]``."""
-    keys = ("length_x", "length_y", "thickness", "mass")
-    words = ("0.4: m, along x", "0.3: m, along y", "0.003: m", "0.35: kg, weighed with nothing attached")
-    given = said.plate or (None, None, None, None)
-    plate = [
-        KeyLine(key, value, "" if value else word) for key, value, word in zip(keys, given, words, strict=True)
-    ]
     places = _places(path, said)
-    sections: list[Section] = [("[plate]", plate)]
+    sections: list[Section] = [_plate(said)]
     drives: dict[str, str] = {}
     sensors: dict[str, str] = {}
     stars = _stars(found)
@@ -198,6 +195,14 @@ def _sections(path: Path, found: FrfsOfFile, said: SaidOfPlate) -> tuple[list[Se
             )
         )
     return sections, _frf_lines(path, found, said, drives, sensors, stars=bool(stars))
+
+
+def _plate(said: SaidOfPlate) -> Section:
+    keys = ("length_x", "length_y", "thickness", "mass")
+    words = ("0.4: m, along x", "0.3: m, along y", "0.003: m", "0.35: kg, weighed with nothing attached")
+    given = said.plate or (None, None, None, None)
+    rows = zip(keys, given, words, strict=True)
+    return "[plate]", [KeyLine(key, value, "" if value else word) for key, value, word in rows]
 
 
 def _frf_lines(

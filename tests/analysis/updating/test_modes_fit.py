@@ -148,3 +148,9 @@ def test_scatter_of_numbers_with_errors() -> None:
     values = 0.3 * rng.normal(size=400) + 0.1 * rng.normal(size=400)
     assert scatter_of(values, np.full(400, 0.01), (0.01, 1.0)) == pytest.approx(0.3, rel=0.12)
     assert scatter_of(0.0 * values, np.full(400, 1e-8), (0.01, 1.0)) == pytest.approx(0.01, rel=0.1)
+
+
+def test_a_constant_at_the_end_of_its_range_is_named() -> None:
+    found = fit_modes([measured(2.1e9, 0.36, keep=ALL, eta=0.25, scatter=0.0)], poles, BOX, {})
+    assert not found.updated.settled.all()
+    assert any("loss_factor comes to an end of the material's range, 0.005 to 0.15" in said for said in found.held)

@@ -198,6 +198,10 @@ def test_the_dead_ends_name_the_way(exported: tuple[Any, Frf, Path], tmp_path: P
             status, _, said = run_flexura(verb, target)
             assert status == 2
             assert "flexura new plate" in said
+    write_plate(folder, declared("", FRFS["csv"]))
+    status, _, said = run_flexura("import", folder, "--out", tmp_path / "imported")
+    assert status == 2
+    assert f"flexura update {folder} takes it as it is" in said
 
 
 @pytest.mark.parametrize(

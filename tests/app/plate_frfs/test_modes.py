@@ -60,6 +60,34 @@ def test_published_frequencies_give_their_modulus_and_poisson_ratio(tmp_path: Pa
     assert "10 modes" in said
 
 
+def test_a_declaration_is_written_around_a_table(tmp_path: Path, run_flexura: Run) -> None:
+    rows = [f"20.0,{f:.4f},{1e-3 * f:.4f}" for f in published(205e9)]
+    table = write(tmp_path / "modes.csv", "temperature,frequency,sigma_frequency\n" + "\n".join(rows) + "\n")
+    mass = f"{DENSITY * SIDE**2 * THICKNESS}"
+    words = (
+        "new",
+        "plate",
+        table,
+        "--plate",
+        f"{SIDE}",
+        f"{SIDE}",
+        f"{THICKNESS}",
+        mass,
+        "--out",
+        tmp_path / "steel",
+    )
+    status, _, said = run_flexura(*words)
+    assert status == 0, said
+    text = (tmp_path / "steel" / "plate.toml").read_text(encoding="utf-8")
+    assert '[[modes]]\nfile = "../modes.csv"' in text
+    write(
+        tmp_path / "steel" / "plate.toml",
+        text.replace("[[modes]]", '[plate.material]\nkind = "steel"\n\n[[modes]]'),
+    )
+    status, _, said = run_flexura("update", tmp_path / "steel", "--quiet")
+    assert status == 0, said
+
+
 def test_the_library_does_the_same(tmp_path: Path) -> None:
     rows = [f"20.0,{f:.4f},{1e-3 * f:.4f}" for f in published(205e9)]
     table = write(tmp_path / "modes.csv", "temperature,frequency,sigma_frequency\n" + "\n".join(rows) + "\n")
