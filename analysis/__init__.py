@@ -20,6 +20,7 @@
 ``campaign``           recorded sweeps of one experiment over temperature
 ``frf_campaign``       FRFs of other programs in place of recorded sweeps
 ``measured_modes``     natural frequencies and damping over temperature
+``campaign_extent``    how many of its sweeps are there
 ``h1``                 H1 of synchronous repeats
 ``sweep_h1``           the same of one sweep at all outputs
 ``noise_power``        power of the noise of an FRF at each line
@@ -42,6 +43,7 @@
 ``effect_card``        a physical effect without any physics: parameters, ranges, priors
 ``twin_model``         what a twin must offer to be fitted to data
 ``held_effects``       a twin with some effects switched on for good
+``plate_temperature``  whether the temperatures of a plate in an oven can be true
 ``protocol``           what is to be measured, and what a good measurement is
 ``identification``     poles and residues of FRFs, tracked over temperature
 ``shapes``             mode shapes at many places, and how they are judged

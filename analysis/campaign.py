@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.campaign_extent import CampaignExtent
 from analysis.experiment import Experiment
 
 
@@ -33,6 +34,8 @@ class Sweep:
         Reading of a thermocouple on the plate at the same moments, degrees Celsius; None without one.
     source : int
         Which of `Experiment.inputs` drove.
+    doubt : str
+        Why its temperature may be wrong, as the rig noted it; empty if it is believed.
     """
 
     step: int
@@ -46,6 +49,7 @@ class Sweep:
     plate_temperature_start: float | None = None
     plate_temperature_end: float | None = None
     source: int = 0
+    doubt: str = ""
 
     def __post_init__(self) -> None:
         if self.drive.ndim != 2 or self.responses.ndim != 3 or self.responses.shape[1:] != self.drive.shape:
@@ -85,6 +89,8 @@ class Campaign:
         SHA-256 of every file the campaign was read from, by name.
     level_units : tuple of str
         Of the levels of each input, where these are not in the inputs' own units: volts before an exciter.
+    extent : CampaignExtent or None
+        Where sweeps of the protocol are missing, how many are there; None where none is.
     """
 
     name: str
@@ -92,6 +98,7 @@ class Campaign:
     sweeps: tuple[Sweep, ...]
     hashes: dict[str, str] = field(default_factory=dict)
     level_units: tuple[str, ...] = ()
+    extent: CampaignExtent | None = None
 
     def __post_init__(self) -> None:
         if not self.sweeps:
@@ -111,6 +118,8 @@ class Campaign:
         """Name, sweeps, temperatures and sensors in one line: arrays of a recording would fill screens."""
         temperature = [sweep.temperature for sweep in self.sweeps]
         sensors = ", ".join(output.id for output in self.experiment.outputs)
+        if self.extent is not None:
+            return f"<Campaign {self.name!r}: {self.extent.said}, sensors {sensors}>"
         return (
             f"<Campaign {self.name!r}: {len(temperature)} sweeps, {min(temperature):z.1f} to "
             f"{max(temperature):z.1f} °C, sensors {sensors}>"

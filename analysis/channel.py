@@ -5,7 +5,7 @@ from typing import Literal
 
 from analysis.declared import Point
 
-Quantity = Literal["voltage", "charge", "force", "displacement", "velocity", "acceleration", "pressure"]
+Quantity = Literal["voltage", "charge", "force", "displacement", "velocity", "acceleration", "pressure", "strain"]
 Motion = Literal["displacement", "velocity", "acceleration"]
 
 UNITS: dict[Quantity, str] = {
@@ -16,6 +16,7 @@ UNITS: dict[Quantity, str] = {
     "velocity": "m/s",
     "acceleration": "m/s2",
     "pressure": "Pa",
+    "strain": "m/m",
 }
 ORDER: dict[Quantity, int] = {"displacement": 0, "velocity": 1, "acceleration": 2}
 """How often a deflection is differentiated by time."""

@@ -294,6 +294,7 @@ def _all_sweeps(
     with ThreadPoolExecutor(2) as executor:  # transforms and sorting release the interpreter lock
         rows = executor.map(lambda sweep: sweep_h1(sweep, lines, excluded, names), campaign.sweeps)
     h, variance, coherence, repeats_dof, shift, notes = zip(*rows, strict=True)
+    part = () if campaign.extent is None else (campaign.extent.note,)
     return Frf(
         temperature=np.array([s.temperature for s in campaign.sweeps]),
         direction=tuple(s.direction for s in campaign.sweeps),
@@ -304,7 +305,7 @@ def _all_sweeps(
         coherence=np.array(coherence),
         excluded=excluded,
         channels=names,
-        notes=tuple(note for said in notes for note in said),
+        notes=(*part, *(note for said in notes for note in said)),
         labels=tuple(label for one in inputs for label in experiment.labels(one)),
         units=tuple(transfer_unit(output, one) for one in inputs for output in experiment.outputs),
         level_units=campaign.level_units,

@@ -7,6 +7,7 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.campaign import Campaign
+from analysis.campaign_extent import CampaignExtent
 from analysis.experiment import Experiment
 
 Noise = Literal["variance", "coherence", "neighbouring lines"]
@@ -81,6 +82,8 @@ class FrfCampaign:
         What the files do not say, for people.
     at_rest : bool
         As in `analysis.frf.Frf`.
+    extent : None
+        As of a `Campaign` of which no sweep is missing.
     """
 
     name: str
@@ -90,6 +93,7 @@ class FrfCampaign:
     hashes: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     at_rest: bool = False
+    extent: CampaignExtent | None = None
 
     def __post_init__(self) -> None:
         if not self.sweeps:

@@ -1,7 +1,6 @@
 """The command line: one verb per stage."""
 
 import difflib
-import io
 import os
 import sys
 from collections.abc import Sequence
@@ -11,6 +10,8 @@ import click
 from threadpoolctl import threadpool_limits
 
 from analysis import __version__
+from app.terminal.end_signals import end_signals
+from app.terminal.streams import BROKEN, lasting_streams, lost
 
 VERBS = {
     "acquire": "acquire",
@@ -67,20 +68,23 @@ def flexura() -> None:
     """Temperature-aware modal analysis and wave focusing for plate-like structures.
 
     Verbs stand in the order of the work. Results go to the output stream and into files, all else to the error
-    stream; exit status 0: done, 1: ran, but not good enough, 2: bad input, 3: a rig not known to be at rest.
+    stream. Exit status 0: done, 1: ran, but not good enough, 2: bad input, or a disk that does not take results,
+    3: a rig not known to be at rest.
     """
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run one verb; exit 0 (done), 1 (not good enough), 2 (bad input) or 3 (a rig not known to be at rest)."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # Windows redirects in an encoding that has no sigma
-            stream.reconfigure(errors="replace")
+    """Run one verb; exit 0 (done), 1 (not good enough), 2 (bad input) or 3 (a rig not known to be at rest).
+
+    Also 2: results that the disk does not take; 128 and the number of the signal that ended it. Output that nobody
+    takes changes none of them, but for a result on stdout that a full disk does not take: 1 in place of 0.
+    """
+    lasting_streams()
     for pool in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         # Read by libraries the verbs import later, which no limit set now would reach. Their matrices are
         # small: two threads waiting for each other on a busy machine take twenty times as long as one.
         os.environ.setdefault(pool, "1")
-    with threadpool_limits(1):  # and for those that are loaded already
+    with threadpool_limits(1), end_signals() as ends:  # and for those that are loaded already
         try:
             color = False if os.environ.get("NO_COLOR") else None  # None: where there is a terminal
             status = flexura.main(arguments, prog_name="flexura", standalone_mode=False, color=color)
@@ -89,5 +93,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
             sys.exit(2)
         except (click.Abort, KeyboardInterrupt):
             click.echo("stopped", err=True)
-            sys.exit(130)
-    sys.exit(status if isinstance(status, int) else 0)
+            sys.exit(ends.status)
+    sys.exit(_of_output(status if isinstance(status, int) else 0))
+
+
+def _of_output(status: int) -> int:
+    """Return the exit status, 1 where a verb did its work and its result is not all in the file it was sent to."""
+    error = lost(sys.stdout)
+    if status or error is None or error.errno in BROKEN:  # whoever has closed a pipe has read enough
+        return status
+    click.echo(f"the result could not be printed ({error.strerror}); files are as the verb says", err=True)
+    return 1

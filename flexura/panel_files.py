@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from analysis.campaign_extent import CampaignExtent
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
@@ -15,6 +16,7 @@ from app.stages.gap import GapComparison
 from app.stages.panel_inputs import method_for, panel_for, scanned_panel
 from app.stages.panel_laws import PanelLaws, laws_for
 from app.stages.update import Updating
+from app.terminal.update import too_few
 from flexura.campaigns import File
 
 Laws = File | MaterialLaws | Updating | GapComparison
@@ -44,6 +46,11 @@ class GivenLaws:
     def folder(self) -> Path | None:
         """Where their filters may lie."""
         return None if self.read is None else self.read.folder
+
+    @property
+    def extent(self) -> CampaignExtent | None:
+        """Of the campaign they were found in, where a file says that it was not complete."""
+        return None if self.read is None else self.read.extent
 
     @property
     def origin(self) -> Path:
@@ -86,7 +93,8 @@ def laws_read(laws: Laws | None, twin: File | None, verb: str) -> GivenLaws:
             return GivenLaws(laws)
         found = laws.corrected.laws if isinstance(laws, GapComparison) else laws.laws
         if found is None:
-            raise ValueError("no laws over temperature: at least 3 temperatures with settled estimates are needed")
+            of = laws.plain if isinstance(laws, GapComparison) else laws
+            raise ValueError(too_few(of.updated))
         return GivenLaws(found)
     read = laws_for(path_of(laws), path_of(twin), verb)
     return GivenLaws(read.laws, read)

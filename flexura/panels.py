@@ -69,6 +69,7 @@ def focus(
     _require_method(method)
     file = None if isinstance(panel, Panel) else Path(panel)
     declared = panel if isinstance(panel, Panel) else read_panel(Path(panel))
+    extent = None
     if transfers is not None:
         _require_none(laws=laws, twin=twin)
         named = () if temperature is None else tuple(float(here) for here in temperature)
@@ -78,8 +79,9 @@ def focus(
             found = focus_stage.compute_measured(measured, report, method=method)
     else:
         given = laws_read(laws, twin, "focus")
+        extent = given.extent
         run, inputs = kept(out, given.path, file)
-        span, wanted = np.array(range_of(declared, given.laws, given.origin)), None
+        span, wanted = np.array(range_of(declared, given.laws, given.origin, extent)), None
         if temperature is not None:
             span = wanted = within(np.unique(np.asarray(temperature, float)), given.laws, given.origin)
         without = None if given.read is None else given.read.without_effects(span)
@@ -95,7 +97,7 @@ def focus(
                 notes=notes,
             )
     if run is not None:
-        focus_stage.save(run, found, inputs)
+        focus_stage.save(run, found, inputs, extent)
     return found
 
 
@@ -169,6 +171,7 @@ def compensate(
         _require_method(method)
     if spacing is not None and not spacing > 0.0:
         raise ValueError(f"spacing {spacing:g} K: it must be above 0")
+    extent = None
     if transfers is not None:
         _require_none(twin=twin, spacing=spacing, place=place, across=across or None)
         scan, beside = Path(transfers), folder_of(laws, Path(transfers))
@@ -182,9 +185,10 @@ def compensate(
             )
     else:
         given = laws_read(laws, twin, "compensate")
+        extent = given.extent
         declared, file, followed = panel_followed(panel, method, given.folder)
         run, inputs = kept(out, given.path, file)
-        range_of(declared, given.laws, given.origin)
+        range_of(declared, given.laws, given.origin, extent)
         declared, notes = given.on(declared)
         checked_device(device)
         with computing(shown=progress) as report:
@@ -201,7 +205,7 @@ def compensate(
                 notes=notes,
             )
     if run is not None:
-        compensate_stage.save(run, found, inputs)
+        compensate_stage.save(run, found, inputs, extent)
     return found
 
 

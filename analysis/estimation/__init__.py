@@ -3,12 +3,14 @@
 =========================  ==================================================================
 ``quantities``             force, acceleration, pressure, ...: units, and the names of their ratios
 ``recording``              signals of one run, checked
+``sampling``               sample rates, by times or steps, and the error that their digits leave
 ``excitation``             blows, periods, bursts, sweeps or noise, and the segments that fit them
 ``windows``                windows over segments, force and exponential windows, and what those do to poles
 ``segments``               what windowed segments make of a resonance
 ``spectra``                auto and cross spectra of all channels, from segments or blocks
 ``estimators``             H1, H2 and Hv with coherence and variance, of one drive or several
 ``impacts``                blows found in a recording, and why some of them do not count
+``levels``                 FRFs of weak and strong drives that differ by more than their scatter
 ``ringing``                responses that still ring where their record ends
 ``time_convention``        FRFs that follow exp(-jwt)
 ``transfer``               one FRF between two places

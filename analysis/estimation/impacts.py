@@ -10,6 +10,9 @@ from analysis.estimation.recording import SampledSignals, clipped
 from analysis.estimation.spectra import Spectra, of_blocks
 from analysis.estimation.windows import RingdownWindow, force_window
 
+USUAL_PRETRIGGER = 0.005
+"""s before the trigger: a flank of a soft tip, and samples at rest of which the offset is taken."""
+
 PULSE_END = 0.05
 """Share of its largest force below which a blow is over."""
 
@@ -25,8 +28,9 @@ class HammerTest:
     ----------
     trigger : float
         Force at which a blow begins, N; or None: a tenth of the largest force of the recording.
-    pretrigger : float
-        Of a block before the trigger, s.
+    pretrigger : float or None
+        Of a block before the trigger, s; None for `USUAL_PRETRIGGER`, or as much as stands before the first blow:
+        analysers that trigger themselves keep a millisecond.
     duration : float or None
         Of a block, s; None for as long as the shortest time between two blows lets be.
     double_hit : float
@@ -38,7 +42,7 @@ class HammerTest:
     """
 
     trigger: float | None = None
-    pretrigger: float = 0.005
+    pretrigger: float | None = None
     duration: float | None = None
     double_hit: float = 0.1
     force_window: bool = True
@@ -47,10 +51,12 @@ class HammerTest:
     def __post_init__(self) -> None:
         if self.trigger is not None and not self.trigger > 0.0:
             raise ValueError(f"trigger {self.trigger:g} N; above 0 allowed")
-        if not 0.0 <= self.pretrigger <= 10.0:
+        if self.pretrigger is not None and not 0.0 <= self.pretrigger <= 10.0:
             raise ValueError(f"pretrigger {self.pretrigger:g} s; 0 to 10 allowed")
-        if self.duration is not None and not self.duration > self.pretrigger:
-            raise ValueError(f"duration {self.duration:g} s; more than the pretrigger of {self.pretrigger:g} s")
+        if self.duration is not None and not self.duration > (self.pretrigger or 0.0):
+            raise ValueError(
+                f"duration {self.duration:g} s; more than the pretrigger of {self.pretrigger or 0:g} s"
+            )
         if not 0.0 < self.double_hit <= 1.0:
             raise ValueError(f"double_hit {self.double_hit:g}; above 0 to 1 allowed")
 
@@ -89,12 +95,15 @@ class Blows:
     samples : int
         Of a block.
     test : HammerTest
+    before : int
+        Samples of a block before the trigger.
     """
 
     recording: SampledSignals
     hits: tuple[Hit, ...]
     samples: int
     test: HammerTest
+    before: int
 
     @property
     def window(self) -> RingdownWindow:
@@ -108,7 +117,7 @@ class Blows:
 
     def blocks(self, windowed: bool = True) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Force (B, 1, N) and responses (B, K, N) of the blows that count, each less its mean before the blow."""
-        rate, pre = self.recording.rate, round(self.test.pretrigger * self.recording.rate)
+        rate, pre = self.recording.rate, self.before
         decay = self.window.values(self.samples, rate) if windowed else 1.0
         force, answers = [], []
         for hit in self.kept:
@@ -172,7 +181,7 @@ def find_blows(
             f"no force reaches the trigger of {trigger:g} N; the largest is {force.max():g} N: lower the trigger, "
             "or check the hammer's sensitivity"
         )
-    pre = round(test.pretrigger * recording.rate)
+    pre = _before(begins, recording.rate, test)
     samples = _length(begins, pre, recording, test)
     channels = [None] * (1 + len(recording.responses))
     limits = list(zip(full_scales or channels, names or channels, strict=True))
@@ -183,7 +192,16 @@ def find_blows(
             continue
         hits.append(_hit(recording, force, int(begin) - pre, samples, pre, test, limits))
         end_of_last = int(begin) - pre + samples
-    return Blows(recording, tuple(hits), samples, test)
+    return Blows(recording, tuple(hits), samples, test, pre)
+
+
+def _before(begins: NDArray[np.intp], rate: float, test: HammerTest) -> int:
+    """Return how many samples of a block lie before the trigger."""
+    if test.pretrigger is not None:
+        return round(test.pretrigger * rate)
+    # a force that is there at the first sample has begun before: that blow is cut short, and tells nothing
+    first = [int(begin) for begin in begins[begins > 0][:1]]
+    return min([round(USUAL_PRETRIGGER * rate), *first])
 
 
 def _crossings(force: NDArray[np.float64], trigger: float, rate: float) -> NDArray[np.intp]:

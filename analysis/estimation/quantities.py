@@ -13,29 +13,75 @@ GRAVITY = 9.80665
 SCALES: dict[Quantity, dict[str, float]] = {
     "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6},
     "charge": {"C": 1.0, "nC": 1e-9, "pC": 1e-12},
-    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605},
-    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": 0.0254},
-    "velocity": {"m/s": 1.0, "mm/s": 1e-3, "um/s": 1e-6, "in/s": 0.0254},
-    "acceleration": {"m/s2": 1.0, "mm/s2": 1e-3, "g": GRAVITY, "mg": 1e-3 * GRAVITY, "in/s2": 0.0254},
-    "pressure": {"Pa": 1.0, "mPa": 1e-3, "uPa": 1e-6, "kPa": 1e3, "bar": 1e5, "psi": 6894.757293168},
-}
+    "force": {
+        "N": 1.0, "mN": 1e-3, "kN": 1e3, "cN": 1e-2, "daN": 10.0, "dyn": 1e-5, "kgf": GRAVITY,
+        "gf": 1e-3 * GRAVITY,
+        "lbf": 4.4482216152605, "klbf": 4448.2216152605, "ozf": 0.27801385095378,
+    },
+    "displacement": {
+        "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": 0.0254, "mil": 2.54e-5, "ft": 0.3048,
+    },
+    "velocity": {
+        "m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "um/s": 1e-6, "nm/s": 1e-9, "in/s": 0.0254, "ft/s": 0.3048,
+    },
+    "acceleration": {
+        "m/s2": 1.0, "cm/s2": 1e-2, "mm/s2": 1e-3, "um/s2": 1e-6, "g": GRAVITY, "mg": 1e-3 * GRAVITY,
+        "ug": 1e-6 * GRAVITY, "in/s2": 0.0254, "ft/s2": 0.3048,
+    },
+    "strain": {"m/m": 1.0, "mm/m": 1e-3, "um/m": 1e-6, "nm/m": 1e-9, "%strain": 1e-2},
+    "pressure": {"Pa": 1.0, "hPa": 1e2, "MPa": 1e6, "mPa": 1e-3, "uPa": 1e-6, "kPa": 1e3, "bar": 1e5,
+    "psi": 6894.757293168},
+}  # fmt: skip
 """SI value of one unit, by quantity."""
 
-TIMES = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
+TIMES = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "ns": 1e-9}
 """Seconds of one unit."""
 
-FREQUENCIES = {"Hz": 1.0, "kHz": 1e3, "rad/s": 0.5 / pi}
+FREQUENCIES = {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "rad/s": 0.5 / pi, "krad/s": 5e2 / pi}
 """Hertz of one unit."""
 
 WORDS = {
-    "volt": "V", "volts": "V", "newton": "N", "newtons": "N", "pounds": "lbf", "pascal": "Pa", "pascals": "Pa",
-    "coulomb": "C", "coulombs": "C", "meter": "m", "meters": "m", "metre": "m", "metres": "m",
-    "m/s/s": "m/s2", "m/sec2": "m/s2", "ms-2": "m/s2", "m/sec": "m/s", "ms-1": "m/s",
-    "seconds": "s", "hertz": "Hz",
+    "volt": "V", "volts": "V", "v": "V", "mv": "mV", "millivolt": "mV", "millivolts": "mV",
+    "newton": "N", "newtons": "N", "n": "N", "kn": "kN",
+    "pounds": "lbf", "pound": "lbf", "lbs": "lbf", "lb": "lbf", "lbf": "lbf", "poundforce": "lbf",
+    "kip": "klbf", "kips": "klbf", "kp": "kgf",
+    "pascal": "Pa", "pascals": "Pa", "pa": "Pa", "coulomb": "C", "coulombs": "C",
+    "meter": "m", "meters": "m", "metre": "m", "metres": "m", "in": "in", "mm": "mm", "inch": "in",
+    "inches": "in", "micron": "um",
+    "microns": "um", "mils": "mil", "feet": "ft", "foot": "ft",
+    "m/s/s": "m/s2", "m/sec2": "m/s2", "m/sec/sec": "m/s2", "ms-2": "m/s2", "m/sec": "m/s", "ms-1": "m/s",
+    "m/s2": "m/s2", "m/s": "m/s", "mm/s2": "mm/s2", "mm/s/s": "mm/s2", "mm/sec2": "mm/s2", "mm/s": "mm/s",
+    "mm/sec": "mm/s", "in/sec": "in/s", "inch/s": "in/s", "inch/sec": "in/s", "ips": "in/s", "in/s/s": "in/s2",
+    "in/sec2": "in/s2", "in/sec/sec": "in/s2", "inch/s2": "in/s2", "ips2": "in/s2", "fps": "ft/s",
+    "ft/sec": "ft/s",
+    "ft/sec2": "ft/s2", "g": "g", "gs": "g", "g's": "g", "gn": "g", "g_n": "g", "grms": "g", "gpk": "g",
+    "strain": "m/m", "eps": "m/m", "ue": "um/m", "uε": "um/m", "με": "um/m", "ε": "m/m",
+    "ustrain": "um/m", "microstrain": "um/m", "microepsilon": "um/m", "ueps": "um/m", "ustr": "um/m",
+    "um/m": "um/m", "um/mm": "mm/m", "mstrain": "mm/m",
+    "seconds": "s", "second": "s", "msec": "ms", "usec": "us", "milliseconds": "ms", "microseconds": "us",
+    "nanoseconds": "ns", "minutes": "min", "hertz": "Hz", "hz": "Hz", "khz": "kHz",
+    "cps": "Hz",
+    "rad/sec": "rad/s", "radian/s": "rad/s", "radians/s": "rad/s", "radian/sec": "rad/s", "radians/sec": "rad/s",
+    "rad/s": "rad/s", "1/s": "Hz",
 }  # fmt: skip
 """Units as LabVIEW and others spell them, in small letters."""
 
-SPELLINGS = (("^", ""), ("**", ""), ("²", "2"), ("⁻", "-"), ("¹", "1"), ("µ", "u"), ("μ", "u"), ("·", ""))
+EXACT_SPELLINGS = frozenset({*(name for scales in SCALES.values() for name in scales), *TIMES, *FREQUENCIES})
+"""Units that stand for themselves, whatever WORDS makes of them in small letters: ``mN`` is no meganewton."""
+
+SPELLINGS = (
+    ("^", ""),
+    ("**", ""),
+    ("²", "2"),
+    ("⁻", "-"),
+    ("¹", "1"),
+    ("µ", "u"),
+    ("μ", "u"),
+    ("·", ""),
+    ("*", ""),
+    ("⋅", ""),
+    ("³", "3"),
+)
 """Signs of units that are written in several ways."""
 
 SENSITIVITY = re.compile(r"\s*([-+]?[\d.,]+(?:[eE][-+]?\d+)?)\s*([^\d\s./,(][^/]*)/(.+)")
@@ -115,10 +161,13 @@ def is_unit(text: str) -> bool:
 def plain_unit(text: str) -> str:
     """Return a unit in the spelling of `SCALES`, `TIMES` and `FREQUENCIES`: ``Newtons`` is ``N``."""
     plain = text.strip()
+    if plain in EXACT_SPELLINGS:
+        return plain
     if plain.startswith("(") and plain.endswith(")"):
         plain = plain[1:-1].strip()
     for written, meant in SPELLINGS:
         plain = plain.replace(written, meant)
+    plain = plain.replace(" ", "")
     return WORDS.get(plain.lower(), plain)
 
 

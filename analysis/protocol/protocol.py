@@ -27,6 +27,8 @@ class AcquisitionProtocol:
         Silence before every repeat, in which sensors settle, s.
     responses : tuple of str
         What messages call the responses: sensor and terminal. Empty where they are numbered.
+    thermocouples : tuple of str
+        Their terminals, for messages. Empty where the sensors on the plate are numbered.
     """
 
     sweep: SweepSettings
@@ -35,6 +37,7 @@ class AcquisitionProtocol:
     measured_force: bool = False
     settling: float = 0.0
     responses: tuple[str, ...] = ()
+    thermocouples: tuple[str, ...] = ()
 
     @property
     def legs(self) -> tuple[Leg, ...]:
@@ -44,6 +47,14 @@ class AcquisitionProtocol:
     def response(self, number: int) -> str:
         """Name a response, from 0, for people."""
         return f"response {self.responses[number] if self.responses else number + 1}"
+
+    def plate_sensors(self, count: int) -> tuple[str, ...]:
+        """Name `count` sensors on the plate for people."""
+        if len(self.thermocouples) == count:
+            return tuple(f"the plate's thermocouple {terminal}" for terminal in self.thermocouples)
+        if count == 1:
+            return ("the plate's sensor",)
+        return tuple(f"the plate's sensor {number + 1}" for number in range(count))
 
     @property
     def count(self) -> int:

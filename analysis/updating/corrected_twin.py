@@ -21,6 +21,7 @@ from analysis.gap.fitting.state import GapState, starting_state
 from analysis.material import Material, MaterialLaws
 from analysis.twin_model import TwinModel
 from analysis.updated import Updated
+from analysis.updating.enough_temperatures import FEWEST, distinct_temperatures
 from analysis.updating.laws import fit_laws, reached
 
 
@@ -202,7 +203,7 @@ def _updated(
 def _laws(protocol: Protocol, nodes: FittedLaws) -> MaterialLaws | None:
     """Smooth laws through the nodes, over the protocol's temperatures that were reached."""
     temperature, material = nodes.temperature, material_of(nodes)[0]
-    if temperature.size < 3:
+    if distinct_temperatures(temperature) < FEWEST:
         return None
     # what the temperatures share widens the bands: taken for noise, a smooth law would average it away
     own = material.sigma(nodes.own_sigma)

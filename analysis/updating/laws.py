@@ -12,6 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from analysis.experiment import Protocol
 from analysis.material import Material, MaterialLaws
+from analysis.updating.enough_temperatures import FEWEST, distinct_temperatures
 
 KNOT_SPACING = 2.5
 """Spacing of knots, K: narrower than any transition of a polymer, so that only the penalty smooths."""
@@ -53,9 +54,11 @@ def fit_laws(
     ValueError
         For fewer than three different temperatures, or a range beyond the data.
     """
-    distinct = np.unique(np.round(temperature, 1)).size
-    if distinct < 3:
-        raise ValueError(f"laws over temperature need at least 3 different temperatures; there are {distinct}")
+    distinct = distinct_temperatures(temperature)
+    if distinct < FEWEST:
+        raise ValueError(
+            f"laws over temperature need at least {FEWEST} different temperatures; there are {distinct}"
+        )
     low, high = temperature_range or (float(temperature.min()), float(temperature.max()))
     slack = 1.0
     if low < temperature.min() - slack or high > temperature.max() + slack:
@@ -114,7 +117,7 @@ def laws_of_sweeps(
         None where the estimates cover fewer than three temperatures.
     """
     there = temperature[settled]
-    if there.size < 3 or np.ptp(there) < 1.0:
+    if distinct_temperatures(there) < FEWEST:
         return None
     rows = [Material(**{name: row[settled] for name, row in vars(one).items()}) for one in (material, sigma)]
     shared = None if common is None else common[settled]

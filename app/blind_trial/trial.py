@@ -11,12 +11,16 @@
 
 import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -33,7 +37,9 @@ from app.blind_trial.specimen import specimen_operators
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
 from app.files.provenance import provenance, sha256
+from app.terminal.end_signals import undisturbed
 from app.twins.campaign_twin import campaign_twin, effect_twin
+from drivers.interruptions import ENDING
 
 SCHEMA = "flexura-blind-trial/1"
 TRIAL = "trial.json"
@@ -113,29 +119,62 @@ def begin(trial: Trial) -> dict[str, Any]:
 
 @contextmanager
 def worker_processes(count: int) -> Iterator[Executor]:
-    """Yield new worker processes; on an error or Ctrl-C, waiting tasks are cancelled.
+    """Yield new worker processes; on an error or a signal to end they end at once, whatever they are at.
 
-    Running tasks are waited for: an abandoned pool would work through all its tasks.
+    A task takes minutes, and an abandoned pool would work through all its tasks. What was finished stays, and the
+    rest is made anew when the trial is taken up. A signal to a worker ends all as one to this process does.
+
+    Raises
+    ------
+    ResultFileError
+        Where a worker was killed, or had too little memory.
     """
-    pool = ProcessPoolExecutor(
-        count, mp_context=multiprocessing.get_context("spawn"), initializer=_end_with_the_parent
-    )
+    heard = tuple(number for number in ENDING if signal.getsignal(number) is not signal.SIG_IGN)
+    context = multiprocessing.get_context("spawn")
+    held, holder = context.Pipe(duplex=False)
+    with undisturbed():  # inherited: a process that is being started ignores what it cannot pass on yet
+        if os.name != "nt":
+            from multiprocessing import resource_tracker  # Python's own helper process; absent on Windows
+
+            resource_tracker.ensure_running()
+        pool = ProcessPoolExecutor(
+            count, mp_context=context, initializer=_follow_the_parent, initargs=(held, heard)
+        )
+        for _ in range(count):
+            pool.submit(os.getpid)
     try:
         yield pool
+        pool.shutdown()
+    except BrokenProcessPool as error:
+        raise ResultFileError(
+            "a worker process was killed, or had too little memory; what is finished stays: run it again to go "
+            "on, with fewer --workers"
+        ) from error
     finally:
-        pool.shutdown(cancel_futures=True)
+        with undisturbed():
+            holder.close()
+            pool.shutdown(cancel_futures=True)
+            held.close()
 
 
-def _end_with_the_parent() -> None:
-    """End this process when its parent is killed: otherwise it would work through all its tasks."""
+def _follow_the_parent(held: Connection, heard: tuple[int, ...]) -> None:
+    """End this process when its parent lets go of a pipe, or is killed; pass on to it the signals it heeds."""
     parent = multiprocessing.parent_process()
+    if parent is None:
+        return
 
     def watch() -> None:
-        if parent is not None:
-            parent.join()
-            os._exit(1)
+        wait([held, parent.sentinel])
+        os._exit(1)
+
+    def pass_on(number: int, _: FrameType | None) -> None:
+        if os.name != "nt":  # Windows sends Ctrl-C to the parent, too
+            with suppress(ProcessLookupError):
+                os.kill(parent.pid or 0, number)
 
     threading.Thread(target=watch, daemon=True).start()
+    for number in heard:
+        signal.signal(number, pass_on)
 
 
 def run_trial(trial: Trial, executor: Executor, report: Progress, announce: Callable[[str], None]) -> None:

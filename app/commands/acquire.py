@@ -59,9 +59,12 @@ def command(
     started = time.perf_counter()
     declared = read_acquired_experiment(experiment)
 
+    from app.files.campaign_folder import ENDING
     from app.files.campaign_kind import is_campaign_folder
     from app.files.same_experiment import require_ours
     from app.rig.doctor import require_room
+    from app.terminal.end_signals import undisturbed
+    from app.terminal.streams import keep_unseen
 
     folder = (out or experiment.resolve().with_name(experiment.stem + "-campaign")).resolve()
     kind = rig or declared.rig
@@ -77,11 +80,13 @@ def command(
         return
     ending = _run(declared, kind, experiment, folder, acquired, again, started, output)
     summary: dict[str, Any] = {"campaign": str(folder), "rig": kind, "sweeps": declared.protocol.count}
-    output.result(lambda: summary | ending.record)
+    with undisturbed():  # another Ctrl-C must not take the place of what is said here
+        output.result(lambda: summary | ending.record)
+        say = output.failure if ending.status else output.summary
+        say(ending.line)
+        keep_unseen(folder / ENDING, ending.line)
     if ending.status:
-        output.failure(ending.line)
         raise click.exceptions.Exit(ending.status)
-    output.summary(ending.line)
 
 
 def _run(
@@ -100,12 +105,10 @@ def _run(
     from app.terminal.campaign_ending import broken_off, completed
     from drivers.rig.end_requests import EndRequests
     from drivers.rig.errors import RigInterrupted, RigStopped
-    from drivers.rig.rig import Aftercare
     from drivers.rig.session import Session
 
     with _open(declared, kind, experiment, output) as opened, EndRequests() as requests:
         session = Session(opened, declared.limits, campaign_log(folder), requests.check)
-        session.aftercare = Aftercare(log=folder / "watchdog.log")
         try:
             outcome = _acquire(session, declared, experiment, folder, acquired, again, output)
         except BaseException as error:

@@ -9,6 +9,7 @@ import click
 from app.commands.fault_picture import fault_picture
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
+from app.files.unwritten import told
 
 Words = ParamSpec("Words")
 Result = TypeVar("Result")
@@ -16,6 +17,8 @@ Result = TypeVar("Result")
 
 def bad_input(verb: Callable[Words, Result]) -> Callable[Words, Result]:
     """Convert errors of ``app.files`` to click's; place it between ``@click.command`` and the function.
+
+    So is the refusal of a disk: one that is full, read-only or fails. What was finished before is there.
 
     For a declaration with a geometric error, a picture of it is written, and its path is in the message.
 
@@ -30,6 +33,11 @@ def bad_input(verb: Callable[Words, Result]) -> Callable[Words, Result]:
             message = str(error)
             if error.misplaced is not None:
                 message += "\n" + fault_picture(error.misplaced, options)
+            raise click.ClickException(message) from error
+        except OSError as error:
+            message = told(error) or ""
+            if not message:
+                raise
             raise click.ClickException(message) from error
 
     return checked

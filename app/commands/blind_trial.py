@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 KINDS: "tuple[Kind, ...]" = ("null", "single", "pair", "outside", "ablated")
 
+CAMPAIGN_AND_RUN = 3e6
+"""Bytes of a campaign and its verdict, roughly: of a small plate they are 1.6 MB."""
 
 EXAMPLES = """\b
 Examples:
@@ -54,15 +56,19 @@ def command(
     effects of the library; outside: physics that it has not; ablated: an effect that it lacks today. Run again, it
     goes on where it was stopped. Writes proof.json and proof.png. Exit status 1 where a figure misses its target.
     """
+    from app.files.room import RESULTS, require_room
     from app.files.run_folder import writable_folder
 
     stream = "calibration" if calibrate else "trial"
     folder = writable_folder(out or Path(f"blind-{stream}-{seed}"), "--out")
 
+    from app.blind_trial.judging import is_judged
     from app.blind_trial.trial import Trial, begin, run_trial, worker_processes
 
     wanted = tuple(kind for kind in KINDS if kind in kinds) or KINDS
     trial = Trial(folder, count, seed, wanted, stream)
+    left = sum(not is_judged(trial.run(one)) for one in trial.assignments)
+    require_room(folder, left * CAMPAIGN_AND_RUN + RESULTS, "--out")
     begin(trial)
     with output.progress() as report, worker_processes(workers) as executor:
         run_trial(trial, executor, report, output.summary)

@@ -15,12 +15,16 @@ from app.commands.output import Output, output_options
 from app.commands.training_options import training_of, training_options, typed
 
 if TYPE_CHECKING:
+    from analysis.campaign_extent import CampaignExtent
     from analysis.compensation.settings import Training
     from analysis.progress import Progress
     from app.stages.compensate import CompensatedPanel
 
 GOOD_LOSS = 0.02
 """Largest loss of contrast of networks against directly computed filters, at any line and temperature."""
+
+ROOM = 20e6
+"""Bytes of ``compensation.h5``, roughly: with two actuators it is 11 MB."""
 
 EXAMPLES = """\b
 Examples:
@@ -122,35 +126,40 @@ def command(
     from app.files.run_folder import run_folder
     from app.stages import compensate
     from app.stages.panel_inputs import checked_device
+    from app.terminal.campaign_extent import extent_record, led
     from app.terminal.compensation import notes, record, show, summary
 
     checked_device(device)
-    with run_folder(task.beside, out or task.beside) as folder, output.progress() as report:
+    with run_folder(task.beside, out or task.beside, ROOM) as folder, output.progress() as report:
         try:
             computed = task.compute(report, training=chosen, device=device)
         except EvidenceCollapseError as error:
             output.failure(f"refused: {error}")
             raise click.exceptions.Exit(1) from error
-    target = compensate.save(folder, computed, {path.name: sha256(path) for path in task.inputs})
+        target = compensate.save(folder, computed, {path.name: sha256(path) for path in task.inputs}, task.extent)
     found = computed.compensation
     seconds = time.perf_counter() - started
-    output.result(lambda: record(found, seconds), lambda: show(found))
+    output.result(lambda: record(found, seconds) | extent_record(task.extent), lambda: show(found))
     for note in [*task.notes, *notes(found, chosen)]:
         output.note(note)
-    output.summary(summary(found, target, seconds))
+    output.summary(f"{led(task.extent)}{summary(found, target, seconds)}")
     if found.largest_loss[0] > GOOD_LOSS:
         raise click.exceptions.Exit(1)
 
 
 @dataclass(frozen=True)
 class _CompensateTask:
-    """Task: computation, input files, and hidden nodes for few temperatures; None for many."""
+    """Task: computation, input files, and hidden nodes for few temperatures; None for many.
+
+    And the extent of an incomplete campaign whose laws are used.
+    """
 
     compute: Callable[..., "CompensatedPanel"]
     inputs: tuple[Path, ...]
     beside: Path
     notes: list[str]
     nodes: int | None
+    extent: "CampaignExtent | None" = None
 
 
 def _refuse_with_transfers(twin: Path | None, place: int | None, across: tuple[float, ...]) -> None:
@@ -182,8 +191,8 @@ def _from_laws(
     found = laws_for(run, twin, "compensate")
     declared, panel_path = panel_for(panel, found.folder, filters)
     followed = method_for(method, panel, found.folder)  # type: ignore[arg-type]
-    low, high = range_of(declared, found.laws, found.path)
-    _check_temperatures(wanted, training, (low, high))
+    low, high = range_of(declared, found.laws, found.path, found.extent)
+    _check_temperatures(wanted, training, (low, high), found.extent)
     declared, notes = found.on(declared)
     notes += said_of_range(declared, (low, high))
 
@@ -193,17 +202,21 @@ def _from_laws(
         compensate.compute, declared, found.laws, spacing=spacing, place=place, across=across, method=followed
     )
     nodes = None if place is None else suited_nodes(place)
-    return _CompensateTask(compute, (found.path, panel_path), found.folder, notes, nodes)
+    return _CompensateTask(compute, (found.path, panel_path), found.folder, notes, nodes, found.extent)
 
 
 def _check_temperatures(
-    wanted: tuple[float, int | None, tuple[float, ...]], training: "Training", span: tuple[float, float]
+    wanted: tuple[float, int | None, tuple[float, ...]],
+    training: "Training",
+    span: tuple[float, float],
+    extent: "CampaignExtent | None",
 ) -> None:
     """Refuse --spacing, --place or --across that the laws' range of temperatures does not allow."""
     from analysis.compensation.knots import check_places
     from analysis.focusing.temperatures import spaced
 
     (spacing, place, across), (low, high) = wanted, span
+    of_part = "" if extent is None else f" (the campaign of the laws is not complete: {extent.said})"
     try:
         if place is None:
             training.check_temperatures(len(spaced(low, high, spacing)))
@@ -211,11 +224,11 @@ def _check_temperatures(
             check_places(place, low, high)
     except ValueError as error:
         option = f"--spacing {spacing:g}, {low:g} to {high:g} °C" if place is None else "--place"
-        raise click.UsageError(f"{option}: {error}") from error
+        raise click.UsageError(f"{option}: {error}{of_part}") from error
     if across and max(across) > high - low:
         raise click.UsageError(
             f"--across {max(across):g} K: the laws hold from {low:g} to {high:g} °C, so that up to "
-            f"{high - low:g} K can be judged"
+            f"{high - low:g} K can be judged{of_part}"
         )
 
 

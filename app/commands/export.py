@@ -1,5 +1,6 @@
 """``flexura export``: filters in the formats of other programs."""
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,10 +19,27 @@ if TYPE_CHECKING:
 
 FORMS = ("c", "onnx", "npz", "wav", "csv")
 
+
+class _PrefixName(click.ParamType[str]):
+    """A word that C takes at the beginning of a name."""
+
+    name = "name"
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", value):
+            self.fail(
+                f"{value!r}: a small letter, then at most 30 small letters, digits and underscores", param, ctx
+            )
+        return value
+
+
+PREFIX_NAME = _PrefixName()
+
 EXAMPLES = """\b
 Examples:
   flexura export plate-run --to c
   flexura export plate-run --to c --number int16 --out firmware
+  flexura export rear-run --to c --prefix rear_door --out firmware
   flexura export plate-run --to wav --temperature 20 --temperature 45
 """
 
@@ -38,6 +56,11 @@ Examples:
     help="Numbers of the C code.",
 )
 @click.option(
+    "--prefix",
+    type=PREFIX_NAME,
+    help="First word of names in the C code and of its files: several panels fit one program.  [default: flexura]",
+)
+@click.option(
     "--temperature",
     "temperatures",
     type=float,
@@ -52,6 +75,7 @@ def command(
     form: str,
     method: str | None,
     number: str,
+    prefix: str | None,
     temperatures: tuple[float, ...],
     out: Path | None,
     output: Output,
@@ -65,9 +89,11 @@ def command(
     """
     if number == "int16" and form != "c":
         raise click.UsageError(f"--number int16 is for --to c; {form} holds floats")
+    if prefix is not None and form != "c":
+        raise click.UsageError(f"--prefix is for --to c; {form} has no names")
     if temperatures and form in ("c", "onnx"):
         raise click.UsageError(f"--temperature is for npz, wav and csv; {form} follows every temperature")
-    from app.files.exports.c_code import BLOCK, write_c
+    from app.files.exports.c_code import BLOCK, PREFIX, write_c
     from app.files.exports.cost import Cost
     from app.files.exports.numbers import write_csv, write_npz
     from app.files.exports.onnx_graph import write_onnx
@@ -83,7 +109,7 @@ def command(
     cost = Cost.of(sent.filters, number == "int16", BLOCK) if form == "c" else None
     with run_folder(beside, out or beside) as folder:
         if form == "c":
-            written = write_c(sent, folder, number == "int16")
+            written = write_c(sent, folder, number == "int16", prefix or PREFIX)
         elif form == "onnx":
             written = write_onnx(sent, folder)
         else:

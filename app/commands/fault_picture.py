@@ -8,16 +8,17 @@ from app.files.misplaced import Misplaced
 
 def fault_picture(wrong: Misplaced, options: Mapping[str, object]) -> str:
     """Draw the error, and return a sentence with the picture's path, beside --out or else the declaration."""
+    from app.files.atomic import atomic_path
     from app.report.declared import picture
     from app.report.refused import pieces_declared
 
     target = _target(wrong.source, options.get("out"))
     figure = picture(pieces_declared(wrong), wrong.places)
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(target, dpi=120)
+        with atomic_path(target) as path:
+            figure.savefig(path, format="png", dpi=120)
     except OSError as error:
-        return f"(a picture of it could not be written to {target}: {error.strerror})"
+        return f"(a picture of it is missing: {error})"
     return f"picture: {target}"
 
 

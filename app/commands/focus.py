@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from analysis.campaign_extent import CampaignExtent
     from analysis.progress import Progress
     from app.stages.focus import FocusedPanel
 
@@ -102,31 +103,33 @@ def command(
     from app.files.provenance import sha256
     from app.files.run_folder import run_folder
     from app.stages import focus
+    from app.terminal.campaign_extent import extent_record, led
     from app.terminal.focusing import correction, notes, record, show, summary
 
     with run_folder(task.beside, out or task.beside) as folder, output.progress() as report:
         found = task.compute(report)
-    focusing, lost = found.focusing, found.uncorrected
-    gone = replaced(folder / focus.FILTERS, focusing.temperature)
-    target = focus.save(folder, found, {path.name: sha256(path) for path in task.inputs})
+        focusing, lost = found.focusing, found.uncorrected
+        gone = replaced(folder / focus.FILTERS, focusing.temperature)
+        target = focus.save(folder, found, {path.name: sha256(path) for path in task.inputs}, task.extent)
     seconds = time.perf_counter() - started
     output.result(
-        lambda: record(found.panel, focusing, found.comparison, lost, seconds),
+        lambda: record(found.panel, focusing, found.comparison, lost, seconds) | extent_record(task.extent),
         lambda: show(found.panel, focusing),
     )
     for note in (*notes(found.panel, focusing), *task.notes, *correction(focusing, lost), *gone):
         output.note(note)
-    output.summary(summary(focusing, target, seconds))
+    output.summary(f"{led(task.extent)}{summary(focusing, target, seconds)}")
 
 
 @dataclass(frozen=True)
 class _FocusTask:
-    """Task: computation and input files."""
+    """Task: computation, input files, and the extent of an incomplete campaign whose laws are used."""
 
     compute: Callable[["Progress"], "FocusedPanel"]
     inputs: tuple[Path, ...]
     beside: Path
     notes: list[str]
+    extent: "CampaignExtent | None" = None
 
 
 def _from_laws(
@@ -145,7 +148,7 @@ def _from_laws(
 
     declared, panel_path = panel_of(panel, changes)
     found = laws_for(run, twin, "focus")
-    low, high = range_of(declared, found.laws, found.path)
+    low, high = range_of(declared, found.laws, found.path, found.extent)
     named = within(np.array(sorted(set(temperatures))), found.laws, found.path) if temperatures else None
     declared, notes = found.on(declared)
     notes += said_of_range(declared, (low, high)) if named is None else []
@@ -161,7 +164,7 @@ def _from_laws(
         method=method,  # type: ignore[arg-type]
         uncorrected=found.without_effects(span),
     )
-    return _FocusTask(compute, (found.path, panel_path), found.folder, notes)
+    return _FocusTask(compute, (found.path, panel_path), found.folder, notes, found.extent)
 
 
 def _from_transfers(

@@ -41,11 +41,16 @@ def command(
     unknown, and the likely reason is looked for. The result is printed in words, too, and all other verbs use the
     corrected laws from then on. Exit status 0: no gap, or explained; 1: partly explained or unknown; 2: input that
     cannot be judged.
+
+    CAMPAIGN may be running or interrupted: its finished sweeps are taken, and the result says how many of how many
+    they are. Do the same again when more are there: laws.h5 of fewer sweeps is then made again, too.
     """
     from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign
+    from app.files.room import room_of
     from app.files.run_folder import run_folder
     from app.terminal.briefing import briefing
+    from app.terminal.campaign_extent import led
     from app.terminal.gap import show, summary
 
     loaded = load_campaign(campaign)
@@ -54,14 +59,14 @@ def command(
 
     start = start_of(twin, loaded.experiment, effects)
     started = time.perf_counter()
-    with run_folder(campaign, out) as run, output.progress() as report:
+    with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
         found = gap.compute(loaded, mains, report, start=start, folder=effects, run=run)
-    seconds = time.perf_counter() - started
-    record = gap.save(run, loaded, found, mains, seconds, start=twin, folder=effects)
+        seconds = time.perf_counter() - started
+        record = gap.save(run, loaded, found, mains, seconds, start=twin, folder=effects)
     words = briefing(best_twin(run, "gap"), record, str(campaign)).lines()
     output.result(lambda: record, lambda: show(record, words))
     for note in (*found.frf.notes, *record["notes"]):
         output.note(note)
-    output.summary(summary(record, run))
+    output.summary(f"{led(loaded.extent)}{summary(record, run)}")
     if found.report.verdict not in GOOD:
         raise click.exceptions.Exit(1)

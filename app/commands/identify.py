@@ -86,6 +86,9 @@ def command(
     it again. A campaign's result goes into the run folder (frf.h5, modes.h5, modes.csv), a test's too, with its
     shapes (flexura new writes TEST.toml). FRFS.uff is taken FRF by FRF and printed; with --shared-poles as one
     structure, into a run folder too.
+
+    A CAMPAIGN may be running or interrupted: its finished sweeps are taken, and the result says how many of how
+    many they are. Do the same again when more are there.
     """
     from app.files.modal_test_toml import declares_test
     from app.files.plate_toml import declares_plate
@@ -159,6 +162,7 @@ def _campaign(
     """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs if `export` is given."""
     from app.files.campaign import load_campaign
     from app.files.campaign_kind import EXPORTS
+    from app.files.room import room_of
     from app.files.run_folder import run_file, run_folder, writable_folder
 
     started = time.perf_counter()
@@ -167,6 +171,7 @@ def _campaign(
     loaded = load_campaign(campaign)
 
     from app.stages import identify
+    from app.terminal.campaign_extent import extent_record, led
     from app.terminal.modes import campaign_record, show, summary
 
     wanted = options()
@@ -174,16 +179,17 @@ def _campaign(
         writable_folder(export.parent, "--export")
         if export.suffix.lower() not in EXPORTS:
             raise click.BadParameter(f"{export}: allowed endings: {', '.join(EXPORTS)}", param_hint="--export")
-    with run_folder(campaign, out) as run, output.progress() as report:
+    with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
         found = identify.compute(loaded, wanted, report, twin)
-    identify.save(run, loaded, found, wanted, export)
+        identify.save(run, loaded, found, wanted, export)
     tracked = found.tracked
     seconds = time.perf_counter() - started
-    output.result(lambda: campaign_record(tracked, seconds), lambda: show(tracked))
+    record = campaign_record(tracked, seconds) | extent_record(loaded.extent)
+    output.result(lambda: record, lambda: show(tracked))
     said = () if export is None else (identify.said_of_export(export, found, wanted.temperature),)
     for note in (*found.frf.notes, *tracked.notes, *said):
         output.note(note)
-    output.summary(f"{summary(tracked, seconds)}; results in {run}")
+    output.summary(f"{led(loaded.extent)}{summary(tracked, seconds)}; results in {run}")
     if not any(modes.real.any() for modes in tracked.modes):
         raise click.exceptions.Exit(1)
 
@@ -207,7 +213,7 @@ def _structure(path: Path, out: Path | None, options: "Callable[[], Wanted]", ou
         from app.terminal.modes import modes_record, show_modes
 
         found, wanted = stage.compute(frfs, options(), report, mains_named=typed_mains)
-    stage.save(run, found, wanted)
+        stage.save(run, found, wanted)
     frfs, seconds = found.frfs, time.perf_counter() - started
 
     def show() -> None:

@@ -30,14 +30,16 @@ def command(
 
     Every file is checked against the declaration: channels, lengths, sample rate, units, clipping, silence,
     temperatures. All errors are reported at once; then nothing is written, except a picture of a wrong geometry.
-    An import that was killed is completed by the same command; importing the same recording again changes nothing.
+    An import that was killed is completed by the same command; importing the same recording again changes nothing,
+    or, where more sweeps have come since, takes these in.
     Where several actuators drove the plate one after the other, each gives a campaign of its own: name it with
     --actuator.
 
     Several FOLDERs are joined to one campaign in --out: campaigns of one plate, recorded, imported or acquired,
-    each with actuators of its own.
+    each with actuators of its own. An acquired one may be running or interrupted: its finished sweeps are taken.
     """
     from app.files.import_recording import import_joined, import_recording
+    from app.stages.temperature_notes import recorded_notes
     from drivers.ni.modules import find_module
 
     if len(folders) > 1 and actuator is not None:
@@ -50,6 +52,7 @@ def command(
         else:
             imported = import_recording(folders[0], out, allow_missing, report, actuator)
     recording, experiment = imported.recording, imported.recording.campaign.experiment
+    notes = recorded_notes(recording.campaign)
     output.result(
         lambda: {
             "campaign": str(imported.folder),
@@ -59,6 +62,7 @@ def command(
             "sensors": [output.id for output in experiment.outputs],
             "left_out": [str(problem) for problem in recording.left_out],
             "missing": [str(place) for place in recording.missing],
+            "notes": list(notes),
             "inputs": recording.campaign.hashes,
         }
     )
@@ -66,11 +70,20 @@ def command(
         output.note(f"left out {problem}")
     for place in recording.missing:
         output.note(f"missing {place}")
+    for note in notes:
+        output.note(note)
     if not find_module(experiment.acquisition.module):
         output.note(f"module {experiment.acquisition.module!r} is unknown: rate and range were not checked")
-    what = {"imported": "imported into", "completed": "completed in", "unchanged": "unchanged: already in"}
+    what = {
+        "imported": "imported into",
+        "completed": "completed in",
+        "renewed": "with the sweeps that have come since, imported anew into",
+        "unchanged": "unchanged: already in",
+    }
     temperatures = [round(sweep.temperature) for sweep in recording.campaign.sweeps]
+    asked = len(temperatures) + len(recording.missing)
+    count = f"{len(temperatures)} of {asked}" if recording.missing else f"{asked}"
     output.summary(
-        f"{experiment.title}: {len(temperatures)} sweeps, {min(temperatures)} to {max(temperatures)} °C, "
+        f"{experiment.title}: {count} sweeps, {min(temperatures)} to {max(temperatures)} °C, "
         f"{what[imported.state]} {imported.folder}"
     )

@@ -1,5 +1,6 @@
 """``flexura render``: sound filtered with temperature-dependent filters."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,6 +68,7 @@ def command(
     from app.files.exports.shipment import shipment
     from app.files.run_folder import run_folder
     from app.stages.panel_laws import laws_for
+    from app.terminal.campaign_extent import led
 
     given = run or Path()
     sent = shipment(given, method, "render").chosen({"sound": sound.name, "temperature": temperature})
@@ -92,9 +94,9 @@ def command(
 
         saved(done.trace.with_suffix(".png"), lambda: along_the_way(trace.moments))
     output.result(lambda: record(sent, done, trace, block))
-    for note in (*origin.notes, *sent.notes, *notes(channels, trace)):
+    for note in (*origin.notes, *sent.notes, *notes(channels, trace), *beyond_rated(sent, done)):
         output.note(note)
-    output.summary(summary(sent, done, trace))
+    output.summary(f"{led(origin.extent)}{summary(sent, done, trace)}")
 
 
 def covered(sent: "Shipment", laws: "MaterialLaws", course: "TemperatureProgramme") -> None:
@@ -148,6 +150,10 @@ def record(sent: "Shipment", done: "Rendering", trace: "Trace", block: int) -> d
         "seconds": done.seconds,
         "changes": done.changes,
         "largest_v": dict(zip(sent.names, done.largest.tolist(), strict=True)),
+        "rated_v": {
+            name: rated if math.isfinite(rated) else None
+            for name, rated in zip(sent.names, sent.panel.limits.tolist(), strict=True)
+        },
         "latency_samples": block + sent.filters.delay,
         "processing_seconds": done.processing,
         "real_time_factor": done.real_time_factor,
@@ -173,6 +179,19 @@ def notes(channels: int, trace: "Trace") -> list[str]:
     if silent:
         found.append(f"at {silent} of {len(trace.moments)} moments the sound is silent in the panel's band")
     return found
+
+
+def beyond_rated(sent: "Shipment", done: "Rendering") -> list[str]:
+    """Return a note where an actuator would get more volts than it is rated for: audio beyond ±1 can do that."""
+    shares = done.largest / sent.panel.limits
+    worst = int(shares.argmax())
+    if shares[worst] <= 1.0:
+        return []
+    volts, rated = done.largest[worst], sent.panel.limits[worst]
+    return [
+        f"{sent.names[worst]} would get {volts:.4g} V; it is rated for {rated:.4g} V: play this sound at "
+        f"{rated / volts:.3f} of its level or less (the filters are made for audio within ±1)"
+    ]
 
 
 def summary(sent: "Shipment", done: "Rendering", trace: "Trace") -> str:

@@ -58,10 +58,12 @@ def command(
     """
     from analysis.compensation.evidence_collapse import EvidenceCollapseError
     from analysis.compensation.settings import Training
+    from app.files.campaign_inputs import extent_settings
     from app.files.provenance import provenance, sha256
     from app.files.run_folder import run_folder
     from app.stages.panel_inputs import panel_for
     from app.stages.panel_laws import laws_for, range_of
+    from app.terminal.campaign_extent import led
 
     if as_paper and filters["design"] is not None:
         raise click.UsageError("--as-paper sets --design itself: leave one of them out")
@@ -71,7 +73,7 @@ def command(
     declared, panel_path = panel_for(panel, beside, filters | ({"design": "inverse-fft"} if as_paper else {}))
     declared, notes = origin.on(declared)
     laws = declared.plate.grown(origin.laws)
-    low, high = range_of(declared, laws, laws_path)
+    low, high = range_of(declared, laws, laws_path, origin.extent)
     training = Training(seed=seed)
     wanted = FIGURES if figure == "all" else (figure,)
     _check_spacing(wanted, training, (low, high), laws_path)
@@ -90,10 +92,11 @@ def command(
         except EvidenceCollapseError as error:
             output.failure(f"refused: {error}")
             raise click.exceptions.Exit(1) from error
-    inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
-    settings = {"figures": list(wanted), "as_paper": as_paper, "panel": declared.model_dump(mode="json")}
-    save_studies(folder / "studies.h5", declared, found, provenance(inputs, settings, seed))
-    drawn = _draw(found, figure, folder)
+        inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
+        settings = {"figures": list(wanted), "as_paper": as_paper, "panel": declared.model_dump(mode="json")}
+        settings |= extent_settings(origin.extent)
+        save_studies(folder / "studies.h5", declared, found, provenance(inputs, settings, seed))
+        drawn = _draw(found, figure, folder)
     numbers = rows(found)
     output.result(
         lambda: [{"quantity": r.quantity, "paper": r.paper, "ours": r.ours} for r in numbers],
@@ -101,8 +104,8 @@ def command(
     )
     for note in notes:
         output.note(note)
-    seconds = time.perf_counter() - started
-    output.summary(f"{drawn} figures, {len(numbers)} numbers; {seconds:.1f} s; {folder / 'studies.h5'}")
+    said = f"{drawn} figures, {len(numbers)} numbers; {time.perf_counter() - started:.1f} s"
+    output.summary(f"{led(origin.extent)}{said}; {folder / 'studies.h5'}")
 
 
 def _check_spacing(wanted: Sequence[str], training: "Training", span: tuple[float, float], laws: Path) -> None:

@@ -12,6 +12,7 @@ from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from analysis.arrays import Real
+    from analysis.campaign_extent import CampaignExtent
     from analysis.progress import Progress
     from analysis.rendering.programme import TemperatureProgramme
     from app.files.exports.shipment import Shipment
@@ -96,7 +97,7 @@ def command(
     sent = shipment(given, None, "thermometer")
     origin = laws_for(given, twin, "thermometer")
     laws = sent.panel.plate.grown(origin.laws)
-    low, high = range_of(sent.panel, laws, origin.path)
+    low, high = range_of(sent.panel, laws, origin.path, origin.extent)
     place = _sensor(sent, sensor)
 
     from app.sound.listening import listened
@@ -117,7 +118,7 @@ def command(
         from app.report.style import saved
 
         saved(target.with_suffix(".png"), lambda: readings(stretches, true))
-    _print(stretches, panel, true, target, output)
+    _print(stretches, panel, true, target, output, origin.extent)
 
 
 def _print(
@@ -126,19 +127,21 @@ def _print(
     true: "Real | None",
     target: Path,
     output: Output,
+    extent: "CampaignExtent | None",
 ) -> None:
     """Print the last temperature and the reasons of refused readings; exit status 1 where all were refused."""
+    from app.terminal.campaign_extent import extent_record, led
     from app.terminal.thermometer import record, summary
 
     accepted = any(not stretch.reading.refused for stretch in stretches)
     by_laws = panel.law_sigma(stretches[-1].temperature) if accepted else math.inf
-    output.result(lambda: record(stretches, by_laws, true, target))
+    output.result(lambda: record(stretches, by_laws, true, target) | extent_record(extent))
     for reason in sorted({stretch.reading.refused for stretch in stretches} - {""})[:3]:
         output.note(f"refused: {reason}")
     if not accepted:
         output.failure(f"none of {len(stretches)} stretches gives a temperature; {target}")
         raise click.exceptions.Exit(1)
-    output.summary(summary(stretches, by_laws, true, target))
+    output.summary(f"{led(extent)}{summary(stretches, by_laws, true, target)}")
 
 
 def _asked(drive: Path | None, response: Path | None, simulate: Path | None, temperature: str | None) -> None:

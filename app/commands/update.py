@@ -55,6 +55,9 @@ def command(
     do not pair: the twin is no fit then, and the likely reason is looked for.
     CAMPAIGN may also be a plate with FRFs of other programs (plate.toml), or with --plate a table of natural
     frequencies and damping: then laws.h5 alone is written.
+
+    CAMPAIGN may be running or interrupted: its finished sweeps are taken, and the result says how many of how many
+    they are. Laws need three temperatures. Do the same again when more sweeps are there.
     """
     modes = _modes(campaign, plate)
     if modes is not None:
@@ -63,7 +66,9 @@ def command(
     from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign
     from app.files.pairing_json import pairing_record
+    from app.files.room import room_of
     from app.files.run_folder import run_folder
+    from app.terminal.campaign_extent import extent_record, led
     from app.terminal.update import gains_text, notes, record, show, summary
 
     started = time.perf_counter()
@@ -72,10 +77,10 @@ def command(
     from app.twins.campaign_model import start_of
 
     start = start_of(twin, loaded.experiment, effects)
-    with run_folder(campaign, out) as run, output.progress() as report:
+    with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
         found = update.compute(loaded, mains, report, start=start, folder=effects, run=run)
-    replaced = other_effects(run / "laws.h5", {} if start is None else start.twin.effects)
-    update.save(run, loaded, found, mains, start)
+        replaced = other_effects(run / "laws.h5", {} if start is None else start.twin.effects)
+        update.save(run, loaded, found, mains, start)
     updated, seconds = found.updated, time.perf_counter() - started
     inputs, best = loaded.experiment.inputs, best_twin(run, "update")
     pairs = pairing_record(found.pairing)
@@ -84,6 +89,7 @@ def command(
             **record(updated, seconds, inputs, found.frf.driven_by.tolist()),
             "pairing": pairs,
             "best_twin": best.record,
+            **extent_record(loaded.extent),
         },
         lambda: show(updated, pairs),
     )
@@ -100,7 +106,8 @@ def command(
         )
     for sentence in overtaken(best):
         output.note(sentence)
-    output.summary(summary(updated, run, seconds, inputs[0].gain_unit, found.pairing))
+    said = summary(updated, run, seconds, inputs[0].gain_unit, found.pairing)
+    output.summary(f"{led(loaded.extent)}{said}")
     if not updated.settled.all() or not (found.pairing is None or found.pairing.fits):
         raise click.exceptions.Exit(1)
 

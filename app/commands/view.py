@@ -40,7 +40,8 @@ def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Pa
 
     A campaign that flexura acquire is writing is shown live: oven and plate against the programme, the last
     repeat's signals, spectrum and levels, FRFs as they come, the log. The window only reads the folder; closing
-    it, or losing it, does nothing to the campaign, which it can pause or stop safely.
+    it, or losing it, does nothing to the campaign, which it can pause or stop safely. The title says how many
+    sweeps are there of how many.
 
     All else is shown as recorded, a page for every stage whose result is there: FRFs over temperature with linked
     cursors, modes followed over temperature, laws, the gap with the signatures of its candidates, focusing, moving
@@ -53,13 +54,16 @@ def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Pa
 
     found = viewed(folder)
     if screenshot is not None:
+        from app.files.room import RESULTS, require_room
         from app.files.run_folder import writable_folder
 
         writable_folder(screenshot, "--screenshot")
+        require_room(screenshot, RESULTS, "--screenshot")
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     from app.view.application import application
 
     app = application()
+    from app.terminal.end_signals import end_at_once
     from app.view.garbage import collected_here
     from app.view.opening import window_of
     from app.view.theme import THEMES, system_theme
@@ -75,4 +79,5 @@ def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Pa
             output.summary(f"{len(written)} pictures in {screenshot}")
             return
         window.show()
+        end_at_once()
         app.exec()

@@ -9,7 +9,10 @@ Every file:
 ``tail``          what was added to a growing file
 ``folder_lock``   one writer at a time
 ``bad_file``      what is wrong with a file of results
+``unwritten``     what is said where the disk refuses
+``room``          whether results will fit, before the work
 ``hdf5_file``     any HDF5 file that is read: ``seal``, ``hdf5_contents``, ``isolation``
+``hdf5_memory``   HDF5 without a file on the disk
 ``parsed_text``   any JSON and TOML that is read
 ``shipped``       the examples that come with the project
 ``basis_cache``   reduced models in the user's cache
@@ -21,10 +24,12 @@ Campaigns:
 ========================  ===============================================================================
 ``campaign``              load any campaign: ``campaign_kind`` says which form it has
 ``recorded_campaign``     one as it came from the recorder: ``campaign_toml`` and ``tdms_sweep``
-``campaign_folder``       one in Flexura's own form: ``sweep_file``
+``campaign_folder``       one in Flexura's own form: ``sweep_file``, ``finished_sweep``
+``campaign_inputs``       whether a result was made from the sweeps that are there now
 ``import_recording``      from the one to the other, surviving a kill
 ``acquired_campaign``     the same folder while a rig writes into it
 ``same_experiment``       whether it was begun with the same experiment
+``wiring``                what of an experiment is only how its instruments are reached
 ``readings``              every temperature read meanwhile
 ``latest_repeat``         the repeat recorded last, to be looked at
 ``control``               requests of a window to the runner
@@ -44,11 +49,14 @@ Campaigns:
 ``campaign_error``        everything that is wrong with one, in ``allowed_values``' words
 ``coverage``              the sweeps there against the sweeps asked for
 ``tdms_recorder``         samples of a sweep from such a file
+``tdms_file``             what npTDMS only logs, or believes of a file beside
 ``tdms_layout``           groups, channels and lengths there against those declared
 ``signal_checks``         samples that can be a measurement
 ``one_actuator``          a recording of several actuators taken apart
 ``joined_campaign``       campaigns with an actuator each put together
 ``uff58``                 FRFs in universal files: ``uff_sets``, ``uff58_text``
+``uff_file``              one opened, its numbers written as pyuff reads them
+``uff_units``             what its data set 164 and its axes say of units
 ``uff_nodes``             coordinates in them
 ``uff_campaign``          FRFs of a campaign as universal files name them
 ``campaign_export``       FRFs of a campaign for other programs

@@ -21,7 +21,7 @@ from app.files.campaign_kind import is_campaign_folder
 from app.files.coverage import Place
 from app.files.folder_lock import writable
 from app.files.latest_repeat import LatestRepeat, save_latest
-from app.files.same_experiment import REJECTED, changed_keys, put_log_aside, require_ours
+from app.files.same_experiment import REJECTED, REWIRED, changed_keys, put_log_aside, require_ours, rewired
 from app.files.sweep_file import Source, file_name, read_sweep_file, write_sweep
 from drivers.ni.cards import Record, go_on
 
@@ -125,7 +125,7 @@ class AcquiredCampaign:
         )
         try:
             save_latest(self.folder, latest)
-        except (OSError, RuntimeError) as error:
+        except OSError as error:
             logging.getLogger(__name__).warning("a repeat could not be shown: %s", error)
 
     def log(self, event: Mapping[str, Any]) -> None:
@@ -143,11 +143,8 @@ class AcquiredCampaign:
             raise OSError(
                 errno.ENOSPC, f"{free / 1e6:.0f} MB are free, {needed / 1e6:.0f} MB are needed", str(path)
             )
-        try:
-            measured, units = self._sensitivities.measured(sweep), self._sensitivities.units
-            write_sweep(path, measured, self._sensors, self._source, notes, units)
-        except RuntimeError as error:  # raised by h5py if a file could not be closed
-            raise OSError(errno.EIO, f"cannot be written: {error}", str(path)) from error
+        measured, units = self._sensitivities.measured(sweep), self._sensitivities.units
+        write_sweep(path, measured, self._sensors, self._source, notes, units)
 
     def _verified(self, check: Callable[[], None]) -> set[int]:
         """Return the steps of the sweeps that are there; CampaignFileError for one that was damaged since."""
@@ -217,6 +214,8 @@ def _prepare(folder: Path, protocol: dict[str, Any]) -> None:
         if changed_keys(folder, protocol):
             put_log_aside(folder)
             write_protocol(folder, protocol)
+        elif (wiring := rewired(folder, protocol)) is not None:
+            events.append_event(folder, {"event": REWIRED, "wiring": wiring})
     else:
         folder.mkdir(exist_ok=True)
         write_protocol(folder, protocol)

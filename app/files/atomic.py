@@ -9,12 +9,14 @@ refuse to open again), which is why nothing is ever written in place.
 import json
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import h5py
 
-from app.files.seal import BLOCK, seal
+from app.files.hdf5_memory import hdf5_image
+from app.files.seal import sealed
+from app.files.unwritten import unwritten, write_whole
 
 PARTIAL = ".part"
 
@@ -33,32 +35,70 @@ def atomic_path(target: Path) -> Iterator[Path]:
     Path
         ``target`` with ``.part`` added: the caller writes and closes it. If the block raises, it is
         removed and `target` stays as it was.
+
+    Raises
+    ------
+    UnwrittenFileError
+        For what the disk refuses, be it in the block.
     """
-    target.parent.mkdir(parents=True, exist_ok=True)
-    partial = target.with_name(target.name + PARTIAL)
-    try:
+    with unwritten(target), _partial(target) as partial:
         yield partial
         force_to_disk(partial)
-        partial.replace(target)
-    except BaseException:
-        partial.unlink(missing_ok=True)
-        raise
-    force_folder_to_disk(target.parent)
 
 
 @contextmanager
 def atomic_hdf5(target: Path) -> Iterator[h5py.File]:
-    """Yield an HDF5 file open for writing; sealed, it takes the name `target` when the block ends well."""
-    with atomic_path(target) as partial:
-        with h5py.File(partial, "w", userblock_size=BLOCK) as file:
-            yield file
-        seal(partial)
+    """Yield an HDF5 file open for writing; sealed, it takes the name `target` when the block ends well.
+
+    Parameters
+    ----------
+    target : Path
+
+    Yields
+    ------
+    h5py.File
+        In memory.
+
+    Raises
+    ------
+    UnwrittenFileError
+        Where it fits neither into memory nor onto the disk.
+    """
+    with unwritten(target), hdf5_image() as (file, made):
+        yield file
+    write_bytes(target, *sealed(made[0]))
+
+
+def write_bytes(target: Path, *parts: bytes) -> None:
+    """Write `parts` one after another, whole or not at all.
+
+    Raises
+    ------
+    UnwrittenFileError
+        Where it cannot be written, with how much room is missing.
+    """
+    with unwritten(target, sum(map(len, parts))), _partial(target) as partial:
+        write_whole(partial, parts)
+
+
+@contextmanager
+def _partial(target: Path) -> Iterator[Path]:
+    """Yield the path that takes the name `target` when the block ends well, and is removed when it does not."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    partial = target.with_name(target.name + PARTIAL)
+    try:
+        yield partial
+        partial.replace(target)
+    except BaseException:
+        with suppress(OSError):  # the disk's first answer is the one that says what is wrong
+            partial.unlink(missing_ok=True)
+        raise
+    force_folder_to_disk(target.parent)
 
 
 def write_text(target: Path, text: str) -> None:
     """Write `text` as UTF-8 with the line ends it has, whole or not at all."""
-    with atomic_path(target) as partial:
-        partial.write_text(text, encoding="utf-8", newline="")
+    write_bytes(target, text.encode())
 
 
 def write_json(target: Path, value: object) -> None:

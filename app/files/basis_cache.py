@@ -5,6 +5,7 @@ layout is made again, never trusted.
 """
 
 import hashlib
+import logging
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -22,6 +23,7 @@ from analysis.progress import Progress
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
+from app.files.unwritten import UnwrittenFileError
 
 if TYPE_CHECKING:
     from simulation.reduction.basis_training import BasisTraining
@@ -29,7 +31,7 @@ if TYPE_CHECKING:
     from simulation.reduction.reduced_model import ReducedModel
     from simulation.shell.fineness import Fineness
 
-
+log = logging.getLogger(__name__)
 FORMAT = "flexura-basis/4"
 ARRAYS = (
     "stiffness_1",
@@ -126,7 +128,10 @@ def cached_reduction(
             training=training,
             progress=progress,
         )
-    save_basis(file, reduced, None if attached is None else basis)
+    try:
+        save_basis(file, reduced, None if attached is None else basis)
+    except UnwrittenFileError as error:
+        log.warning("this plate will be reduced again next time: %s", error)
     # as it will be read next time: arrays laid out otherwise in memory round otherwise in the last digit
     return load_basis(file) or reduced
 

@@ -242,7 +242,7 @@ def _corrected(run: Path, plain: TwinOfRun, record: Mapping[str, Any]) -> TwinOf
     ours, theirs, told = _inputs(plain.path), _inputs(path), record["provenance"]["inputs"]
     if theirs != told:
         raise _NotUsedError("gap.json is of another comparison")
-    if _recordings(ours) != _recordings(theirs):
+    if recordings(ours) != recordings(theirs):
         raise _NotUsedError(f"it was found on other recordings, or another declaration, than {PLAIN}")
     found = TwinOfRun(path)
     before, now = found.updated.misfit_start, plain.updated.misfit
@@ -256,5 +256,6 @@ def _inputs(path: Path) -> dict[str, str]:
         return dict(read_stamp(file)["inputs"])
 
 
-def _recordings(inputs: Mapping[str, str]) -> dict[str, str]:
+def recordings(inputs: Mapping[str, str]) -> dict[str, str]:
+    """Return those inputs of a result that are files of its campaign."""
     return {name: digest for name, digest in inputs.items() if not name.startswith(NOT_OF_THE_CAMPAIGN)}

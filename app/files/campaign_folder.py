@@ -7,6 +7,7 @@
 ``readings.csv``       every temperature read while a rig wrote it, for people
 ``latest.h5``          the repeat recorded last, for ``flexura view``; never analysed
 ``control.json``       a pause or a stop that ``flexura view`` requests; exists only until it is done
+``ending.txt``         how the last run ended, where it could not be printed: the terminal was gone
 ``index.h5``           links into the sweeps for people with an HDF5 viewer; made anew at will
 =====================  ===========================================================================
 
@@ -15,6 +16,7 @@ The files are the truth: what has been done is what is there and matches its dig
 
 import hashlib
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,19 +25,26 @@ import h5py
 from pydantic import ValidationError
 
 from analysis.campaign import Campaign, Sweep
+from analysis.campaign_extent import CampaignExtent, State
 from analysis.experiment import Experiment
 from app.files.atomic import PARTIAL, atomic_hdf5, write_json
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_kind import PROTOCOL
-from app.files.coverage import coverage_problems, missing_places
+from app.files.coverage import Place, coverage_problems, missing_places
+from app.files.events import NAME as EVENTS
 from app.files.events import read_events
+from app.files.finished_sweep import FileMark, changed, read_finished_sweep
+from app.files.folder_lock import is_being_written
 from app.files.parsed_text import parse_json, read_text
 from app.files.provenance import sha256
-from app.files.sweep_file import REMEDY, read_sweep_file
+from app.files.sweep_file import REMEDY
 
 FORMAT = "flexura-campaign/1"
 SWEEPS = "sweeps"
+ENDING = "ending.txt"
 INDEX = "index.h5"
+MEASURE_AGAIN = "move it out of the campaign; flexura acquire measures it again"
+"""What to do about a damaged sweep of a rig: the others are good."""
 LARGEST = 20_000_000
 """Bytes of a protocol: it names the SHA-256 of every file imported."""
 
@@ -139,38 +148,82 @@ def write_index(folder: Path) -> None:
 
 
 def read_campaign_folder(folder: Path) -> Campaign:
-    """Read a campaign and hold it against its protocol and digests.
+    """Read the finished sweeps of a campaign, and hold them against its protocol and digests.
+
+    A rig may be writing the folder. The list of sweeps is taken once, at the start: a sweep that is finished later
+    belongs to the next reading. What is missing then of an acquired campaign is in `Campaign.extent`; an imported
+    campaign is complete but for what was noted when it was imported.
 
     Raises
     ------
     CampaignFileError
-        With every damaged, doubled, misplaced or missing sweep; one whose absence was noted when the
-        campaign was imported is not missed.
+        With every damaged, doubled or misplaced sweep, and every missing one of an imported campaign; and where no
+        sweep is finished.
     """
+    paths, frozen = sweep_paths(folder), FileMark.of(folder / PROTOCOL)
     protocol, experiment = read_protocol(folder)
-    problems: list[Problem] = []
+    acquired, hashes = "acquired" in protocol, {PROTOCOL: sha256(folder / PROTOCOL)}
+    problems = [] if frozen == FileMark.of(folder / PROTOCOL) else [changed(PROTOCOL)]
     sweeps: dict[str, Sweep] = {}
-    for path in sweep_paths(folder):
+    for path in paths:
         name = f"{SWEEPS}/{path.name}"
-        sweep, wrong = read_sweep_file(path, name)
-        if sweep:
-            sweeps[name] = sweep
-        if wrong:
-            problems.append(wrong)
+        read = read_finished_sweep(path, name)
+        if isinstance(read, Problem):
+            mend = acquired and read.remedy == REMEDY
+            problems.append(replace(read, remedy=MEASURE_AGAIN) if mend else read)
+        else:
+            sweeps[name], hashes[name] = read
     played = _level_units(folder, protocol, experiment)
     units = played or experiment.level_units
     problems += coverage_problems(experiment.protocol, sweeps, units)
-    known = {event["place"] for event in read_events(folder) if event.get("event") == "missing"}
-    gone = [
-        str(place)
-        for place in missing_places(experiment.protocol, sweeps, units)
-        if known.isdisjoint({str(place), str(replace(place, unit="V"))})  # older logs have V for forces
-    ]
-    if gone and not problems:
-        remedy = "go on with the same: flexura acquire" if "acquired" in protocol else REMEDY
-        shown = ", ".join(gone[:8]) + (f" and {len(gone) - 8} more" if len(gone) > 8 else "")
-        problems.append(Problem(f"{SWEEPS}/", "missing", shown, "every sweep of the protocol", remedy))
+    missing = missing_places(experiment.protocol, sweeps, units)
+    events = read_events(folder)
+    gone = _to_come(events, missing)
+    if gone and not acquired and not problems:
+        shown = ", ".join(map(str, gone[:8])) + (f" and {len(gone) - 8} more" if len(gone) > 8 else "")
+        problems.append(Problem(f"{SWEEPS}/", "missing", shown, "every sweep of the protocol", REMEDY))
+    if not sweeps and not problems:
+        problems.append(_no_sweep(folder, len(missing), len(gone)))
     if problems:
         raise CampaignFileError(folder, problems)
-    hashes = {PROTOCOL: sha256(folder / PROTOCOL)} | {name: sha256(folder / name) for name in sweeps}
-    return Campaign(protocol["name"], experiment, tuple(sweeps.values()), hashes, played)
+    doubts = _doubts(events)
+    there, extent = tuple(replace(one, doubt=doubts.get(one.step, one.doubt)) for one in sweeps.values()), None
+    if missing:
+        extent = CampaignExtent.of(_state(folder, len(gone)), there, len(missing), len(missing) - len(gone))
+    return Campaign(protocol["name"], experiment, there, hashes, played, extent)
+
+
+def _to_come(events: Sequence[Mapping[str, Any]], missing: Sequence[Place]) -> list[Place]:
+    """Missing sweeps that the log does not call missing: neither given up nor left out by an import."""
+    known = {event["place"] for event in events if event.get("event") == "missing"}
+    return [
+        place
+        for place in missing
+        if known.isdisjoint({str(place), str(replace(place, unit="V"))})  # older logs have V for forces
+    ]
+
+
+def _state(folder: Path, to_come: int) -> State:
+    if not to_come:
+        return "ended"
+    return "running" if is_being_written(folder) else "interrupted"
+
+
+def _no_sweep(folder: Path, asked: int, to_come: int) -> Problem:
+    """Say that there is nothing to compute with yet."""
+    if not to_come:
+        seen = f"holds no sweep: all {asked} were given up ({EVENTS} says why); try again: flexura acquire --again"
+    elif is_being_written(folder):
+        seen = f"no sweep is finished yet, of {asked}: flexura acquire is recording the first; try again later"
+    else:
+        seen = f"no sweep is finished yet, of {asked}: continue the campaign with flexura acquire"
+    return Problem("", "", seen, "")
+
+
+def _doubts(events: Sequence[Mapping[str, Any]]) -> dict[int, str]:
+    """Return why temperatures are in doubt by what the rig learnt after the sweep, by step."""
+    found = {}
+    for event in events:
+        if event.get("event") == "temperature in doubt" and event.get("step") is not None:
+            found[int(event["step"])] = "; ".join(str(why) for why in event.get("what") or ())
+    return found

@@ -6,6 +6,7 @@ matrices are stored as their upper triangles.
 
 import hashlib
 import json
+import logging
 from collections.abc import Callable
 from dataclasses import asdict, fields
 from math import isqrt
@@ -22,6 +23,7 @@ from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cache_folder, reducing
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
+from app.files.unwritten import UnwrittenFileError
 
 if TYPE_CHECKING:
     from simulation.reduction.effect_operators import EffectOperators
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from simulation.shell.fineness import Fineness
     from simulation.state.sheet_departures import Sheet
 
+log = logging.getLogger(__name__)
 FORMAT = "flexura-effect-operators/1"
 METHOD = 26
 """Raised whenever the same declaration would give other operators."""
@@ -150,7 +153,13 @@ def _kept(
     stored = load_operators(file)
     if stored is None:
         with reducing(box, experiment.protocol.band):
-            save_operators(file, made())  # half a gigabyte: what is used is read back, as by every later run
+            fresh = made()
+        try:
+            save_operators(file, fresh)
+        except UnwrittenFileError as error:
+            log.warning("this plate will be reduced again next time: %s", error)
+            return fresh
+        del fresh  # half a gigabyte: what is used is read back, as by every later run
         stored = load_operators(file)
     if stored is None:
         raise ResultFileError(f"{file}: just written, and cannot be read back; check the disk, then start again")

@@ -79,7 +79,8 @@ class AcquiredExperiment(Sparse):
         read = [patch.id for patch in self.patch if patch.role == "sensor"]
         read += [channel.id for sensor in self.sensor for channel in sensor.channels(self.plate)]
         named = tuple(f"{one} ({at})" for one, at in zip(read, self.cards.responses, strict=False))
-        return AcquisitionProtocol(self.sweep, self.programme, self.limits, forced, settling, named)
+        touching: tuple[str, ...] = getattr(self.cards, "thermocouples", ())  # a sound card has none
+        return AcquisitionProtocol(self.sweep, self.programme, self.limits, forced, settling, named, touching)
 
     @property
     def drive_gain(self) -> float:

@@ -2,12 +2,25 @@
 
 import errno
 import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 from app.files.campaign_error import CampaignFileError, Problem
+from app.files.unwritten import UnwrittenFileError
 from drivers.exclusive import take
+
+if sys.platform == "win32":
+    look = take
+    """Windows has no lock that several who only look can hold at a time."""
+else:
+    import fcntl
+
+    def look(file: BinaryIO) -> None:
+        """Take a shared lock until the file is closed; OSError at once if a writer has locked it."""
+        fcntl.flock(file.fileno(), fcntl.LOCK_SH | fcntl.LOCK_NB)
 
 
 class FolderInUseError(CampaignFileError):
@@ -22,7 +35,8 @@ def writable(folder: Path) -> Iterator[None]:
     except OSError as error:
         if error.errno not in (errno.EACCES, errno.EPERM, errno.EROFS, errno.EISDIR):
             raise
-        seen = f"cannot be written: {error.strerror or error}"
+        seen = "" if isinstance(error, UnwrittenFileError) else "cannot be written: "
+        seen += error.strerror or str(error)
         raise CampaignFileError(
             folder, [Problem("", "", seen, "a folder on a writable disk", "use --out")]
         ) from error
@@ -56,3 +70,20 @@ def folder_lock(folder: Path) -> Iterator[None]:
         finally:
             with suppress(PermissionError):  # Windows removes no open file: an empty one stays, without harm
                 path.unlink()
+
+
+def is_being_written(folder: Path) -> bool:
+    """Whether another process holds the lock of a folder; a lock file that a kill left behind is held by none."""
+    try:
+        with _beside(folder).open("rb") as file:
+            look(file)
+    except FileNotFoundError:
+        return False
+    except OSError as error:
+        return error.errno in (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
+    return False
+
+
+def _beside(folder: Path) -> Path:
+    folder = folder.resolve()
+    return folder.with_name(folder.name + ".lock")

@@ -8,7 +8,8 @@ import h5py
 
 from app.files.bad_file import ResultFileError
 from app.files.hdf5_contents import require_plain
-from app.files.seal import BrokenSealError, is_sealed
+from app.files.hdf5_memory import opened_image
+from app.files.seal import BrokenSealError, opened_seal
 
 
 class Hdf5FileError(ValueError):
@@ -33,12 +34,8 @@ def opened_hdf5(path: Path, unsealed: Callable[[Path], None] | None = None) -> I
         kind, or of another version.
     """
     try:
-        if not is_sealed(path):
-            if unsealed is None:
-                raise BrokenSealError("carries no SHA-256 of its bytes: of an earlier version or another program")
-            unsealed(path)
-        with h5py.File(path) as file:
-            require_plain(file, path.stat().st_size)
+        with _in_memory(path, unsealed) as (file, size):
+            require_plain(file, size)
             yield file
     except (Hdf5FileError, ResultFileError):
         raise
@@ -47,6 +44,22 @@ def opened_hdf5(path: Path, unsealed: Callable[[Path], None] | None = None) -> I
     except Exception as error:
         lacks = f"lacks {error}" if isinstance(error, KeyError) else str(error)
         raise Hdf5FileError(f"{lacks}; allowed: a file as Flexura wrote it") from error
+
+
+@contextmanager
+def _in_memory(path: Path, unsealed: Callable[[Path], None] | None) -> Iterator[tuple[h5py.File, int]]:
+    """Yield the file, and its size in bytes; HDF5 is given the bytes that were checked, never the disk.
+
+    It would wait for a disk that hangs with Python's interpreter lock held, and the file could change after it was
+    checked.
+    """
+    content = path.read_bytes()
+    if not opened_seal(content):
+        if unsealed is None:
+            raise BrokenSealError("carries no SHA-256 of its bytes: of an earlier version or another program")
+        unsealed(path)
+    with opened_image(content) as file:
+        yield file, len(content)
 
 
 @contextmanager

@@ -2,7 +2,8 @@
 
 The folder is built under the name ``OUT.part`` and renamed when it is finished. A kill leaves the
 ``.part`` folder; the same import then keeps every sweep in it that is whole, and the result is the
-same, bit by bit, as that of an undisturbed one.
+same, bit by bit, as that of an undisturbed one. Where more sweeps have come since an import, the new
+folder takes the place of the old one, which is renamed ``OUT.old.part`` and removed.
 """
 
 import shutil
@@ -32,7 +33,9 @@ from app.files.coverage import place_of
 from app.files.folder_lock import folder_lock
 from app.files.joined_campaign import read_joined
 from app.files.recorded_campaign import Recording, read_recording
+from app.files.room import RESULTS, require_room
 from app.files.sweep_file import Source, digest, file_name, read_sweep_file, write_sweep
+from app.files.unwritten import UnwrittenFileError
 
 OUR_NAMES = {PROTOCOL, SWEEPS, events.NAME, INDEX}
 
@@ -48,12 +51,13 @@ class Imported:
     recording : Recording
         What was read.
     state : str
-        ``imported``, ``completed`` (a killed one was taken up again) or ``unchanged`` (it was there already).
+        ``imported``, ``completed`` (a killed one was taken up again), ``renewed`` (more sweeps had come since) or
+        ``unchanged`` (it was there already).
     """
 
     folder: Path
     recording: Recording
-    state: Literal["imported", "completed", "unchanged"]
+    state: Literal["imported", "completed", "renewed", "unchanged"]
 
 
 def import_recording(
@@ -140,7 +144,11 @@ def _into(target: Path, recording: Recording, folders: Sequence[Path], report: P
         with folder_lock(target):
             if _is_there(target, protocol):
                 return Imported(target, recording, "unchanged")
+            samples = sum(sweep.drive.nbytes + sweep.responses.nbytes for sweep in read.sweeps)
+            require_room(target, samples + RESULTS, "--out")
             return Imported(target, recording, _build(target, protocol, recording, report))
+    except UnwrittenFileError:
+        raise
     except OSError as error:
         seen = f"cannot be written: {error.strerror or error}"
         raise CampaignFileError(
@@ -149,8 +157,8 @@ def _into(target: Path, recording: Recording, folders: Sequence[Path], report: P
 
 
 def _already_one(folder: Path) -> CampaignFileError:
-    remedy = f"go on with: flexura identify {folder}"
-    return CampaignFileError(folder, [Problem("", "", "imported already", "a recorded campaign", remedy)])
+    remedy = f"complete or not, the other verbs take it: flexura identify {folder}"
+    return CampaignFileError(folder, [Problem("", "", "a campaign folder already", "a recorded campaign", remedy)])
 
 
 def _is_there(target: Path, protocol: dict[str, Any]) -> bool:
@@ -165,6 +173,8 @@ def _is_there(target: Path, protocol: dict[str, Any]) -> bool:
         if there["sha256"] == protocol["sha256"]:
             read_campaign_folder(target)  # raises if it was damaged since
             return True
+        if _has_grown(there, protocol):
+            return False
         seen = f"holds another campaign ({there['name']!r}, protocol {there['sha256'][:12]})"
     else:
         seen = "exists and is no campaign"
@@ -172,10 +182,16 @@ def _is_there(target: Path, protocol: dict[str, Any]) -> bool:
     raise CampaignFileError(target, [Problem("", "", seen, "a new folder, or this same campaign", remedy)])
 
 
+def _has_grown(there: dict[str, Any], protocol: dict[str, Any]) -> bool:
+    """Whether an import was of this same campaign when it had fewer sweeps: its files are all among those now."""
+    same = all(there.get(key) == protocol.get(key) for key in ("name", "experiment", "level_units"))
+    return same and "acquired" not in there and dict(there["source"]).items() <= protocol["source"].items()
+
+
 def _build(
     target: Path, protocol: dict[str, Any], recording: Recording, report: Progress
-) -> Literal["imported", "completed"]:
-    partial = target.with_name(target.name + PARTIAL)
+) -> Literal["imported", "completed", "renewed"]:
+    partial, old = (target.with_name(target.name + ending) for ending in (PARTIAL, f".old{PARTIAL}"))
     resumed = _prepare(partial, protocol)
     try:
         (partial / SWEEPS).mkdir(exist_ok=True)
@@ -183,12 +199,19 @@ def _build(
         _note(partial, recording)
         write_index(partial)
         force_folder_to_disk(partial)
+        renewed = target.exists()
+        if renewed:  # no system exchanges two folders in one step; the recordings are there, whatever happens
+            shutil.rmtree(old, ignore_errors=True)
+            target.rename(old)
         partial.rename(target)
     except BaseException:
         shutil.rmtree(partial, ignore_errors=True)
+        if old.exists() and not target.exists():
+            old.rename(target)
         raise
     force_folder_to_disk(target.parent)
-    return "completed" if resumed else "imported"
+    shutil.rmtree(old, ignore_errors=True)
+    return "renewed" if renewed else "completed" if resumed else "imported"
 
 
 def _prepare(partial: Path, protocol: dict[str, Any]) -> bool:
@@ -205,7 +228,11 @@ def _prepare(partial: Path, protocol: dict[str, Any]) -> bool:
             return True
         shutil.rmtree(partial)
     partial.mkdir()
-    write_protocol(partial, protocol)
+    try:
+        write_protocol(partial, protocol)
+    except BaseException:
+        partial.rmdir()
+        raise
     return False
 
 

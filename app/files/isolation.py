@@ -5,11 +5,14 @@ Only for files without a digest of their own bytes; with one, `app.files.seal` d
 
 import math
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+
+from drivers.interruptions import ENDING
 
 PATIENCE = 30.0
 """Seconds of processor time that starting Python and reading a small file may take."""
@@ -75,6 +78,9 @@ def run_isolated(module: str, arguments: Sequence[str], size: int) -> None:
             ) from error
         finally:
             child.kill()
+    if -child.returncode in ENDING:  # a request to end that met the reader is meant for us
+        signal.raise_signal(-child.returncode)
+        raise ValueError("its reading was interrupted")
     if child.returncode == -SIGXCPU:
         raise SlowReadError(f"not read in {math.ceil(limit)} s of processor time: damaged")
     if child.returncode:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
+from analysis.updating.enough_temperatures import FEWEST, distinct_temperatures
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import result_file
@@ -89,7 +90,12 @@ def load_laws(path: Path) -> MaterialLaws:
     """Read the laws; ResultFileError where updating had too few temperatures to make any."""
     found = laws_if_any(path)
     if found is None:
-        raise ResultFileError(f"{path}: holds estimates but no laws: fewer than 3 temperatures were measured")
+        updated, _ = load_updated(path)
+        count = distinct_temperatures(updated.temperature[updated.settled])
+        raise ResultFileError(
+            f"{path}: holds estimates but no laws: they need settled estimates at {FEWEST} temperatures or more, "
+            f"and there are {count}; measure more, then make it again: flexura update"
+        )
     return found
 
 

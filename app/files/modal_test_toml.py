@@ -26,7 +26,12 @@ Place = Annotated[
     Field(pattern=r"^[1-9][0-9]{0,6}(:[+-][xyz])?$", description='node and direction, as "5:+z"; +z unless given'),
 ]
 Node = Annotated[str, Field(pattern=r"^[1-9][0-9]{0,6}$")]
-Role = Literal["drive", "response", "time", "frequency", "frf", "real", "imaginary", "coherence", "unused"]
+Role = Literal[
+    "drive", "response", "time", "frequency", "frf", "real", "imaginary", "magnitude", "phase", "coherence",
+    "unused",
+]  # fmt: skip
+PARTS: tuple[tuple[Role, Role], ...] = (("real", "imaginary"), ("magnitude", "phase"))
+"""Roles of two columns that are one FRF."""
 
 
 class ChannelOfFile(Declared):
@@ -39,6 +44,7 @@ class ChannelOfFile(Declared):
     at: Place | None = None
     reference: Place | None = None
     full_scale: Annotated[float | None, Field(gt=0.0, description="largest value in the file's unit")] = None
+    start: Annotated[float | None, Field(description="s, of the first sample, instead of the file's")] = None
 
     def calibration(self, file_unit: str | None) -> Calibration:
         """Return what its numbers mean; ValueError, with what to write, where that is not known."""
@@ -65,7 +71,7 @@ class HammerSettings(Declared):
     """See `analysis.estimation.impacts.HammerTest`."""
 
     trigger: Annotated[float | None, Field(gt=0.0, description="N")] = None
-    pretrigger: Annotated[float, Field(ge=0.0, le=10.0, description="s")] = 0.005
+    pretrigger: Annotated[float | None, Field(ge=0.0, le=10.0, description="s")] = None
     duration: Annotated[float | None, Field(gt=0.0, le=1000.0, description="s")] = None
     double_hit: Annotated[float, Field(gt=0.0, le=1.0, description="share of the first peak")] = 0.1
     force_window: bool = True
@@ -114,11 +120,11 @@ class ModalTest(Declared):
     def _roles_of_its_kind(self) -> Self:
         roles = [channel.role for channel in self.channels.values()]
         if self.kind == "frf":
-            single = roles.count("real") == roles.count("imaginary") == 1
+            single = any(roles.count(one) == roles.count(other) == 1 for one, other in PARTS)
             if roles.count("frequency") != 1 or not (single or "frf" in roles):
                 raise ValueError(
                     'kind "frf": one channel with the role frequency is needed, and either complex ones with the '
-                    "role frf or one real and one imaginary"
+                    "role frf, or one real and one imaginary, or one magnitude and one phase"
                 )
         elif "drive" not in roles or "response" not in roles:
             raise ValueError(

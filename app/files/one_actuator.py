@@ -13,6 +13,7 @@ from nptdms import TdmsFile
 from analysis.experiment import Experiment
 from app.files.campaign_channels import ACTUATOR, RecorderLayout
 from app.files.campaign_error import CampaignFileError, Problem
+from app.files.tdms_file import said_by_nptdms
 
 
 def actuators(table: Mapping[str, Any]) -> list[str]:
@@ -121,7 +122,9 @@ def sweeps_of(
 
 def _actuator_of(path: Path, recorder: RecorderLayout) -> str | None:
     try:
-        return str(recorder.properties(path.name, TdmsFile.read_metadata(path).properties).get(ACTUATOR, ""))
+        with path.open("rb") as file, said_by_nptdms():  # a handle: see `app.files.tdms_file`
+            properties = TdmsFile.read_metadata(file).properties
+        return str(recorder.properties(path.name, properties).get(ACTUATOR, ""))
     except Exception:  # noqa: BLE001 (on damaged bytes npTDMS raises what it runs into)
         return None
 

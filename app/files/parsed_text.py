@@ -1,5 +1,6 @@
 """Untrusted JSON and TOML: of bounded length and depth."""
 
+import codecs
 import json
 import tomllib
 from collections.abc import Callable
@@ -15,8 +16,16 @@ DEEPEST = 32
 
 
 def read_text(path: Path, largest: int = LARGEST) -> str:
-    """Read a file of UTF-8 text, see `read_bytes`; UnicodeDecodeError, a ValueError, for other bytes."""
-    return read_bytes(path, largest).decode("utf-8")
+    """Read a file of UTF-8 text, see `read_bytes`; UnicodeDecodeError, a ValueError, for other bytes.
+
+    Editors of Windows put a byte order mark before it, and some write UTF-16: then a mark, or the zero byte of the
+    first character, tells which.
+    """
+    content = read_bytes(path, largest)
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return content.decode("utf-16")
+    wide = {b"\0": "utf-16-be"}.get(content[:1]) or {b"\0": "utf-16-le"}.get(content[1:2])
+    return content.decode(wide or "utf-8-sig")
 
 
 def read_bytes(path: Path, largest: int = LARGEST) -> bytes:

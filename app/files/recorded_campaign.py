@@ -1,10 +1,11 @@
 """A recorded campaign: ``campaign.toml`` and a TDMS file for every sweep, checked as a whole."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from analysis.campaign import Campaign, Sweep
+from analysis.campaign_extent import CampaignExtent
 from analysis.experiment import Experiment
 from app.files.campaign_error import CampaignFileError, Problem, SignalProblem
 from app.files.campaign_kind import DECLARATION
@@ -41,9 +42,13 @@ class Recording:
     left_out: tuple[SignalProblem, ...] = ()
 
 
-def read_recorded_campaign(folder: Path, allow_missing: bool = False) -> Campaign:
-    """Read a recorded campaign; see `read_recording`."""
-    return read_recording(folder, allow_missing).campaign
+def read_recorded_campaign(folder: Path) -> Campaign:
+    """Read the sweeps that are there of a recorded campaign; see `read_recording`, and `Campaign.extent`."""
+    recording = read_recording(folder, allow_absent=True)
+    missing, campaign = recording.missing, recording.campaign
+    if not missing:
+        return campaign
+    return replace(campaign, extent=CampaignExtent.of("incomplete", campaign.sweeps, len(missing)))
 
 
 def read_recording(
@@ -51,6 +56,7 @@ def read_recording(
     allow_missing: bool = False,
     report: Callable[[str, float], None] = lambda stage, share: None,
     actuator: str | None = None,
+    allow_absent: bool = False,
 ) -> Recording:
     """Read and check a folder in the format ``recorded-campaign/1``.
 
@@ -63,6 +69,8 @@ def read_recording(
         Called with the stage's name and the share of it done.
     actuator : str, optional
         Of several that drove the plate one after the other: its sweeps are read, as a campaign of their own.
+    allow_absent : bool
+        Take what is there where the protocol asks for more, but leave out none that is there.
 
     Returns
     -------
@@ -103,7 +111,7 @@ def read_recording(
     missing = missing_places(experiment.protocol, sweeps, experiment.level_units)
     if len(sweeps) == len(files):
         problems += _idle(experiment, sweeps)
-    if missing and not allow_missing and len(sweeps) == len(files):
+    if missing and not (allow_missing or allow_absent) and len(sweeps) == len(files):
         problems.append(_missing(missing))  # only of undamaged files: a damaged one is not missing
     if problems or not sweeps:
         raise CampaignFileError(folder, problems or left_out)

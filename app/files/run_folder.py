@@ -5,6 +5,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from app.files.bad_file import ResultFileError
+from app.files.room import RESULTS, require_room
 
 MADE_BY = {
     "frf.h5": "identify or flexura update",
@@ -24,18 +25,35 @@ LATER = ("gap.h5", "filters.h5", "compensation.h5", "studies.h5")
 
 
 @contextmanager
-def run_folder(campaign: Path, out: Path | None) -> Iterator[Path]:
+def run_folder(campaign: Path, out: Path | None, needed: float = RESULTS) -> Iterator[Path]:
     """Yield the folder for a campaign's results: `out`, or ``NAME-run`` beside the campaign; made if need be.
 
-    Where the block raises, folders made here that are empty go. Raises ResultFileError where it cannot be made or
-    written.
+    Where the block raises, folders made here that are empty go.
+
+    Parameters
+    ----------
+    campaign : Path
+    out : Path or None
+    needed : float
+        Bytes that are going to be written, roughly.
+
+    Yields
+    ------
+    Path
+
+    Raises
+    ------
+    ResultFileError
+        Where it cannot be made or written, or its disk has not that much room.
     """
-    folder = out or _beside(campaign)
+    folder = out or beside(campaign)
     made: list[Path] = []
     with suppress(OSError):  # a name that is too long, or a folder without permission: reported below
         made = [one for one in (folder, *folder.parents) if not one.exists()]
     try:
-        yield writable_folder(folder, "--out")
+        writable_folder(folder, "--out")
+        require_room(folder, needed, "--out")
+        yield folder
     except BaseException:
         with suppress(OSError):  # one holds something, or was never made
             for one in made:
@@ -87,9 +105,9 @@ def run_file(run: Path, name: str, verb: str) -> Path:
             f"{run}: holds laws and no FRFs, as of modes alone (flexura update MODES.csv --plate PLATE.toml); "
             f"flexura {verb} needs FRFs"
         )
-    beside = _beside(run)
-    if (beside / name).is_file():
-        typed = run.parent / beside.name if run.name not in ("", "..") else beside
+    own = beside(run)
+    if (own / name).is_file():
+        typed = run.parent / own.name if run.name not in ("", "..") else own
         raise ResultFileError(
             f"{run}: holds no {name}; the results of this campaign are in {typed}: flexura {verb} {typed}"
         )
@@ -108,7 +126,7 @@ def is_test_run(run: Path) -> bool:
     return (run / "transfers.h5").is_file() and not (run / "frf.h5").is_file()
 
 
-def _beside(campaign: Path) -> Path:
+def beside(campaign: Path) -> Path:
     """Return the folder for a campaign's or a test's results where none is named: ``NAME-run`` beside it."""
     campaign = campaign.resolve()
     return campaign.parent / f"{campaign.stem}-run"

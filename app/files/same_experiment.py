@@ -1,6 +1,7 @@
 """Whether a folder holds the campaign of this very experiment, so that it can be taken up again.
 
-An experiment may be changed as long as nothing was measured, as after a test shot that was too loud.
+An experiment may be changed as long as nothing was measured, as after a test shot that was too loud. How its
+instruments are reached may change at any time (`app.files.wiring`).
 """
 
 from collections.abc import Mapping
@@ -9,15 +10,19 @@ from pathlib import Path
 from typing import Any
 
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.campaign_folder import SWEEPS, read_protocol
+from app.files.campaign_folder import ENDING, SWEEPS, read_protocol
 from app.files.campaign_kind import PROTOCOL, is_campaign_folder
 from app.files.events import NAME as EVENTS
 from app.files.events import read_events
 from app.files.latest_repeat import NAME as LATEST
 from app.files.readings import NAME as READINGS
+from app.files.wiring import changed_wiring, without_wiring
 
 REJECTED = "rejected"
 """Folder of the sweeps that were recorded, and found faulty."""
+
+REWIRED = "wiring changed"
+"""Event of a campaign that is continued with other wiring than that of its protocol."""
 
 LATER = {
     ".acquired.oven.rest_after": 1800.0,
@@ -29,7 +34,7 @@ LATER = {
 
 def require_ours(folder: Path, protocol: Mapping[str, Any]) -> None:
     """Raise CampaignFileError if a folder holds something else than the campaign of this protocol."""
-    ours = {PROTOCOL, f"{PROTOCOL}.part", SWEEPS}
+    ours = {PROTOCOL, f"{PROTOCOL}.part", SWEEPS, ENDING}
     if is_campaign_folder(folder):
         different = changed_keys(folder, protocol)
         if different and not may_change(folder):
@@ -44,7 +49,24 @@ def require_ours(folder: Path, protocol: Mapping[str, Any]) -> None:
 def changed_keys(folder: Path, protocol: Mapping[str, Any]) -> list[str]:
     """Return what differs between a protocol and that of a campaign folder, as the experiment's file names it."""
     there, _ = read_protocol(folder)
-    return _differences({part: there.get(part) for part in protocol}, dict(protocol))
+    before, now = {part: there.get(part) for part in protocol}, dict(protocol)
+    begun, asked = before.get("acquired"), now.get("acquired")
+    if isinstance(begun, dict) and isinstance(asked, dict):
+        before["acquired"], now["acquired"] = without_wiring(begun, asked), without_wiring(asked, begun)
+    return _differences(before, now)
+
+
+def rewired(folder: Path, protocol: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Return the wiring of a protocol that is not that of a campaign folder, by the names of its keys.
+
+    None if it is what the log of the folder says already.
+    """
+    there, asked = read_protocol(folder)[0].get("acquired"), protocol.get("acquired")
+    if not isinstance(there, dict) or not isinstance(asked, dict):
+        return None
+    wiring = changed_wiring(there, asked)
+    logged = [event.get("wiring") for event in read_events(folder) if event["event"] == REWIRED]
+    return wiring if wiring != (logged or [{}])[-1] else None
 
 
 def may_change(folder: Path) -> bool:

@@ -6,7 +6,6 @@ which runs into endless loops, crashes or wrong numbers on them.
 """
 
 import hashlib
-from pathlib import Path
 
 BLOCK = 512
 """Bytes of the user block; HDF5 allows 512, 1024, 2048, ..."""
@@ -18,17 +17,16 @@ class BrokenSealError(ValueError):
     """The bytes of a file are not those that were written."""
 
 
-def seal(path: Path) -> None:
-    """Write the digest of a closed file into its first 512 bytes, which have to be free."""
-    with path.open("r+b") as file:
-        file.seek(BLOCK)
-        block = _block(hashlib.file_digest(file, "sha256").hexdigest())
-        file.seek(0)
-        file.write(block)
+def sealed(image: bytes) -> tuple[bytes, bytes]:
+    """Return what a file consists of: its first 512 bytes, with the digest of the image, and the image.
+
+    HDF5 finds an image that begins at byte 512 as it does one at byte 0.
+    """
+    return _block(hashlib.sha256(image).hexdigest()), image
 
 
-def is_sealed(path: Path) -> bool:
-    """Whether a file carries the digest it should.
+def opened_seal(content: bytes) -> bool:
+    """Whether the bytes of a file carry the digest they should.
 
     Returns
     -------
@@ -39,17 +37,13 @@ def is_sealed(path: Path) -> bool:
     ------
     BrokenSealError
         Where the digest is not that of the bytes, and for what is no HDF5 file.
-    OSError
-        Where the file cannot be read.
     """
-    with path.open("rb") as file:
-        head = file.read(BLOCK)
-        if head.startswith(HDF5):
-            return False
-        if not head.startswith(MARK):
-            raise BrokenSealError("no HDF5 file" if head else "an empty file")
-        if head != _block(hashlib.file_digest(file, "sha256").hexdigest()):
-            raise BrokenSealError("damaged, cut short or edited: its bytes do not give the SHA-256 it carries")
+    if content.startswith(HDF5):
+        return False
+    if not content.startswith(MARK):
+        raise BrokenSealError("no HDF5 file" if content else "an empty file")
+    if content[:BLOCK] != _block(hashlib.sha256(memoryview(content)[BLOCK:]).hexdigest()):
+        raise BrokenSealError("damaged, cut short or edited: its bytes do not give the SHA-256 it carries")
     return True
 
 

@@ -99,8 +99,9 @@ def _text(path: Path) -> str:
     try:
         return read_text(path)
     except UnicodeDecodeError as error:
-        seen = f"byte {error.start} is not UTF-8"
-        raise CampaignFileError(folder, [Problem(name, "", seen, "TOML, which is UTF-8")]) from error
+        seen = f"byte {error.start} is not {error.encoding.upper()}"
+        remedy = "save it as UTF-8 in the editor"
+        raise CampaignFileError(folder, [Problem(name, "", seen, "TOML, which is UTF-8", remedy)]) from error
     except ValueError as error:
         raise CampaignFileError(folder, [Problem(name, "", str(error), "")]) from error
     except OSError as error:

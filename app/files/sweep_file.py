@@ -22,6 +22,8 @@ from app.files.isolation import require_readable
 PLATE = ("plate_temperature_start", "plate_temperature_end")
 """Only where a sensor was on the plate."""
 PROPERTIES = ("step", "direction", "level", "oven_temperature_start", "oven_temperature_end", "start_time")
+DOUBT = "temperature_doubt"
+"""Only where the rig doubted the plate's temperature; for people, and for the notes of results."""
 REMEDY = "delete the folder and import the campaign again"
 
 
@@ -82,6 +84,8 @@ def write_sweep(
             file.attrs[name] = getattr(sweep, name)
         for name, value in (notes or {}).items():
             file.attrs[name] = value
+        if sweep.doubt:
+            file.attrs[DOUBT] = sweep.doubt
         file.attrs["sensors"] = json.dumps(sensors)
         file.attrs["source_file"] = source.file
         file.attrs["source_sha256"] = source.sha256
@@ -122,6 +126,7 @@ def read_sweep_file(path: Path, name: str) -> tuple[Sweep | None, Problem | None
                 drive=file["drive"][()],
                 responses=file["responses"][()],
                 source=int(file.attrs.get("source", 0)),
+                doubt=str(file.attrs.get(DOUBT, "")),
                 **{name: float(file.attrs[name]) for name in PLATE if name in file.attrs},
             )
     except Hdf5FileError as error:

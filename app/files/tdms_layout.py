@@ -1,7 +1,7 @@
 """Groups, channels, lengths and waveform properties that a sweep's TDMS file must have."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -10,6 +10,7 @@ from nptdms import TdmsChannel, TdmsFile
 
 from analysis.experiment import Experiment
 from app.files.campaign_error import Problem
+from app.files.tdms_file import apart, start_of
 
 DRIVE = "drive"
 RATE_TOLERANCE = 1e-6
@@ -92,6 +93,13 @@ def layout_problems(name: str, tdms: TdmsFile, layout: TdmsLayout) -> Iterator[P
         elif offset != first:
             allowed = f"{first!r} s, as in the first channel: all are sampled together"
             yield Problem(name, f"{place} wf_start_offset", repr(offset), allowed)
+    for group in (group for group in tdms.groups() if group.name in layout.groups):
+        starts = {
+            f"{group.name}/{channel.name}": start_of({**channel.properties, "wf_start_offset": 0.0})
+            for channel in group.channels()
+            if channel.name in layout.channels and "wf_start_time" in channel.properties
+        }
+        yield from start_problems(name, starts, layout.rate)
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{place} {length}" for place, length in lengths.items())
         yield Problem(name, "samples", f"unequal: {_short(listed)}", f"{layout.samples} in every channel")
@@ -100,6 +108,33 @@ def layout_problems(name: str, tdms: TdmsFile, layout: TdmsLayout) -> Iterator[P
         seen = "0: zero-length sweeps" if length == 0 else f"{length} in every channel"
         allowed = f"{layout.samples}, which is (protocol.sweep_duration + protocol.tail) x acquisition.sample_rate"
         yield Problem(name, "samples", seen, allowed)
+
+
+def start_problems(name: str, starts: Mapping[str, float | None], rate: float) -> Iterator[Problem]:
+    """Yield the channels of a group that did not begin with its first one: that would turn phases.
+
+    Parameters
+    ----------
+    name : str
+        Of the file.
+    starts : mapping of str to float or None
+        s, by the place of a channel; None where the file does not say.
+    rate : float
+        Hz.
+
+    Yields
+    ------
+    Problem
+    """
+    known = {place: start for place, start in starts.items() if start is not None}
+    first = next(iter(known.values()), 0.0)
+    for place, start in known.items():
+        if apart(start, first, rate):
+            allowed = "the start of the group's first channel: all are sampled together"
+            seen = f"{(start - first) * rate:.4g} samples ({start - first:.6g} s) later"
+            yield Problem(
+                name, f"{place} wf_start_time + wf_start_offset", seen, allowed, "align them, export again"
+            )
 
 
 def _names(name: str, what: str, there: Sequence[str], wanted: Sequence[str], remedy: str) -> Iterator[Problem]:

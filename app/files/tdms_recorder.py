@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from analysis.experiment import Experiment
 from app.files.campaign_channels import RecordedChannel, RecorderLayout
 from app.files.campaign_error import Problem
-from app.files.measurements.tdms import UNITS
-from app.files.tdms_layout import DRIVE, RATE_TOLERANCE, TdmsLayout
+from app.files.tdms_file import counts_without_scale, start_of, unit_of
+from app.files.tdms_layout import DRIVE, RATE_TOLERANCE, TdmsLayout, start_problems
 
 Samples = dict[str, NDArray[np.float32]]
 
@@ -55,6 +55,7 @@ def recorder_samples(
     length = layout.samples * len(layout.groups) // len(groups)
     problems: list[Problem] = []
     samples: Samples = {}
+    begun: dict[str, dict[str, float | None]] = {}
     for ours, one in zip(layout.channels, measured, strict=True):
         theirs, declared = wired[one.id]
         parts = []
@@ -67,8 +68,9 @@ def recorder_samples(
                 continue
             channel, place = there[group][theirs], f"{group}/{theirs}"
             problems += _channel_problems(name, place, channel, length, layout.rate)
+            begun.setdefault(group, {})[place] = start_of(channel.properties)
             try:
-                scale = declared.calibration(_unit(channel), one).scale
+                scale = declared.calibration(unit_of(channel.properties), one).scale
             except ValueError as error:
                 problems.append(Problem(name, place, str(error), "", f'correct channels."{theirs}"'))
                 continue
@@ -77,12 +79,15 @@ def recorder_samples(
         if parts:
             with np.errstate(over="ignore"):  # infinite samples are refused with all that are not finite
                 samples[ours] = np.concatenate(parts).astype(np.float32)
+    problems += [problem for starts in begun.values() for problem in start_problems(name, starts, layout.rate)]
     return ({}, problems) if problems else (samples, [])
 
 
 def _channel_problems(name: str, place: str, channel: TdmsChannel, length: int, rate: float) -> Iterator[Problem]:
     if channel.dtype.kind not in "iuf":
         yield Problem(name, f"{place} data type", str(channel.dtype), "numbers")
+    if counts_without_scale(channel.properties, channel.dtype):
+        yield Problem(name, f"{place} NI_Scaling_Status", "unscaled, and no scale", "values in engineering units")
     if len(channel) != length:
         allowed = (
             f"{length}, of (protocol.sweep_duration + protocol.tail) x acquisition.sample_rate and the repeats"
@@ -92,10 +97,6 @@ def _channel_problems(name: str, place: str, channel: TdmsChannel, length: int, 
     if not isinstance(step, float) or not math.isclose(step * rate, 1.0, rel_tol=RATE_TOLERANCE):
         allowed = f"{1.0 / rate:.10g} s, one over acquisition.sample_rate"
         yield Problem(name, f"{place} wf_increment", repr(step), allowed)
-
-
-def _unit(channel: TdmsChannel) -> str | None:
-    return next((str(channel.properties[key]) for key in UNITS if channel.properties.get(key)), None)
 
 
 def _listed(names: dict[str, TdmsChannel] | dict[str, dict[str, TdmsChannel]]) -> str:

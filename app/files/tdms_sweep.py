@@ -1,6 +1,5 @@
 """One TDMS file of a recorded campaign: read, and checked against what the experiment declares."""
 
-import logging
 import math
 from collections.abc import Callable, Iterator
 from datetime import datetime
@@ -9,7 +8,6 @@ from typing import Any, BinaryIO
 
 import numpy as np
 from nptdms import TdmsFile
-from nptdms.log import log_manager
 from numpy.typing import NDArray
 
 from analysis.campaign import Sweep
@@ -18,6 +16,7 @@ from app.files.campaign_channels import RecorderLayout
 from app.files.campaign_error import Problem, SignalProblem
 from app.files.one_actuator import source_of
 from app.files.signal_checks import faults
+from app.files.tdms_file import LostInTdmsError, is_cut_short, said_by_nptdms
 from app.files.tdms_layout import DRIVE, TdmsLayout, layout_problems
 from app.files.tdms_recorder import at_the_card, recorder_samples
 from drivers.ni.modules import find_module
@@ -53,7 +52,6 @@ def read_sweep(
         None where anything is wrong.
     problems : list of Problem
     """
-    log_manager.set_level(logging.CRITICAL)  # npTDMS prints what is said better here
     recorder = recorder or RecorderLayout(channels={}, sweeps={})
     largest = TdmsLayout.of(experiment).largest_file * (UNUSED if recorder.channels else 1)
     try:
@@ -74,20 +72,23 @@ def _read(
         return None, [Problem(name, "", seen, "NI TDMS, beginning with TDSm", COPY_AGAIN)]
     file.seek(0)
     try:
-        tdms = TdmsFile.open(file)
-        headless = not tdms.properties and not tdms.groups()  # npTDMS passes over a header cut short
-        if headless or tdms.file_status.incomplete_final_segment:
-            return None, [_truncated(name, size)]
-        properties = recorder.properties(Path(name).name, tdms.properties)
-        source, problems = source_of(name, properties, experiment)
-        if source is None:  # the unit of its drive and its channel hang on that
-            return None, problems
-        samples, problems = _samples(name, tdms, experiment, recorder, source)
+        with said_by_nptdms():
+            tdms = TdmsFile.open(file)
+            headless = not tdms.properties and not tdms.groups()  # npTDMS passes over a header cut short
+            if headless or is_cut_short(tdms, file):
+                return None, [_truncated(name, size)]
+            properties = recorder.properties(Path(name).name, tdms.properties)
+            source, problems = source_of(name, properties, experiment)
+            if source is None:  # the unit of its drive and its channel hang on that
+                return None, problems
+            samples, problems = _samples(name, tdms, experiment, recorder, source)
         problems = [*_property_problems(name, properties, recorder), *problems]
         if problems:
             return None, problems
     except EOFError:
         return None, [_truncated(name, size)]
+    except LostInTdmsError as error:
+        return None, [Problem(name, "", str(error), "samples in engineering units, scaled by the recorder")]
     except Exception as error:  # noqa: BLE001 (on damaged bytes npTDMS raises what it runs into, bare Exception too)
         seen = f"damaged ({type(error).__name__}: {error})"
         return None, [Problem(name, "", seen, WHOLE, COPY_AGAIN)]

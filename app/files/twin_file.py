@@ -4,6 +4,8 @@ What a twin is stands in the file; the matrices made from it stand in the cache,
 them. Each version of the format keeps its reader: old files load.
 """
 
+import hashlib
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -36,6 +38,12 @@ laws: what the plate is made of at its own temperature. effect: what the plain t
 departure: true less declared value of what is declared with a tolerance; laws and effects hold together with
 it. Of an orthotropic sheet the laws are those of (Ex + Ey)/2, sqrt(nu_xy nu_yx) and sqrt(eta_x eta_y), and
 departure holds logarithms of ratios."""
+
+
+def inputs_digest(hashes: Mapping[str, str]) -> str:
+    """SHA-256 over the files of a campaign: of their names and SHA-256."""
+    return hashlib.sha256(json.dumps(sorted(hashes.items())).encode()).hexdigest()
+
 
 Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 Name = Annotated[str, Field(pattern="^[A-Za-z][A-Za-z0-9_]{0,63}$")]

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyuff
 
 from analysis.estimation.coherence import coherence_variance
 from analysis.estimation.transfer import MeasuredTransfer
@@ -15,10 +14,10 @@ from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
 from app.files.measurements.columns import unused_name
 from app.files.measurements.formats import FORMATS
-from app.files.parsed_text import read_bytes
 from app.files.uff58_text import FRF_FUNCTION, QUANTITIES, frf_text
+from app.files.uff_file import opened_uff
 from app.files.uff_nodes import nodes_text
-from app.files.uff_sets import data_sets
+from app.files.uff_units import FileUnits, file_units, in_hertz, unit_of
 
 COHERENCE_FUNCTIONS = (6, 26)
 """Coherence, and multiple coherence."""
@@ -26,8 +25,6 @@ FUNCTION_TYPES = range(28)
 FUNCTIONS = {0: "general", 1: "time response", 2: "auto spectrum", 3: "cross spectrum", 6: "coherence", 9: "PSD"}
 NAMELESS = "NONE"
 """What the format has for a name that there is not."""
-LARGEST = 2_000_000_000
-"""Bytes above which a file is refused rather than read into memory."""
 
 
 def read_frfs(path: Path) -> list[MeasuredTransfer]:
@@ -42,10 +39,10 @@ def read_frfs(path: Path) -> list[MeasuredTransfer]:
     if not path.is_file():
         raise ResultFileError(f"{path}: no such file")
     try:
-        kinds, sets = _read_sets(path)
+        kinds, sets, units = _read_sets(path)
         frfs = [d for n, d in enumerate(sets, start=1) if _function(n, d) == FRF_FUNCTION]
         beside = _coherences(frfs, sets)
-        read = [_with_coherence(path, _frf(path, n, d), beside[n - 1]) for n, d in enumerate(frfs, start=1)]
+        read = [_with_coherence(path, _frf(path, n, d, units), beside[n - 1]) for n, d in enumerate(frfs, start=1)]
     except ResultFileError:
         raise
     except Exception as error:  # pyuff says what is wrong with a file by bare Exception, and by accident
@@ -85,14 +82,11 @@ def functions(path: Path) -> list[dict[str, Any]]:
     return sets
 
 
-def _read_sets(path: Path) -> tuple[list[int], list[dict[str, Any]]]:
-    """Types of all data sets, and those of type 58."""
-    kinds = data_sets(read_bytes(path, LARGEST))
-    file = pyuff.UFF(str(path))
-    if kinds != [int(kind) for kind in np.atleast_1d(file.get_set_types())]:
-        raise ValueError("a line within a data set ends as if the set did; damaged?")
-    with np.errstate(all="ignore"):  # on damaged bytes
-        return kinds, [_as_dict(file.read_sets(n)) for n, kind in enumerate(kinds) if kind == 58]
+def _read_sets(path: Path) -> tuple[list[int], list[dict[str, Any]], FileUnits]:
+    """Types of all data sets, those of type 58, and the units of the file."""
+    with opened_uff(path) as (file, kinds), np.errstate(all="ignore"):  # on damaged bytes
+        sets = [_as_dict(file.read_sets(n)) for n, kind in enumerate(kinds) if kind == 58]
+        return kinds, sets, file_units(file, kinds)
 
 
 def _coherences(frfs: Sequence[dict[str, Any]], sets: Sequence[dict[str, Any]]) -> list[dict[str, Any] | None]:
@@ -121,6 +115,7 @@ def _with_coherence(path: Path, frf: MeasuredTransfer, data: dict[str, Any] | No
     if data is None:
         return frf
     lines, values = np.asarray(data["x"], dtype=float), np.asarray(data["data"]).real.astype(float)
+    lines = lines * in_hertz(data)
     used = lines > 0.0
     if lines.shape != values.shape or not np.array_equal(lines[used], frf.frequency):
         raise ResultFileError(
@@ -163,8 +158,8 @@ def _function(number: int, data: dict[str, Any]) -> int:
     return function
 
 
-def _frf(path: Path, number: int, data: dict[str, Any]) -> MeasuredTransfer:
-    """Check one data set and make it an FRF without its line at 0 Hz."""
+def _frf(path: Path, number: int, data: dict[str, Any], file_units: FileUnits) -> MeasuredTransfer:
+    """Check one data set and make it an FRF without its line at 0 Hz, which need not be finite."""
     name = str(data.get("id1", "")).strip() or f"FRF {number}"
     frequency = np.atleast_1d(np.asarray(data.get("x", ()), dtype=float))
     h = np.atleast_1d(np.asarray(data.get("data", ()), dtype=complex))
@@ -179,8 +174,12 @@ def _frf(path: Path, number: int, data: dict[str, Any]) -> MeasuredTransfer:
         raise ResultFileError(
             f"{place}: {len(h)} values and {len(frequency)} lines; {declared} are declared: cut short?"
         )
-    if not (np.isfinite(frequency).all() and np.isfinite(h).all()):
-        raise ResultFileError(f"{place}: values that are not finite")
+    try:
+        frequency = frequency * in_hertz(data)
+    except ValueError as error:
+        raise ResultFileError(f"{place}: {error}") from error
+    if not (np.isfinite(frequency).all() and np.isfinite(h[frequency != 0.0]).all()):
+        raise ResultFileError(f"{place}: values that are not finite; export it again, or without these lines")
     if (np.diff(frequency) <= 0.0).any() or (frequency < 0.0).any():
         raise ResultFileError(f"{place}: frequencies must ascend from 0 Hz or above")
     used = frequency > 0.0
@@ -188,8 +187,10 @@ def _frf(path: Path, number: int, data: dict[str, Any]) -> MeasuredTransfer:
         raise ResultFileError(f"{place}: {int(used.sum())} lines above 0 Hz; at least 8 are needed to identify")
     quantity = QUANTITIES.get(int(data.get("ordinate_spec_data_type", 0)), "unknown")
     reference = QUANTITIES.get(int(data.get("orddenom_spec_data_type", 13)), "unknown")
-    units = tuple(str(data.get(f"{axis}_axis_units_lab", "")).strip() for axis in ("ordinate", "orddenom"))
-    known = ("" if units[0] == "NONE" else units[0], "" if units[1] == "NONE" else units[1])
+    known = (
+        unit_of(data, "ordinate") or file_units.names(quantity),
+        unit_of(data, "orddenom") or file_units.names(reference),
+    )
     return MeasuredTransfer(
         name, dof(data, "rsp"), dof(data, "ref"), quantity, frequency[used], h[used], reference, known
     )

@@ -10,7 +10,7 @@ from analysis.estimation.transfer import MeasuredTransfer
 
 FRF_FUNCTION = 4
 FREQUENCY_TYPE = 18
-QUANTITIES = {8: "displacement", 11: "velocity", 12: "acceleration", 13: "force", 15: "pressure"}
+QUANTITIES = {3: "strain", 8: "displacement", 11: "velocity", 12: "acceleration", 13: "force", 15: "pressure"}
 GENERAL = 1
 """Of what the format has no number for: voltage, charge."""
 DOUBLE_COMPLEX = 6

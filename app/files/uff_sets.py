@@ -14,6 +14,16 @@ BYTES = slice(31, 43)
 """Columns in the first line of a binary set that give the length of its samples; some programs' are wrong."""
 
 
+EXPONENT = re.compile(rb"(?<=[\d.])[dD](?=[+-]?\d{1,3}(?!\d))")
+"""Fortran's sign of an exponent in double precision."""
+NO_SIGN = re.compile(rb"(\.\d+)([+-]\d{3})(?![\d.])")
+"""Fortran drops the letter before an exponent of three digits: ``1.5-103``."""
+HEADS = {58: 13, 15: 2, 164: 3, 2411: 2}
+"""Lines of the data sets that are read, delimiter and number included, before those of numbers only."""
+STEP_LINE = 8
+"""In the head of a data set 58: number of points, first line and step."""
+
+
 def data_sets(content: bytes) -> list[int]:
     """Types of the data sets, in order.
 
@@ -23,21 +33,51 @@ def data_sets(content: bytes) -> list[int]:
         Where a set does not end, has no type, or something else stands between two: the file is damaged, or was
         cut short.
     """
-    kinds: list[int] = []
+    return [kind for kind, _, _, _ in spans(content)]
+
+
+def spans(content: bytes) -> list[tuple[int, bool, int, int]]:
+    """Type of every data set, whether its samples are binary, and the bytes from its delimiter on up to its end.
+
+    Raises ValueError as `data_sets`.
+    """
+    found: list[tuple[int, bool, int, int]] = []
     place = _after_blank(content, 0)
     while place < len(content):
         begin = DELIMITER.match(content, place)
         kind = TYPE.match(content, begin.end()) if begin else None
         if begin is None or kind is None:
             lacks = "type of a data set" if begin else "    -1 that begins a data set"
-            raise ValueError(f"byte {place}: no {lacks}, after {len(kinds)} of them; cut short or damaged?")
+            raise ValueError(f"byte {place}: no {lacks}, after {len(found)} of them; cut short or damaged?")
         ends = _end(content, kind)
         if ends is None:
-            seen = f"data set {len(kinds) + 1} (type {int(kind[1])}, from byte {place})"
+            seen = f"data set {len(found) + 1} (type {int(kind[1])}, from byte {place})"
             raise ValueError(f"{seen} has no end; cut short?")
-        kinds.append(int(kind[1]))
+        found.append((int(kind[1]), bool(kind[2]), place, ends))
         place = _after_blank(content, ends)
-    return kinds
+    return found
+
+
+def plain_exponents(content: bytes) -> bytes:
+    """Return a universal file with the exponents of its numbers as ``1.0E-03``, not Fortran's ``1.0D-03``."""
+    parts: list[bytes] = []
+    done = 0
+    for kind, binary, begin, end in spans(content):
+        if kind not in HEADS:
+            continue
+        lines = content[begin:end].splitlines(keepends=True)
+        body = len(lines) if binary else HEADS[kind]  # above it names stand, which may look like numbers
+        changed = [
+            _plain(line) if place >= body or (kind == 58 and place == STEP_LINE) else line
+            for place, line in enumerate(lines)
+        ]
+        parts += [content[done:begin], *changed]
+        done = end
+    return b"".join([*parts, content[done:]])
+
+
+def _plain(line: bytes) -> bytes:
+    return NO_SIGN.sub(rb"\1E\2", EXPONENT.sub(b"E", line))
 
 
 def _end(content: bytes, kind: re.Match[bytes]) -> int | None:

@@ -1,6 +1,7 @@
 """Files and channels of a test's declaration to FRFs."""
 
 from collections.abc import Mapping
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -9,18 +10,26 @@ from analysis.channel import UNITS
 from analysis.estimation.estimators import FrfEstimate, estimate
 from analysis.estimation.excitation import leaks
 from analysis.estimation.impacts import Blows, find_blows
+from analysis.estimation.levels import of_hits, of_records
 from analysis.estimation.quantities import frf_name
 from analysis.estimation.ringing import ringing
 from analysis.estimation.segments import Segments
-from analysis.estimation.spectra import pooled, welch
+from analysis.estimation.spectra import Spectra, pooled, welch
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.measurements.columns import Columns
-from app.files.measurements.guarded import read_columns
+from app.files.measurements.guarded import read_each
 from app.files.modal_test_toml import NAME, ModalTest, RecordOfTest, dof, read_modal_test
 from app.files.provenance import sha256
-from app.modal_test.frf_set import FrfSet, Position, require_convention, require_one_of_each, said_of_coherence
+from app.modal_test.frf_set import (
+    FrfSet,
+    Position,
+    require_convention,
+    require_one_of_each,
+    said_of_coherence,
+    said_of_reference,
+)
 from app.modal_test.given_frfs import given_frfs
 from app.modal_test.signals import SignalsOfFile, signals
 
@@ -56,8 +65,8 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     file = path / NAME if path.is_dir() else path
     test = read_modal_test(file)
     hashes = {file.name: sha256(file)}
-    transfers, runs = _read_files(file.parent, test, hashes, report)
     notes: list[str] = []
+    transfers, runs = _read_files(file.parent, test, hashes, notes, report)
     rates, cut = {0.0}, False
     test = _with_one_block([run for files in runs.values() for run in files], test, file.parent)
     for places, files in runs.items():
@@ -82,7 +91,11 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
             segments=_segments(test) if cut else None,
             temperature=float("nan") if test.temperature is None else test.temperature,
             mains=test.mains,
-            notes=(*notes, *(said_of_coherence(transfers) if test.kind == "frf" else ())),
+            notes=(
+                *notes,
+                *said_of_reference(transfers),
+                *(said_of_coherence(transfers) if test.kind == "frf" else ()),
+            ),
             hashes=hashes,
             operator=test.operator,
             date="" if test.date is None else test.date.isoformat(),
@@ -96,18 +109,20 @@ def _segments(test: ModalTest) -> Segments:
 
 
 def _read_files(
-    folder: Path, test: ModalTest, hashes: dict[str, str], report: Progress
+    folder: Path, test: ModalTest, hashes: dict[str, str], notes: list[str], report: Progress
 ) -> tuple[list[MeasuredTransfer], Runs]:
-    """Read all files of a test: FRFs that they hold, or their signals; add their SHA-256 to `hashes`."""
+    """Read all files of a test: FRFs that they hold, or their signals; add their SHA-256 and notes on them."""
     transfers: list[MeasuredTransfer] = []
     runs: Runs = {}
     whole: dict[str, Columns] = {}
+    names = [file for file, _ in groupby(record.file for record in test.record)]
+    each = read_each([folder / name for name in names])
     for done, record in enumerate(test.record):
         report("read", done / len(test.record))
-        target = folder / record.file
         if record.file not in whole:
-            whole = {record.file: read_columns(target)}  # of one file at a time; its groups follow each other
-            hashes[record.file] = sha256(target)
+            whole = {record.file: next(each)}  # of one file at a time; its groups follow each other
+            hashes[record.file] = sha256(folder / record.file)
+            notes += whole[record.file].notes
         try:
             columns = whole[record.file].of_group(record.group) if record.group else whole[record.file]
             if test.kind == "frf":
@@ -150,8 +165,10 @@ def _estimated(
     """Estimate the FRFs of runs with all channels at the same places; also the window's rate, notes, leakage."""
     notes: list[str] = []
     parts = []
+    every: list[Blows] = []
     rate, leaking = 0.0, False
     for name, held in files:
+        notes += held.notes
         if test.kind == "continuous":
             settings = test.segments.seconds, test.segments.window, test.segments.overlap
             parts.append(welch(held.recording, *settings))
@@ -165,12 +182,14 @@ def _estimated(
             if hit.rejected
         ]
         parts.append(blows.spectra())
+        every.append(blows)
         rate = blows.window.rate
         if not rate:
             notes += _ringing_notes(name, held, blows)
     if len({len(part.frequency) for part in parts}) > 1:
         raise ValueError("its sample rate is not that of the other files; resample them to one")
     found = estimate(pooled(parts), test.estimator)
+    notes += _level_notes(files, parts, every)
     if leaking and found.averages < 10:
         notes.append(
             f"{files[0][0]}: {found.averages:.0f} independent averages only; record longer, or lessen "
@@ -179,11 +198,27 @@ def _estimated(
     return found, rate, notes, leaking
 
 
+def _level_notes(files: list[tuple[str, SignalsOfFile]], parts: list[Spectra], every: list[Blows]) -> list[str]:
+    """Say where weak and strong drives of one average give different FRFs."""
+    first = files[0][1]
+    if every:
+        blocks = [blows.blocks() for blows in every]
+        peaks = np.array([hit.peak for blows in every for hit in blows.kept])
+        drives, responses = (np.concatenate([block[end] for block in blocks]) for end in (0, 1))
+        differs = of_hits(drives, responses, peaks)
+    else:
+        rms = np.array([held.recording.drives.std() for _, held in files])
+        differs = of_records(parts, rms)
+    if differs is None:
+        return []
+    return [f"{files[0][0]}: {differs.message(UNITS[first.quantities[first.drives[0]]])}"]
+
+
 def _ringing_notes(name: str, held: SignalsOfFile, blows: Blows) -> list[str]:
     """Say which responses are cut off while they ring; the worst of a file."""
     _, answers = blows.blocks(windowed=False)
     answers = answers / np.array([hit.peak for hit in blows.kept])[:, None, None]  # blows differ in height
-    tail = blows.samples / held.recording.rate - blows.test.pretrigger
+    tail = (blows.samples - blows.before) / held.recording.rate
     seen = [
         (found, channel)
         for number, channel in enumerate(held.responses)

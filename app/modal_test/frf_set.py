@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.channel import UNITS
+from analysis.channel import UNITS, Quantity
 from analysis.estimation.coherence import without_information
 from analysis.estimation.quantities import frf_label, frf_name
 from analysis.estimation.segments import Segments
@@ -136,6 +136,26 @@ def said_of_coherence(transfers: Sequence[MeasuredTransfer]) -> list[str]:
     return [
         f"{empty[0]}{others}: coherence 1 on every line, as after one average, gives no noise; its lines are "
         "weighted by the residual of the fit"
+    ]
+
+
+MOTIONS = frozenset({"displacement", "velocity", "acceleration", "strain", "pressure"})
+"""Quantities that answer a force; as the reference of an FRF they are no input."""
+
+
+def said_of_reference(transfers: Sequence[MeasuredTransfer]) -> list[str]:
+    """Say that FRFs were not referred to a force, so that their peaks are not the structure's own."""
+    moved = [one for one in transfers if one.reference_quantity in MOTIONS and one.quantity in MOTIONS]
+    if not moved:
+        return []
+    first = moved[0]
+    ends: tuple[Quantity, Quantity] = first.quantity, first.reference_quantity  # type: ignore[assignment]
+    return [
+        f"no force was measured: {frf_name(*ends)} to the reference "
+        f"{first.reference}. Its peaks are where the reference stands still: modes of the structure held "
+        f"there, not "
+        "those of the structure as it is. On a moving base they are the modes on that base; for those of the free "
+        "structure measure the force, and give it the role drive"
     ]
 
 

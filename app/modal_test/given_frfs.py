@@ -10,7 +10,8 @@ from analysis.estimation.coherence import coherence_variance
 from analysis.estimation.quantities import FREQUENCIES, Calibration, axis_scale, calibration, frf_name
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.measurements.columns import Columns
-from app.files.modal_test_toml import ModalTest, RecordOfTest, dof
+from app.files.measurements.complex_pairs import of_magnitude_and_phase
+from app.files.modal_test_toml import PARTS, ModalTest, RecordOfTest, dof
 from app.modal_test.signals import missing_columns
 
 
@@ -39,7 +40,9 @@ def given_frfs(record: RecordOfTest, columns: Columns, test: ModalTest) -> list[
     by_role: dict[str, list[str]] = {}
     for name, channel in test.channels.items():
         by_role.setdefault(channel.role, []).append(name)
-    used = [n for role in ("frequency", "frf", "real", "imaginary", "coherence") for n in by_role.get(role, ())]
+    used = [
+        n for n, channel in test.channels.items() if channel.role not in ("unused", "drive", "response", "time")
+    ]
     lacking = missing_columns(record.file, columns, used)
     if lacking:
         raise ValueError("\n".join(lacking))
@@ -85,14 +88,41 @@ def _named_frfs(
 ) -> list[tuple[str, NDArray[Any], str, str]]:
     """Name, values, response's place and reference's place of every FRF in the file."""
     found: list[tuple[str, NDArray[Any], str, str]] = []
-    if "real" in by_role:
-        h = columns.values[by_role["real"][0]] + 1j * columns.values[by_role["imaginary"][0]]
-        found.append((record.file, h, record.at.get("response", "1"), record.at.get("reference", "1")))
-    for number, name in enumerate(by_role.get("frf", ()), start=1):
+    for parts in PARTS:
+        if all(part in by_role for part in parts):
+            one, other = (by_role[part][0] for part in parts)
+            h = _joined_parts(record.file, columns, test, one, other)
+            found.append((record.file, h, record.at.get("response", "1"), record.at.get("reference", "1")))
+    complex_ones = by_role.get("frf", ())
+    if "response" in record.at and len(complex_ones) > 1:
+        raise ValueError(
+            f"{record.file}: record.at gives one place for the response, and {len(complex_ones)} channels "
+            f"have the role "
+            f"frf; give each its own: at = {{ {_quoted_key(complex_ones[0])} = {record.at['response']!r}, ... }}"
+        )
+    for number, name in enumerate(complex_ones, start=1):
         channel = test.channels[name]
-        place = record.at.get(name) or channel.at or str(number)
+        place = record.at.get(name) or record.at.get("response") or channel.at or str(number)
         found.append((name, columns.values[name], place, record.at.get("reference") or channel.reference or "1"))
     return found
+
+
+def _quoted_key(name: str) -> str:
+    return name if name.isidentifier() else f'"{name}"'
+
+
+def _joined_parts(file: str, columns: Columns, test: ModalTest, one: str, other: str) -> NDArray[np.complex128]:
+    """FRF of two columns: real and imaginary part, or magnitude and phase."""
+    if len(columns.values[one]) != len(columns.values[other]):
+        raise ValueError(
+            f"{file}: {one!r} has {len(columns.values[one])} values, {other!r} {len(columns.values[other])}; "
+            f"export "
+            "both alike"
+        )
+    if test.channels[one].role == "real":
+        return np.asarray(columns.values[one].real + 1j * columns.values[other].real, dtype=complex)
+    units = [test.channels[name].unit or columns.units.get(name, "") for name in (one, other)]
+    return of_magnitude_and_phase(columns.values[one].real, columns.values[other].real, units[0], units[1])[0]
 
 
 def _coherence_of_each(file: str, names: list[str], count: int) -> list[str | None]:
@@ -123,7 +153,8 @@ def _checked_lines(file: str, name: str, frequency: NDArray[np.float64], h: NDAr
     place = f"{file}: FRF {name!r}"
     if h.shape != frequency.shape:
         raise ValueError(f"{place}: {len(h)} values at {len(frequency)} frequencies; export both together")
-    if not (np.isfinite(frequency).all() and np.isfinite(h).all()):
+    # divided by jw, or magnitude in decibels: at 0 Hz, a line that is not used, there may be no number
+    if not (np.isfinite(frequency).all() and np.isfinite(h[frequency != 0.0]).all()):
         raise ValueError(f"{place}: values that are not finite; export it again, or without these lines")
     if (frequency < 0.0).any():
         raise ValueError(f"{place}: frequencies below 0 Hz; export the one-sided FRF")
@@ -140,7 +171,7 @@ def _checked_lines(file: str, name: str, frequency: NDArray[np.float64], h: NDAr
         raise ValueError(f"{place}: {len(used)} lines above 0 Hz; 8 at least: export the whole band")
     if not np.abs(h[used]).any():
         raise ValueError(f"{place}: zero on every line; check the channel, or leave it out")
-    if not np.iscomplexobj(h) or not h.imag.any():
+    if not np.iscomplexobj(h) or not h[used].imag.any():
         raise ValueError(
             f"{place}: real values; an FRF needs its phase: export complex values, or real and imaginary part"
         )

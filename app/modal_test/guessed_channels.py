@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from analysis.estimation.quantities import SCALES, TIMES, calibration, is_unit, 
 from app.files.bad_file import ResultFileError
 from app.files.measurements.columns import Columns
 from app.files.modal_test_toml import ENDS
+from app.modal_test.guessed_unnamed import of_unnamed
 
 GUESSES = (
     ("time", r"time|zeit|temps|^t$|x_value"),
@@ -20,6 +21,8 @@ GUESSES = (
     ("drive", r"hammer|force|impact|kraft|shaker|drive|exc"),
     ("real", r"^re(al)?\b|real"),
     ("imaginary", r"^im(ag.*)?\b|imag"),
+    ("magnitude", r"^mag(nitude)?\b|^abs\b|betrag"),
+    ("phase", r"^phase?\b|^arg\b|^angle\b"),
     ("coherence", r"coh"),
 )
 """Roles by what channels are commonly called; all else is a response."""
@@ -85,15 +88,79 @@ def guessed_channels(file: Path, columns: Columns, said: NewTest) -> dict[str, d
         For a channel named by the user that the file does not hold, and what is neither unit nor sensitivity.
     """
     roving = [said.roving] if said.roving and said.roving not in ENDS else []
+    said = _by_names_of_file(said, columns)
     named = [*said.drives, *said.responses, *said.unused, *roving]
     strangers = [name for name in named if not any(_means(name, one) for one in columns.values)]
     if strangers:
         there = ", ".join(list(columns.values)[:20])
         raise ResultFileError(f"{file}: no channel {strangers[0]!r}; it holds: {there}")
     try:
-        return {name: _channel(name, columns, said) for name in columns.values} | _of_unnamed(columns, said)
+        channels = {name: _channel(name, columns, said) for name in columns.values} | of_unnamed(
+            columns, {*said.drives, *said.responses, *said.unused}, said.kind
+        )
+        return _without_strangers(channels, columns, said)
     except ValueError as error:
         raise ResultFileError(f"{file}: {error}") from error
+
+
+def _by_names_of_file(said: NewTest, columns: Columns) -> NewTest:
+    """Return what was said with the file's names of channels that the user knows by their place."""
+
+    def known(name: str) -> str:
+        return columns.aliases.get(name, name) if name not in columns.values else name
+
+    drives, responses = (
+        {known(name): given for name, given in one.items()} for one in (said.drives, said.responses)
+    )
+    return replace(said, drives=drives, responses=responses, unused=[known(name) for name in said.unused])
+
+
+def _without_strangers(
+    channels: dict[str, dict[str, Any]], columns: Columns, said: NewTest
+) -> dict[str, dict[str, Any]]:
+    """Return the channels with those unused that nobody named and that cannot belong to the test.
+
+    Of several columns of frequencies the first one stays. Responses of another rate or length than the drive,
+    and in units of temperature and the like, are logged beside the test.
+    """
+    lines = [name for name, one in channels.items() if one["role"] == "frequency"]
+    drives = [name for name, one in channels.items() if one["role"] == "drive"]
+    unused = set(lines[1:])
+    for name, one in channels.items():
+        if one["role"] != "response" or not drives or any(_means(pattern, name) for pattern in said.responses):
+            continue
+        other = columns.values[name].shape != columns.values[drives[0]].shape
+        mine, theirs = columns.rates.get(name), columns.rates.get(drives[0])
+        slower = bool(mine and theirs and abs(mine / theirs - 1.0) > 1e-3)
+        if other or slower or plain_unit(columns.units.get(name, "")) in BESIDE:
+            unused.add(name)
+    if all(name in unused for name, one in channels.items() if one["role"] == "response"):
+        unused = set(lines[1:])  # then identify says how they differ from the drive
+    return {name: {"role": "unused"} if name in unused else one for name, one in channels.items()}
+
+
+BESIDE = frozenset(
+    {
+        "°C",
+        "degC",
+        "C°",
+        "DegC",
+        "℃",
+        "K",
+        "°F",
+        "degF",
+        "DegF",
+        "%",
+        "%RH",
+        "rpm",
+        "RPM",
+        "1/min",
+        "A",
+        "mA",
+        "Ohm",
+    }
+)
+"""Units of what is logged beside a test: temperature, humidity, speed, current."""
 
 
 def guessed_frf_units(columns: Columns, channels: Mapping[str, Mapping[str, Any]]) -> tuple[str, str] | None:
@@ -169,6 +236,8 @@ def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
         role = "frequency"
     elif written in SCALES["force"]:
         role = "drive"
+    if role in ("magnitude", "phase") and not _has_both(columns):
+        role = "response"
     if (role == "drive" and said.drives) or (
         role == "response" and not file_unit and _counts(columns.values[name])
     ):
@@ -179,6 +248,13 @@ def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
     return channel
 
 
+def _has_both(columns: Columns) -> bool:
+    """Whether one magnitude and one phase are among the columns, so that neither is a name of a signal."""
+    called = [name.strip() for name in columns.values]
+    roles = [role for role, words in GUESSES for name in called if re.search(words, name, re.IGNORECASE)]
+    return roles.count("magnitude") == roles.count("phase") == 1
+
+
 def _spectrum(name: str) -> bool:
     return re.search(SPECTRA, name, re.IGNORECASE) is not None
 
@@ -186,21 +262,6 @@ def _spectrum(name: str) -> bool:
 def _counts(values: NDArray[Any]) -> bool:
     """Whether a column numbers the samples."""
     return len(values) > 2 and bool((np.diff(values) == 1.0).all())
-
-
-def _of_unnamed(columns: Columns, said: NewTest) -> dict[str, dict[str, Any]]:
-    """Roles of columns without names that only their order and values tell: the axis, and the parts of one FRF."""
-    names, taken = list(columns.values), {*said.drives, *said.responses, *said.unused}
-    first = columns.values[names[0]]
-    step = np.diff(first.real)
-    one_way = len(step) > 1 and bool((step > 0.0).all() or (step < 0.0).all())  # sines are stepped up or down
-    even = one_way and bool(np.ptp(step) < 0.1 * np.median(step))
-    if names[0] != "1" or "1" in taken or columns.rates or not (one_way if said.kind == "frf" else even):
-        return {}
-    if said.kind != "frf":
-        return {"1": {"role": "time"}}
-    parts = {"2": {"role": "real"}, "3": {"role": "imaginary"}} if names == ["1", "2", "3"] else {}
-    return {"1": {"role": "frequency"}} | parts
 
 
 def _means(pattern: str, name: str) -> bool:

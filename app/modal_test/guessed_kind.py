@@ -11,7 +11,7 @@ from analysis.estimation.recording import SampledSignals
 from app.files.measurements.columns import Columns
 from app.files.modal_test_toml import ModalTest
 from app.modal_test.guessed_channels import NewTest
-from app.modal_test.signals import sample_rate
+from app.modal_test.sample_rates import sample_rate
 
 SECONDS = 2.0
 """Of a segment; lines lie 0.5 Hz apart."""
@@ -34,7 +34,7 @@ def guessed_kind(columns: Columns, channels: Mapping[str, Mapping[str, Any]], sa
         ``continuous`` where it does not.
     """
     roles = {channel["role"] for channel in channels.values()}
-    frfs = "frf" in roles or {"real", "imaginary"} <= roles
+    frfs = "frf" in roles or {"real", "imaginary"} <= roles or {"magnitude", "phase"} <= roles
     if said.kind or ("frequency" in roles and frfs):
         return said.kind or "frf"
     drives = _signals(columns, [name for name, one in channels.items() if one["role"] == "drive"])
@@ -61,7 +61,7 @@ def guessed_segments(file: str, columns: Columns, test: ModalTest) -> dict[str, 
     drives = _signals(columns, [name for name, one in test.channels.items() if one.role == "drive"])
     if drives is not None:
         try:
-            recording = SampledSignals(sample_rate(file, columns, test), drives, drives)
+            recording = SampledSignals(sample_rate(file, columns, test)[0], drives, drives)
         except ValueError:  # said when the test is identified
             pass
         else:

@@ -34,6 +34,8 @@ def guessed_places(channels: Mapping[str, Mapping[str, Any]], columns: Columns) 
             if channel["role"] not in roles:
                 continue
             channel["at"] = columns.places.get(name) or next(nodes)
+            if channel["role"] == "frf" and name in columns.references:
+                channel["reference"] = columns.references[name]
             if channel["role"] == "frf" and (found := OF_MATRIX.fullmatch(name)):
                 channel["at"], channel["reference"] = (f"{node}:+z" for node in found.groups())
     return placed

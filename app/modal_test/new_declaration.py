@@ -9,7 +9,7 @@ from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaign_kind import DECLARATION
 from app.files.measurements.columns import Columns
-from app.files.measurements.guarded import read_columns
+from app.files.measurements.guarded import read_columns, read_each
 from app.files.modal_test_toml import FORMAT, NAME, ModalTest
 from app.files.settings_toml import checked, read_table
 from app.files.shipped import shipped
@@ -26,7 +26,7 @@ from app.modal_test.guessed_places import guessed_places
 from app.modal_test.points_table import points_of_table
 
 TEST_HEAD = """What this test is; see the guide, "A modal test". Correct what was guessed:
-role: drive, response, time, frequency, frf, real, imaginary, coherence, unused
+role: drive, response, time, frequency, frf, real, imaginary, magnitude, phase, coherence, unused
 sensitivity: what the sensor gives, "100 mV/g" or "2.25 mV/N"; left out where the file holds the unit itself
 at: node and direction, "5:+z"; [points] gives nodes their places in metres"""
 
@@ -82,7 +82,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     table: dict[str, Any] = {"format": FORMAT, "title": said.title or _called(target), "kind": kind}
     table |= guessed_rate(columns, said, roles) | {"channels": channels}
     if kind == "hammer":
-        table["hammer"] = {"pretrigger": 0.005, "exponential": 1.0}
+        table["hammer"] = {"exponential": 1.0}
     elif kind == "frf":
         table["frf"] = dict(
             zip(
@@ -92,12 +92,13 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
             )
         )
     folder = target.resolve().parent
+    of_files: list[Sequence[str]] = _groups(files, groups) if groups else [("",)] * len(files)
     table["record"] = [
         {"file": Path(os.path.relpath(file.resolve(), folder)).as_posix()}
         | ({"group": group} if group else {})
         | ({"at": {said.roving: f"{number}:+z"}} if said.roving else {})
-        for number, file in enumerate(files, start=1)
-        for group in (_groups(file, groups) if groups else ("",))
+        for number, (file, held) in enumerate(zip(files, of_files, strict=True), start=1)
+        for group in held
     ]
     if said.points is not None:
         table["points"] = points_of_table(said.points)
@@ -105,7 +106,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
         test = checked(target, table, ModalTest)
         table["segments"] = guessed_segments(files[0].name, columns, test)
     declared = checked(target, table, ModalTest)
-    _write(target, toml_text(table, TEST_HEAD))
+    write_text(target, toml_text(table, TEST_HEAD))
     missing = {name: lacking_calibration(one, columns.units.get(name)) for name, one in channels.items()}
     return declared, {name: lack for name, lack in missing.items() if lack}
 
@@ -115,15 +116,17 @@ def _called(target: Path) -> str:
     return target.resolve().parent.name if target.name == NAME else target.stem
 
 
-def _groups(file: Path, first: Sequence[str]) -> Sequence[str]:
-    """Return the groups of a file; ResultFileError where it has none, as the first file has."""
-    groups = read_columns(file).groups
-    if not groups:
-        raise ResultFileError(
-            f"{file}: its channels are not in groups, as in the first file ({', '.join(first[:5])}); make a "
-            "test of each"
-        )
-    return groups
+def _groups(files: Sequence[Path], first: Sequence[str]) -> list[Sequence[str]]:
+    """Return the groups of every file; ResultFileError where one has none, as the first file has."""
+    found: list[Sequence[str]] = []
+    for file, columns in zip(files, read_each(files), strict=True):
+        if not columns.groups:
+            raise ResultFileError(
+                f"{file}: its channels are not in groups, as in the first file ({', '.join(first[:5])}); make a "
+                "test of each"
+            )
+        found.append(columns.groups)
+    return found
 
 
 def new_campaign(
@@ -166,7 +169,7 @@ def new_campaign(
     if plate is not None:
         table["plate"] |= dict(zip(("length_x", "length_y", "thickness", "mass"), plate, strict=True))
     missing = _recorded(table, files, said or NewTest(None, {}, {})) if files else []
-    _write(file, toml_text(table, CAMPAIGN_HEAD))
+    write_text(file, toml_text(table, CAMPAIGN_HEAD))
     return file, missing
 
 
@@ -237,12 +240,3 @@ def _of_one_group(columns: Columns) -> Columns:
         {short[name]: unit for name, unit in columns.units.items()},
         {short[name]: rate for name, rate in columns.rates.items()},
     )
-
-
-def _write(target: Path, text: str) -> None:
-    try:
-        write_text(target, text)
-    except OSError as error:
-        raise ResultFileError(
-            f"{target}: cannot be written ({error.strerror}); name another with --out"
-        ) from error

@@ -7,19 +7,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.channel import Quantity
-from analysis.estimation.quantities import TIMES, axis_scale
 from analysis.estimation.recording import SampledSignals, signal_faults
 from app.files.campaign_error import Problem
 from app.files.measurements.columns import Columns
 from app.files.modal_test_toml import MEASURED, ModalTest
+from app.modal_test.sample_rates import sample_rate
 
-JITTER = 1e-3
-"""Spread of the times' spacing, relative to it, that rounding in a file may cause."""
+SHARE_OF_SAMPLE = 0.02
+"""By which starts of channels may differ: it turns the phase by 4 degrees at half the sample rate."""
+CLOCK = 1.5e-6
+"""s; programs keep times of day to a microsecond."""
 
 
 @dataclass(frozen=True)
 class SignalsOfFile:
-    """SignalsOfFile of one file.
+    """Signals of one file.
 
     Attributes
     ----------
@@ -29,6 +31,8 @@ class SignalsOfFile:
     quantities : dict of str to str
     full_scales : tuple
         Of the drives and responses, SI; None where not declared.
+    notes : tuple of str
+        What the user should know of them.
     """
 
     recording: SampledSignals
@@ -36,6 +40,7 @@ class SignalsOfFile:
     responses: tuple[str, ...]
     quantities: Mapping[str, Quantity]
     full_scales: tuple[float | None, ...]
+    notes: tuple[str, ...] = ()
 
 
 def signals(file: str, columns: Columns, test: ModalTest) -> SignalsOfFile:
@@ -76,19 +81,60 @@ def signals(file: str, columns: Columns, test: ModalTest) -> SignalsOfFile:
         quantities[name] = read.quantity
         scales.append(None if channel.full_scale is None else abs(channel.full_scale * read.scale))
     problems += [f"{file}: {fault}" for fault in signal_faults(list(scaled), list(scaled.values()))]
-    lengths = {len(signal) for signal in scaled.values()}
-    if len(lengths) > 1:
-        problems.append(
-            f"{file}: channels of {sorted(lengths)} samples; all have to be as long: export them together"
-        )
+    notes: list[str] = []
     if not problems:
         try:
-            rate = sample_rate(file, columns, test)
+            rate, said = sample_rate(file, columns, test)
+            notes += said
+            scaled, said = _begun_together(scaled, columns, test, rate)
+            notes += said
+            _require_one_length(scaled)
             recording = SampledSignals(rate, *(np.array([scaled[n] for n in names[role]]) for role in MEASURED))
-            return SignalsOfFile(recording, (*names["drive"],), (*names["response"],), quantities, tuple(scales))
+            return SignalsOfFile(
+                recording, (*names["drive"],), (*names["response"],), quantities, tuple(scales), tuple(notes)
+            )
         except ValueError as error:
             problems.append(f"{file}: {error}")
     raise ValueError("\n".join(problems))
+
+
+def _require_one_length(signals_of: Mapping[str, NDArray[np.float64]]) -> None:
+    lengths = {len(signal) for signal in signals_of.values()}
+    if len(lengths) > 1:
+        raise ValueError(f"channels of {sorted(lengths)} samples; all have to be as long: export them together")
+
+
+def _begun_together(
+    scaled: dict[str, NDArray[np.float64]], columns: Columns, test: ModalTest, rate: float
+) -> tuple[dict[str, NDArray[np.float64]], list[str]]:
+    """Cut signals to the time in which all were recorded, by whole samples; ValueError for parts of samples."""
+    declared = {name: test.channels[name].start for name in scaled}
+    starts = {name: columns.starts.get(name) if one is None else one for name, one in declared.items()}
+    known = {name: start for name, start in starts.items() if start is not None}
+    last = max(known.values(), default=0.0)
+    late = {name: (last - start) * rate for name, start in known.items()}
+    if max(late.values(), default=0.0) <= max(SHARE_OF_SAMPLE, CLOCK * rate):
+        return scaled, []
+    told = ", ".join(f"{name} {start - min(known.values()):.6g} s" for name, start in known.items())
+    remedy = (
+        "export channels that were sampled together, or declare start = 0 of each channel if these times are wrong"
+    )
+    if len(known) < len(scaled):
+        raise ValueError(f"channels begin at different times ({told}), others at unknown ones; {remedy}")
+    shifts = {name: round(samples) for name, samples in late.items()}
+    uneven = [name for name, n in shifts.items() if abs(late[name] - n) > max(SHARE_OF_SAMPLE, CLOCK * rate)]
+    if uneven:
+        raise ValueError(
+            f"channels begin at different times ({told}), and {uneven[0]!r} by a part of a sample of "
+            f"{1.0 / rate:.6g} s; {remedy}"
+        )
+    shortest = min(len(scaled[name]) - n for name, n in shifts.items())
+    if shortest < 1:
+        raise ValueError(f"channels begin at different times ({told}) and have no time in common; {remedy}")
+    return (
+        {name: scaled[name][n : n + shortest] for name, n in shifts.items()},
+        [f"channels begin at different times ({told}): cut to the {shortest} samples that all have"],
+    )
 
 
 def missing_columns(file: str, columns: Columns, wanted: list[str]) -> list[str]:
@@ -108,64 +154,12 @@ def missing_columns(file: str, columns: Columns, wanted: list[str]) -> list[str]
         A message each; empty where none is missing.
     """
     there = ", ".join(list(columns.values)[:12]) + (", ..." if len(columns.values) > 12 else "")
+    left_out = f" ({'; '.join(columns.notes[:2])})" if columns.notes else ""
     return [
-        f"{file}: no channel {name!r}; it holds: {there}. Correct its name in [channels]"
+        f"{file}: no channel {name!r}; it holds: {there}. Correct its name in [channels]{left_out}"
         for name in wanted
         if name not in columns.values
     ]
-
-
-def sample_rate(file: str, columns: Columns, test: ModalTest) -> float:
-    """Sample rate of signals: as declared, from their times, or from the file.
-
-    Parameters
-    ----------
-    file : str
-        Its name.
-    columns : Columns
-    test : ModalTest
-
-    Returns
-    -------
-    float
-        Hz.
-
-    Raises
-    ------
-    ValueError
-        Where none of these gives it, times are not evenly spaced, or channels have different rates.
-    """
-    if isinstance(test.sample_rate, float):
-        return test.sample_rate
-    if isinstance(test.sample_rate, str):
-        if test.sample_rate not in columns.scalars:
-            held = ", ".join(columns.scalars) or "none"
-            raise ValueError(f"sample_rate: no single number {test.sample_rate!r} in the file; it holds: {held}")
-        return columns.scalars[test.sample_rate]
-    times = [name for name, channel in test.channels.items() if channel.role == "time"]
-    if times:
-        written = test.channels[times[0]].unit or columns.units.get(times[0], "s")
-        return _rate_of(columns.values[times[0]].real * axis_scale(written, TIMES, "times"))
-    rates = {columns.rates[name] for name in columns.rates if name in test.channels}
-    if not rates:
-        raise ValueError(
-            "the files give no sample rate; give sample_rate in Hz, its name in a file, or the role time"
-        )
-    if max(rates) - min(rates) > 1e-6 * max(rates):
-        raise ValueError(f"channels of {sorted(rates)} Hz; all of a run need one rate: resample them")
-    return max(rates)
-
-
-def _rate_of(time: NDArray[np.float64]) -> float:
-    step = np.diff(time)
-    if len(step) < 2 or not (step > 0.0).all():
-        raise ValueError("times do not rise; export them with more digits, or give sample_rate in Hz")
-    mean = float((time[-1] - time[0]) / (len(time) - 1))
-    if np.abs(time - time[0] - mean * np.arange(len(time))).max() > max(JITTER * len(time), 1.0) * mean:
-        raise ValueError(
-            "times are not evenly spaced: samples are missing, or it was resampled; record without gaps"
-        )
-    return 1.0 / mean
 
 
 def _quoted(name: str) -> str:

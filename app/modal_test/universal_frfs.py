@@ -9,7 +9,13 @@ from analysis.estimation.transfer import MeasuredTransfer
 from app.files.bad_file import ResultFileError
 from app.files.provenance import sha256
 from app.files.uff_nodes import read_nodes
-from app.modal_test.frf_set import FrfSet, require_convention, require_one_of_each, said_of_coherence
+from app.modal_test.frf_set import (
+    FrfSet,
+    require_convention,
+    require_one_of_each,
+    said_of_coherence,
+    said_of_reference,
+)
 
 SHARED = (
     "are these several temperatures, levels or repeats? Poles are shared by one FRF of each pair: export one "
@@ -39,7 +45,7 @@ def of_universal(path: Path, transfers: list[MeasuredTransfer]) -> FrfSet:
     """
     try:
         alive, dead = _alive(transfers)
-        notes, hashes = (*dead, *said_of_coherence(alive)), {path.name: sha256(path)}
+        notes, hashes = (*dead, *said_of_reference(alive), *said_of_coherence(alive)), {path.name: sha256(path)}
         frfs = FrfSet(path.stem, tuple(alive), read_nodes(path), notes=notes, hashes=hashes)
         require_one_of_each(frfs.transfers, SHARED)
         require_convention(frfs.transfers)

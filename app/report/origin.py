@@ -1,10 +1,12 @@
 """Where the results of a run came from, and which of them are older than what they were made from."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from analysis.campaign_extent import CampaignExtent
+from app.files.campaign_inputs import OF_CAMPAIGN, has_other_sweeps, said_of_more_sweeps, stored_extent, sweeps_of
 from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp, sha256
 from app.files.run_folder import MADE_BY
@@ -30,6 +32,7 @@ def _whole(stamp: object) -> Mapping[str, Any]:
     tables = ("inputs", "settings", "packages")
     if not isinstance(stamp, dict) or not all(isinstance(stamp.get(name), dict) for name in tables):
         raise ValueError(f"its provenance: a table with {', '.join(tables)} is wanted")
+    stored_extent(stamp)
     return {"flexura": "?", "python": "?", "seed": None, **stamp}
 
 
@@ -52,7 +55,26 @@ def outdated(run: Path, found: Stamps) -> list[str]:
                 apart.append(f"{name} and {other} were made from different files called {made_from}")
         if apart:
             said.append(f"{apart[0]}; make both again from one recording")
-    return said
+    return [*said, *_of_fewer_sweeps(run, found, {one.split(" ", 1)[0] for one in said})]
+
+
+def _of_fewer_sweeps(run: Path, found: Stamps, told: Collection[str]) -> list[str]:
+    """Say which results were made when their campaign had other sweeps than later ones, or than it has now."""
+    own = {name: stamp["inputs"] for name, stamp in found.items() if name in OF_CAMPAIGN and name not in told}
+    said = {name: said_of_more_sweeps(run, inputs, MADE_BY[name].split()[0]) for name, inputs in own.items()}
+    for name, inputs in own.items():
+        most = max(own, key=lambda other: len(sweeps_of(own[other])))
+        if said[name] is None and has_other_sweeps(inputs, own[most]):
+            said[name] = (
+                f"made from {len(sweeps_of(inputs))} sweeps of a campaign, and {most} from "
+                f"{len(sweeps_of(own[most]))}; make it again: flexura {MADE_BY[name]}"
+            )
+    return [f"{name} was {sentence}" for name, sentence in said.items() if sentence is not None]
+
+
+def extent_of(found: Stamps) -> CampaignExtent | None:
+    """Return how complete the campaign was when frf.h5 was made; None where it was."""
+    return stored_extent(found["frf.h5"]) if "frf.h5" in found else None
 
 
 def origin(found: Stamps) -> list[Item]:

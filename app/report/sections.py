@@ -12,7 +12,7 @@ from app.files.run_folder import MADE_BY, is_test_run, run_file
 from app.report import paper, studies
 from app.report.gap_section import gap_section
 from app.report.modal_test import sections_of_test
-from app.report.origin import Stamps, origin, outdated, stamps
+from app.report.origin import Stamps, extent_of, origin, outdated, stamps
 from app.report.page import Absent, Item, PageTable, Section, VerdictBox, Words
 from app.report.panel_sections import compensation_section, focusing_section
 from app.report.plate_sections import identification_section, measurement_section, updating_section
@@ -72,11 +72,18 @@ def sections(run: Path, report: Progress) -> Found:
     if old:
         lead += 1
         made.insert(
-            0, Section("Before you read on", [VerdictBox("Results that do not belong together", old, False)])
+            0,
+            Section(
+                "Before you read on",
+                [VerdictBox("Results that are out of date, or do not belong together", old, False)],
+            ),
         )
     report("report", 1.0)
     temperature = frf.temperature
+    extent = extent_of(found)
     subtitle = f"{len(temperature)} sweeps, {temperature.min():z.1f} to {temperature.max():z.1f} °C"
+    if extent is not None:
+        subtitle = extent.said
     return Found(experiment.title, subtitle, made, old, lead)
 
 

@@ -14,6 +14,7 @@ from analysis.rendering.renderer import Renderer
 from app.files.bad_file import ResultFileError
 from app.files.exports.destination import written_together
 from app.files.exports.shipment import Shipment
+from app.files.room import RESULTS, require_room
 from app.files.sound_file import Sound
 from app.files.wav_file import WavFile, WavFileError, create_wav
 from app.sound.trace import Trace
@@ -99,6 +100,7 @@ def render(
     work = _Work(Renderer(shipment.filters, float(programme.at(0.0)), block), clock)
     frames = sound.frames + shipment.filters.banks.shape[2] - 1
     actuators = len(shipment.filters.banks)
+    require_room(folder, 4.0 * actuators * frames + RESULTS, "--out")
     try:
         with written_together(folder, names) as (wav_path, trace_path):
             with create_wav(wav_path, sound.sample_rate, actuators, frames, shipment.stamp) as file:

@@ -17,6 +17,7 @@
 ``gap_notes``                effects that were not tried, and the error of the twin
 ``gap_pairing``              modes paired before and after the effects found
 ``drift_notes``              drift of the temperature that is not taken into account
+``temperature_notes``      temperatures of a campaign that cannot be true
 ``issued_twin``            twin file that the gap stage writes
 ``focus``                  filters of a panel over temperature
 ``compensate``             networks and other methods that predict these filters, compared

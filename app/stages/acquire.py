@@ -17,6 +17,7 @@ from drivers.ni.errors import DaqError
 from drivers.rig.campaign import Moment, Observer, Outcome, run_campaign
 from drivers.rig.errors import RESUME, RigStopped
 from drivers.rig.occupancy import occupied
+from drivers.rig.rig import Aftercare
 from drivers.rig.session import Session
 from drivers.rig.shot import fire
 
@@ -94,7 +95,8 @@ def _claimed(session: Session, folder: Path, places: Sequence[str]) -> Iterator[
     If the folder cannot be written, a rig that a killed campaign left on is brought to rest before the error is
     raised.
     """
-    with occupied(places, f"flexura acquire, campaign {folder}"), ExitStack() as held:
+    with occupied(places, f"flexura acquire, campaign {folder}") as locks, ExitStack() as held:
+        session.aftercare = Aftercare(locks.filenos(), folder / "watchdog.log")
         try:
             held.enter_context(folder_lock(folder))
         except FolderInUseError:

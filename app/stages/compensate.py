@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from analysis.campaign_extent import CampaignExtent
 from analysis.compensation.measured import compensate_measured
 from analysis.compensation.outcome import Compensation
 from analysis.compensation.settings import Training, suited_nodes
@@ -16,6 +17,7 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.temperatures import covered
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
+from app.files.campaign_inputs import extent_settings
 from app.files.compensation_file import save_compensation
 from app.files.provenance import provenance
 from app.stages.panel_inputs import workers
@@ -181,7 +183,9 @@ def _clock(device: str) -> Callable[[], float]:
     return time.thread_time if device == "cpu" else time.perf_counter
 
 
-def save(run: Path, found: CompensatedPanel, inputs: Mapping[str, str]) -> Path:
+def save(
+    run: Path, found: CompensatedPanel, inputs: Mapping[str, str], extent: CampaignExtent | None = None
+) -> Path:
     """Write compensation.h5.
 
     Parameters
@@ -191,6 +195,8 @@ def save(run: Path, found: CompensatedPanel, inputs: Mapping[str, str]) -> Path:
     found : CompensatedPanel
     inputs : mapping
         SHA-256 of every input file of the networks, by its name.
+    extent : CampaignExtent, optional
+        Of the campaign that the laws are from, where that was not complete.
 
     Returns
     -------
@@ -211,6 +217,7 @@ def save(run: Path, found: CompensatedPanel, inputs: Mapping[str, str]) -> Path:
         "device": found.device,
         "panel": found.panel.model_dump(mode="json"),
         "measured": found.measured,
+        **extent_settings(extent),
     }
     save_compensation(target, found.panel, outcome, provenance(inputs, settings, outcome.trained.settings.seed))
     return target

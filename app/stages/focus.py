@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.arrays import Real
+from analysis.campaign_extent import CampaignExtent
 from analysis.focusing.aim import Aim
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.measured_filters import compare_measured, focus_measured
@@ -15,6 +16,7 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.temperatures import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
+from app.files.campaign_inputs import extent_settings
 from app.files.filter_files import save_focusing
 from app.files.provenance import provenance
 from app.stages.panel_inputs import workers
@@ -139,7 +141,7 @@ def compute_measured(measured: MeasuredPanel, report: Progress, *, method: Metho
     return FocusedPanel(measured.panel, focusing, compare_measured(measured), measured=True)
 
 
-def save(run: Path, found: FocusedPanel, inputs: Mapping[str, str]) -> Path:
+def save(run: Path, found: FocusedPanel, inputs: Mapping[str, str], extent: CampaignExtent | None = None) -> Path:
     """Write filters.h5.
 
     Parameters
@@ -149,6 +151,8 @@ def save(run: Path, found: FocusedPanel, inputs: Mapping[str, str]) -> Path:
     found : FocusedPanel
     inputs : mapping
         SHA-256 of every input file of the filters, by its name.
+    extent : CampaignExtent, optional
+        Of the campaign that the laws are from, where that was not complete.
 
     Returns
     -------
@@ -166,6 +170,7 @@ def save(run: Path, found: FocusedPanel, inputs: Mapping[str, str]) -> Path:
         "temperatures": focusing.temperature.tolist(),
         "panel": found.panel.model_dump(mode="json"),
         "measured": found.measured,
+        **extent_settings(extent),
     }
     made_from = provenance(inputs, settings)
     save_focusing(target, found.panel, focusing, found.comparison, made_from, found.uncorrected)

@@ -20,6 +20,8 @@ from analysis.progress import Progress
 from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
 from analysis.updating.drift import to_first_order
 from app.files.atomic import write_json
+from app.files.bad_file import ResultFileError
+from app.files.campaign_inputs import campaign_settings, has_other_sweeps, origin_of_result
 from app.files.frf_file import save_frf
 from app.files.gap_file import GapFigures, save_gap
 from app.files.gap_json import gap_record
@@ -168,7 +170,7 @@ def _origin(campaign: AnyCampaign, mains: float, start: Path | None, folder: Pat
         inputs[f"twin {start.name}"] = sha256(start)
     if folder is not None:
         inputs |= {f"effect {file.name}": sha256(file) for file in sorted(folder.glob("[!_]*.py"))}
-    return provenance(inputs, {"mains": mains, "campaign": campaign.name})
+    return provenance(inputs, {"mains": mains, **campaign_settings(campaign)})
 
 
 def save(
@@ -183,8 +185,9 @@ def save(
 ) -> dict[str, Any]:
     """Write gap.json, gap.h5, frf.h5, twin.toml and laws, and return the content of gap.json.
 
-    ``laws.h5`` is the result of `flexura update`: it is written only if it is not there. Laws under effects go to
-    ``laws-corrected.h5``; without effects that file is removed, because an earlier run may have left it.
+    ``laws.h5`` is the result of `flexura update`: it is written only if it is not there, or of other sweeps of
+    this campaign, which has got more since. Laws under effects go to ``laws-corrected.h5``; without effects that
+    file is removed, because an earlier run may have left it.
 
     Parameters
     ----------
@@ -216,7 +219,7 @@ def save(
     save_frf(run / "frf.h5", campaign.experiment, found.frf, origin)
     figures = GapFigures.of(found.report, found.corrected.nodes)
     save_gap(run / FIGURES, figures, found.report.signatures, record, origin)
-    if not (run / "laws.h5").is_file():
+    if _wants_laws(run / "laws.h5", campaign):
         plain = found.plain
         record_of_plain = pairing_record(plain.pairing)
         save_laws(run / "laws.h5", plain.updated, plain.laws, plain.twin, origin, record_of_plain)
@@ -229,6 +232,17 @@ def save(
         (run / LAWS).unlink(missing_ok=True)
     write_json(run / GAP, record)
     return record
+
+
+def _wants_laws(path: Path, campaign: AnyCampaign) -> bool:
+    """Whether there are no laws, or those of the plain twin for other sweeps of this campaign."""
+    if not path.is_file():
+        return True
+    try:
+        origin = origin_of_result(path, "update")
+    except ResultFileError:  # unreadable: `flexura update` says so, and makes it again
+        return False
+    return not origin.settings.get("effects") and has_other_sweeps(origin.inputs, campaign.hashes)
 
 
 def _save_corrected_laws(

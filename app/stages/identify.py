@@ -20,12 +20,13 @@ from analysis.identification.tracking import sweep_measured, track
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.campaign_export import export_frfs
+from app.files.campaign_inputs import campaign_settings
 from app.files.frf_file import save_frf
 from app.files.modes_file import save_modes, write_table
 from app.files.provenance import provenance, sha256
 from app.files.run_folder import run_file
 from app.files.uff_campaign import nearest_sweep, sweep_name
-from app.modal_test.frf_set import said_of_coherence
+from app.modal_test.frf_set import said_of_coherence, said_of_reference
 from app.stages.drift_notes import untimed
 from app.stages.identify_options import Wanted
 from app.terminal.modes import headline, modes_record, tables
@@ -144,7 +145,7 @@ def save(
     OSError
         Where a file cannot be written.
     """
-    made_from = provenance(found.inputs, {"campaign": campaign.name} | wanted.record())
+    made_from = provenance(found.inputs, campaign_settings(campaign) | wanted.record())
     save_frf(run / "frf.h5", campaign.experiment, found.every, made_from)  # as written by update and gap
     if export is not None:
         sweep = None if wanted.temperature is None else nearest_sweep(found.frf, wanted.temperature)
@@ -198,7 +199,7 @@ def uff_records(frfs: Sequence[MeasuredTransfer], wanted: Wanted, report: Progre
     records = []
     for done, frf in enumerate(frfs):
         report("identify", done / len(frfs))
-        said = said_of_coherence([frf])
+        said = [*said_of_reference([frf]), *said_of_coherence([frf])]
         try:
             found = modes_record(wanted.identify([frf]))
         except ValueError as error:

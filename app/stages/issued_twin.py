@@ -1,8 +1,5 @@
 """Content of the twin file written by the gap stage: declaration, laws, effects and origin."""
 
-import hashlib
-import json
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,7 +10,16 @@ from analysis.gap.report import Verdict
 from analysis.plate_material import material_box
 from analysis.updating.corrected_twin import CorrectedTwin, material_of
 from app.files.effect_cache import operators_key
-from app.files.twin_file import Basis, Estimated, TwinDeparture, TwinEffect, TwinFile, TwinLaws, TwinOrigin
+from app.files.twin_file import (
+    Basis,
+    Estimated,
+    TwinDeparture,
+    TwinEffect,
+    TwinFile,
+    TwinLaws,
+    TwinOrigin,
+    inputs_digest,
+)
 
 
 def issued_twin(
@@ -71,7 +77,7 @@ def issued_twin(
         origin=TwinOrigin(
             flexura=analysis.__version__,
             campaign=campaign.name,
-            inputs=hashlib.sha256(json.dumps(sorted(campaign.hashes.items())).encode()).hexdigest(),
+            inputs=inputs_digest(campaign.hashes),
             verdict=verdict,
             based_on=based_on,
         ),

@@ -28,6 +28,7 @@ from analysis.twin_model import NO_EFFECTS, Effects
 from analysis.updated import Updated
 from analysis.updating.update import by_temperature
 from app.files.bad_file import ResultFileError
+from app.files.campaign_inputs import has_other_sweeps, sweeps_of
 from app.files.modes_file import load_modes, modes_made_from
 from app.twins.computed_modes import computed_poles, residues_at
 from simulation.twin.instrumented_plate import InstrumentedPlate
@@ -117,6 +118,20 @@ def _known(path: Path, campaign: AnyCampaign, frf: Frf) -> dict[int, Modes]:
         return {}
     places = sweeps_of_modes(frf, tracked)
     return {int(t): _turned(tracked.modes[places[t]], frf, int(t)) for t in np.flatnonzero(places >= 0)}
+
+
+def said_of_older_modes(path: Path, campaign: AnyCampaign) -> tuple[str, ...]:
+    """Return a note where modes in a file are of other sweeps of a campaign, which has got more since."""
+    try:
+        made_from = modes_made_from(path) if path.is_file() else {}
+    except ResultFileError:
+        return ()
+    if not has_other_sweeps(made_from, campaign.hashes):
+        return ()
+    return (
+        f"{path}: of {len(sweeps_of(made_from))} sweeps; the campaign has {len(campaign.sweeps)} now, so that "
+        "these modes are not paired: make it again with flexura identify",
+    )
 
 
 def _turned(modes: Modes, frf: Frf, sweep: int) -> Modes:

@@ -6,13 +6,15 @@ from pathlib import Path
 import numpy as np
 
 from analysis.arrays import Real
+from analysis.campaign_extent import CampaignExtent
 from analysis.focusing.panel import Panel
 from analysis.focusing.temperatures import covered
 from analysis.material import Material, MaterialLaws
 from app.files.bad_file import ResultFileError
-from app.files.best_twin import CORRECTED, best_twin
+from app.files.best_twin import CORRECTED, best_twin, recordings
+from app.files.campaign_inputs import origin_of_result, said_of_more_sweeps
 from app.files.laws_file import effects_in_laws, load_laws
-from app.files.twin_file import TwinFile, read_twin
+from app.files.twin_file import TwinFile, inputs_digest, read_twin
 from app.stages.measured_plate import MeasuredPlate
 
 OWN = 0.1
@@ -37,6 +39,8 @@ class PanelLaws:
         The plate that they were found on; None where only the laws are known.
     uncorrected : MaterialLaws or None
         Those of the plain twin, where `laws` are corrected.
+    extent : CampaignExtent or None
+        Of the campaign they were found in, where that was not complete.
     """
 
     path: Path
@@ -45,6 +49,7 @@ class PanelLaws:
     notes: tuple[str, ...] = ()
     measured: MeasuredPlate | None = None
     uncorrected: MaterialLaws | None = None
+    extent: CampaignExtent | None = None
 
     def on(self, panel: Panel) -> tuple[Panel, list[str]]:
         """Return a panel with what was found about its plate, and all notes; ResultFileError if it cannot be."""
@@ -98,7 +103,35 @@ def laws_for(run: Path | None, twin: Path | None, verb: str) -> PanelLaws:
     path = best.twin.path.resolve()
     laws = load_laws(path) if best.twin.laws is None else best.twin.laws  # which says why there are none
     plain = None if best.uncorrected is None else best.uncorrected.laws
-    return PanelLaws(path, laws, path.parent, tuple(best.notes), MeasuredPlate.of_run(run, best), plain)
+    extent, said = origin_of(path)
+    notes = (*best.notes, *said)
+    return PanelLaws(path, laws, path.parent, notes, MeasuredPlate.of_run(run, best), plain, extent)
+
+
+def origin_of(path: Path) -> tuple[CampaignExtent | None, list[str]]:
+    """Return how complete the campaign was in which laws were found, and notes on that; none where it was.
+
+    Parameters
+    ----------
+    path : Path
+        File of the laws.
+
+    Returns
+    -------
+    extent : CampaignExtent or None
+    notes : list of str
+
+    Raises
+    ------
+    ResultFileError
+        Where the file cannot be read.
+    """
+    verb = "gap" if path.name == CORRECTED else "update"
+    origin = origin_of_result(path, verb)
+    more = said_of_more_sweeps(path.parent, origin.inputs, verb)
+    if more is not None:
+        return origin.extent, [f"{path.name}: {more}"]
+    return origin.extent, [] if origin.extent is None else [f"{path.name}: {origin.extent.note}"]
 
 
 def _of_file(path: Path) -> PanelLaws:
@@ -109,15 +142,33 @@ def _of_file(path: Path) -> PanelLaws:
         notes = (
             f"{path.name} is named itself: its laws are uncorrected; name the folder for those of the best twin",
         )
-    return PanelLaws(path, laws, path.parent, notes)
+    extent, said = origin_of(path)
+    return PanelLaws(path, laws, path.parent, (*notes, *said), extent=extent)
 
 
 def _of_twin(run: Path | None, twin: Path) -> PanelLaws:
     path, read = twin.resolve(), read_twin(twin)
+    extent, said = _origin_of_twin(path, read)
     folder = run if run is not None and run.is_dir() else path.parent
     measured = MeasuredPlate.of_twin(read)
-    notes = (f"{twin}: the panel's plate obeys the corrected laws",) if read.effect else ()
-    return PanelLaws(path, laws_of_twin(read, path), folder, notes, measured, uncorrected_laws(folder))
+    corrected = (f"{twin}: the panel's plate obeys the corrected laws",) if read.effect else ()
+    laws, plain = laws_of_twin(read, path), uncorrected_laws(folder)
+    return PanelLaws(path, laws, folder, (*corrected, *said), measured, plain, extent)
+
+
+def _origin_of_twin(path: Path, twin: TwinFile) -> tuple[CampaignExtent | None, list[str]]:
+    """Return how complete a twin file's campaign was, and notes; gap.h5 of the same comparison says so."""
+    beside = path.with_name("gap.h5")
+    try:
+        origin = origin_of_result(beside, "gap") if beside.is_file() else None
+    except ResultFileError:  # the twin file does without
+        return None, []
+    if origin is None or twin.origin.inputs != inputs_digest(recordings(origin.inputs)):
+        return None, []
+    more = said_of_more_sweeps(path.parent, origin.inputs, "gap")
+    if more is not None:
+        return origin.extent, [f"{path.name}: {more}"]
+    return origin.extent, [] if origin.extent is None else [f"{path.name}: {origin.extent.note}"]
 
 
 def laws_of_twin(twin: TwinFile, origin: Path) -> MaterialLaws:
@@ -153,7 +204,9 @@ def uncorrected_laws(run: Path) -> MaterialLaws | None:
         return None
 
 
-def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, float]:
+def range_of(
+    panel: Panel, laws: MaterialLaws, origin: Path, extent: CampaignExtent | None = None
+) -> tuple[float, float]:
     """Return the common temperature range of panel and laws.
 
     Parameters
@@ -162,6 +215,8 @@ def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, flo
     laws : MaterialLaws
     origin : Path
         File of the laws, for messages.
+    extent : CampaignExtent, optional
+        Of their campaign, where that was not complete, for messages.
 
     Returns
     -------
@@ -176,7 +231,8 @@ def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, flo
     try:
         return covered(laws, panel.filters.operating_range)
     except ValueError as error:
-        raise ResultFileError(f"{origin}: {error}; update a campaign that covers them") from error
+        of_part = "" if extent is None else f" (this one is not complete: {extent.said})"
+        raise ResultFileError(f"{origin}: {error}; update a campaign that covers them{of_part}") from error
 
 
 def said_of_range(panel: Panel, covered: tuple[float, float]) -> list[str]:

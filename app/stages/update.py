@@ -30,12 +30,20 @@ from analysis.updating.outlier_sweeps import outlier_sweeps
 from analysis.updating.polarity import polarity_corrected
 from analysis.updating.sheet_start import sheet_start
 from analysis.updating.update import update
+from app.files.campaign_inputs import campaign_settings
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.pairing_json import pairing_record
 from app.files.provenance import provenance, sha256
 from app.stages.drift_notes import drift_notes
-from app.stages.pairing import MeasuredSweeps, measured_sweeps, paired_sweeps, with_reason
+from app.stages.pairing import (
+    MeasuredSweeps,
+    measured_sweeps,
+    paired_sweeps,
+    said_of_older_modes,
+    with_reason,
+)
+from app.stages.temperature_notes import label_notes, recorded_notes
 from app.terminal.notebook import as_html, as_text
 from app.terminal.pairing import pairing_tables
 from app.terminal.update import headline, notes, tables_of
@@ -154,7 +162,7 @@ def save(run: Path, campaign: AnyCampaign, found: Updating, mains: float, start:
     settings: dict[str, Any] = {"mains": mains}
     if start is not None:
         settings |= {"twin": sha256(start.path), "effects": start.twin.effects}
-    made_from = provenance(campaign.hashes, {**settings, "campaign": campaign.name})
+    made_from = provenance(campaign.hashes, settings | campaign_settings(campaign))
     save_frf(run / "frf.h5", campaign.experiment, found.frf, made_from)
     save_laws(run / "laws.h5", found.updated, found.laws, found.twin, made_from, pairing_record(found.pairing))
 
@@ -196,7 +204,9 @@ def updated_twin(campaign: AnyCampaign, mains: float, report: Progress, run: Pat
         answers = list(executor.map(answer, local, sweep_points(frf, protocol)))
     density = campaign.experiment.plate.density
     seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
-    frf = replace(frf, notes=(*frf.notes, *drift_notes(protocol, updated, laws)))
+    older = () if run is None else said_of_older_modes(run / "modes.h5", campaign)
+    of_temperatures = (*recorded_notes(campaign), *label_notes(campaign, frf, updated))
+    frf = replace(frf, notes=(*frf.notes, *of_temperatures, *drift_notes(protocol, updated, laws), *older))
     measured = measured_sweeps(campaign, frf, updated, report, run=run, mains=mains)
     pairs = paired_sweeps(campaign.experiment, frf, updated, measured, twin, local, seen.h, found)
     return Updating(frf, updated, laws, seen, measured, Pairing.of(pairs))

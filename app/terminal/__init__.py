@@ -2,7 +2,10 @@
 
 =======================  ===============================================================
 ``progress``             one bar per stage on the error stream
+``streams``              output that a closed pipe, a lost terminal or a full disk does not end
+``end_signals``          Ctrl-C, SIGTERM and a lost terminal, all ending a verb in one way
 ``campaign_progress``    the bar of a running campaign
+``campaign_extent``      how many sweeps an incomplete campaign has, in a line and as JSON
 ``campaign_ending``      how an acquired campaign ended: record, line, exit status
 ``modes``                modes as JSON, as tables and in one line
 ``mode_rows``            modes of one sweep as rows of words

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from app.files.campaign_error import CampaignFileError
+from app.files.unwritten import UnwrittenFileError
 from drivers.rig.campaign import Outcome
 from drivers.rig.errors import RigInterrupted, RigStopped
 
@@ -53,12 +54,15 @@ def completed(outcome: Outcome, unsafe: tuple[str, ...], folder: Path, seconds: 
         "finished": outcome.finished,
         "missing": outcome.missing,
         "made_now": outcome.made_now,
+        "doubted": outcome.doubted,
         "unsafe": list(unsafe),
         "seconds": seconds,
     }
     line = f"{outcome.finished} sweeps in {folder}, {outcome.made_now} of them now, in {seconds:.1f} s"
     if outcome.missing:
         line += f"; {outcome.missing} are missing (events.jsonl says why; --again tries once more)"
+    if outcome.doubted:
+        line += f"; the temperature of {outcome.doubted} is in doubt (events.jsonl says why)"
     status = NOT_AT_REST if unsafe else NOT_GOOD_ENOUGH if outcome.missing else 0
     return Ending(record, line + not_at_rest(unsafe), status)
 
@@ -85,6 +89,8 @@ def broken_off(error: BaseException, unsafe: tuple[str, ...] | None, folder: Pat
     line = f"stopped: {why}"
     if isinstance(error, RigInterrupted):
         line = f"stopped{f'; {rest}' if unsafe == () else ''}; run the same command again to continue"
+    elif isinstance(error, UnwrittenFileError):
+        line = f"stopped: {why}"
     elif isinstance(error, OSError):
         line = f"stopped: {folder} cannot be written: {why}. Make room, then run this again"
     elif not isinstance(error, RigStopped | CampaignFileError):

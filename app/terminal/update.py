@@ -11,6 +11,7 @@ from analysis.declared_quantity import budget, doubts
 from analysis.material import MaterialLaws
 from analysis.pairing.paired_sweeps import Pairing
 from analysis.updated import GOOD_MISFIT, Updated
+from analysis.updating.enough_temperatures import FEWEST, distinct_temperatures
 from app.files.declared_json import declared_record
 from app.terminal.pairing import pairing_tables
 from app.terminal.sheet import (
@@ -224,6 +225,15 @@ def summary(updated: Updated, run: Path, seconds: float, unit: str, pairing: Pai
     )
 
 
+def too_few(updated: Updated) -> str:
+    """Say that there are no laws, how many temperatures they need, and how many are there."""
+    count = distinct_temperatures(updated.temperature[updated.settled])
+    return (
+        f"no laws over temperature: settled estimates at {FEWEST} temperatures or more are needed, and there "
+        f"{'is' if count == 1 else 'are'} {count}"
+    )
+
+
 def notes(updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None = None) -> list[str]:
     """Say what has to be known before the estimates are trusted.
 
@@ -256,5 +266,5 @@ def notes(updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None =
     if updated.sheet is not None:
         said.append(declared_line(updated.sheet))
     if laws is None:
-        said.append("no laws over temperature: at least 3 temperatures with settled estimates are needed")
+        said.append(too_few(updated))
     return said

@@ -65,7 +65,8 @@ def expected_modes(campaign: AnyCampaign, laws: Path, report: Progress) -> Expec
     if temperature.shape != updated.temperature.shape or np.abs(temperature - updated.temperature).max() > 1e-3:
         raise ResultFileError(
             f"{laws}: holds {len(updated.temperature)} sweeps, the campaign {len(temperature)}, or others: "
-            "a sweep was left out, or this is another campaign's. Identify without --twin, or update this campaign"
+            "a sweep was left out, more were measured since, or this is another campaign's. Identify without "
+            "--twin, or update this campaign"
         )
     twin, material = campaign_twin(campaign.experiment, report), updated.material
     lines = np.asarray(campaign.experiment.protocol.band, dtype=np.float64)

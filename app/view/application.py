@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from app.view.display import display_fault
+
 if TYPE_CHECKING:
     from PySide6.QtCore import QMessageLogContext, QtMsgType
     from PySide6.QtWidgets import QApplication
@@ -14,9 +16,10 @@ LIBRARIES = "libegl1 libgl1 libx11-6 libxkbcommon0 libdbus-1-3 libfontconfig1 li
 
 
 def application() -> "QApplication":
-    """Return the application, begun if need be; ClickException where this system lacks what Qt needs.
+    """Return the application, begun if need be.
 
-    Where there is no screen, ``QT_QPA_PLATFORM=offscreen`` lets Qt draw into memory.
+    Raises ClickException where this system lacks what Qt needs, or a display. Where there is none,
+    ``QT_QPA_PLATFORM=offscreen`` lets Qt draw into memory.
     """
     os.environ.setdefault("PYQTGRAPH_QT_LIB", "PySide6")  # whatever other binding may be about
     try:
@@ -32,6 +35,9 @@ def application() -> "QApplication":
     running = QApplication.instance()
     if isinstance(running, QApplication):
         return running
+    fault = display_fault()
+    if fault is not None:
+        raise click.ClickException(fault)
     qInstallMessageHandler(_message)
     begun = QApplication(["flexura"])
     begun.setApplicationDisplayName("Flexura")

@@ -7,12 +7,12 @@ from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QPoint, QRectF, QSize
+from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QPoint, QRectF, QSize
 from PySide6.QtGui import QPainter, QPixmap
 from PySide6.QtSvg import QSvgGenerator
 from PySide6.QtWidgets import QWidget
 
-from app.files.atomic import atomic_path, write_text
+from app.files.atomic import write_bytes, write_text
 from app.view.chart import Chart
 
 SHARP = 2.0
@@ -43,26 +43,39 @@ def picture(widget: QWidget, scale: float, target: Path) -> None:
     shown.setDevicePixelRatio(scale)
     shown.fill(widget.palette().window().color())
     QWidget.render(widget, shown, QPoint())  # a plot's own method draws its scene only
-    with atomic_path(target) as path:
-        if not shown.save(str(path), "PNG"):
-            raise OSError(f"{target}: cannot be written")
+    content = _Content()
+    shown.save(content.device, "PNG")
+    content.write(target)
 
 
 def export_svg(chart: Chart, target: Path) -> None:
     """Write lines and words as such; maps go in as pictures."""
     size = QSize(chart.width(), chart.height())
-    with atomic_path(target) as path:
-        generator = QSvgGenerator()
-        generator.setFileName(str(path))
-        generator.setSize(size)
-        generator.setViewBox(QRectF(0.0, 0.0, size.width(), size.height()))
-        generator.setTitle(chart.name)
-        painter = QPainter()
-        if not painter.begin(generator):
-            raise OSError(f"{target}: cannot be written")
-        painter.fillRect(QRectF(0.0, 0.0, size.width(), size.height()), chart.backgroundBrush())
-        chart.render(painter)
-        painter.end()
+    content = _Content()
+    generator = QSvgGenerator()
+    generator.setOutputDevice(content.device)
+    generator.setSize(size)
+    generator.setViewBox(QRectF(0.0, 0.0, size.width(), size.height()))
+    generator.setTitle(chart.name)
+    painter = QPainter(generator)
+    painter.fillRect(QRectF(0.0, 0.0, size.width(), size.height()), chart.backgroundBrush())
+    chart.render(painter)
+    painter.end()
+    content.write(target)
+
+
+class _Content:
+    """What Qt draws into memory: of a file that it writes itself, it does not say why it cannot."""
+
+    def __init__(self) -> None:
+        self._bytes = QByteArray()
+        self.device = QBuffer(self._bytes)
+        self.device.open(QIODevice.OpenModeFlag.WriteOnly)
+
+    def write(self, target: Path) -> None:
+        """Write it, whole or not at all."""
+        self.device.close()
+        write_bytes(target, bytes(self._bytes.data()))
 
 
 def export_csv(chart: Chart, target: Path) -> None:

@@ -159,8 +159,12 @@ class Window(QMainWindow):
     def _ask_and_export(self) -> None:
         folder = QFileDialog.getExistingDirectory(self, "Folder for PNG, SVG and CSV of the plots in sight")
         if folder:
-            written = self.export(Path(folder))
-            self.statusBar().showMessage(f"{len(written)} files in {folder}")
+            try:
+                written = self.export(Path(folder))
+            except OSError as error:
+                self.statusBar().showMessage(str(error))
+            else:
+                self.statusBar().showMessage(f"{len(written)} files in {folder}")
 
     def _offer_export(self, chart: Chart) -> None:
         """Put the three formats first in a plot's own menu, instead of pyqtgraph's exporter."""
@@ -177,7 +181,10 @@ class Window(QMainWindow):
     def _ask_one(self, chart: Chart, ending: str, exporter: Callable[[Chart, Path], None]) -> None:
         name, _ = QFileDialog.getSaveFileName(self, "Export", f"{chart.name}.{ending}", f"*.{ending}")
         if name:
-            exporter(chart, Path(name))
+            try:
+                exporter(chart, Path(name))
+            except OSError as error:
+                self.statusBar().showMessage(str(error))
 
     def _full_screen(self) -> None:
         self.showNormal() if self.isFullScreen() else self.showFullScreen()

@@ -25,6 +25,8 @@ class LineFault(StrEnum):
     """The instrument says no: a Modbus exception, or a line of text that is none it should say."""
     GONE = "disconnected"
     """The port is gone."""
+    ECHO = "echo"
+    """What was asked comes back before it, as from an adapter that receives its own transmission."""
     INTERRUPTED = "interrupted"
     """Ctrl-C comes while it is waited for."""
 
@@ -76,6 +78,8 @@ class FaultyLine:
         self._left -= 1
         self.questions += 1
         self._request = data
+        if self._fault is LineFault.ECHO:
+            self._coming.append((self._clock.now(), data))
         self._inner.write(data)
 
     def read(self, wait: float) -> bytes:
@@ -113,6 +117,8 @@ class FaultyLine:
                 return data
             case LineFault.ERROR:
                 return _refusal(self._request, data)
+            case LineFault.ECHO:
+                return data
             case LineFault.INTERRUPTED:
                 self._fault = None
                 self._coming.append((now, data))

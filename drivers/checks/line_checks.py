@@ -14,6 +14,7 @@ FAULTS = (
     (LineFault.GARBAGE, math.inf, "noise on the cable must never pass for a temperature"),
     (LineFault.LATE, 2, "an answer after its time-out must not be taken for the next one's"),
     (LineFault.STALE, 3, "bytes left over from an earlier question must not answer this one"),
+    (LineFault.ECHO, math.inf, "many RS-485 adapters return each question before its answer"),
     (LineFault.ERROR, math.inf, "a refusal must be reported, not read as a number"),
     (LineFault.GONE, math.inf, "a pulled cable is reported, and the driver works again once it is back"),
 )

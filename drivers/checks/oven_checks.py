@@ -193,6 +193,19 @@ def _interrupted(trial: OvenOnTrial, oven: Oven, line: FaultyLine) -> None:
     raise Failed("Ctrl-C was swallowed")
 
 
+def _rests_unanswered(trial: OvenOnTrial, oven: Oven, line: FaultyLine) -> None:
+    _require_line(oven, line)
+    oven.ramp_to(trial.truth() + trial.reach, 1.0)
+    line.fail(LineFault.SILENCE)
+    try:
+        oven.safe()
+    except OvenError:
+        if not trial.at_rest():
+            raise Failed("its commands arrive, only the answers do not, and it continues") from None
+        return
+    raise Failed("no answer came, and it reported no error when brought to rest")
+
+
 def _closes(trial: OvenOnTrial) -> None:
     oven = trial.open(trial.line())
     oven.close()
@@ -226,4 +239,5 @@ COMMANDS = (
     ("a refused ramp is reported", "a campaign would wait for what never comes", _refused_ramp),
     ("settings not accepted are reported", "with a locked panel the oven continues its ramp", _locked),
     ("rests after Ctrl-C in a question", "the answer still owed must not spoil the rest", _interrupted),
+    ("rests without any answer", "a broken wire may still carry the commands", _rests_unanswered),
 )

@@ -7,6 +7,7 @@
 ``controllers``        our kinds: settings, driver and simulated counterpart of each
 ``error``              what can go wrong, and what to do next
 ``expiry``             commands that end by themselves where nobody renews them
+``echo``               the echo of a line, left out of its answers
 ``line``               lock, gaps between commands, time-outs, bounded retries
 ``serial_port``        serial ports, pseudo-terminals, TCP sockets
 ``modbus``             Modbus registers, read back after each write

@@ -12,7 +12,7 @@ class Fault(StrEnum):
     GARBLED = "garbled"
     """An answer that is not one: checksum, unit, length or wording are wrong."""
     BUSY = "busy"
-    """The controller asks for patience."""
+    """The controller cannot answer now, or a gateway does not reach it: ask again."""
     REFUSED = "refused"
     """The controller understood and said no."""
     NOT_TAKEN = "not taken"

@@ -5,6 +5,7 @@ Register numbers: Eurotherm 2000 series communications handbook, and those of th
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.eurotherm_program import AUTOMATIC, EurothermProgram, as_float
@@ -130,6 +131,11 @@ class Eurotherm:
     def safe(self) -> None:
         """Manual with no output."""
         with self._unit.line.reserved():
+            manual, no_output = ((self._at.mode, MANUAL), (self._at.output, 0))
+            self._unit.line.blind(partial(self._unit.write, *manual), partial(self._unit.write, *no_output))
+            if self._program is not None:
+                self._program.expiry.end()
+                self._unit.line.blind(self._program.send_reset)
             self._unit.put(self._at.mode, MANUAL, name="auto/manual")
             self._unit.put(self._at.output, 0, name="output")
             if self._program is not None:

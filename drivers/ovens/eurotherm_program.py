@@ -118,6 +118,10 @@ class EurothermProgram:
             )
         self.expiry.begin(self._unit.line.now, ramp)
 
+    def send_reset(self) -> None:
+        """Command its stop, without reading anything."""
+        self._unit.write(STATUS, RESET)
+
     def reset(self) -> None:
         """Stop it: in automatic, the instrument goes to set-point 1."""
         self.expiry.end()

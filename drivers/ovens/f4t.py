@@ -4,6 +4,7 @@ Registers: Watlow F4T user's guide, and the ramp registers of chambers built aro
 """
 
 import math
+from functools import partial
 
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.expiry import HARMLESS, refused_is_none
@@ -89,9 +90,14 @@ class F4T:
     def safe(self) -> None:
         """Switch the loop off."""
         with self._unit.line.reserved():
+            off = partial(self._unit.write, MODE, OFF)
+            if self._profile is None:
+                self._unit.line.blind(off)
+            else:
+                self._profile.expiry.end()
+                self._unit.line.blind(off, self._profile.send_stop, off)
             self._unit.put(MODE, OFF, name="control mode")
             if self._profile is not None:
-                self._profile.expiry.end()
                 with refused_is_none():
                     self._profile.stop()
                 self._unit.put(MODE, OFF, name="control mode")

@@ -81,6 +81,10 @@ class F4TProfile:
             )
         self.expiry.begin(self._unit.line.now, ramp)
 
+    def send_stop(self) -> None:
+        """Command the end of whatever profile runs, without reading anything."""
+        self._unit.write(STOP, TERMINATE)
+
     def stop(self) -> None:
         """Terminate whatever profile runs: the loop goes back to its own set-point and mode."""
         with of(f"profile {self._number}", WITHOUT):

@@ -1,5 +1,6 @@
 """One line to one controller: lock, pauses between commands, time-outs, repeated attempts."""
 
+import logging
 import math
 import threading
 from collections.abc import Callable, Iterator
@@ -8,7 +9,10 @@ from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 from drivers.clock import Clock
+from drivers.ovens.echo import Echo
 from drivers.ovens.error import Fault, OvenError
+
+log = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
@@ -100,6 +104,8 @@ class Line:
         self._free_at = clock.now()
         self._failing_since = math.inf
         self._unsettled = False
+        self._retries = timing.retries
+        self._echo = Echo()
 
     @property
     def now(self) -> float:
@@ -112,8 +118,22 @@ class Line:
         with self._lock:
             yield
 
-    def attempt(self, action: Callable[[], T], *, writes: bool = False) -> T:
+    def attempt(self, action: Callable[[], T], *, writes: bool = False, checksum: bool = True) -> T:
         """Return what `action` returns, trying again within bounds while its trouble may pass.
+
+        Parameters
+        ----------
+        action : callable
+            One exchange.
+        writes : bool
+            Whether it is a command.
+        checksum : bool
+            Whether requests carry one. Without it a controller refuses what noise has changed on its way, so that
+            a refusal may pass, too.
+
+        Returns
+        -------
+        T
 
         Raises
         ------
@@ -127,17 +147,37 @@ class Line:
             # After a keyboard interrupt, for example, an answer that is not expected any more may still arrive.
             self._unsettled = True
             try:
-                result = self._tried(
-                    action, self._timing.gap_after_write if writes else self._timing.gap_after_read
-                )
+                gap = self._timing.gap_after_write if writes else self._timing.gap_after_read
+                result = self._tried(action, gap, passing=PASSING if checksum else PASSING | {Fault.REFUSED})
             except OvenError:
                 self._unsettled = False
                 raise
             self._unsettled = False
             return result
 
-    def _tried(self, action: Callable[[], T], gap: float) -> T:
-        for left in range(self._timing.retries, -1, -1):
+    def blind(self, *commands: Callable[[], object]) -> None:
+        """Send every command once, whatever becomes of the answers.
+
+        This is for commands that have to reach the oven even if all answers are lost, or come too late. What they
+        have done is to be read back afterwards.
+
+        Parameters
+        ----------
+        *commands : callable
+            Each makes its attempts on this line; repeats are left to the caller.
+        """
+        with self._lock:
+            for command in commands:
+                self._retries = 0
+                try:
+                    command()
+                except OvenError as error:
+                    log.debug("a command was not acknowledged: %s", error)
+                finally:
+                    self._retries = self._timing.retries
+
+    def _tried(self, action: Callable[[], T], gap: float, passing: frozenset[Fault]) -> T:
+        for left in range(self._retries, -1, -1):
             self._clock.sleep(self._free_at - self._clock.now())
             begun = self._clock.now()
             try:
@@ -145,6 +185,8 @@ class Line:
             except OvenError as error:
                 if error.fault not in PASSING:
                     self._failing_since = math.inf
+                    if error.fault in passing and left > 0:
+                        continue
                     raise
                 self._failing_since = min(self._failing_since, begun)
                 failure = self._explained(error)
@@ -159,10 +201,13 @@ class Line:
 
     def send(self, request: bytes) -> None:
         """Send `request`, to which there is no answer."""
+        if self._echo.present:  # wait for its echo, or the next answer would begin with it
+            self.exchange(request, lambda _: 0)
+            return
         self._transport.drain()
         self._transport.write(request)
 
-    def exchange(self, request: bytes, end: End, quiet: float | None = None) -> bytes:
+    def exchange(self, request: bytes, end: End, quiet: float | None = None, *, repeats: bool = False) -> bytes:
         """Send `request` and return the answer, or what there is of it when the time-out is over.
 
         Parameters
@@ -172,25 +217,33 @@ class Line:
             Says where the answer ends.
         quiet : float, optional
             Take a silence of this many seconds after the first byte for the end as well.
+        repeats : bool
+            Whether a sound answer may be equal to the request.
 
         Returns
         -------
         bytes
-            Empty after silence.
+            Without an echo of the request; empty after silence.
         """
         self._transport.drain()
         self._transport.write(request)
         deadline = self._clock.now() + self._timing.timeout
         received = b""
+        answer: bytes | None = None
         while True:
             wait = deadline - self._clock.now()
-            came = self._transport.read(max(min(wait, quiet) if quiet is not None and received else wait, 0.0))
+            came = self._transport.read(max(min(wait, quiet) if quiet is not None and answer else wait, 0.0))
             received += came
-            length = end(received)
-            if length is not None:
-                return received[:length]
+            answer = self._echo.answer(request, received, repeats=repeats)
+            length = None if answer is None else end(answer)
+            if answer is not None and length is not None:
+                if not repeats:
+                    self._echo.learn(request, received)
+                return answer[:length]
             if not came or self._clock.now() >= deadline or len(received) > LONGEST:
-                return received
+                break
+        answer = self._echo.at_the_end(request, received, repeats=repeats)
+        return answer[: end(answer)]
 
     def pause(self, seconds: float) -> None:
         """Let time pass before the next question."""
@@ -234,6 +287,4 @@ class Line:
                 f"Stop the campaign; look at the instrument itself. {error.advice}",
                 error.code,
             )
-        return OvenError(
-            error.fault, f"{error.what}, {self._timing.retries + 1} attempts", error.advice, error.code
-        )
+        return OvenError(error.fault, f"{error.what}, {self._retries + 1} attempts", error.advice, error.code)

@@ -2,6 +2,8 @@
 
 import logging
 import math
+from collections.abc import Callable
+from functools import partial
 
 from drivers.clock import Clock, Stop
 from drivers.ovens.error import Fault, OvenError
@@ -127,6 +129,12 @@ class MappedOven:
         with self._line.reserved():
             self._end_steps()
             self._commanded = False
+            commands: list[Callable[[], None]] = []
+            if points.run is not None:
+                commands.append(partial(points.run.send, False))
+            if points.rest_at is not None:
+                commands.append(partial(points.set_point.send, points.rest_at))
+            self._line.blind(*commands)
             if points.run is not None:
                 points.run.put(False)
             if points.rest_at is not None:

@@ -7,10 +7,16 @@ import minimalmodbus
 
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Line
-from drivers.ovens.modbus_frames import FramedInstrument, Framing
+from drivers.ovens.modbus_frames import FramedInstrument, Framing, ModbusExceptionAnswer
 
 T = TypeVar("T")
 WordOrder = Literal["high word first", "low word first"]
+
+PERMANENT = frozenset({1, 2, 3, 7})
+"""Exception codes of a request that this unit never takes: function, address or value. Any other may pass: 4, 5, 6
+and 8 of a unit that is not able now; 10 and 11 of a gateway that did not reach the unit in time, which is the same
+as its silence."""
+GATEWAY = frozenset({10, 11})
 
 _ORDER = {
     "high word first": minimalmodbus.BYTEORDER_BIG,
@@ -209,17 +215,8 @@ class ModbusUnit:
                 f"Modbus unit {self._address} does not answer",
                 "Is it switched on and wired (A and B may be swapped)? Check address, baud rate and parity.",
             ) from error
-        except minimalmodbus.SlaveDeviceBusyError as error:
-            raise OvenError(
-                Fault.BUSY, f"Modbus unit {self._address} is busy", "Wait, or raise retries.", "busy"
-            ) from error
-        except minimalmodbus.SlaveReportedException as error:
-            raise OvenError(
-                Fault.REFUSED,
-                f"Modbus unit {self._address} refuses the request",
-                "Check that kind names the model on the label, and that the value is within its own limits.",
-                str(error),
-            ) from error
+        except ModbusExceptionAnswer as error:
+            raise self._told(error) from error
         except minimalmodbus.MasterReportedException as error:
             if "slave address" in str(error):
                 raise OvenError(
@@ -232,6 +229,30 @@ class ModbusUnit:
                 f"damaged answer: {error}",
                 "Check baud rate and parity, the cable's shield and ground, and the distance to power lines.",
             ) from error
+
+    def _told(self, answer: ModbusExceptionAnswer) -> OvenError:
+        unit = f"Modbus unit {self._address}"
+        if answer.number in PERMANENT:
+            return OvenError(
+                Fault.REFUSED,
+                f"{unit} refuses the request",
+                "Check that kind names the model on the label, and that the value is within its own limits.",
+                str(answer),
+            )
+        if answer.number in GATEWAY:
+            return OvenError(
+                Fault.BUSY,
+                f"the gateway does not reach {unit}",
+                "Is the controller switched on and wired to the gateway? Check address, and baud rate, "
+                "parity and time-out of the gateway.",
+                str(answer),
+            )
+        return OvenError(
+            Fault.BUSY,
+            f"{unit} cannot answer now",
+            "Wait, or raise retries; look at the controller's panel if it lasts.",
+            str(answer),
+        )
 
 
 def _taken(name: str, register: int, wanted: float, held: float, tolerance: float) -> float:

@@ -125,7 +125,12 @@ class Oven(Protocol):
         ...
 
     def safe(self) -> None:
-        """Put the oven into the state in which it neither heats nor cools; may be called again at will."""
+        """Put the oven into the state in which it neither heats nor cools; may be called again at will.
+
+        All commands that this takes are sent before anything is read (`drivers.ovens.line.Line.blind`): a line may
+        still carry commands when its answers are lost, or come too late. Then the state is read back, and what
+        cannot be read is an error.
+        """
         ...
 
     def close(self) -> None:

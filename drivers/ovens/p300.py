@@ -118,8 +118,9 @@ def decode(answer: bytes) -> str:
         cause = next(
             (text for known, text in ADVICE.items() if said.startswith(known)), "Look at the chamber's panel."
         )
-        fault = Fault.BUSY if said.startswith("DATA NOT READY") else Fault.REFUSED
-        raise OvenError(fault, "the chamber refuses the command", cause, words)
+        if re.match("(?:CONT|CHB|DATA) NOT READY", said):
+            raise OvenError(Fault.BUSY, "the chamber is not ready for the command", cause, words)
+        raise OvenError(Fault.REFUSED, "the chamber refuses the command", cause, words)
     return words
 
 

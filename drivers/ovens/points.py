@@ -26,6 +26,10 @@ class Setting(Value, Protocol):
         """Smallest difference it can hold."""
         ...
 
+    def send(self, value: float) -> None:
+        """Command it to be set to `value`; nothing is read, neither before nor afterwards."""
+        ...
+
     def put(self, value: float) -> float:
         """Set it to `value`, and return what it reads back; OvenError of kind not taken where that differs."""
         ...
@@ -36,6 +40,10 @@ class Switch(Protocol):
 
     def on(self) -> bool:
         """Ask whether it does."""
+        ...
+
+    def send(self, on: bool) -> None:
+        """Command it; nothing is read, neither before nor afterwards."""
         ...
 
     def put(self, on: bool) -> None:

@@ -150,17 +150,21 @@ class Register:
         )
         return float(f"{self.declared.decoded(words, self.order):.7g}")
 
+    def send(self, value: float) -> None:
+        """Write it."""
+        words = self.declared.encoded(value, self.order)
+        _named(self.name, lambda: self.unit.write_words(self.declared.at, words))
+
     def put(self, value: float) -> float:
         """Make it hold `value`: written where it does not yet, and read back."""
         tolerance = 0.5001 * self.resolution + 1e-6 * abs(value)
         rounded = ROUNDED if self.declared.type == "float32" else 0.0
         if isinstance(self.declared, RateRegister):
             rounded = min(rounded, 0.25 * abs(value))  # a rate of 0 may mean no ramp at all
-        words = self.declared.encoded(value, self.order)
         with self.unit.line.reserved():
             held = self.read()
             if not abs(held - value) <= tolerance:
-                _named(self.name, lambda: self.unit.write_words(self.declared.at, words))
+                self.send(value)
                 held = self.read()
         if not abs(held - value) <= max(tolerance, rounded):
             raise not_taken(f"{self.name} (register {self.declared.at})", f"{value:g}", f"{held:g}")
@@ -178,6 +182,14 @@ class RunSwitch:
         """Ask whether it is on, or in a third state: only `off` is known to be at rest."""
         return read_content(self.unit, "run", self.declared.at, self.declared.table) != self.declared.off
 
+    def send(self, on: bool) -> None:
+        """Write its register or coil."""
+        wanted, at = self.declared.on if on else self.declared.off, self.declared.at
+        if self.declared.table == "coil":
+            _named("run", lambda: self.unit.write_bit(at, wanted))
+        else:
+            _named("run", lambda: self.unit.write_words(at, (wanted,)))
+
     def put(self, on: bool) -> None:
         """Switch, and read back."""
         wanted = self.declared.on if on else self.declared.off
@@ -185,10 +197,7 @@ class RunSwitch:
         with self.unit.line.reserved():
             if read_content(self.unit, "run", at, table) == wanted:
                 return
-            if table == "coil":
-                _named("run", lambda: self.unit.write_bit(at, wanted))
-            else:
-                _named("run", lambda: self.unit.write_words(at, (wanted,)))
+            self.send(on)
             held = read_content(self.unit, "run", at, table)
         if held != wanted:
             raise not_taken(f"run (register {at})", str(wanted), str(held))

@@ -42,6 +42,8 @@ class Votsch:
         self._air = self._layout.temperature
         self._start = self._layout.start
         self._rate = limits.max_rate
+        self._seen: ascii2.Status | None = None
+        line.blind(self._status)  # a write replaces all channels: `safe` needs them where no answer comes any more
 
     def temperature(self) -> float:
         """Air temperature, degrees Celsius."""
@@ -78,8 +80,16 @@ class Votsch:
             return self._change(self.limits.clamp_target(self.temperature()), running=True)
 
     def safe(self) -> None:
-        """Take the Start bit away, whatever the channels hold."""
-        self._change(None, running=False)
+        """Take the Start bit away, whatever the channels hold.
+
+        The first write sends the other channels and bits as they were when they were last read.
+        """
+        with self._line.reserved():
+            if self._seen is not None:
+                bits = self._bits(self._seen, running=False)
+                stopped = ascii2.encode_status(self._address, self._seen.nominal, bits)
+                self._line.blind(lambda: self._send(stopped))
+            self._change(None, running=False)
 
     def close(self) -> None:
         """Let go of the line."""
@@ -88,11 +98,10 @@ class Votsch:
     def _change(self, target: float | None, *, running: bool) -> float:
         with self._line.reserved():
             before = self._status()
-            nominal, bits = list(before.nominal), list(before.bits)
+            nominal = list(before.nominal)
             if target is not None:
                 nominal[self._air] = round(target, 1)
-            bits[self._start] = str(int(running))
-            wanted = (tuple(nominal), "".join(bits))
+            wanted = (tuple(nominal), self._bits(before, running=running))
             if wanted != (before.nominal, before.bits):
                 self._send(ascii2.encode_status(self._address, *wanted))
             after = self._status()
@@ -120,20 +129,26 @@ class Votsch:
             after = self._status()
         raise _not_taken(wanted, after)
 
+    def _bits(self, status: ascii2.Status, *, running: bool) -> str:
+        """Return the bits of a status with Start on or off."""
+        return status.bits[: self._start] + str(int(running)) + status.bits[self._start + 1 :]
+
     def _others(self, nominal: tuple[float, ...]) -> tuple[float, ...]:
         return nominal[: self._air] + nominal[self._air + 1 :]
 
     def _status(self) -> ascii2.Status:
-        status = self._line.attempt(
+        self._seen = self._line.attempt(
             lambda: ascii2.decode_status(
                 self._line.exchange(ascii2.encode_query(self._address, "I"), up_to(ascii2.CR)), self._layout
             )
         )
-        return status
+        return self._seen
 
     def _send(self, request: bytes) -> None:
         self._line.attempt(
-            lambda: ascii2.decode_acknowledgement(self._line.exchange(request, up_to(ascii2.CR))), writes=True
+            lambda: ascii2.decode_acknowledgement(self._line.exchange(request, up_to(ascii2.CR))),
+            writes=True,
+            checksum=False,
         )
 
     def _describe(self) -> ascii2.Ascii2Layout:

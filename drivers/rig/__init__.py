@@ -4,6 +4,7 @@
 ``rig``           parts of a rig, real or simulated
 ``rest``          bringing the rig to rest: the oven first, then the drive
 ``occupancy``     locks, so that one process at a time uses the rig
+``device_names``  names of a device that are the same however it is written
 ``session``       opening the rig, and bringing it to rest on every way out
 ``end_requests``  Ctrl-C, SIGTERM, a lost terminal, a closed console: handled later
 ``store``         protocol of the storage of sweeps and log

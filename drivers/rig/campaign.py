@@ -67,11 +67,14 @@ class Outcome:
         Sweeps kept and sweeps given up, over the whole campaign.
     made_now : int
         Sweeps finished by this run.
+    doubted : int
+        Finished sweeps whose temperature is in doubt.
     """
 
     finished: int
     missing: int
     made_now: int
+    doubted: int = 0
 
 
 def unobserved(moment: Moment) -> None:
@@ -132,17 +135,21 @@ def run_campaign(
         if events:
             station.restore(events)
         if not left:
-            return Outcome(len(progress.finished), len(progress.given_up), 0)
+            return Outcome(len(progress.finished), len(progress.given_up), 0, len(progress.doubted))
         begun = any(event.get("event") == "begun" for event in events)  # a start that failed has events, too
         if not begun:
             station.require_celsius()
             station.require_reachable()
         station.note("resumed" if begun else "begun", finished=len(progress.finished))
-        _run_legs(left, progress, station, protocol, store, observer, paused)
+        try:
+            _run_legs(left, progress, station, protocol, store, observer, paused)
+        finally:
+            station.tell_mislabelled()
     except (DaqError, OvenError) as error:
         raise RigStopped(str(error), RESUME) from error
     ended = Progress.of(store.finished(), store.events())
-    return Outcome(len(ended.finished), len(ended.given_up), len(ended.finished) - len(progress.finished))
+    made_now = len(ended.finished) - len(progress.finished)
+    return Outcome(len(ended.finished), len(ended.given_up), made_now, len(ended.doubted))
 
 
 def _todo(leg: Leg, progress: Progress) -> list[SweepSetPoint]:

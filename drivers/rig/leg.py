@@ -144,8 +144,9 @@ class LegRun:
                 require_agreement(reading, plate[0][1] if plate[0][0] <= now - 60.0 else None)
                 return
             if inside_since is None and now > deadline:
+                late = f"{here:.1f} °C after {settling.timeout:g} s more than the ramp to {target:g} °C takes"
                 raise RigStopped(
-                    f"{here:.1f} °C after {settling.timeout:g} s more than the ramp to {target:g} °C takes",
+                    "; ".join([late, *reading.doubts]),
                     "Can the oven reach it? Check the oven, or correct programme and oven limits",
                 )
 

@@ -3,16 +3,18 @@
 import hashlib
 import logging
 import os
-import tempfile
+import socket
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import BinaryIO
 
-from drivers.exclusive import take
+from drivers.exclusive import NameTakenError, is_still_there, take, take_name
 from drivers.ni.cards import CardsSettings
 from drivers.ovens.settings import OvenSettings
+from drivers.rig.device_names import device_names
 from drivers.rig.errors import RigStopped
 from drivers.thermometers.settings import ThermometerSettings
 
@@ -23,16 +25,41 @@ class RigInUse(RigStopped):
     """Another process of this computer uses the oven or the cards."""
 
 
+class Occupation:
+    """The locks of a rig that this process holds.
+
+    Parameters
+    ----------
+    locks : sequence of file or socket
+    """
+
+    def __init__(self, locks: "Sequence[BinaryIO | socket.socket]") -> None:
+        self._locks = tuple(locks)
+
+    def filenos(self) -> tuple[int, ...]:
+        """Return descriptors that hold the rig in every process that inherits them, as by ``pass_fds`` of Popen.
+
+        The rig is free when the last of these processes has ended. Empty on Windows, where a lock is that of one
+        process and cannot be inherited.
+        """
+        return () if sys.platform == "win32" else tuple(lock.fileno() for lock in self._locks)
+
+
 @contextmanager
-def occupied(places: Sequence[str], does: str) -> Iterator[None]:
+def occupied(places: Sequence[str], does: str) -> Iterator[Occupation]:
     """Context manager that locks a rig for this process.
 
     Parameters
     ----------
     places : sequence of str
-        Names of what only one process can use, equal in all processes: ``oven at COM3``.
+        Names of what only one process can use: ``oven at COM3``. They are compared as devices, whatever their
+        spelling.
     does : str
         Purpose, shown to other processes that want the rig meanwhile.
+
+    Yields
+    ------
+    Occupation
 
     Raises
     ------
@@ -40,20 +67,43 @@ def occupied(places: Sequence[str], does: str) -> Iterator[None]:
         If another process uses one of them; the rig was not touched.
     """
     with ExitStack() as held:
+        locks: list[BinaryIO | socket.socket] = []
+        taken: set[str] = set()
         for place in places:
-            path = _path(place)
-            try:
-                file = held.enter_context(_open(path))
-            except OSError as error:
-                log.warning("%s cannot be locked, another process may use it as well: %s", place, error)
-                continue
+            for name in sorted(device_names(place) - taken):
+                locks += _locks(place, name, does, held)
+                taken.add(name)
+        yield Occupation(locks)
+
+
+def _locks(place: str, name: str, does: str, held: ExitStack) -> "list[BinaryIO | socket.socket]":
+    """Take a device's name, then its file, which says who holds it and locks it where there are no such names."""
+    path = _path(name)
+    try:
+        claimed = take_name(f"{path.stem}-{_digest(str(path.parent))}")
+    except NameTakenError as error:
+        raise RigInUse(f"the {place} is in use by {_holder(path)}", HOW_TO_STOP) from error
+    locks: list[BinaryIO | socket.socket] = [] if claimed is None else [held.enter_context(claimed)]
+    try:
+        file = held.enter_context(_open(path))
+        for _ in range(ATTEMPTS):
             try:
                 take(file)
             except OSError as error:
                 raise RigInUse(f"the {place} is in use by {_holder(path)}", HOW_TO_STOP) from error
-            _sign(file, does)
-        yield
+            if is_still_there(file, path):
+                break
+            file = held.enter_context(_open(path))
+    except OSError as error:
+        if claimed is None:
+            log.warning("%s cannot be locked, another process may use it as well: %s", place, error)
+        return locks
+    _sign(file, does)
+    return [*locks, file]
 
+
+ATTEMPTS = 5
+"""A file that is removed between opening and locking is opened again so often."""
 
 HOW_TO_STOP = (
     "Stop that one (Ctrl-C there, or flexura view on its campaign), which brings the rig to rest; where it "
@@ -73,7 +123,7 @@ def in_use(places: Sequence[str]) -> str | None:
 def instrument_places(
     oven: OvenSettings | None, thermometer: ThermometerSettings | None, cards: CardsSettings | None
 ) -> tuple[str, ...]:
-    """Return names of the instruments that only one process can use, equal in all processes.
+    """Return names of the instruments that only one process can use, for `occupied`.
 
     Parameters
     ----------
@@ -88,28 +138,31 @@ def instrument_places(
     """
     lines = [("oven", oven.place)] if oven is not None else []
     lines += [("thermometer", thermometer.place)] if thermometer is not None else []
-    named = [f"{what} at {_line(place)}" for what, place in lines if place]
+    named = [f"{what} at {place}" for what, place in lines if place]
     return (*named, *(f"cards {place}" for place in (cards.places if cards is not None else ())))
 
 
-def _line(place: str) -> str:
-    """Return one name for a port that has several."""
-    if "://" in place:
-        return place.lower()
-    return str(Path(place).resolve()) if Path(place).is_absolute() else place
-
-
 def lock_folder() -> Path:
-    """Return the folder of the locks: one for all users of this computer, if the system has one."""
-    return Path(tempfile.gettempdir())
+    """Return the folder of the locks, the same for all users of this computer, whatever their environment says."""
+    if sys.platform == "win32":
+        from platformdirs import site_data_path
+
+        return site_data_path("flexura", appauthor=False)
+    return Path("/var/tmp")  # noqa: S108 (not TMPDIR, which each user may set; links are not followed)
 
 
-def _path(place: str) -> Path:
-    return lock_folder() / f"flexura-rig-{hashlib.sha256(place.encode()).hexdigest()[:16]}.lock"
+def _path(name: str) -> Path:
+    return lock_folder() / f"flexura-rig-{_digest(name)}.lock"
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def _open(path: Path) -> BinaryIO:
     """Open the file for reading, and for writing unless it belongs to another user: either can be locked."""
+    if sys.platform == "win32":  # its folder is Flexura's own
+        path.parent.mkdir(parents=True, exist_ok=True)
     flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
     try:
         number = os.open(path, os.O_RDWR | os.O_CREAT | flags, 0o666)

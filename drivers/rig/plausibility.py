@@ -1,7 +1,9 @@
-"""Plausibility checks of temperatures: jumps, stuck sensors, difference of air and plate."""
+"""Plausibility checks of temperatures at the rig: jumps of the air, difference of air and plate, units.
+
+What the sensors on the plate may read is judged by `analysis.plate_temperature`.
+"""
 
 from collections.abc import Callable
-from typing import Generic, TypeVar
 
 from drivers.rig.errors import RESUME, RigStopped
 from drivers.rig.readings import Reading
@@ -14,14 +16,9 @@ APART = 2.0
 """Largest difference of air and plate at the end of a soak, K."""
 SETTLED = 0.1
 """The plate counts as soaked if it changes by less within a minute, K."""
-STUCK_READINGS, STUCK_AIR = 20, 2.0
-"""A sensor with this many readings equal to the millikelvin, while the air changes by this much, K, is stuck."""
 
 
-Asked = TypeVar("Asked", bound=float | None)
-
-
-class CheckedSensor(Generic[Asked]):
+class CheckedSensor:
     """Reads a sensor a second time if its reading has jumped, to ignore a glitch on the line.
 
     No controller protocol numbers its answers, and ASCII-2 and P-300 have no checksum: a late answer to an earlier
@@ -30,59 +27,35 @@ class CheckedSensor(Generic[Asked]):
     Parameters
     ----------
     ask : callable
-        Returns a temperature, degrees Celsius; None where there is no such sensor.
+        Returns a temperature, degrees Celsius.
     now : callable
         s.
     max_rate : float
         Steepest ramp, K/min.
     """
 
-    def __init__(self, ask: Callable[[], Asked], now: Callable[[], float], max_rate: float) -> None:
+    def __init__(self, ask: Callable[[], float], now: Callable[[], float], max_rate: float) -> None:
         self._ask = ask
         self._now = now
         self._rate = OVERSHOOT * max_rate / 60.0
         self._last: tuple[float, float] | None = None
 
-    def read(self) -> Asked:
+    def read(self) -> float:
         """Return the temperature now; a reading that has jumped is replaced by a second one."""
         value = self._ask()
-        if value is not None and self._last is not None and not self._near(value, *self._last):
+        if self._last is not None and not self._near(value, *self._last):
             value = self._asked_again(value, *self._last)
-        if value is not None:
-            self._last = (value, self._now())
+        self._last = (value, self._now())
         return value
 
-    def _asked_again(self, jumped: float, last: float, moment: float) -> Asked:
+    def _asked_again(self, jumped: float, last: float, moment: float) -> float:
         second = self._ask()
-        if second is None or self._near(second, last, moment) or self._near(second, jumped, self._now()):
+        if self._near(second, last, moment) or self._near(second, jumped, self._now()):
             return second
         return self._ask()  # the second was damaged as well
 
     def _near(self, value: float, other: float, moment: float) -> bool:
         return abs(value - other) <= SLACK + self._rate * (self._now() - moment)
-
-
-class StuckSensorCheck:
-    """Recognises a stuck sensor of the plate: its reading stays the same while the air in the oven changes."""
-
-    def __init__(self) -> None:
-        self._equal = 0
-        self._plate = self._air = 0.0
-
-    def require_moving(self, reading: Reading) -> None:
-        """Raise RigStopped if the plate's sensor is stuck."""
-        if reading.plate is None:
-            return
-        if not self._equal or reading.plate != self._plate:
-            self._plate, self._air, self._equal = reading.plate, reading.air, 1
-            return
-        self._equal += 1
-        if self._equal >= STUCK_READINGS and abs(reading.air - self._air) >= STUCK_AIR:
-            raise RigStopped(
-                f"the plate's sensor is stuck at {reading.plate:g} °C: {self._equal} equal readings, while the "
-                f"air moved from {self._air:.1f} to {reading.air:.1f} °C",
-                f"Look at the thermocouple and its module. {RESUME}",
-            )
 
 
 def require_agreement(reading: Reading, minute_before: float | None) -> None:

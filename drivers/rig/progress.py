@@ -24,6 +24,8 @@ class Progress:
         The leg in whose ramp the oven was left; None if it was brought to rest, or no ramp had begun.
     begun : frozenset of int
         Legs whose ramp has begun.
+    doubted : frozenset of int
+        Steps whose sweeps are kept, with a temperature that is in doubt.
     """
 
     finished: frozenset[int]
@@ -31,6 +33,7 @@ class Progress:
     attempts: dict[int, int] = field(default_factory=dict)
     ramping: int | None = None
     begun: frozenset[int] = frozenset()
+    doubted: frozenset[int] = frozenset()
 
     @classmethod
     def of(
@@ -55,8 +58,11 @@ class Progress:
         given_up: set[int] = set()
         begun: set[int] = set()
         ramping: int | None = None
+        doubted: set[int] = set()
         for event in events:
             kind = event.get("event")
+            if event.get("step") is not None and (kind == "temperature in doubt" or event.get("doubt")):
+                doubted.add(int(event["step"]))
             if kind == "sweep begun":
                 attempts[int(event["step"])] = int(event["attempt"])
             elif kind == "missing":
@@ -68,5 +74,12 @@ class Progress:
                     begun.add(int(event["leg"]))
         if again and given_up - finished:
             # Every leg is run from its start again, whatever the oven's state.
-            return cls(finished, frozenset(), attempts)
-        return cls(finished, frozenset(given_up) - finished, attempts, ramping, frozenset(begun))
+            return cls(finished, frozenset(), attempts, doubted=frozenset(doubted) & finished)
+        return cls(
+            finished,
+            frozenset(given_up) - finished,
+            attempts,
+            ramping,
+            frozenset(begun),
+            frozenset(doubted) & finished,
+        )

@@ -18,11 +18,14 @@ class Reading:
     air : float
         The oven's own sensor, degrees Celsius.
     plate : float or None
-        The thermocouple on the plate; None where there is none.
+        The sensors on the plate; None where there is none.
+    doubts : tuple of str
+        Why the plate's temperature may be wrong.
     """
 
     air: float
     plate: float | None
+    doubts: tuple[str, ...] = ()
 
     @property
     def believable(self) -> bool:

@@ -56,7 +56,7 @@ class Session:
     thermometer : Thermometer
         Of an open session; the thermometer only if the rig has one besides the cards.
     aftercare : Aftercare
-        For a watchdog that outlives this process; to be set before the session is opened.
+        For a watchdog that outlives this process; set before the session is opened.
     unsafe : tuple of str or None
         What could not be verified to be at rest on exit; None before.
     """

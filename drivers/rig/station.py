@@ -8,17 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.plate_temperature.plate_sensors import PlateReading, PlateSensors
 from analysis.protocol.protocol import AcquisitionProtocol
 from drivers.ni.cards import Record
 from drivers.ni.errors import Action, DaqError
 from drivers.ovens.error import OvenError
 from drivers.ovens.line import PASSING
 from drivers.rig.errors import RESUME, RigStopped
-from drivers.rig.plausibility import CheckedSensor, StuckSensorCheck, require_celsius
+from drivers.rig.plausibility import CheckedSensor, require_celsius
 from drivers.rig.progress import Purpose
 from drivers.rig.readings import RESOLUTION, Patience, Reading
 from drivers.rig.session import Session
 from drivers.rig.store import Store
+
+LINES = "Check the oven's line, its sensor and the thermocouple; then run the same command again"
+SENSORS = f"Look at the sensors on the plate, their wires and their module, and at the oven's own sensor. {RESUME}"
 
 log = logging.getLogger(__name__)
 
@@ -46,10 +50,9 @@ class Station:
         self._protocol = protocol
         self._store = store
         self._patience = Patience(protocol.limits.lost_after)
-        self._stuck_check = StuckSensorCheck()
-        max_rate = session.oven.limits.max_rate
-        self._air = CheckedSensor(self._ask_air, lambda: self.now, max_rate)
-        self._plate = CheckedSensor(self._ask_plate, lambda: self.now, max_rate)
+        self._air = CheckedSensor(self._ask_air, lambda: self.now, session.oven.limits.max_rate)
+        self._sensors: PlateSensors | None = None
+        self._doubted: tuple[str, ...] = ()
         self.leg = -1
 
     @property
@@ -97,27 +100,79 @@ class Station:
 
     def reading(self) -> Reading | None:
         """Read both temperatures now; see `next_reading`."""
-        advice = "Check the oven's line, its sensor and the thermocouple; then run the same command again"
         try:
-            found = Reading(self._air.read(), self._plate.read())
+            found, wrong = self._read()
         except (OvenError, DaqError) as error:
             if not _passes(error):
                 raise
-            if not self._patience.failing:
-                self.note("trouble", what=str(error))
-            self._patience.bad(self.now, f"no temperature: {error}", advice)
+            self._failed(f"no temperature: {error}", str(error), LINES)
+            return None
+        if wrong:
+            if found.believable:  # beyond the limits it stops at once, believed or not
+                self._require_within(found)
+            self._failed(wrong, wrong, SENSORS)
             return None
         if not found.believable:
-            if not self._patience.failing:
-                self.note("trouble", what=f"absurd reading: air {found.air} °C, plate {found.plate} °C")
-            self._patience.bad(self.now, f"air reads {found.air} °C, plate {found.plate} °C", advice)
+            absurd = f"air {found.air} °C, plate {found.plate} °C"
+            self._failed(absurd.replace("air ", "air reads ", 1), f"absurd reading: {absurd}", LINES)
             return None
         if self._patience.failing:
             self.note("recovered", air=found.air, plate=found.plate)
         self._patience.good()
-        found.require_within(self._protocol.limits.coldest, self._protocol.limits.hottest)
-        self._stuck_check.require_moving(found)
+        self._require_within(found)
         return found
+
+    def _require_within(self, reading: Reading) -> None:
+        reading.require_within(self._protocol.limits.coldest, self._protocol.limits.hottest)
+
+    def _read(self) -> tuple[Reading, str]:
+        """Return the temperatures, and what is wrong where those of the plate are not believed."""
+        air = self._air.read()
+        values = self._ask_plate()
+        if not values.size or not Reading(air, None).believable:
+            return Reading(air, _mean(values)), ""
+        if self._sensors is None:
+            self._sensors = PlateSensors(self._protocol.plate_sensors(values.size))
+        if not self._sensors.fit(self.now, air, values.tolist()):
+            values = self._ask_plate()  # a glitch on the line is unlikely to happen twice
+        judged = self._sensors.judge(self.now, air, values.tolist())
+        self._tell(judged)
+        if judged.temperature is None:
+            return Reading(air, _mean(values)), judged.why
+        return Reading(air, round(judged.temperature, RESOLUTION), judged.doubts), ""
+
+    def _failed(self, what: str, logged: str, next_step: str) -> None:
+        """Log that there is no reading; RigStopped if that has lasted too long."""
+        if not self._patience.failing:
+            self.note("trouble", what=logged)
+        self._patience.bad(self.now, what, next_step)
+
+    def _tell(self, judged: PlateReading) -> None:
+        """Log sensors that are left out, and doubts when they begin and end."""
+        for what in judged.left_out:
+            self.note("sensor left out", what=what)
+        if bool(judged.doubts) != bool(self._doubted):
+            self.note(
+                "temperature in doubt" if judged.doubts else "temperature believed", what=list(judged.doubts)
+            )
+        self._doubted = judged.doubts
+
+    def mark(self, step: int) -> None:
+        """Note that a sweep was kept at the last reading, to be judged again by what is learnt later."""
+        if self._sensors is not None:
+            self._sensors.mark(step)
+
+    def tell_mislabelled(self) -> None:
+        """Log sweeps that were kept, and whose temperature is in doubt by what was learnt since.
+
+        Called at every end: a disk that cannot be written must not hide what ended the campaign.
+        """
+        found = {} if self._sensors is None else self._sensors.mislabelled()
+        for step, why in found.items():
+            try:
+                self.note("temperature in doubt", step=step, what=[why])
+            except OSError as error:
+                log.warning("step %d: %s; this could not be logged: %s", step, why, error)
 
     def watched(self, reading: Reading) -> float:
         """Return the temperature that triggers sweeps, degrees Celsius."""
@@ -133,7 +188,7 @@ class Station:
     def require_celsius(self) -> None:
         """Raise RigStopped if the controller clearly shows another unit; to be called before anything moves."""
         try:
-            require_celsius(Reading(self._air.read(), self._plate.read()))
+            require_celsius(Reading(self._air.read(), _mean(self._ask_plate())))
         except (OvenError, DaqError) as error:
             if not _passes(error):
                 raise
@@ -153,9 +208,8 @@ class Station:
     def _ask_air(self) -> float:
         return round(float(self._oven.temperature()), RESOLUTION)
 
-    def _ask_plate(self) -> float | None:
-        readings = self._session.temperatures()
-        return round(float(np.mean(readings)), RESOLUTION) if readings.size else None
+    def _ask_plate(self) -> NDArray[np.float64]:
+        return np.round(self._session.temperatures(), RESOLUTION)
 
     def ramp(self, target: float, rate: float, purpose: Purpose) -> None:
         """Start a ramp of the oven, and log the command with its time.
@@ -204,6 +258,10 @@ class Station:
                 self.note("recovered", what="the cards are back")
                 return
             self._session.sleep_until(self.now + 5.0)
+
+
+def _mean(values: NDArray[np.float64]) -> float | None:
+    return round(float(np.mean(values)), RESOLUTION) if values.size else None
 
 
 def _passes(error: OvenError | DaqError) -> bool:

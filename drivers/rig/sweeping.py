@@ -79,7 +79,9 @@ class Sweeping:
         what = {"step": set_point.step, "place": str(set_point), "attempt": number}
         if made.sweep is not None and not made.faults:
             self._store.keep(made.sweep, set_point, number)
-            self._station.note("finished", **what, temperature=round(made.sweep.temperature, 4))
+            self._station.mark(set_point.step)
+            doubt = {"doubt": made.sweep.doubt} if made.sweep.doubt else {}
+            self._station.note("finished", **what, temperature=round(made.sweep.temperature, 4), **doubt)
             return made
         if made.sweep is not None:
             self._store.put_aside(made.sweep, set_point, number, made.faults)
@@ -94,9 +96,13 @@ class Sweeping:
         if before is None:
             return Attempt(None, ("no temperature before the sweep",))
         drives, responses, overloaded = [], [], np.zeros(0, dtype=bool)
+        readings = [before]
         for repeat in range(sweep.repeats):
-            if repeat and station.reading() is None:  # the oven is read at least once per repeat
-                return Attempt(None, (f"no temperature before repeat {repeat + 1}",))
+            if repeat:  # the oven is read at least once per repeat
+                between = station.reading()
+                if between is None:
+                    return Attempt(None, (f"no temperature before repeat {repeat + 1}",))
+                readings.append(between)
             record = station.play(drive)
             self._store.show(record, set_point, repeat)
             if record.drive.shape != drive.shape:
@@ -108,18 +114,19 @@ class Sweeping:
         after = station.reading()
         if after is None:
             return Attempt(None, ("no temperature after the sweep",))
-        made = _sweep(set_point, before, after, began, drives, responses)
+        made = _sweep(set_point, [*readings, after], began, drives, responses)
         return Attempt(made, faults(made, drive, overloaded, rate, set_point, self._protocol))
 
 
 def _sweep(
     set_point: SweepSetPoint,
-    before: Reading,
-    after: Reading,
+    readings: list[Reading],
     began: str,
     drives: list[NDArray[np.float32]],
     responses: list[NDArray[np.float32]],
 ) -> Sweep:
+    before, after = readings[0], readings[-1]
+    doubts = dict.fromkeys(why for reading in readings for why in reading.doubts)
     return Sweep(
         step=set_point.step,
         direction=set_point.direction,
@@ -131,4 +138,5 @@ def _sweep(
         responses=np.stack(responses, axis=1),
         plate_temperature_start=before.plate,
         plate_temperature_end=after.plate,
+        doubt="; ".join(doubts),
     )

@@ -65,8 +65,8 @@ def test_a_kind_by_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(SerialPort, "__init__", lambda *_: pytest.fail("no hardware is touched"))
     result = run("watlow-f4t")
     assert result.exit_code == 0, result.output
-    assert result.stdout.count("passed ") == 17
-    assert "17 of 17 checks passed" in result.stderr
+    assert result.stdout.count("passed ") == 19
+    assert "19 of 19 checks passed" in result.stderr
 
 
 def test_what_a_file_declares(declared: Path) -> None:

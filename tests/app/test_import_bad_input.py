@@ -120,6 +120,13 @@ def test_declaration_of_absurd_size(tiny: Any, tmp_path: Path, run_flexura: Run)
 Break = Callable[[Any], object]
 
 
+def begun_later(file: Any) -> None:
+    """Let a channel begin a millisecond after the drive of its group."""
+    start = np.datetime64("2026-01-05T10:00:00", "us")
+    at("repeat 1/drive", wf_start_time=start)(file)
+    at("repeat 1/S1", wf_start_time=start + np.timedelta64(1, "ms"))(file)
+
+
 def at(place: str, **properties: object) -> Break:
     """Set (or with None remove) properties of a channel, "repeat 1/S1", or of the root, ""."""
 
@@ -197,6 +204,10 @@ RECORDING: list[tuple[str, Break, str]] = [
     ("drive in mV", samples("repeat 1/drive", lambda v: 4.0 * v), r"peak of drive = 4 V; allowed: 1 V within 10%"),
     ("other rate", at("repeat 1/S1", wf_increment=1e-4), r"repeat 1/S1 wf_increment = 0\.0001; .*0\.0001171875 s"),
     ("skewed", at("repeat 1/S1", wf_start_offset=1e-3), r"repeat 1/S1 wf_start_offset = 0\.001; allowed: 0\.0 s"),
+    ("begun later", begun_later,
+        r"repeat 1/S1 wf_start_time \+ wf_start_offset = 8\.533 samples .* later; allowed: the start"),
+    ("counts", at("repeat 1/S1", **{"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Reciprocal"}),
+        r"npTDMS says: Unsupported scale type: Reciprocal"),
     ("no offset", at("repeat 1/S1", wf_start_offset=None), r"repeat 1/S1 wf_start_offset = None; allowed: a time"),
     ("miscounted", at("repeat 1/S1", wf_samples=12), r"repeat 1/S1 wf_samples = 12; allowed: 1536"),
     ("mV", at("repeat 2/S2", unit_string="mV"), r"repeat 2/S2 unit_string = 'mV'; allowed: 'V'"),

@@ -68,7 +68,7 @@ def test_the_package_passes_every_check(site: Path) -> None:
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)["checks"]
     assert [(row["name"], row["said"]) for row in told if row["result"] != "passed"] == []
-    assert len(told) == 17
+    assert len(told) == 19
 
 
 def test_the_package_is_not_there_where_it_is_not_installed(tmp_path: Path) -> None:

@@ -26,7 +26,8 @@ from app.stages.panel_inputs import measured_panel
 from simulation.shell.shell_plate import ShellPlate
 from tests.fuzz.reader import Reader
 
-MEASURED = tuple(f"measured/a.{ending}" for ending in ("csv", "mat", "wav", "npz", "lvm", "tdms", "uff"))
+FILES = ("csv", "mat", "wav", "npz", "lvm", "tdms", "uff", "h5", "nc", "nc4", "sdynpy.npz", "v73.mat", "D.uff")
+MEASURED = tuple(f"measured/a.{ending}" for ending in FILES)
 DRAWINGS = ("drawn/splines.dxf", "drawn/lines.dxf", "drawn/plate.svg")
 MESHES = ("drawn/ascii.msh", "drawn/binary.msh", "drawn/entities.msh")
 FILTERS = "panel/filters.h5"

@@ -113,6 +113,9 @@ def _write_measurements(folder: Path) -> None:
     common |= {"rsp_ent_name": "NONE", "ref_ent_name": "NONE", "x": time, "id1": "hit", "abscissa_inc": 0.001}
     sets = [prepare_58(**common, rsp_node=n + 1, data=one) for n, one in enumerate((force, acc))]
     pyuff.UFF(str(folder / "a.uff")).write_sets(sets, "add")
+    _write_containers(folder, time, force, acc)
+    text = (folder / "a.uff").read_text(encoding="utf-8")
+    (folder / "a.D.uff").write_text(text.replace("e-", "D-").replace("e+", "D+"), encoding="utf-8")
     (folder / "test.toml").write_text(
         'format = "flexura-test/1"\nkind = "hammer"\n[channels]\nTime = { role = "time" }\n'
         'Force = { role = "drive", unit = "N" }\nAcc = { role = "response", unit = "g", at = "2:+z" }\n'
@@ -121,3 +124,34 @@ def _write_measurements(folder: Path) -> None:
         encoding="utf-8",
     )
     (folder / "points.csv").write_text("node,x,y,z\n1,0.0,0.0,0.0\n2,0.1,0.05,0.0\n3,0.2,0.1,0.002\n", "utf-8")
+
+
+def _write_containers(folder: Path, time: np.ndarray, force: np.ndarray, acc: np.ndarray) -> None:
+    """HDF5 with attributes, netCDF of both versions, a list of structures of MATLAB, FRFs of SDynPy."""
+    from scipy.io import netcdf_file
+
+    texts = h5py.string_dtype()
+    with h5py.File(folder / "a.h5", "w") as file:
+        file["time"], file["test/acc"] = time, np.array([acc, force])
+        file["time"].make_scale("time")
+        file["test/acc"].dims[1].attach_scale(file["time"])
+        file["test/acc"].attrs.update({"units": "g", "fs": 1000.0})
+    with netcdf_file(folder / "a.nc", "w") as file:
+        file.createDimension("time", len(time))
+        held = file.createVariable("force", "d", ("time",))
+        held[:], held.units = force, "N"
+    with h5py.File(folder / "a.nc4", "w") as file:
+        file.attrs["sample_rate"] = 1000.0
+        file["time_data"] = np.array([force, acc])
+        table = {"node_number": ["1", "2"], "node_direction": ["Z+", "X-"], "unit": ["N", "g"]}
+        for key, column in table.items():
+            file[f"channels/{key}"] = np.array(column, dtype=texts)
+    with h5py.File(folder / "a.v73.mat", "w", userblock_size=512) as file:
+        for key, values in (("force", force), ("acc", acc)):
+            parts = [file.create_dataset(f"#refs#/{key}{n}", data=values[:, None]).ref for n in range(2)]
+            file[f"run/{key}"] = np.array(parts, dtype=h5py.ref_dtype)
+    ends = [("node", "<u8"), ("direction", "i1")]
+    kind = [("abscissa", "<f8", (40,)), ("ordinate", "<c16", (40,)), ("coordinate", ends, (2,))]
+    data = np.zeros(2, dtype=kind)
+    data["abscissa"], data["ordinate"], data["coordinate"]["node"] = np.arange(1.0, 41.0), 1j, 3
+    np.savez(folder / "a.sdynpy.npz", data=data, function_type=4)

@@ -16,12 +16,13 @@ from app.files.exports.shipment import Shipment
 
 BLOCK = 256
 """Samples filtered at a time; longer blocks are cut, shorter ones taken as they are."""
-NAMES = ("flexura_filters.h", "flexura_filters.c")
+PREFIX = "flexura"
+"""Of every name that other code can see, unless another is given: two panels in one program need two."""
 WIDTH = 118
 
 
-def write_c(shipment: Shipment, folder: Path, fixed_point: bool) -> tuple[Path, ...]:
-    """Write ``flexura_filters.h`` and ``flexura_filters.c``.
+def write_c(shipment: Shipment, folder: Path, fixed_point: bool, prefix: str = PREFIX) -> tuple[Path, ...]:
+    """Write ``flexura_filters.h`` and ``flexura_filters.c``, or the same with another prefix.
 
     Parameters
     ----------
@@ -29,6 +30,8 @@ def write_c(shipment: Shipment, folder: Path, fixed_point: bool) -> tuple[Path, 
     folder : Path
     fixed_point : bool
         int16 in place of float32.
+    prefix : str
+        Small letters, digits and underscores.
 
     Returns
     -------
@@ -41,14 +44,15 @@ def write_c(shipment: Shipment, folder: Path, fixed_point: bool) -> tuple[Path, 
     ResultFileError
         Where the folder cannot be written.
     """
-    header, code = c_texts(shipment, fixed_point)
-    with written_together(folder, NAMES) as (header_path, code_path):
+    header, code = c_texts(shipment, fixed_point, prefix)
+    names = (f"{prefix}_filters.h", f"{prefix}_filters.c")
+    with written_together(folder, names) as (header_path, code_path):
         header_path.write_text(header, encoding="ascii", newline="\n")
         code_path.write_text(code, encoding="ascii", newline="\n")
-    return tuple(folder / name for name in NAMES)
+    return tuple(folder / name for name in names)
 
 
-def c_texts(shipment: Shipment, fixed_point: bool) -> tuple[str, str]:
+def c_texts(shipment: Shipment, fixed_point: bool, prefix: str = PREFIX) -> tuple[str, str]:
     """Return header and code.
 
     Parameters
@@ -56,6 +60,8 @@ def c_texts(shipment: Shipment, fixed_point: bool) -> tuple[str, str]:
     shipment : Shipment
     fixed_point : bool
         int16 in place of float32.
+    prefix : str
+        As of `write_c`.
 
     Returns
     -------
@@ -64,14 +70,21 @@ def c_texts(shipment: Shipment, fixed_point: bool) -> tuple[str, str]:
     """
     filters = shipment.filters
     short = FixedPoint.of(filters) if fixed_point else None
-    data = "".join(_data(shipment, short))
+    arrays = "".join(_data(shipment, short))
+    data = _text("flexura_provenance", shipment.stamp) + arrays
     # Compared by the compiler, so that a header and a file of two exports do not make one program.
     digest = f"0x{hashlib.sha256(data.encode()).hexdigest()[:8]}UL"
     sizes = "".join(f"#define FLEXURA_{name} {value}\n" for name, value in _sizes(filters, short, digest).items())
     template = files("app.files.exports")
     header = template.joinpath("filters.h.in").read_text(encoding="ascii").replace("@SIZES@\n", sizes)
-    code = template.joinpath("filters.c.in").read_text(encoding="ascii")
-    return header, code.replace("@EXPORT@", digest).replace("@DATA@\n", data)
+    code = template.joinpath("filters.c.in").read_text(encoding="ascii").replace("@EXPORT@", digest)
+    stamp = _text(f"{prefix}_provenance", shipment.stamp)  # its words are no names
+    return _named(header, prefix), _named(code, prefix).replace("@DATA@\n", stamp + _named(arrays, prefix))
+
+
+def _named(text: str, prefix: str) -> str:
+    """Give all names that other code can see their prefix."""
+    return text.replace(f"{PREFIX}_", f"{prefix}_").replace(f"{PREFIX.upper()}_", f"{prefix.upper()}_")
 
 
 def _sizes(filters: FollowingBank, short: FixedPoint | None, digest: str) -> dict[str, str]:
@@ -104,7 +117,6 @@ def _sizes(filters: FollowingBank, short: FixedPoint | None, digest: str) -> dic
 
 def _data(shipment: Shipment, short: FixedPoint | None) -> Iterable[str]:
     filters = shipment.filters
-    yield _text("flexura_provenance", shipment.stamp)
     yield _array("float", "table_temperature", filters.input.temperature, "TABLE")
     yield _array("float", "table_value", filters.input.value, "TABLE")
     if isinstance(filters.weights, TanhWeights):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from app.files.atomic import PARTIAL, force_folder_to_disk, force_to_disk
 from app.files.bad_file import ResultFileError
+from app.files.unwritten import reason
 
 OLD = PARTIAL + ".old"
 
@@ -51,9 +52,7 @@ def written_together(folder: Path, names: tuple[str, ...]) -> Iterator[tuple[Pat
                 part.unlink(missing_ok=True)
         force_folder_to_disk(folder)
     except OSError as error:
-        raise ResultFileError(
-            f"{folder}: cannot be written ({error.strerror}); name another with --out"
-        ) from error
+        raise ResultFileError(f"{folder}: {reason(error, targets[0])}; --out names the folder") from error
 
 
 def _renamed(parts: list[Path], targets: list[Path]) -> None:

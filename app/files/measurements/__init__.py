@@ -11,6 +11,7 @@
 ``wave``                sound files
 ``numpy_archive``       NPZ
 ``tdms``                TDMS of any layout
+``hdf5``                HDF5 and netCDF of any program
 ``uff_time``            time responses in universal files
 ======================  ==================================================================
 """

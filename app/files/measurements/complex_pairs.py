@@ -78,8 +78,34 @@ def _joined(columns: Columns, first: str, second: str) -> tuple[NDArray[Any], st
         raise ValueError(f"{first!r} has {len(one)} values, {second!r} {len(other)}; export both alike")
     if not re.search(WORD.format(PARTS["phase"]), second, re.IGNORECASE):
         return one + 1j * other, unit
+    return of_magnitude_and_phase(one, other, unit, turned)
+
+
+def of_magnitude_and_phase(
+    one: NDArray[np.float64], other: NDArray[np.float64], unit: str, turned: str
+) -> tuple[NDArray[np.complex128], str]:
+    """Complex values of a magnitude and a phase.
+
+    Parameters
+    ----------
+    one : (F,) ndarray
+        Magnitude; in decibels if its unit says so, or some values are below zero.
+    other : (F,) ndarray
+        Phase; in radians if its unit says so, or none is larger than a turn and no unit is given.
+    unit, turned : str
+        As the file writes them; may be empty.
+
+    Returns
+    -------
+    h : (F,) complex ndarray
+    unit : str
+        Of the magnitude, without decibels.
+    """
     decibels = unit.lower().startswith("db") or bool((one < 0.0).any())
-    magnitude = 10.0 ** (one / 20.0) if decibels else one
-    radians = turned.lower().startswith("rad") or (not turned and float(np.abs(other).max(initial=0.0)) < TURN)
+    with np.errstate(over="ignore", invalid="ignore"):  # not finite at 0 Hz, or refused where the FRF is checked
+        magnitude = np.power(10.0, one / 20.0) if decibels else one
+        largest = float(np.abs(other[np.isfinite(other)]).max(initial=0.0))
+        radians = turned.lower().startswith("rad") or (not turned and largest < TURN)
+        turn: NDArray[np.complex128] = np.exp(1j * (other if radians else np.radians(other)))
     unit = re.sub(r"^db\s*(re|ref|\()?\s*1?\s*", "", unit, flags=re.IGNORECASE).rstrip(")") if decibels else unit
-    return magnitude * np.exp(1j * (other if radians else np.radians(other))), unit
+    return magnitude * turn, unit

@@ -30,6 +30,7 @@ FORMATS = (
     Format("wav", (".wav",), "wave"),
     Format("npz", (".npz",), "numpy_archive"),
     Format("tdms", (".tdms",), "tdms"),
+    Format("hdf5", (".h5", ".hdf5", ".hdf", ".nc", ".nc4", ".netcdf", ".cdf"), "hdf5"),
     Format("uff", (".uff", ".unv", ".uf", ".bunv"), "uff_time"),
 )
 """Every format that is read into columns."""
@@ -37,7 +38,8 @@ FORMATS = (
 
 BEGINNINGS = {
     "lvm": rb"LabVIEW Measurement",
-    "mat": rb"MATLAB |\x89HDF",
+    "mat": rb"MATLAB ",
+    "hdf5": rb"\x89HDF|CDF[\x01\x02]",
     "wav": rb"RIFF|RIFX|RF64",
     "npz": rb"(?s)PK\x03\x04.{26}[^\0]*\.npy",
     "tdms": rb"TDSm",

@@ -1,12 +1,19 @@
-"""LabVIEW measurement files (LVM, versions 0.92 to 2): a head of the file, then segments of a head and a table."""
+"""LabVIEW measurement files (LVM, versions 0.92 to 2): a head of the file, then segments of a head and a table.
+
+A rate stands in them twice: as ``Delta_X``, of which LabVIEW keeps six decimals, and as the column of times.
+Channels of different rates stand side by side; the columns of the slower ones end early.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
+from analysis.estimation.quantities import FREQUENCIES, TIMES, plain_unit
+from analysis.estimation.sampling import RateSeen, is_default, of_step, of_times
 from app.files.measurements import text
-from app.files.measurements.columns import Columns, unused_name
+from app.files.measurements.columns import MOST_COLUMNS, Columns, add_rate, unused_name
 from app.files.parsed_text import read_bytes
 
 LARGEST = 500_000_000
@@ -32,7 +39,7 @@ def read(path: Path) -> Columns:
     ValueError
         Where it is damaged, or is neither LabVIEW's nor a table.
     """
-    lines = read_bytes(path, LARGEST).decode("utf-8", errors="replace").splitlines()
+    lines = text.decoded(read_bytes(path, LARGEST)).splitlines()
     if not lines or not lines[0].startswith("LabVIEW Measurement"):
         return text.read(path)
     ends = [number for number, line in enumerate(lines) if line.startswith(END)]
@@ -40,27 +47,25 @@ def read(path: Path) -> Columns:
         raise ValueError("no samples follow the head of the file; cut short? copy it again")
     delimiter = "," if any(line.startswith("Separator,") for line in lines[: ends[0]]) else "\t"
     common = _fields(lines[: ends[0]], delimiter)
-    columns: dict[str, np.ndarray] = {}
-    units: dict[str, str] = {}
-    rates: dict[str, float] = {}
-    channels: dict[str, str] = {}
+    values: dict[str, NDArray[np.float64]] = {}
+    parts: list[tuple[str, str, _Segment, int]] = []
     begin = ends[0] + 1
     for number, end in enumerate(ends[1:], start=1):
         part = _Segment(common | _fields(lines[begin:end], delimiter), lines[end + 1 : end + 2], delimiter)
         last = ends[number + 1] if number + 1 < len(ends) else len(lines)
-        values, begin = part.samples(lines, end + 2, last, ends_at_blank=number + 1 < len(ends))
+        begin = part.read(lines, end + 2, last, ends_at_blank=number + 1 < len(ends))
         taken: dict[str, str] = {}
-        for place, column in zip(part.filled, values.T, strict=True):
+        for place in part.filled:
             own = unused_name(part.name(place), taken)
             taken[own] = name = own if len(ends) == 2 else f"segment {number}/{own}"
-            columns[name] = column.copy()
-            if len(ends) > 2:
-                channels[name] = own
-            if unit := part.field("Y_Unit_Label", place):
-                units[name] = unit
-            if step := part.field("Delta_X", place):
-                rates[name] = 1.0 / float(step.replace(",", "."))
-    return Columns(columns, units, rates, channels=channels)
+            values[name] = part.samples(place)
+            parts.append((name, own, part, place))
+    columns = Columns(values)
+    for name, own, part, place in parts:
+        if len(ends) > 2:
+            columns.channels[name] = own
+        part.describe(columns, name, place)
+    return columns
 
 
 def _fields(lines: Sequence[str], delimiter: str) -> Fields:
@@ -70,17 +75,22 @@ def _fields(lines: Sequence[str], delimiter: str) -> Fields:
 
 
 class _Segment:
-    """A segment's head."""
+    """A segment: its head, and the columns below it."""
 
     def __init__(self, head: Fields, titles: Sequence[str], delimiter: str) -> None:
         self._head, self._delimiter = head, delimiter
         self._titles = [part.strip() for part in titles[0].split(delimiter)] if titles else []
-        self._step = 2 if "Multi" in head.get("X_Columns", []) else 1  # with a column of times before each channel
+        layout = head.get("X_Columns", [""])[0]
+        self._step = 2 if layout == "Multi" else 1  # with a column of times before each channel
+        self._timed = layout != "No"
         if not head.get("Channels", [""])[0]:
             raise ValueError("the head of a segment gives no number of channels; damaged? export it again")
         count = int(float(head["Channels"][0]))
+        if not 0 <= count <= MOST_COLUMNS:
+            raise ValueError(f"the head of a segment gives {count} channels; damaged? export it again")
         self.filled = [place for place in range(count) if self.field("Samples", place) != "0"]
         self._comma = head.get("Decimal_Separator", ["."])[0] == ","
+        self._columns: dict[int, NDArray[np.float64]] = {}
 
     def field(self, key: str, place: int) -> str:
         """Field of a channel, by its place; empty where there is none."""
@@ -92,14 +102,64 @@ class _Segment:
         at = self._at(place)
         return self._titles[at] if at < len(self._titles) and self._titles[at] else str(place + 1)
 
+    def samples(self, place: int) -> NDArray[np.float64]:
+        """Return the samples of a channel."""
+        return self._columns[self._at(place)]
+
+    def describe(self, columns: Columns, name: str, place: int) -> None:
+        """Add a channel's unit, rate and start, as its head and its times give them."""
+        if unit := self.field("Y_Unit_Label", place):
+            columns.units[name] = unit
+        along = plain_unit(self.field("X_Unit_Label", place) or "s")
+        if self.field("X_Dimension", place).lower().startswith("freq") or along in FREQUENCIES:
+            columns.doubts[name] = "its X_Dimension is frequency: it holds spectra, no signals; export the signals"
+            return
+        scale = TIMES.get(along)
+        if scale is None:
+            columns.doubts[name] = f"X_Unit_Label {along!r} is no unit of time; declare sample_rate = ... in Hz"
+            return
+        seen: list[RateSeen] = []
+        start, times = self._number("X0", place), self._times(place, len(self.samples(place)))
+        if times is not None:
+            try:
+                seen.append(of_times(scale * times, "the column X_Value"))
+            except ValueError as error:
+                columns.doubts[name] = str(error)
+                return
+            start = float(times[0])
+        step, default = self._number("Delta_X", place), ""
+        if step is not None and step > 0.0:
+            if is_default(scale * step):
+                default = "Delta_X"
+            else:
+                written = self.field("Delta_X", place) if scale == 1.0 else ""
+                seen.append(of_step(scale * step, "Delta_X", written))
+        add_rate(columns, name, seen, default)
+        if start is not None:
+            columns.starts[name] = scale * start
+
+    def _number(self, key: str, place: int) -> float | None:
+        """Return a number of a channel's head; None where there is none."""
+        try:
+            value = float(self.field(key, place).replace(",", "."))
+        except ValueError:
+            return None
+        return value if np.isfinite(value) else None
+
+    def _times(self, place: int, samples: int) -> NDArray[np.float64] | None:
+        """Return the times of a channel; None where they are not written, or not as numbers: times of day."""
+        times = self._columns.get(self._at(place) - 1 if self._step == 2 else 0) if self._timed else None
+        if times is None or len(times) < max(samples, 3) or not np.isfinite(times).all():
+            return None
+        return times[:samples]
+
     def _at(self, place: int) -> int:
         return 1 + self._step * place
 
-    def samples(
-        self, lines: Sequence[str], first: int, last: int, *, ends_at_blank: bool
-    ) -> tuple[np.ndarray, int]:
-        """Return the samples (M, filled channels) of the lines from `first` up to `last`, and the next line."""
-        rows: list[list[float]] = []
+    def read(self, lines: Sequence[str], first: int, last: int, *, ends_at_blank: bool) -> int:
+        """Read the lines from `first` up to `last` into columns; return the next line."""
+        rows: list[list[str]] = []
+        numbers: list[int] = []
         number = first
         while number < last:
             line = lines[number]
@@ -108,19 +168,53 @@ class _Segment:
                 if ends_at_blank and rows:
                     break
                 continue
-            parts = line.split(self._delimiter)
-            wanted = [parts[self._at(place)] for place in self.filled if self._at(place) < len(parts)]
-            if len(wanted) != len(self.filled):
-                raise ValueError(
-                    f"line {number}: {len(wanted)} numbers; {len(self.filled)} wanted: cut short? export it again"
-                )
-            try:
-                rows.append([float(part.replace(",", ".") if self._comma else part) for part in wanted])
-            except ValueError as error:
-                raise ValueError(
-                    f"line {number}: {line[:60]!r}; {len(self.filled)} numbers wanted: damaged? export it again"
-                ) from error
-        values = np.array(rows)
-        if values.ndim != 2:
+            rows.append(line.split(self._delimiter))
+            numbers.append(number)
+        for place in self.filled:
+            at = self._at(place)
+            held = [row[at].strip() if at < len(row) else "" for row in rows]
+            self._columns[at] = self._parsed(held, numbers, self._declared(place, len(rows)))
+            if self._timed and (self._step == 2 or 0 not in self._columns):
+                self._keep_times(at - 1 if self._step == 2 else 0, rows)
+        if not self.filled or not any(len(self._columns[self._at(place)]) for place in self.filled):
             raise ValueError("no sample follows the head of a segment; cut short? copy it again")
-        return values, number
+        return number
+
+    def _declared(self, place: int, most: int) -> int:
+        """Return how many samples a channel has at least: as declared; all rows, where nothing is."""
+        declared = self._number("Samples", place)
+        return most if declared is None else int(min(declared, most + 1))
+
+    def _parsed(self, held: list[str], numbers: list[int], least: int) -> NDArray[np.float64]:
+        """Numbers of a column, which ends at its first gap; `least` have to be there."""
+        count = next((place for place, part in enumerate(held) if not part), len(held))
+        later = next((place for place in range(count, len(held)) if held[place]), None)
+        if later is not None or count < least:
+            line = numbers[count] if count < len(numbers) else numbers[-1] + 1 if numbers else 0
+            raise ValueError(
+                f"line {line}: a channel has {count} samples up to here, and {least} are declared or follow: cut "
+                "short? export it again"
+            )
+        try:
+            return np.array([float(part.replace(",", ".") if self._comma else part) for part in held[:count]])
+        except ValueError as error:
+            bad = next(place for place, part in enumerate(held) if not _is_number(part, self._comma))
+            raise ValueError(
+                f"line {numbers[bad]}: {held[bad][:60]!r}; a number wanted: damaged? export it again"
+            ) from error
+
+    def _keep_times(self, at: int, rows: Sequence[Sequence[str]]) -> None:
+        """Keep a column of times as far as they are numbers."""
+        held = [row[at].strip() if at < len(row) else "" for row in rows]
+        count = next((place for place, part in enumerate(held) if not _is_number(part, self._comma)), len(held))
+        self._columns[at] = np.array(
+            [float(part.replace(",", ".") if self._comma else part) for part in held[:count]]
+        )
+
+
+def _is_number(part: str, comma: bool) -> bool:
+    try:
+        float(part.replace(",", ".") if comma else part)
+    except ValueError:
+        return False
+    return True

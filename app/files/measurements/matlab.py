@@ -1,5 +1,11 @@
-"""MAT files: versions 5 to 7 through scipy, 7.3, which is HDF5, through h5py."""
+"""MAT files: versions 5 to 7 through scipy, 7.3, which is HDF5, through h5py.
 
+A list of structures, ``run(1:3).force``, is a group for each: hits and runs are kept so. Version 7.3 keeps it as
+one list of references for each field, without a class.
+"""
+
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +48,23 @@ def read(path: Path) -> Columns:
         for name, value in loadmat(path, squeeze_me=True, struct_as_record=True).items():
             if not name.startswith("__"):
                 _from_value(value, name, arrays, 0)
-    return of_named_arrays(arrays)
+    return _grouped(of_named_arrays(arrays))
+
+
+IN_LIST = re.compile(r"(.*(?:\(\d+\)|\{\d+\}))\.(.+)")
+"""A field of one structure of a list: ``run(2).force``, ``test.run{2}.acc[1]``."""
+
+
+def _grouped(columns: Columns) -> Columns:
+    """Return the columns with each structure of a list as a group, if all hold the same signals."""
+    found = {name: match for name in columns.values if (match := IN_LIST.fullmatch(name))}
+    channels = {name: match[2] for name, match in found.items()}
+    if len({match[1] for match in found.values()}) < 2 or any(
+        np.iscomplexobj(columns.values[n]) for n in channels
+    ):
+        return columns  # FRFs in a list are those of several points, not several hits
+    grouped = replace(columns, channels=channels, shared=tuple(n for n in columns.values if n not in channels))
+    return grouped if grouped.groups else columns
 
 
 def _from_value(value: Any, name: str, arrays: dict[str, NDArray[Any]], depth: int) -> None:
@@ -71,7 +93,12 @@ def _from_hdf5(group: h5py.Group, key: str, place: str, arrays: dict[str, NDArra
 def _from_object(held: Any, place: str, arrays: dict[str, NDArray[Any]], depth: int) -> None:
     if isinstance(held, h5py.Group):
         for key in held if depth < DEEPEST else ():
-            _from_hdf5(held, key, f"{place}.{key}", arrays, depth + 1)
+            if _is_field_of_list(held, key):
+                for number, reference in enumerate(held[key][()].reshape(-1), start=1):
+                    part = held.file[reference] if reference else None
+                    _from_object(part, f"{place}({number}).{key}", arrays, depth + 1)
+            else:
+                _from_hdf5(held, key, f"{place}.{key}", arrays, depth + 1)
     elif isinstance(held, h5py.Dataset):
         made = held.id.get_create_plist()
         if made.get_layout() == h5d.VIRTUAL or made.get_external_count() or held.shape is None:
@@ -89,3 +116,15 @@ def _from_object(held: Any, place: str, arrays: dict[str, NDArray[Any]], depth: 
             arrays[place] = parts["real"] + 1j * parts["imag"]
         elif held.dtype.kind in "biuf":
             arrays[place] = held[()].T
+
+
+def _is_field_of_list(group: h5py.Group, key: str) -> bool:
+    """Whether a group's field is kept as references to the values of a list of structures."""
+    if not isinstance(group.get(key, getlink=True), h5py.HardLink) or not isinstance(group[key], h5py.Dataset):
+        return False
+    held = group[key]
+    made = held.id.get_create_plist()
+    elsewhere = made.get_layout() == h5d.VIRTUAL or made.get_external_count() or held.shape is None
+    if elsewhere or held.dtype != h5py.ref_dtype or "MATLAB_class" in held.attrs:
+        return False
+    return bool(1 < held.size <= MOST_COLUMNS)

@@ -1,15 +1,16 @@
-"""TDMS of any layout, through npTDMS: channels by name, with their group before it where names repeat."""
+"""TDMS of any layout, through npTDMS: every channel of numbers, its group before its name where names repeat."""
 
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from nptdms import TdmsFile
+from nptdms import TdmsChannel, TdmsFile
 
-from app.files.measurements.columns import Columns, unused_name
-
-UNITS = ("unit_string", "NI_UnitDescription", "Unit")
-"""Properties in which programs keep a channel's unit."""
+from analysis.estimation.quantities import FREQUENCIES, TIMES, plain_unit
+from analysis.estimation.sampling import is_default, of_step
+from app.files.measurements.columns import Columns, add_rate, unused_name
+from app.files.tdms_file import counts_without_scale, is_cut_short, said_by_nptdms, start_of, unit_of
 
 
 def read(path: Path) -> Columns:
@@ -26,30 +27,59 @@ def read(path: Path) -> Columns:
     Raises
     ------
     ValueError
-        Where there is no such channel.
+        Where there is no such channel, the file is cut short, or the library cannot apply a scale.
     """
-    file = TdmsFile.read(path)
-    if file.file_status.incomplete_final_segment:
-        raise ValueError("its last segment is cut short; copy it again, or have its recorder repair it")
-    channels = [channel for group in file.groups() for channel in group.channels()]
-    often = Counter(channel.name for channel in channels)
-    values: dict[str, np.ndarray] = {}
-    units: dict[str, str] = {}
-    rates: dict[str, float] = {}
-    short: dict[str, str] = {}
-    for channel in channels:
-        samples = np.asarray(channel[:])
-        if samples.dtype.kind not in "biufc" or samples.size < 2:
-            continue
-        wanted = channel.name if often[channel.name] == 1 else f"{channel.group_name}/{channel.name}"
-        name = unused_name(wanted, values)
+    with path.open("rb") as handle, said_by_nptdms() as said:  # a handle: see `app.files.tdms_file`
+        file = TdmsFile.read(handle)
+        if is_cut_short(file, handle):
+            raise ValueError("its last segment is cut short; copy it again, or have its recorder repair it")
+        channels = [channel for group in file.groups() for channel in group.channels()]
+        often = Counter(channel.name for channel in channels)
+        values: dict[str, np.ndarray] = {}
+        kept: dict[str, TdmsChannel] = {}
+        for channel in channels:
+            samples = np.asarray(channel[:])
+            if samples.dtype.kind not in "biufc" or samples.size < 2:
+                continue
+            wanted = channel.name if often[channel.name] == 1 else f"{channel.group_name}/{channel.name}"
+            name = unused_name(wanted, values)
+            values[name] = samples.astype(complex if samples.dtype.kind == "c" else float)
+            kept[name] = channel
+            if counts_without_scale(channel.properties, samples.dtype):
+                raise ValueError(
+                    f"channel {name!r} is not scaled yet (NI_Scaling_Status), and the file gives no scale: "
+                    f"have the "
+                    "recorder write values in engineering units"
+                )
+    notes = tuple(f"npTDMS says: {one}" for one in said if "less data than expected" not in one)
+    columns = Columns(values, notes=notes)
+    for name, channel in kept.items():
         if often[channel.name] > 1:
-            short[name] = channel.name
-        values[name] = samples.astype(complex if samples.dtype.kind == "c" else float)
-        given = [str(channel.properties[key]) for key in UNITS if channel.properties.get(key)]
-        if given:
-            units[name] = given[0]
-        increment = channel.properties.get("wf_increment")
-        if isinstance(increment, float) and increment > 0.0:
-            rates[name] = 1.0 / increment
-    return Columns(values, units, rates, channels=short)
+            columns.channels[name] = channel.name
+        if unit := unit_of(channel.properties):
+            columns.units[name] = unit
+        _add_times(columns, name, channel.properties)
+    return columns
+
+
+def _add_times(columns: Columns, name: str, properties: dict[str, Any]) -> None:
+    """Add the rate and the start of a channel by its waveform properties."""
+    along = plain_unit(str(properties.get("wf_xunit_string") or "s"))
+    if along in FREQUENCIES:
+        columns.doubts[name] = f"its wf_xunit_string is {along}: it holds spectra, no signals; export the signals"
+        return
+    if along not in TIMES:
+        columns.doubts[name] = f"wf_xunit_string {along!r} is no unit of time; declare sample_rate = ... in Hz"
+        return
+    increment = properties.get("wf_increment")
+    if isinstance(increment, int | float | np.number) and np.isfinite(increment) and increment > 0.0:
+        step = float(increment) * TIMES[along]
+        add_rate(
+            columns,
+            name,
+            [] if is_default(step) else [of_step(step, "wf_increment")],
+            "wf_increment" if is_default(step) else "",
+        )
+    start = start_of(properties, TIMES[along])
+    if start is not None:
+        columns.starts[name] = start

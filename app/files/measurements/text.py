@@ -65,7 +65,30 @@ def read(path: Path) -> Columns:
         columns[own] = column.copy() if column.imag.any() else column.real.copy()
         if unit:
             known[own] = unit
-    return Columns(columns, known)
+    return Columns(columns, known, scalars=_rate_in_head(lines[:first]))
+
+
+RATE_IN_HEAD = re.compile(
+    r"(?<![a-z])(?:fs|(?:sampl\w*|scan)[ _-]*(?:rate|freq\w*)|abtast(?:rate|frequenz))(?![a-z])\W{0,3}"
+    r"(k?hz|s/s|1/s)?\W{0,4}([\d.,]+(?:e[-+]?\d+)?)[ \t;,\"]*(k?hz)?",
+    re.IGNORECASE,
+)
+"""What a program writes of the sample rate above its table: ``Sample rate: 1024 Hz``, ``Fs [kHz];51,2``."""
+
+
+def _rate_in_head(lines: list[str]) -> dict[str, float]:
+    """Return the sample rate that the head gives, Hz, by a name; empty where it gives none, or several."""
+    found: set[float] = set()
+    for line in lines:
+        if match := RATE_IN_HEAD.search(line):
+            written = match[2].rstrip(".,").replace(",", ".")
+            try:
+                rate = float(written)
+            except ValueError:
+                continue
+            kilo = "k" in (match[1] or "").lower() or "k" in (match[3] or "").lower()
+            found.add(rate * (1e3 if kilo else 1.0))
+    return {"sample rate": found.pop()} if len(found) == 1 and 0.0 not in found else {}
 
 
 def _text(path: Path) -> str:
@@ -79,12 +102,19 @@ def _text(path: Path) -> str:
         raise ValueError(f"more than {MOST_BYTES // 4} bytes of text; export a part of it, or as a binary file")
     if b"\0" in content[:4096] and not content.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise ValueError("no text: bytes of zero in it; give the file the ending of its format")
+    return decoded(content)
+
+
+def decoded(content: bytes) -> str:
+    """Text in UTF-16 with its mark, in UTF-8, or else in the code page of Western Windows, byte by byte."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         return content.decode("utf-16")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return content.decode("latin-1")
+    for encoding in ("utf-8-sig", "cp1252"):
+        try:
+            return content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+    return content.decode("latin-1")
 
 
 def _table(lines: list[str]) -> tuple[int, str | None, bool, int]:

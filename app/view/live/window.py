@@ -45,7 +45,7 @@ class LiveWindow(Window):
     """
 
     def __init__(self, watched: Watched, theme: Theme, clock: Callable[[], float] = time.time) -> None:
-        super().__init__(f"{watched.folder.name} – Flexura", theme)
+        super().__init__(watched.folder.name, theme)
         self._watched, self._clock, self._channel = watched, clock, 0
         self._pause_action = self.bind("Pause, or continue", "P", self.pause_or_continue, self._file)
         self._stop_action = self.bind("Stop safely …", "Ctrl+S", self.ask_and_stop, self._file)
@@ -173,6 +173,9 @@ class LiveWindow(Window):
     def _show_state(self) -> None:
         theme, state = self.theme, self._watched.state(self._clock())
         calm = {"running": theme.corrected, "complete": theme.corrected, "not begun": theme.muted}
+        _, total, _ = self._watched.progress
+        finished = len({event.get("step") for event in self._watched.events_of("finished")})
+        self.setWindowTitle(f"{self._watched.folder.name} – {state}, {finished} of {total} sweeps – Flexura")
         self.badge.setText(state.upper())
         self.badge.setStyleSheet(
             f"background: {calm.get(state, theme.warning)}; color: {theme.plot}; font-weight: bold; "

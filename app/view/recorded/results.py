@@ -5,23 +5,27 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from analysis.campaign_extent import CampaignExtent
 from analysis.compensation.outcome import Compensation
 from analysis.experiment import Experiment
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
 from analysis.frf import Frf, campaign_frf
+from analysis.frf_campaign import AnyCampaign
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
 from app.files.best_twin import CORRECTED, PLAIN, BestTwin, TwinOfRun, best_twin
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
+from app.files.campaign_inputs import OF_CAMPAIGN, origin_of_result, said_of_more_sweeps
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing
 from app.files.frf_file import load_frf
 from app.files.laws_file import TwinFrf
 from app.files.modes_file import load_modes
+from app.files.run_folder import MADE_BY
 from app.view.folder import Viewed
 from app.view.recorded.fields import made_with_corrected_laws
 
@@ -58,12 +62,46 @@ class Results:
         """FRFs of the run, or estimated here and now where no verb has done so yet."""
         if self.has("frf.h5"):
             return self._read("frf.h5", load_frf)
+        campaign = self._campaign
+        if campaign is None:
+            return None
+        try:
+            return campaign.experiment, campaign_frf(campaign)
+        except ValueError as error:
+            self.problems[campaign.name] = str(error)
+            return None
+
+    @cached_property
+    def extent(self) -> CampaignExtent | None:
+        """How complete the campaign was when its FRFs were estimated; None where it was, or that is unknown."""
+        if not self.has("frf.h5"):
+            return None if self._campaign is None else self._campaign.extent
+        found = self._read("frf.h5", lambda path: origin_of_result(path, "update"))
+        return None if found is None else found.extent
+
+    @cached_property
+    def outdated(self) -> dict[str, str]:
+        """Which results are of other sweeps than their campaign has now, by file: what to say of each."""
+        said: dict[str, str] = {}
+        run = self.viewed.run
+        if run is None:
+            return said
+        for name in filter(self.has, OF_CAMPAIGN):
+            verb = MADE_BY[name].split()[0]
+            found = self._read(name, lambda path, verb=verb: origin_of_result(path, verb))
+            more = None if found is None else said_of_more_sweeps(run, found.inputs, verb)
+            if more is not None:
+                said[name] = more
+        return said
+
+    @cached_property
+    def _campaign(self) -> AnyCampaign | None:
+        """The campaign itself, which is read where no verb has estimated its FRFs yet."""
         if self.viewed.campaign is None:
             return None
         try:
-            campaign = load_campaign(self.viewed.campaign)
-            return campaign.experiment, campaign_frf(campaign)
-        except (CampaignFileError, ValueError) as error:
+            return load_campaign(self.viewed.campaign)
+        except CampaignFileError as error:
             self.problems[self.viewed.campaign.name] = str(error)
             return None
 

@@ -31,6 +31,8 @@ class RecordedWindow(Window):
         super().__init__(f"{viewed.name} – Flexura", theme)
         self._viewed = viewed
         self.results = Results(viewed)
+        if self.results.extent is not None:
+            self.setWindowTitle(f"{viewed.name} – {self.results.extent.said} – Flexura")
         self.cursors = self._cursors()
         self._number = 0
         self._bind_keys()
@@ -85,8 +87,9 @@ class RecordedWindow(Window):
                 self._built[number] = page
                 QVBoxLayout(holder).addWidget(page)
                 self.adopt(page)
-        self._trouble.setText("\n".join(f"{name}: {what}" for name, what in self.results.problems.items()))
-        self._trouble.setVisible(bool(self.results.problems))
+        trouble = self.results.outdated | self.results.problems
+        self._trouble.setText("\n".join(f"{name}: {what}" for name, what in trouble.items()))
+        self._trouble.setVisible(bool(trouble))
 
     def _frf_page(self) -> QWidget | None:
         held = self.results.measured

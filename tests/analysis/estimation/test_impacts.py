@@ -115,7 +115,8 @@ def test_a_double_hit_whose_second_blow_is_the_harder_is_left_out() -> None:
 
 
 def test_a_record_that_begins_at_its_trigger_says_what_to_shorten() -> None:
-    blows = find_blows(session([(0.002, 50.0)], 1.0), HammerTest(trigger=5.0))
+    assert find_blows(session([(0.002, 50.0)], 1.0), HammerTest(trigger=5.0)).spectra().averages == 1
+    blows = find_blows(session([(0.002, 50.0)], 1.0), HammerTest(trigger=5.0, pretrigger=0.005))
     with pytest.raises(ValueError, match=r"pretrigger of 0.005\S* s, and 0.001\S* s are rec.*hammer.pretrigger"):
         blows.spectra()
 

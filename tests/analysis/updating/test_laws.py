@@ -3,10 +3,22 @@
 import numpy as np
 import pytest
 
+from analysis.experiment import Protocol
 from analysis.material import Material
-from analysis.updating.laws import fit_laws
+from analysis.updating.laws import fit_laws, laws_of_sweeps
 
 READING = 0.035
+PROTOCOL = Protocol(
+    sweep="linear",
+    band=(100.0, 900.0),
+    sweep_duration=1.0,
+    tail=0.1,
+    repeats=2,
+    ramp_rate=0.4,
+    temperatures=(15.0, 25.0, 35.0, 45.0),
+    directions=("up",),
+    levels=(0.5, 1.0, 2.0),
+)
 
 
 def truth(t):
@@ -85,3 +97,15 @@ def test_refuses_to_extrapolate_and_too_few_temperatures() -> None:
         fit_laws(t, material, sigma, temperature_range=(0.0, 60.0))
     with pytest.raises(ValueError, match="at least 3 different temperatures"):
         fit_laws(t[:2], Material(*[getattr(material, n)[:2] for n in vars(material)]), sigma)
+
+
+def test_legs_and_levels_at_two_temperatures_are_no_third_one() -> None:
+    """A campaign of several levels, interrupted: its readings differ by hundredths at one set-point."""
+    t = np.array([14.98, 15.03, 15.08, 25.01])
+    material, sigma = estimates(np.random.default_rng(5), t)
+    assert laws_of_sweeps(t, material, sigma, np.ones(4, dtype=bool), PROTOCOL) is None
+    with pytest.raises(ValueError, match="at least 3 different temperatures; there are 2"):
+        fit_laws(t, material, sigma)
+    more = np.append(t, 35.0)
+    material, sigma = estimates(np.random.default_rng(5), more)
+    assert laws_of_sweeps(more, material, sigma, np.ones(5, dtype=bool), PROTOCOL) is not None

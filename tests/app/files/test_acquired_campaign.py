@@ -125,6 +125,112 @@ def test_another_experiment_is_refused_with_what_differs(opened: Opened) -> None
         pass
 
 
+def declared(**changes: Any) -> dict[str, Any]:
+    """Return the example's tables for a real rig with a thermometer, changed."""
+    now = read_acquired_experiment(EXAMPLE).model_dump(mode="json")
+    cards = now["cards"] | {"iepe": [], "grpc": None} | changes.get("cards", {})
+    oven = now["oven"] | {"port": "/dev/ttyUSB0"} | changes.get("oven", {})
+    thermometer = {"kind": "scpi", "port": "COM3", "terminator": "\n", "sensors": []} | changes.get(
+        "thermometer", {}
+    )
+    rest = {table: now[table] | changes.get(table, {}) for table in ("programme", "limits", "sweep")}
+    return {"rig": "real", "cards": cards, "oven": oven, "thermometer": thermometer, **rest}
+
+
+OTHER_CHASSIS = {
+    "output": "cDAQ2Mod2/ao0",
+    "drive_input": "cDAQ2Mod1/ai0",
+    "responses": ["cDAQ2Mod1/ai1"],
+    "thermocouples": ["cDAQ2Mod3/ai0"],
+}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"oven": {"port": "/dev/ttyUSB1"}},
+        {"oven": {"port": "socket://10.0.0.7:502", "baud_rate": 19200, "parity": "E", "stop_bits": 2}},
+        {
+            "oven": {
+                "timeout": 2.5,
+                "retries": 5,
+                "gap_after_read": 0.1,
+                "gap_after_write": 0.2,
+                "lost_after": 30.0,
+            }
+        },
+        {"oven": {"address": 7}},
+        {"thermometer": {"port": "COM4", "terminator": "\r\n"}},
+        {"cards": {"grpc": "lab:31763"}},
+        {"cards": {"device": "another sound card"}},
+        {"cards": {"responses": ["cDAQ1Mod1/ai2"]}},
+        {"cards": {"responses": ["cDAQ1Mod1/ai2"], "iepe": ["cDAQ1Mod1/ai2"]}},
+        {"cards": OTHER_CHASSIS},
+        {"programme": {"poll_interval": 2.5}, "limits": {"lost_after": 60.0}},
+    ],
+    ids=str,
+)
+def test_wiring_may_change_at_any_time_and_is_logged(
+    opened: Opened, tmp_path: Path, changes: dict[str, Any]
+) -> None:
+    before = declared(cards={"iepe": ["cDAQ1Mod1/ai1"]} if "iepe" in changes.get("cards", {}) else {})
+    with opened(**before) as store:
+        store.keep(sweep(0), point(0), 1)
+    frozen = (tmp_path / "campaign" / "protocol.json").read_bytes()
+    for _ in range(2):  # told once
+        with opened(**declared(**changes)) as store:
+            assert store.finished() == frozenset({0})
+            (event,) = store.events()
+            assert event["event"] == "wiring changed"
+            named = {f"[{table}] {key}": value for table, keys in changes.items() for key, value in keys.items()}
+            assert event["wiring"] == named
+    with opened(**before) as store:
+        assert [event["wiring"] for event in store.events()] == [named, {}]
+    assert (tmp_path / "campaign" / "protocol.json").read_bytes() == frozen
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"oven": {"kind": "espec-p300"}}, r"\[oven\] kind"),
+        ({"oven": {"maximum": 50.0}}, r"\[oven\] maximum"),
+        ({"oven": {"decimals": 2}}, r"\[oven\] decimals"),
+        ({"thermometer": {"sensors": [{"query": "T?"}]}}, r"\[thermometer\] sensors"),
+        ({"cards": {"sample_rate": 10240.0}}, r"\[cards\] sample_rate"),
+        ({"cards": {"input_range": 1.0}}, r"\[cards\] input_range"),
+        ({"cards": {"coupling": "AC"}}, r"\[cards\] coupling"),
+        ({"cards": {"thermocouple_type": "T"}}, r"\[cards\] thermocouple_type"),
+        ({"cards": {"thermocouples": []}}, r"\[cards\] thermocouples"),
+        ({"cards": {"iepe": ["cDAQ1Mod1/ai1"]}}, r"\[cards\] iepe"),
+        (
+            {"cards": {"drive_input": "cDAQ1Mod1/ai1", "responses": ["cDAQ1Mod1/ai0"]}},
+            r"\[cards\] drive_input, \[cards\] responses",
+        ),
+        ({"cards": {"drive_input": "cDAQ1Mod1/ai1", "responses": ["cDAQ1Mod1/ai2"]}}, r"\[cards\] drive_input"),
+        ({"programme": {"ramp_rate": 0.7}}, r"\[programme\] ramp_rate"),
+        ({"limits": {"drift": 0.1}}, r"\[limits\] drift"),
+    ],
+    ids=str,
+)
+def test_what_decides_what_is_measured_may_not_change(opened: Opened, changes: dict[str, Any], told: str) -> None:
+    with opened(**declared()) as store:
+        store.keep(sweep(0), point(0), 1)
+    with pytest.raises(CampaignFileError, match=f"different: {told}"), opened(**declared(**changes)):
+        pass
+    with opened(**declared()) as store:
+        assert store.events() == []
+
+
+def test_a_slot_of_the_simulated_rig_is_no_wiring(opened: Opened) -> None:
+    with opened(**declared() | {"rig": "simulated"}) as store:
+        store.keep(sweep(0), point(0), 1)
+    with opened(**declared(cards=OTHER_CHASSIS) | {"rig": "simulated"}):
+        pass
+    moved = declared(cards={"output": "cDAQ1Mod5/ao0"}) | {"rig": "simulated"}
+    with pytest.raises(CampaignFileError, match=r"different: \[cards\] output"), opened(**moved):
+        pass
+
+
 def test_an_experiment_may_change_while_nothing_was_measured(opened: Opened, tmp_path: Path) -> None:
     """After a test shot that was too loud, say; the log then begins anew, and with it the test shot."""
     folder = tmp_path / "campaign"

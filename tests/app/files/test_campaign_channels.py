@@ -143,3 +143,17 @@ def test_channels_that_nobody_asked_for_may_be_many(rewritten: Rewrite) -> None:
 def test_repeats_that_do_not_fill_the_file_are_told(rewritten: Rewrite) -> None:
     with pytest.raises(CampaignFileError, match=r"3 with a declared channel; .*one for each of protocol\.repeats"):
         read_recorded_campaign(rewritten(groups=("a", "b", "c")))
+
+
+def test_a_channel_that_began_later_is_refused(rewritten: Rewrite) -> None:
+    """Its phase would be turned; imported, the sensor looked inverted."""
+    folder = rewritten()
+    with TdmsWriter(folder / "sweeps" / "000.tdms", mode="a") as writer:
+        starts = {"cDAQ1Mod1/ai0": 0.0, "Voltage_1": 1e-3}
+        writer.write_segment(
+            [ChannelObject("Log", name, np.zeros(0), {"wf_start_offset": start}) for name, start in starts.items()]
+        )
+    with pytest.raises(
+        CampaignFileError, match=r"Log/Voltage_1 wf_start_time \+ wf_start_offset = 8\.533 samples"
+    ):
+        read_recorded_campaign(folder)

@@ -1,5 +1,7 @@
 """What is damaged, reaches out of itself or unfolds without end is refused before it is read."""
 
+import os
+import signal
 import zlib
 from collections.abc import Callable
 from contextlib import nullcontext
@@ -13,6 +15,7 @@ from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5, result_file
 from app.files.isolation import SlowReadError, require_readable, run_isolated
+from app.terminal.end_signals import end_signals
 
 
 def write(path: Path, also: Callable[[h5py.File], object] = lambda file: None) -> Path:
@@ -180,6 +183,18 @@ def test_a_reader_s_time_is_that_of_the_processor(
     monkeypatch.setattr("app.files.isolation.BUSY", 30.0)
     with pytest.raises(SlowReadError, match=refused) if refused else nullcontext():
         run_isolated("reader_at_work", [], 0)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_to_a_reader_ends_the_program(
+    number: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "reader_that_is_ended.py").write_text(f"import os\nos.kill(os.getpid(), {int(number)})\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with end_signals() as ends, pytest.raises(KeyboardInterrupt):
+        run_isolated("reader_that_is_ended", [], 0)
+    assert ends.status == 128 + number
 
 
 def test_a_reader_has_one_thread(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

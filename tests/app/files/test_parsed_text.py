@@ -20,6 +20,14 @@ def test_what_is_plain_is_parsed() -> None:
     assert json.dumps(parse_json(deepest)) == deepest
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
+def test_text_as_editors_write_it(tmp_path: Path, encoding: str) -> None:
+    """Notepad and PowerShell write a byte order mark, or UTF-16."""
+    file = tmp_path / "mine.toml"
+    file.write_text("title = 'Türverkleidung, 20 °C'\n", encoding=encoding)
+    assert read_table(file) == {"title": "Türverkleidung, 20 °C"}
+
+
 @pytest.mark.parametrize("depth", [DEEPEST + 1, 900, 100_000])
 def test_what_is_nested_without_end_is_refused(depth: int) -> None:
     with pytest.raises(ValueError, match="nested more than 32 deep"):

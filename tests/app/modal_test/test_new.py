@@ -147,7 +147,7 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, run_flexura: Fl
     for words in (("test", tmp_path / "a.npz"), ("campaign",)):
         status, _, err = run_flexura("new", *words, "--out", tmp_path / "a.npz" / "deeper")
         assert status == 2
-        assert "cannot be written (Not a directory); name another with --out" in err
+        assert "cannot be written (Not a directory)" in err
 
 
 @pytest.mark.parametrize(

@@ -93,6 +93,19 @@ def test_flac_and_stereo_are_read_and_averaged(small_run, signal, tmp_path):
     np.testing.assert_allclose(one, two, atol=2e-4 * np.abs(one).max())
 
 
+def test_more_volts_than_an_actuator_is_rated_for_are_said(small_run, sound, signal, tmp_path):
+    words = ("--temperature", 20, "--out", tmp_path, "--json")
+    told = json.loads(flex("render", sound, small_run.folder, *words).stdout)
+    share = max(told["largest_v"][name] / told["rated_v"][name] for name in ("A1", "A2"))
+    loud = tmp_path / "loud.wav"
+    for level, said in ((0.99 / share, False), (1.25 / share, True)):
+        soundfile.write(loud, level * signal, RATE, subtype="DOUBLE")
+        result = flex("render", loud, small_run.folder, *words)
+        assert result.exit_code == 0, result.output
+        assert ("it is rated for" in result.stderr) == said
+    assert "at 0.800 of its level or less" in result.stderr
+
+
 def test_silence_is_played_and_said(small_run, tmp_path):
     soundfile.write(tmp_path / "silence.wav", np.zeros(2 * RATE), RATE)
     result = flex("render", tmp_path / "silence.wav", small_run.folder, "--temperature", 20, "--json")

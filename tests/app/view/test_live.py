@@ -123,6 +123,7 @@ def test_a_campaign_is_paused_taken_up_and_watched_to_its_end(
     qtbot.mouseClick(window.pause, Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: window.badge.text() == "PAUSED", timeout=WAIT)
     before = len(sweep_paths(acquisition.folder))
+    assert window.windowTitle() == f"campaign – paused, {before} of 6 sweeps – Flexura"
     qtbot.wait(800)
     assert len(sweep_paths(acquisition.folder)) == before < 6
     assert window.pause.text() == "Continue"
@@ -133,6 +134,7 @@ def test_a_campaign_is_paused_taken_up_and_watched_to_its_end(
     assert (acquisition.outcome.finished, acquisition.outcome.missing) == (6, 0)
     qtbot.waitUntil(lambda: len(window.frfs.curves) == 6, timeout=WAIT)
     assert window.bar.value() == 6
+    assert window.windowTitle() == "campaign – complete, 6 of 6 sweeps – Flexura"
     for words in ("paused", "continued", "finished: place 34 °C up 1 V"):
         assert words in window.log.toPlainText()
     assert not window.stop.isEnabled()

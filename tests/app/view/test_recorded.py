@@ -4,7 +4,7 @@ import csv
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +16,11 @@ pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type
 import pyqtgraph
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QImage
+from PySide6.QtWidgets import QLabel
 
+from analysis.campaign_extent import CampaignExtent
 from app.files.frf_file import load_frf, save_frf
+from app.files.provenance import provenance, sha256
 from app.view.application import application
 from app.view.chart import Chart
 from app.view.folder import viewed
@@ -55,6 +58,30 @@ def test_a_page_for_every_result_and_no_other(opened: Open, run: Path) -> None:
     assert titles(opened(run)) == ["FRFs", "Modes", "Laws"]
     (run / "modes.h5").unlink()
     assert titles(opened(run)) == ["FRFs", "Laws"]
+
+
+def test_of_a_campaign_that_is_not_complete_the_title_says_how_many_sweeps(opened: Open, run: Path) -> None:
+    assert opened(run).windowTitle() == "plate-run – Flexura"
+    settings = {"extent": asdict(CampaignExtent("interrupted", 5, 31, 0, 0.0, 40.0))}
+    save_frf(run / "frf.h5", *load_frf(run / "frf.h5"), provenance({"a.tdms": "00ff"}, settings))
+    title = opened(run).windowTitle()
+    assert title == "plate-run – interrupted, 5 of 31 sweeps, 0 to 40 °C – Flexura"
+
+
+def test_results_of_fewer_sweeps_than_their_campaign_has_now_are_told_of(opened: Open, run: Path) -> None:
+    campaign = run.with_name("plate")
+    (campaign / "sweeps").mkdir(parents=True)
+    for name in ("protocol.json", "sweeps/0000.h5", "sweeps/0001.h5"):
+        (campaign / name).write_text(name, encoding="utf-8")
+    inputs = {name: sha256(campaign / name) for name in ("protocol.json", "sweeps/0000.h5")}
+    save_frf(run / "frf.h5", *load_frf(run / "frf.h5"), provenance(inputs))
+    window = opened(run)
+    said = window.centralWidget().findChild(QLabel, "trouble").text()
+    assert said == (
+        "frf.h5: made from 1 sweep of a campaign that has 2 finished ones now; "
+        f"to take them in: flexura identify {campaign}"
+    )
+    assert window.page(0) is not None
 
 
 def test_the_cursors_choose_both_cuts(opened: Open, run: Path, qtbot: Any) -> None:

@@ -47,7 +47,7 @@ def failures(found: Any) -> dict[str, str]:
 def test_our_own_ovens_pass(kind: str) -> None:
     found = list(check_oven(oven_settings({"kind": kind, **GIVEN, **KINDS[kind]})))
     assert [(one.name, one.said) for one in found if one.result != "passed"] == []
-    assert len(found) == 17
+    assert len(found) == 19
     assert all(one.why for one in found)
 
 
@@ -69,7 +69,7 @@ def test_whatever_the_limits(limits: tuple[float, float]) -> None:
 )
 def test_our_own_thermometers_pass(kind: str, sensors: list[dict[str, Any]]) -> None:
     settings = THERMOMETERS.find(kind).model_validate({"kind": kind, "port": "none", "sensors": sensors})
-    assert [one.result for one in check_thermometer(settings)] == ["passed"] * 8
+    assert [one.result for one in check_thermometer(settings)] == ["passed"] * 9
 
 
 class Chamber(LineController):
@@ -145,6 +145,8 @@ class Naive:
         return self.ramp_to(self.temperature(), 1.0).target
 
     def safe(self) -> None:
+        if "asks first" in self._defects and self._say("?") == "0":
+            return
         if "never rests" not in self._defects:
             self._say("OFF")
 
@@ -204,6 +206,7 @@ def test_a_plain_driver_of_somebody_passes() -> None:
         ("raw", "one lost answer costs no set-point"),
         ("believes", "settings not accepted are reported"),
         ("swallows", "rests after Ctrl-C in a question"),
+        ("asks first", "rests without any answer"),
         ("once", "closes twice, then reports it"),
         ("stays open", "closes twice, then reports it"),
     ],
@@ -248,6 +251,7 @@ def test_at_a_real_port_within_two_kelvin(monkeypatch: pytest.MonkeyPatch) -> No
     assert {one.name for one in found if one.result == "not checked"} == {
         "opens, and moves nothing",
         "settings not accepted are reported",
+        "rests without any answer",
     }
     assert sent
     assert all(20.9 <= target <= 25.1 for target in sent)

@@ -97,7 +97,7 @@ def test_hold_of_a_loop_that_is_off_is_at_its_temperature(scripted):
 
 
 def test_safe_is_off(scripted):
-    f4t(scripted, [AUTO, ("01 06 0a aa 00 3e 2b e2", "01 06 0a aa 00 3e 2b e2"), OFF]).safe()
+    f4t(scripted, [("01 06 0a aa 00 3e 2b e2", "01 06 0a aa 00 3e 2b e2"), OFF]).safe()
 
 
 def test_limits_beyond_the_controllers_own_are_refused(scripted):

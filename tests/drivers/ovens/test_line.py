@@ -15,7 +15,7 @@ END = up_to(b"\n")
 
 
 class Counter(LineController):
-    """Answers each question with the question itself, and counts."""
+    """Answers each question with the same in capitals, and counts."""
 
     def __init__(self):
         super().__init__(b"\n")
@@ -23,7 +23,7 @@ class Counter(LineController):
 
     def answer(self, command):
         self.asked.append(command)
-        return command
+        return command.upper()
 
 
 class Setup:
@@ -39,7 +39,7 @@ class Setup:
             answer = self.line.exchange(question + b"\n", END)
             if not answer:
                 raise OvenError(Fault.SILENT, "nothing", "advice")
-            if answer != question + b"\n":
+            if answer != question.upper() + b"\n":
                 raise OvenError(Fault.GARBLED, f"{answer!r}", "advice")
             return answer
 
@@ -49,7 +49,7 @@ class Setup:
 def test_tries_again_and_no_more_often_than_told():
     setup = Setup(retries=2)
     setup.far.disturb(silenced, halved)
-    assert setup.ask() == b"a\n"
+    assert setup.ask() == b"A\n"
     assert setup.counter.asked == ["a"] * 3
     setup.far.disturb(silenced, silenced, silenced)
     with pytest.raises(OvenError, match="nothing, 3 attempts") as caught:
@@ -88,8 +88,8 @@ def test_gaps_after_questions_and_commands():
 def test_a_late_answer_is_never_taken_for_the_next_one():
     setup = Setup(timeout=0.5, retries=1)
     setup.far.disturb(late(0.7))
-    assert setup.ask(b"first") == b"first\n"
-    assert setup.ask(b"second") == b"second\n"
+    assert setup.ask(b"first") == b"FIRST\n"
+    assert setup.ask(b"second") == b"SECOND\n"
 
 
 def test_answers_that_are_always_late_end_with_the_right_advice():
@@ -121,13 +121,13 @@ def test_an_interrupted_exchange_does_not_answer_the_next():
     setup.far.always = late(0.1)
     with pytest.raises(KeyboardInterrupt):
         line.attempt(lambda: line.exchange(b"interrupted\n", END))
-    assert line.attempt(lambda: line.exchange(b"next\n", END)) == b"next\n"
+    assert line.attempt(lambda: line.exchange(b"next\n", END)) == b"NEXT\n"
 
 
 def test_an_answer_in_pieces_is_one_answer():
     setup = Setup(timeout=1.0, retries=0)
     setup.far.disturb(in_pieces(0.01))
-    assert setup.ask(b"a long question") == b"a long question\n"
+    assert setup.ask(b"a long question") == b"A LONG QUESTION\n"
 
 
 def test_a_time_out_is_for_the_whole_answer():
@@ -169,7 +169,7 @@ def test_endless_noise_ends():
 def test_silence_may_end_an_answer():
     setup = Setup(timeout=1.0)
     setup.far.disturb(in_pieces(0.01))
-    assert setup.line.exchange(b"no end told\n", lambda _: None, quiet=0.1) == b"no end told\n"
+    assert setup.line.exchange(b"no end told\n", lambda _: None, quiet=0.1) == b"NO END TOLD\n"
     assert setup.clock.now() == pytest.approx(0.11 + 0.1)
 
 
@@ -203,14 +203,14 @@ def test_a_cable_pulled_and_plugged_in_again():
         setup.ask()
     assert caught.value.fault is Fault.PORT
     setup.transport.plugged = True
-    assert setup.ask() == b"a\n"
+    assert setup.ask() == b"A\n"
 
 
 def test_noise_before_a_question_is_thrown_away():
     setup = Setup(retries=0)
     setup.far.disturb(lambda answer: [answer, answer._replace(data=b"nobody asked\n")])
     setup.ask(b"first")
-    assert setup.ask(b"second") == b"second\n"
+    assert setup.ask(b"second") == b"SECOND\n"
 
 
 def test_threads_do_not_mix_their_exchanges():
@@ -221,7 +221,7 @@ def test_threads_do_not_mix_their_exchanges():
         for i in range(100):
             question = f"{name}{i}".encode()
             with setup.line.reserved():
-                if setup.ask(question) != question + b"\n" or setup.counter.asked[-1] != question.decode():
+                if setup.ask(question) != question.upper() + b"\n" or setup.counter.asked[-1] != question.decode():
                     wrong.append(question)
 
     threads = [threading.Thread(target=work, args=(name,)) for name in "abcd"]

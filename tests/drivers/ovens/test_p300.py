@@ -55,7 +55,6 @@ def test_done(answer):
         (b"NA:CMD ERR\r\n", "firmware"),
         (b"NA:DATA OUT OF RANGE\r\n", "limits"),
         (b"NA:PROTECT ON\r\n", "protection"),
-        (b"NA:CHB NOT READY\r\n", "panel"),
         (b"NA:SOMETHING NEW\r\n", "panel"),
     ],
 )
@@ -67,10 +66,12 @@ def test_refusals_say_what_to_do(answer, told):
     assert told in caught.value.advice
 
 
-def test_not_ready_data_may_be_asked_for_again():
+@pytest.mark.parametrize("what", ["DATA", "CHB", "CONT"])
+def test_what_is_not_ready_may_be_asked_for_again(what):
     with pytest.raises(OvenError) as caught:
-        p300.decode(b"NA:DATA NOT READY\r\n")
+        p300.decode(f"NA:{what} NOT READY\r\n".encode())
     assert caught.value.fault is Fault.BUSY
+    assert caught.value.advice != "Look at the chamber's panel."
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,8 @@ GRADIENTS = (b"$01U 0000.4 0000.0 0000.0 0000.0\r", b"0\r")
 START = (b"$01E 0060.0 0050.0 011\r", b"0\r")
 
 
-def votsch(scripted, *pairs):
-    return Votsch(scripted([DESCRIPTION, *pairs]), 1, OvenLimits(-20.0, 80.0, 2.0))
+def votsch(scripted, *pairs, opened=REST):
+    return Votsch(scripted([DESCRIPTION, opened, *pairs]), 1, OvenLimits(-20.0, 80.0, 2.0))
 
 
 def test_temperature_is_the_actual_one(scripted):
@@ -41,7 +41,13 @@ def test_hold_at_the_temperature_measured(scripted):
 
 def test_safe_takes_start_away_and_nothing_else(scripted):
     stopped = (b"$01I\r", b"0060.0 0021.3 0050.0 0043.2 001\r")
-    votsch(scripted, RAMPING, (b"$01E 0060.0 0050.0 001\r", b"0\r"), stopped).safe()
+    votsch(scripted, (b"$01E 0060.0 0050.0 001\r", b"0\r"), stopped, stopped, opened=RAMPING).safe()
+
+
+def test_what_was_not_read_at_opening_is_read_before_safe_writes_it(scripted):
+    stopped = (b"$01I\r", b"0060.0 0021.3 0050.0 0043.2 001\r")
+    oven = votsch(scripted, RAMPING, (b"$01E 0060.0 0050.0 001\r", b"0\r"), stopped, opened=(REST[0], b""))
+    oven.safe()
 
 
 def test_write_that_reads_back_different_is_not_taken(scripted):

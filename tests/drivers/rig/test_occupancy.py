@@ -3,9 +3,11 @@
 import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 import pytest
 
@@ -81,6 +83,91 @@ def test_the_same_process_cannot_have_it_twice() -> None:
         pass
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="needs the names of Linux's abstract sockets")
+def test_a_lock_file_that_was_removed_still_locks(folder: Path) -> None:
+    with another_process(folder, "oven at COM3"):
+        for file in folder.glob("*.lock"):
+            file.unlink()
+        for _ in range(2):  # the first one must not leave a lock of its own
+            assert in_use(["oven at COM3"]) == "the oven at COM3 is in use by another process"
+    assert in_use(["oven at COM3"]) is None
+
+
+def test_without_such_names_the_file_locks(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(occupancy, "take_name", lambda name: None)
+    with another_process(folder, "oven at COM3") as child:
+        assert f"process {child.pid} " in (in_use(["oven at COM3"]) or "")
+
+
+def test_a_file_removed_before_it_is_locked_is_opened_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(occupancy, "take_name", lambda name: None)
+    opened = occupancy._open
+    calls: list[Path] = []
+
+    def open_and_lose(path: Path) -> BinaryIO:
+        file = opened(path)
+        calls.append(path)
+        if len(calls) == 1:
+            path.unlink()
+        return file
+
+    monkeypatch.setattr(occupancy, "_open", open_and_lose)
+    with occupied(["oven at COM3"], "one"):
+        assert in_use(["oven at COM3"]) is not None
+
+
+def test_another_temporary_folder_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.undo()
+    seen = set()
+    for name in ("one", "other"):
+        (tmp_path / name).mkdir()
+        for variable in ("TMPDIR", "TEMP", "TMP"):
+            monkeypatch.setenv(variable, str(tmp_path / name))
+        monkeypatch.setattr(tempfile, "tempdir", None)
+        seen.add(occupancy.lock_folder())
+    assert len(seen) == 1
+    assert not seen.pop().is_relative_to(tmp_path)
+
+
+def test_a_device_in_use_is_known_in_every_spelling(folder: Path) -> None:
+    held = ("oven at socket://localhost:502", "oven at COM3", "cards cDAQ1 at localhost:31763")
+    with another_process(folder, *held):
+        for other in (
+            "oven at socket://127.0.0.1:502",
+            "oven at socket://[::1]:502",
+            "oven at socket://[::ffff:127.0.0.1]:0502",
+            r"oven at \\.\COM3",
+            "cards cdaq1 at 127.0.0.1:31763",
+        ):
+            assert "campaign elsewhere" in (in_use([other]) or ""), other
+        assert in_use(["oven at socket://127.0.0.1:503", "oven at COM4"]) is None
+
+
+def test_a_rig_whose_places_are_one_device_can_be_used() -> None:
+    with occupied(["oven at socket://localhost:502", "oven at socket://127.0.0.1:502"], "flexura acquire"):
+        pass
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows' locks are not inherited")
+def test_a_child_that_inherits_the_locks_holds_the_rig(folder: Path) -> None:
+    with occupied(["oven at COM3", "cards cDAQ1"], "flexura acquire, campaign mine") as held:
+        command = [sys.executable, "-c", "import sys; sys.stdin.read()"]
+        child = subprocess.Popen(command, stdin=subprocess.PIPE, pass_fds=held.filenos())
+    with child:
+        for place in ("oven at COM3", "cards cDAQ1"):
+            assert "campaign mine" in (in_use([place]) or "")
+        child.kill()
+    assert in_use(["oven at COM3", "cards cDAQ1"]) is None
+
+
+def test_a_child_that_does_not_inherit_them_does_not(folder: Path) -> None:
+    with occupied(["oven at COM3"], "flexura acquire"):
+        child = subprocess.Popen([sys.executable, "-c", "import sys; sys.stdin.read()"], stdin=subprocess.PIPE)
+    with child:
+        assert in_use(["oven at COM3"]) is None
+        child.kill()
+
+
 def test_a_file_with_nonsense_is_another_process(folder: Path) -> None:
     with another_process(folder, "oven at COM3"):
         next(folder.glob("*.lock")).write_bytes(b"[" * 9000)
@@ -91,6 +178,7 @@ def test_where_nothing_can_be_locked_the_rig_can_still_be_used(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(occupancy, "lock_folder", lambda: Path("/nowhere/at/all"))
+    monkeypatch.setattr(occupancy, "take_name", lambda name: None)
     with occupied(["oven at COM3"], "flexura safe"):
         assert "oven at COM3 cannot be locked" in caplog.text
 

@@ -41,6 +41,10 @@ class ServedOven:
             time.sleep(0.05)
         return time.monotonic() - began
 
+    def end(self) -> None:
+        """End its process."""
+        self._child.kill()
+
     def off(self, within: float) -> float:
         """Return after how many seconds it is switched off."""
         return self.seen(lambda state: not state["regulating"], within)

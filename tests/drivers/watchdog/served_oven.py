@@ -39,6 +39,22 @@ class Welded(RegulatedOven):
         self._power = 600.0
 
 
+class Asked:
+    """A controller that notes for how long at most it was not asked anything, s."""
+
+    def __init__(self, inner) -> None:
+        self._inner = inner
+        self._asked = time.monotonic()
+        self.longest = 0.0
+
+    def receive(self, data: bytes):
+        self.longest, self._asked = self.silence(), time.monotonic()
+        return self._inner.receive(data)
+
+    def silence(self) -> float:
+        return max(self.longest, time.monotonic() - self._asked)
+
+
 def say(line: str) -> None:
     sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
@@ -48,24 +64,13 @@ def main() -> None:
     clock = SystemClock()
     kind = Welded if "welded" in sys.argv else RegulatedOven
     body = kind(clock, np.random.default_rng(1), LIGHT, Regulator(period=0.05), air=40.0, plate=40.0)
-    controller = oven_settings(SETTINGS).simulated(body, clock)
-    asked, longest = [time.monotonic()], [0.0]
-    inner = controller.receive
-
-    def receive(data: bytes):
-        now = time.monotonic()
-        longest[0] = max(longest[0], now - asked[0])
-        asked[0] = now
-        return inner(data)
-
-    controller.receive = receive
+    controller = Asked(oven_settings(SETTINGS).simulated(body, clock))
     with TcpPort(controller) as port:
         say(port.address)
         for line in sys.stdin:
             if line.strip() == "reset":
-                longest[0] = 0.0
-            ago = time.monotonic() - asked[0]
-            state = {"regulating": body.regulating, "air": body.air, "ago": ago, "longest": max(longest[0], ago)}
+                controller.longest = 0.0
+            state = {"regulating": body.regulating, "air": body.air, "longest": controller.silence()}
             say(json.dumps(state))
 
 

@@ -172,6 +172,7 @@ def test_random_moments(
             campaign.kill(watchdog=True, number=signal.SIGTERM)
         worst = max(worst, oven.off(PROMISE))
         campaign.kill(number=signal.SIGKILL)
+        oven.end()
     record_property("slowest at rest after, s", round(worst, 1))
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from analysis.rendering.fixed_point import FixedPoint
 from analysis.rendering.renderer import Renderer
-from app.files.exports.c_code import BLOCK, NAMES, c_texts, write_c
+from app.files.exports.c_code import BLOCK, c_texts, write_c
 from app.files.exports.cost import Cost
 
 GCC = shutil.which("gcc")
@@ -184,4 +184,39 @@ def test_header_and_file_of_two_exports_do_not_compile(tmp_path, shipments):
 def test_the_same_filters_give_the_same_bytes(tmp_path, shipments):
     assert c_texts(shipments["network"], True) == c_texts(shipments["network"], True)
     write_c(shipments["network"], tmp_path, True)
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(NAMES)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["flexura_filters.c", "flexura_filters.h"]
+
+
+GXX = shutil.which("g++")
+TWO_PANELS = r"""
+#include "front_filters.h"
+#include "rear_door_filters.h"
+#include <cstdio>
+static front_filters front;
+static rear_door_filters rear;
+int main()
+{
+    front_start(&front, 20.0f);
+    rear_door_start(&rear, 20.0f);
+    std::printf("%d %d\n", FRONT_ACTUATORS, REAR_DOOR_TAPS);
+    return 0;
+}
+"""
+
+
+@pytest.mark.skipif(GXX is None, reason="needs g++")
+def test_two_panels_in_one_program_of_cpp(tmp_path, shipments):
+    """Their names do not collide, and C++ finds functions that were compiled as C."""
+    objects = []
+    for prefix, kind in (("front", "linear"), ("rear_door", "network")):
+        header, code = write_c(shipments[kind], tmp_path, False, prefix)
+        assert (header.name, code.name) == (f"{prefix}_filters.h", f"{prefix}_filters.c")
+        objects.append(code.with_suffix(".o"))
+        subprocess.run([GCC, *STRICT, "-c", str(code), "-o", str(objects[-1])], check=True)
+    main = tmp_path / "main.cpp"
+    main.write_text(TWO_PANELS)
+    command = [GXX, "-Wall", "-Wextra", "-Werror", "-o", tmp_path / "program", main, *objects, "-lm"]
+    subprocess.run([str(word) for word in command], check=True)
+    done = subprocess.run([str(tmp_path / "program")], capture_output=True, text=True, check=True)
+    actuators, taps = shipments["linear"].filters.banks.shape[0], shipments["network"].filters.banks.shape[2]
+    assert done.stdout == f"{actuators} {taps}\n"

@@ -12,7 +12,7 @@ from scipy.io import savemat, wavfile
 
 from app.files.bad_file import ResultFileError
 from app.files.measurements.formats import FORMATS
-from app.files.measurements.guarded import read_columns
+from app.files.measurements.guarded import read_columns, read_each
 
 SIGNAL = np.sin(np.arange(1000.0))
 
@@ -93,3 +93,19 @@ def test_an_archive_that_declares_more_than_there_is_is_refused(tmp_path: Path) 
     with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
         archive.writestr("y.npy", header + struct.pack("<H", len(text)) + text + b"\0" * 1000)
     refused(tmp_path / "a.npz")
+
+
+def test_many_small_files_are_read_in_order_and_the_damaged_one_is_named(tmp_path: Path) -> None:
+    """A few processes for all of them; what stands before the damaged one is read."""
+    paths = [tmp_path / f"{number}.csv" for number in range(130)]
+    for number, path in enumerate(paths):
+        path.write_text("Time,Acc\n" + f"{number},1\n" * 20, encoding="utf-8")
+    assert [columns.values["Time"][0] for columns in read_each(paths)] == list(range(130))
+    paths[7].write_text("nothing\n", encoding="utf-8")
+    each = read_each(paths)
+    assert [next(each).values["Time"][0] for _ in range(7)] == list(range(7))
+    with pytest.raises(ResultFileError, match=r"7\.csv: no table of numbers"):
+        next(each)
+    (tmp_path / "8.csv").unlink()
+    with pytest.raises(ResultFileError, match=r"8\.csv: no such file"):
+        next(read_each(paths[8:]))

@@ -1,0 +1,17 @@
+"""Whether the temperatures of a plate in an oven can be true: the rules, for a rig and for a recorded campaign.
+
+A plate a few millimetres thick is one lump of heat that follows the air with a time constant tau of minutes:
+
+    dp/dt = (air - p) / tau
+
+so the air measured predicts the plate at all times: at rest both are equal, on a ramp the plate is rate * tau
+behind.
+
+=================  =====================================================================
+``lag_model``      learns tau from air and readings, and predicts the next reading
+``sensor_check``   one sensor over time: frozen, implausible, slowly wrong
+``plate_sensors``  all sensors of a plate: which are left out, what the rest say
+``air_and_plate``  the same rule for a recorded campaign: air against plate in its sweeps
+``label_check``    sweeps whose resonances do not fit their temperature
+=================  =====================================================================
+"""

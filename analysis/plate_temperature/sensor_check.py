@@ -1,0 +1,231 @@
+"""One sensor on a plate over time: what it reads, held against what air and earlier readings make likely."""
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+
+from analysis.arrays import Real
+from analysis.plate_temperature.lag_model import LagModel
+
+JUMP = 1.0
+"""Largest difference of one reading from the prediction, K: ten times the noise of a usual thermocouple."""
+LAG_SHARE = 0.15
+"""On top of it, of the lag: how far tau changes with the fan's flow and with natural convection."""
+DOUBTED = 0.3
+"""Mean difference over `MEMORY` from which on a label is doubted, K: below the 0.5 K that labels are good for, and
+seven times the scatter of that mean."""
+ONE_DOUBTED = 0.65
+"""Difference of a single reading from which on it is doubted, K: six times the noise."""
+MEMORY, LEAST_READINGS = 30.0, 3.0
+"""s of readings that a mean difference stands for, or so many readings."""
+SURE = 3.0
+"""Standard deviations beyond which a difference is none of chance."""
+MISLABELLED = 0.35
+"""Estimated error of a label from which on it is told, K: with its uncertainty, below 0.5 K."""
+OPEN = (-120.0, 400.0)
+"""Beyond, no intact sensor in an oven reads, degrees Celsius: an open input is at the end of its range."""
+FROZEN_READINGS, FROZEN_AIR = 20, 2.0
+"""Readings equal to the millikelvin while the air moves by this much, K: a real sensor has noise."""
+EQUAL_READINGS = 5
+"""From so many equal readings on, a sensor that is found wrong is called frozen."""
+YOUNG = 60.0
+"""A model that has learnt for less, s, is begun anew where a reading does not fit: its first one may be wrong."""
+IN_AIR = 25.0
+"""Time constant below which a sensor hangs in the air, s: a steel sheet of 0.5 mm has 30 s in a fan's wind."""
+MOSTLY = 0.7
+"""Share of the air in a reading from which on the sensor hangs in it."""
+OFFSET = 0.8
+"""Difference of plate and air at rest from which on it is told, K: a controller's sensor is good for 0.5 K."""
+
+
+def share_of_last(step: float) -> float:
+    """Return the weight of a reading in a running mean, `step` s after the one before."""
+    return 1.0 - math.exp(-step / max(MEMORY, LEAST_READINGS * step, 1e-3)) if math.isfinite(step) else 1.0
+
+
+class Trust(IntEnum):
+    """How far a reading is to be trusted."""
+
+    REFUSED = 0
+    DOUBTED = 1
+    BELIEVED = 2
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Judgement of one reading.
+
+    Attributes
+    ----------
+    trust : Trust
+    why : str
+        What is wrong, with values; empty for a reading that is believed.
+    """
+
+    trust: Trust
+    why: str = ""
+
+
+BELIEVED = Verdict(Trust.BELIEVED)
+
+
+class SensorCheck:
+    """Judges the readings of one sensor, in their order.
+
+    A reading is doubted or refused for as long as it does not fit; nothing is learnt from it meanwhile, so that a
+    lie does not become the truth by lasting.
+
+    Parameters
+    ----------
+    name : str
+        Of the sensor, for messages.
+
+    Attributes
+    ----------
+    name : str
+    mean_difference : float
+        Mean of what the last readings were above the prediction, K.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.mean_difference = 0.0
+        self._model: LagModel | None = None
+        self._began = self._last = -math.inf
+        self._equal = 0
+        self._equal_since = (math.nan, math.nan)
+
+    def fits(self, now: float, air: float, reading: float) -> bool:
+        """Whether a reading is no jump; changes nothing but time, so that the sensor can be read again.
+
+        Parameters
+        ----------
+        now : float
+            s.
+        air, reading : float
+            Degrees Celsius.
+
+        Returns
+        -------
+        bool
+        """
+        if not OPEN[0] < reading < OPEN[1]:
+            return False
+        if self._model is None:
+            return True
+        self._model.advance(now, air)
+        return abs(reading - self._model.prediction()[0]) <= self._largest_jump(air)
+
+    def judge(self, now: float, air: float, reading: float) -> Verdict:
+        """Judge a reading and learn from it if it is believed.
+
+        Parameters
+        ----------
+        now : float
+            s.
+        air, reading : float
+            Degrees Celsius.
+
+        Returns
+        -------
+        Verdict
+        """
+        if not OPEN[0] < reading < OPEN[1]:  # also NaN
+            return Verdict(Trust.REFUSED, f"{self.name} reads {reading:g} °C: open or shorted")
+        if self._frozen(air, reading):
+            since = self._equal_since[1]
+            moved = f"while the air moved from {since:.1f} to {air:.1f} °C"
+            return Verdict(
+                Trust.REFUSED, f"{self.name} is stuck at {reading:g} °C: {self._equal} equal readings, {moved}"
+            )
+        if self._model is None:
+            self._begin(now, air, reading)
+            return BELIEVED
+        self._model.advance(now, air)
+        expected, sigma = self._model.prediction()
+        difference = reading - expected
+        if abs(difference) > self._largest_jump(air) and now - self._began < YOUNG:
+            self._begin(now, air, reading)
+            return BELIEVED
+        share = share_of_last(now - self._last)
+        self.mean_difference += share * (difference - self.mean_difference)
+        step, self._last = now - self._last, now
+        lasting = abs(self.mean_difference) - SURE * sigma
+        if abs(difference) > self._largest_jump(air) or lasting > JUMP + LAG_SHARE * abs(air - expected):
+            return Verdict(Trust.REFUSED, self._told(reading, expected))
+        if lasting > DOUBTED or abs(difference) - SURE * sigma > ONE_DOUBTED:
+            return Verdict(Trust.DOUBTED, self._told(reading, expected))
+        if step > 0.0:
+            self._model.learn(reading, step)
+        return BELIEVED
+
+    @property
+    def moment(self) -> tuple[Real, Real, float] | None:
+        """What `error` needs to judge the last reading later; None before the first."""
+        return None if self._model is None else self._model.moment()
+
+    def error(self, moment: tuple[Real, Real, float] | None = None) -> float:
+        """Return by how much a reading was too high, K; 0 where that is not sure.
+
+        Parameters
+        ----------
+        moment : tuple, optional
+            Of the reading, see `moment`; the last one by default.
+        """
+        if self._model is None:
+            return 0.0
+        value, sigma = self._model.error(self._model.moment() if moment is None else moment)
+        return value if abs(value) > SURE * sigma else 0.0
+
+    def cause(self, moment: tuple[Real, Real, float] | None = None) -> str:
+        """Say what the error of a reading, see `error`, looks like."""
+        if self._model is None:
+            return ""
+        parts = self._model.parts(self._model.moment() if moment is None else moment)
+        words = {
+            "air": "it follows the air: half loose, or the air's sensor is slow",
+            "scale": "its error grows with temperature: another type of thermocouple, or a poor contact",
+            "drift": "its error grows with time: it drifts",
+        }
+        return words[max(parts, key=lambda name: abs(parts[name]))]
+
+    @property
+    def in_air(self) -> bool:
+        """Whether it follows the air so fast that it cannot be on a plate."""
+        return self._model is not None and self._model.air_share(IN_AIR) > MOSTLY
+
+    def lasting_doubt(self) -> str:
+        """Say what is wrong with the sensor by all that was learnt; empty if nothing."""
+        if self._model is None:
+            return ""
+        if self.in_air:
+            return f"{self.name} follows the air at once: it hangs in the air, not on the plate"
+        offset, sigma = self._model.offset()
+        if abs(offset) - SURE * sigma > OFFSET:
+            than = "above" if offset > 0.0 else "below"
+            return f"{self.name} is {abs(offset):.1f} K {than} the air's sensor at rest: one of them is wrong"
+        return ""
+
+    def _begin(self, now: float, air: float, reading: float) -> None:
+        self._model = LagModel(now, air, reading)
+        self._began = self._last = now
+        self.mean_difference = 0.0
+
+    def _largest_jump(self, air: float) -> float:
+        if self._model is None:
+            return math.inf
+        expected, sigma = self._model.prediction()
+        return JUMP + LAG_SHARE * abs(air - expected) + SURE * sigma
+
+    def _frozen(self, air: float, reading: float) -> bool:
+        if not self._equal or reading != self._equal_since[0]:
+            self._equal, self._equal_since = 1, (reading, air)
+            return False
+        self._equal += 1
+        return self._equal >= FROZEN_READINGS and abs(air - self._equal_since[1]) >= FROZEN_AIR
+
+    def _told(self, reading: float, expected: float) -> str:
+        likely = f"by the air and its readings so far {expected:.1f} °C is likely"
+        if self._equal >= EQUAL_READINGS:
+            return f"{self.name} is stuck at {reading:g} °C; {likely}"
+        return f"{self.name} reads {reading:.2f} °C; {likely}"

@@ -1,0 +1,96 @@
+"""Notes on temperatures of a recorded campaign that cannot be true: by the rig, the air, and the plate itself."""
+
+import numpy as np
+
+from analysis.campaign import Sweep
+from analysis.frf import Frf
+from analysis.frf_campaign import AnyCampaign, FrfCampaign
+from analysis.plate_temperature.air_and_plate import doubtful_sweeps, offset_change
+from analysis.plate_temperature.label_check import hysteresis, misplaced
+from analysis.updated import Updated
+
+NAMED = 6
+"""Sweeps that are named one by one; of more, their number is given."""
+
+
+def recorded_notes(campaign: AnyCampaign) -> tuple[str, ...]:
+    """Return a note for every sweep whose temperature the rig or the air puts in doubt, and for slow errors.
+
+    Parameters
+    ----------
+    campaign : AnyCampaign
+
+    Returns
+    -------
+    tuple of str
+    """
+    if isinstance(campaign, FrfCampaign):
+        return ()  # of whose temperatures no reading of an oven is known
+    sweeps = campaign.sweeps
+    by_air = doubtful_sweeps(sweeps)
+    doubts = {one: sweep.doubt for one, sweep in enumerate(sweeps) if sweep.doubt}
+    doubts = {one: doubts.get(one) or by_air[one] for one in sorted({*doubts, *by_air})}
+    notes = [f"the temperature of {_named(sweeps[one])} is in doubt: {why}" for one, why in doubts.items()]
+    if len(notes) > NAMED:
+        notes = [*notes[:NAMED], f"and the temperature of {len(notes) - NAMED} more sweeps is in doubt"]
+    change = offset_change(sweeps, tuple(doubts))
+    if change is not None:
+        by, coldest, hottest = change
+        notes.append(
+            f"plate over oven, its lag left aside, changes by {by:+.1f} K from {coldest:.0f} to {hottest:.0f} °C: "
+            "one of the two sensors is wrong by as much. Check the thermocouple's type, contact and drift"
+        )
+    return tuple(notes)
+
+
+def label_notes(campaign: AnyCampaign, frf: Frf, updated: Updated) -> tuple[str, ...]:
+    """Return a note for every sweep whose modulus does not fit its temperature, and where up and down differ.
+
+    Parameters
+    ----------
+    campaign : AnyCampaign
+    frf : Frf
+        As updated: sweeps left out are not in it.
+    updated : Updated
+
+    Returns
+    -------
+    tuple of str
+    """
+    log_modulus, direction = np.log(updated.material.youngs_modulus), np.array(frf.direction)
+    notes: list[str] = []
+    groups = sorted({(int(s), float(v)) for s, v in zip(frf.driven_by, frf.level, strict=True)})
+    for source, level in groups:
+        legs = {}
+        for way in ("up", "down"):
+            inside = (frf.driven_by == source) & (frf.level == level) & (direction == way) & updated.settled
+            leg = np.flatnonzero(inside)
+            found = misplaced(frf.temperature[leg], log_modulus[leg])
+            notes += [_misplaced(float(frf.temperature[leg[one]]), way, likely) for one, likely in found.items()]
+            fits = np.delete(leg, list(found))
+            legs[way] = frf.temperature[fits], log_modulus[fits]
+        apart = hysteresis(legs["up"], legs["down"]) if _touched(campaign) else None
+        if apart is not None:
+            notes.append(
+                f"at equal stiffness the plate reads {apart:+.1f} K on the way up against the way down: its "
+                "sensor leads or lags (half loose, or not on the plate), or the plate itself has changed"
+            )
+    return tuple(notes)
+
+
+def _touched(campaign: AnyCampaign) -> bool:
+    """Whether all temperatures are those of a sensor on the plate: the air's lag is found by the gap stage."""
+    if isinstance(campaign, FrfCampaign):
+        return False
+    return all(sweep.plate_temperature_start is not None for sweep in campaign.sweeps)
+
+
+def _misplaced(label: float, way: str, likely: float) -> str:
+    return (
+        f"look at the sweep at {label:.1f} °C on the way {way}: its modulus fits the neighbours' only if its "
+        f"temperature was about {likely:.0f} °C"
+    )
+
+
+def _named(sweep: Sweep) -> str:
+    return f"step {sweep.step} ({sweep.temperature:.1f} °C {sweep.direction})"

@@ -1,0 +1,62 @@
+"""Weak and strong hits: a linear structure is left in peace, one that softens is named."""
+
+import numpy as np
+import pytest
+
+from analysis.estimation.levels import of_hits, of_records
+from analysis.estimation.recording import SampledSignals
+from analysis.estimation.spectra import welch
+
+RATE = 1024.0
+LINES = np.fft.rfftfreq(2048, 1.0 / RATE)
+
+
+def frf(frequency: np.ndarray) -> np.ndarray:
+    return 1.0 / (frequency**2 - LINES**2 + 2j * 0.01 * frequency * LINES)
+
+
+def hits(rng: np.random.Generator, levels: np.ndarray, softening: float) -> tuple[np.ndarray, np.ndarray]:
+    """Blocks of an oscillator at 62 Hz whose frequency falls with the level, and of a place hit that varies."""
+    pulse = np.exp(-(((np.arange(2048) / RATE - 0.02) / 1e-3) ** 2))
+    drives, answers = [], []
+    for level in levels:
+        u = level * pulse + 1e-3 * rng.standard_normal(2048)
+        h = frf(62.0 * (1.0 - softening * level)) * (1.0 + 0.01 * rng.standard_normal())
+        answers.append(np.fft.irfft(h * np.fft.rfft(u)) + 1e-8 * rng.standard_normal(2048))
+        drives.append(u)
+    return np.array(drives)[:, None], np.array(answers)[:, None]
+
+
+@pytest.mark.parametrize("count", [6, 10, 30])
+def test_a_structure_that_softens_is_named(count: int) -> None:
+    levels = np.linspace(2.5, 5.0, count) if count > 6 else np.repeat([2.5, 5.0], 3)
+    found = of_hits(*hits(np.random.default_rng(0), levels, 1e-3), levels)
+    assert found is not None
+    assert (found.low, found.high) == (2.5, 5.0)
+    assert "drives of 2.5 to 5 N are averaged" in found.message("N")
+
+
+def test_a_linear_one_rarely_is_and_equal_levels_are_not_compared() -> None:
+    """Of 200 tests with four to twelve hits one in a thousand is expected."""
+    rng = np.random.default_rng(1)
+    named = 0
+    for count in (4, 6, 8, 12) * 50:
+        levels = rng.uniform(2.5, 5.0, count)
+        named += of_hits(*hits(rng, levels, 0.0), levels) is not None
+    assert named <= 3
+    same = np.full(8, 4.0)
+    assert of_hits(*hits(rng, same, 1e-3), same) is None
+
+
+@pytest.mark.parametrize(("softening", "differs"), [(0.0, False), (2e-3, True)])
+def test_records_of_a_shaker_at_two_levels(softening: float, differs: bool) -> None:
+    rng = np.random.default_rng(2)
+    grid = np.fft.rfftfreq(32768, 1.0 / RATE)
+    parts = []
+    for level in (1.0, 5.0):
+        u = level * rng.standard_normal(32768)
+        f = 62.0 * (1.0 - softening * level)
+        y = np.fft.irfft(np.fft.rfft(u) / (f**2 - grid**2 + 2j * 0.01 * f * grid))
+        y += 0.01 * y.std() * rng.standard_normal(32768)
+        parts.append(welch(SampledSignals(RATE, u[None], y[None]), 2.0))
+    assert (of_records(parts, np.array([1.0, 5.0])) is not None) == differs

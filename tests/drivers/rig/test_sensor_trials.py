@@ -1,0 +1,28 @@
+"""Simulated faults of the sensors on a plate: no wrong label without a word, and no sound campaign doubted."""
+
+import pytest
+
+from tests.drivers.rig.sensor_trials import KINDS, Trial
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_label_is_wrong_without_a_word(kind: str) -> None:
+    trial = Trial(4, kind).run()
+    assert trial.untold == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_label_of_many_campaigns_is_wrong_without_a_word(kind: str) -> None:
+    """`benchmarks/sensor_faults.py` does it with any number."""
+    trials = [Trial(10_000 + seed, kind).run() for seed in range(12)]
+    assert [(trial.seed, trial.untold) for trial in trials if trial.untold] == []
+    assert any(trial.labels for trial in trials)
+    assert any(trial.told or trial.ending != "complete" for trial in trials)
+
+
+@pytest.mark.slow
+def test_sound_campaigns_are_not_doubted() -> None:
+    trials = [Trial(20_000 + seed).run() for seed in range(40)]
+    assert [(trial.seed, trial.ending, trial.told[:2]) for trial in trials if trial.told] == []
+    assert {trial.ending for trial in trials} == {"complete"}
