@@ -18,6 +18,8 @@
 ``channel``            inputs and outputs, their names and units
 ``sensitivity``        volts per unit of each channel
 ``campaign``           recorded sweeps of one experiment over temperature
+``frf_campaign``       FRFs of other programs in place of recorded sweeps
+``measured_modes``     natural frequencies and damping over temperature
 ``campaign_extent``    how many of its sweeps are there
 ``h1``                 H1 of synchronous repeats
 ``sweep_h1``           the same of one sweep at all outputs
@@ -54,6 +56,7 @@
 ``thermometry``        a panel as its own thermometer
 ``arrays``             types of arrays
 ``median_deviation``   a standard deviation that a few outliers do not move
+``scatter``            scatter of numbers that are known with different errors
 ``progress``           type of a progress callable
 =====================  ============================================================================
 """

@@ -9,13 +9,19 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Campaign
 from analysis.channel import transfer_unit
+from analysis.frf_campaign import AnyCampaign, FrfCampaign, FrfSweep
+from analysis.local_rational import rough_power
 from analysis.mains import mains_lines, other_fundamentals
-from analysis.noise_power import single_repeat_power
+from analysis.noise_power import noise_power, single_repeat_power
 from analysis.still_ringing import still_ringing
 from analysis.sweep_h1 import sweep_h1
 
 COPIES = 1e-12
 """Noise below this share of an FRF is that of rounding in double precision: no converter is so good."""
+
+HARMONICS_APART = 6.0
+"""Spacings of lines between harmonics of the mains below which none is left out: three lines go for each harmonic,
+which would then be half of all."""
 
 
 @dataclass(frozen=True)
@@ -190,12 +196,14 @@ class Frf:
         return replace(self, h=np.where(wrong, -1.0, 1.0)[:, :, None] * self.h, notes=(*self.notes, note))
 
 
-def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
-    """H1 of every sweep and sensor of a campaign, inside the protocol's band.
+def campaign_frf(campaign: AnyCampaign, *, mains: float = 50.0) -> Frf:
+    """H1 of every sweep and sensor of a campaign, inside the protocol's band; FRFs read as such, with their noise.
 
     Lines at harmonics of `mains` [Hz] are excluded, and those of any other hum that the noise shows.
     Raises ValueError where the sweeps differ in length, so that they share no frequency lines.
     """
+    if isinstance(campaign, FrfCampaign):
+        return _given(campaign, mains)
     samples, rate = campaign.sweeps[0].drive.shape[1], campaign.experiment.acquisition.sample_rate
     grid = np.fft.rfftfreq(samples, 1.0 / rate).astype(np.float64)
     low, high = campaign.experiment.protocol.band
@@ -205,14 +213,73 @@ def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
     frf = _all_sweeps(campaign, lines, frequency, mains_lines(frequency, mains, record))
     if rings := still_ringing(campaign):  # leakage has lines of its own, some where a hum would have them
         return replace(frf, notes=(*frf.notes, rings), at_rest=False)
-    rough = np.array([[single_repeat_power(h) for h in sweep] for sweep in frf.h])
-    hums = other_fundamentals(frequency, rough / np.maximum(frf.variance, np.finfo(float).tiny), frf.excluded)
+    hums = _hums(frf)
     if not hums:
         return frf
     masked = np.any([frf.excluded, *(mains_lines(frequency, hum, record) for hum in hums)], axis=0)
-    frf = _all_sweeps(campaign, lines, frequency, masked)
+    return _said_of_hums(_all_sweeps(campaign, lines, frequency, masked), hums)
+
+
+def _hums(frf: Frf) -> list[float]:
+    """Fundamentals of hum, other than the mains, that the roughness over frequency shows above the noise, Hz."""
+    rough = np.array([[single_repeat_power(h) for h in sweep] for sweep in frf.h])
+    ratio = rough / np.maximum(frf.variance, np.finfo(float).tiny)
+    return other_fundamentals(frf.frequency, ratio, frf.excluded)
+
+
+def _said_of_hums(frf: Frf, hums: Sequence[float]) -> Frf:
     found = " and ".join(f"{hum:.2f}" for hum in hums)
     return replace(frf, notes=(*frf.notes, f"mains hum at multiples of {found} Hz: these lines are left out too"))
+
+
+def _given(campaign: FrfCampaign, mains: float) -> Frf:
+    """FRFs that were read as such, with lines of mains hum excluded and noise smooth over the others."""
+    frequency, record = campaign.frequency, 1.0 / campaign.spacing
+    if mains < HARMONICS_APART * campaign.spacing:
+        # most lines lie near some harmonic then, and each averages a hum with far more of the drive
+        return _of_sweeps(campaign, np.zeros(len(frequency), dtype=bool))
+    frf = _of_sweeps(campaign, mains_lines(frequency, mains, record))
+    if all(noise == "neighbouring lines" for sweep in campaign.sweeps for noise in sweep.noise):
+        return frf  # a hum is in the estimate of the noise itself
+    hums = _hums(frf)
+    if not hums:
+        return frf
+    masked = np.any([frf.excluded, *(mains_lines(frequency, hum, record) for hum in hums)], axis=0)
+    return _said_of_hums(_of_sweeps(campaign, masked), hums)
+
+
+def _of_sweeps(campaign: FrfCampaign, excluded: NDArray[np.bool_]) -> Frf:
+    experiment, inputs, sweeps = campaign.experiment, campaign.experiment.inputs, campaign.sweeps
+    dof = np.array([s.repeats_dof for s in sweeps])
+    return Frf(
+        temperature=np.array([s.temperature for s in sweeps]),
+        direction=tuple(s.direction for s in sweeps),
+        level=np.array([s.level for s in sweeps]),
+        frequency=campaign.frequency,
+        h=np.array([s.h for s in sweeps]),
+        variance=np.array([_given_variance(s, excluded) for s in sweeps]),
+        coherence=np.array([s.coherence for s in sweeps]),
+        excluded=excluded,
+        channels=tuple(output.id for output in experiment.outputs),
+        notes=campaign.notes,
+        labels=tuple(label for one in inputs for label in experiment.labels(one)),
+        units=tuple(transfer_unit(output, one) for one in inputs for output in experiment.outputs),
+        level_units=experiment.level_units,
+        source=np.array([s.source for s in sweeps]) if len(inputs) > 1 else None,
+        sources=tuple(one.id for one in inputs) if len(inputs) > 1 else (),
+        repeats_dof=dof if dof.all() else None,
+        at_rest=campaign.at_rest,
+    )
+
+
+def _given_variance(sweep: FrfSweep, excluded: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Variance (K, F) of the FRFs of a sweep."""
+    made = []
+    for noise, h, given in zip(sweep.noise, sweep.h, sweep.variance, strict=True):
+        if noise != "variance":
+            given = noise_power(rough_power(h) if noise == "neighbouring lines" else given, h, excluded)
+        made.append(given)
+    return np.array(made)
 
 
 def _all_sweeps(

@@ -7,6 +7,7 @@
 ``twins``          twins built from declarations
 ``rig``            real and simulated rigs
 ``modal_test``     tests that are no campaign, from files to shapes
+``plate_frfs``     FRFs and modes of other programs, of a declared plate
 ``sound``          sound files through filters, and the panel as its own thermometer
 ``terminal``       progress, tables, records and closing lines
 ``files``          campaigns, results and recordings on disk

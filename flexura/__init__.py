@@ -4,7 +4,7 @@ Each function does what the verb of the same name does, and calls the same stage
 when it is first asked for, so that ``import flexura`` costs little. See ``docs/guide/library.md``.
 
 ================  ==================================================================
-``campaigns``     `load`, `frf`, `identify`, `update`, `gap`: a plate over temperature
+``campaigns``     `load`, `frf`, `identify`, `update`, `update_modes`, `gap`: a plate over temperature
 ``whole_run``     `run`: all of it, and the report
 ``panels``        `focus`, `compensate`: filters that follow the temperature
 ``panel_files``   laws, twin files, panels and run folders that these two take
@@ -21,18 +21,19 @@ from flexura.own_packages import claim_names
 claim_names()
 
 if TYPE_CHECKING:
-    from flexura.campaigns import frf, gap, identify, load, update
+    from flexura.campaigns import frf, gap, identify, load, update, update_modes
     from flexura.figures import plot
     from flexura.panels import compensate, focus
     from flexura.whole_run import run
 
-__all__ = ["compensate", "focus", "frf", "gap", "identify", "load", "plot", "run", "update"]
+__all__ = ["compensate", "focus", "frf", "gap", "identify", "load", "plot", "run", "update", "update_modes"]
 
 _MODULES = {
     "load": "campaigns",
     "frf": "campaigns",
     "identify": "campaigns",
     "update": "campaigns",
+    "update_modes": "campaigns",
     "gap": "campaigns",
     "focus": "panels",
     "compensate": "panels",

@@ -8,16 +8,18 @@ from time import perf_counter
 
 from threadpoolctl import threadpool_limits
 
-from analysis.campaign import Campaign
 from analysis.frf import Frf, campaign_frf
+from analysis.frf_campaign import AnyCampaign
 from analysis.identification.reading import Damping
 from analysis.identification.settings import Settings
 from analysis.progress import Progress
 from app.files.campaign import load_campaign
 from app.files.run_folder import writable_folder
+from app.plate_frfs.plate_of_modes import read_plate_of_modes
 from app.stages import gap as gap_stage
 from app.stages import identify as identify_stage
 from app.stages import update as update_stage
+from app.stages import update_modes as update_modes_stage
 from app.stages.identify_options import Method, Wanted
 from app.terminal.progress import progress as bars
 from app.twins.campaign_model import start_of
@@ -25,16 +27,17 @@ from app.twins.campaign_model import start_of
 File = str | PathLike[str]
 
 
-def load(campaign: File) -> Campaign:
-    """Read a campaign: a folder with ``campaign.toml`` (recorded) or ``protocol.json`` (imported, acquired).
+def load(campaign: File) -> AnyCampaign:
+    """Read a campaign: a folder with ``campaign.toml``, ``protocol.json`` or ``plate.toml``.
 
+    The first is recorded, the second imported or acquired; the third declares a plate with FRFs of other programs.
     The other functions take such a folder, too, and read it anew each time. Raises
     `app.files.campaign_error.CampaignFileError` with everything that is wrong with it.
     """
     return load_campaign(Path(campaign))
 
 
-def frf(campaign: File | Campaign, *, mains: float = 50.0) -> Frf:
+def frf(campaign: File | AnyCampaign, *, mains: float = 50.0) -> Frf:
     """H1 of every sweep and sensor, with variance and coherence, inside the protocol's band.
 
     Lines at harmonics of `mains` (Hz) are marked as excluded. Raises ValueError for sweeps of different lengths.
@@ -43,7 +46,7 @@ def frf(campaign: File | Campaign, *, mains: float = 50.0) -> Frf:
 
 
 def identify(
-    campaign: File | Campaign,
+    campaign: File | AnyCampaign,
     *,
     band: tuple[float, float] | None = None,
     damping: Damping = "hysteretic",
@@ -58,7 +61,7 @@ def identify(
 
     Parameters
     ----------
-    campaign : Campaign or path
+    campaign : AnyCampaign or path
     band : (float, float), optional
         Hz; all lines where it is left out.
     damping : str
@@ -97,7 +100,7 @@ def identify(
 
 
 def update(
-    campaign: File | Campaign,
+    campaign: File | AnyCampaign,
     *,
     twin: File | None = None,
     effects: File | None = None,
@@ -109,7 +112,7 @@ def update(
 
     Parameters
     ----------
-    campaign : Campaign or path
+    campaign : AnyCampaign or path
     twin : path, optional
         Twin file whose effects are switched on, with the values they have there.
     effects : path, optional
@@ -141,7 +144,7 @@ def update(
 
 
 def gap(
-    campaign: File | Campaign,
+    campaign: File | AnyCampaign,
     *,
     twin: File | None = None,
     effects: File | None = None,
@@ -153,7 +156,7 @@ def gap(
 
     Parameters
     ----------
-    campaign : Campaign or path
+    campaign : AnyCampaign or path
     twin : path, optional
         Twin file whose effects are switched on from the beginning.
     effects : path, optional
@@ -184,8 +187,44 @@ def gap(
     return found
 
 
-def _loaded(campaign: File | Campaign) -> Campaign:
-    return campaign if isinstance(campaign, Campaign) else load(campaign)
+def update_modes(
+    plate: File, table: File | None = None, *, out: File | None = None, progress: bool = False
+) -> update_modes_stage.UpdatingByModes:
+    """Fit E, nu and eta of the twin to natural frequencies and damping, as ``flexura update MODES.csv --plate``.
+
+    Parameters
+    ----------
+    plate : path
+        ``plate.toml``, or its folder.
+    table : path, optional
+        Modes as CSV; those that the declaration states where it is left out.
+    out : path, optional
+        Run folder for laws.h5; nothing is written where it is left out.
+    progress : bool
+        Draw progress bars on the error stream, where that is a terminal.
+
+    Returns
+    -------
+    UpdatingByModes
+
+    Raises
+    ------
+    app.files.campaign_error.CampaignFileError
+        With all that is wrong with the declaration.
+    app.files.bad_file.ResultFileError
+        For modes that cannot be read or fitted, with the reason.
+    """
+    loaded = read_plate_of_modes(Path(plate), None if table is None else Path(table))
+    run = _run(out)
+    with computing(shown=progress) as report:
+        found = update_modes_stage.compute(loaded, report)
+    if run is not None:
+        update_modes_stage.save(run, loaded, found)
+    return found
+
+
+def _loaded(campaign: File | AnyCampaign) -> AnyCampaign:
+    return campaign if isinstance(campaign, AnyCampaign) else load(campaign)
 
 
 def _run(out: File | None) -> Path | None:

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from analysis.campaign import Campaign
 from analysis.frf import Frf
+from analysis.frf_campaign import AnyCampaign, FrfCampaign
 from app.files.gap_file import GapFigures
 from app.report import focusing, gap, identified, measured, style, updated
 from app.report.declared import picture, pieces_of_experiment
@@ -23,7 +24,8 @@ def plot(value: Any, kind: str | None = None, *, channel: int | None = None) -> 
 
     Parameters
     ----------
-    value : Campaign, Frf, IdentifiedCampaign, Updating, GapComparison, FocusedPanel or CompensatedPanel
+    value : Campaign, FrfCampaign, Frf or result of a stage
+        IdentifiedCampaign, Updating, GapComparison, FocusedPanel or CompensatedPanel.
     kind : str, optional
         Which of its figures, see `FIGURES`; the first where it is left out.
     channel : int, optional
@@ -63,7 +65,7 @@ def _checked(channel: int, value: Any, kind: str) -> int:
     return channel
 
 
-def _plate(campaign: Campaign) -> Figure:
+def _plate(campaign: AnyCampaign) -> Figure:
     return picture(pieces_of_experiment(campaign.experiment))
 
 
@@ -81,6 +83,7 @@ def _of_gap(draw: Callable[[GapFigures], Figure]) -> Callable[[GapComparison], F
 
 FIGURES: Mapping[type, Mapping[str, Callable[..., Figure]]] = {
     Campaign: {"plate": _plate},
+    FrfCampaign: {"plate": _plate},
     Frf: {"waterfall": measured.waterfall, "noise": measured.noise},
     IdentifiedCampaign: {
         "modes": lambda found: identified.over_temperature(found.tracked),

@@ -4,6 +4,10 @@ One FRF of a lossy plate cannot separate all modes: two that overlap look like o
 deviation covers noise alone. A twin predicts the number of modes and their frequencies to some tenths of a per
 cent. With these as priors every mode is fitted in every sweep, so that standard deviations include the effect of
 overlapping neighbours, and a mode keeps its number at all temperatures.
+
+Of damping a twin knows the material's share alone: supports, joints, cables and air damp each mode in their own
+way. How far the modes' damping scatters about the twin's is learned from the sweeps (empirical Bayes): a prior of
+that width helps modes that hide each other, and pulls none that the sweeps show.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,7 +20,7 @@ from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.parameters import active_in, to_parameters
 from analysis.identification.settings import Settings
-from analysis.identification.smooth_tracks import OWN_DAMPING, SmoothTracks
+from analysis.identification.smooth_tracks import OWN_DAMPING, WIDE, SmoothTracks
 from analysis.identification.sweep_fits import fit_sweeps
 
 BEYOND = 0.3
@@ -35,20 +39,23 @@ class ExpectedModes:
     ----------
     poles : (T, J) complex ndarray
         rad/s, upper half plane; a column is one mode at all temperatures.
-    frequency_deviation, damping_deviation : float
+    frequency_deviation : float
         Relative standard deviation of each mode's own error, without the part common to all modes of a sweep.
+    damping_deviation : float or None
+        The same of the damping ratio; None to learn it from the sweeps.
     """
 
     poles: NDArray[np.complex128]
     frequency_deviation: float = 3e-3
-    damping_deviation: float = 0.02
+    damping_deviation: float | None = None
 
     def __post_init__(self) -> None:
         if self.poles.ndim != 2 or not ((self.poles.real < 0.0) & (self.poles.imag > 0.0)).all():
             raise ValueError("expected poles must be (T, J), stable and in the upper half plane")
         for name in ("frequency_deviation", "damping_deviation"):
-            if not 0.0 < getattr(self, name) < 1.0:
-                raise ValueError(f"{name} {getattr(self, name):g}: above 0 and below 1 wanted")
+            value = getattr(self, name)
+            if value is not None and not 0.0 < value < 1.0:
+                raise ValueError(f"{name} {value:g}: above 0 and below 1 wanted")
 
 
 def fit_expected(
@@ -93,9 +100,13 @@ def fit_expected(
     known = active.any(axis=0)
     base = whole[:, known]
     own = (expected.frequency_deviation, expected.frequency_deviation / 3.0)
-    tracks = SmoothTracks.polynomials(temperature, base, own, (expected.damping_deviation, OWN_DAMPING[1]), 1)
+    given = expected.damping_deviation
+    damping = WIDE if given is None else (given, given * OWN_DAMPING[1] / OWN_DAMPING[0])
+    tracks = SmoothTracks.polynomials(temperature, base, own, damping, 1)
     terms = [max(settings.terms, key=lambda one: one.parameters)] * len(measured)
-    found, index, *_ = fit_sweeps(measured, terms, base, active[:, known], tracks, settings, progress)
+    found, index, *_ = fit_sweeps(
+        measured, terms, base, active[:, known], tracks, settings, progress, learn_damping=given is None
+    )
     table = np.full(expected.poles.shape, -1, dtype=np.int64)
     table[:, known] = index
     departure = np.full(expected.poles.shape, np.nan)

@@ -38,6 +38,7 @@ def fit_sweeps(
     progress: Callable[[str, float], None] | None = None,
     *,
     select_tracks: bool = False,
+    learn_damping: bool = False,
 ) -> tuple[tuple[Modes, ...], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
     """Fit all sweeps with the modes of smooth tracks, and determine their status in each sweep.
 
@@ -59,6 +60,8 @@ def fit_sweeps(
     select_tracks : bool
         Whether tracks are removed or added by BIC over all sweeps; the uncertainty from modes that stay hidden is
         then included in the standard deviations.
+    learn_damping : bool
+        Whether the scatter of the modes' own damping is learned from the sweeps, those of `tracks` being wide.
 
     Returns
     -------
@@ -83,6 +86,9 @@ def fit_sweeps(
         tracks = tracks.estimated(rough.place, rough.active)
         rough = remove_superfluous(blocks, terms, rough, tracks, ROUGHLY)
         report("identify", 0.7)
+    if learn_damping:
+        rough = fit_together(blocks, terms, rough.place, rough.active, tracks, settled=1.0)
+        tracks = tracks.with_damping_of(rough.place, rough.covariance[:, :, 1, 1], rough.active)
     known = rough.projections if select_tracks else ()  # otherwise the weights have changed
     last = fit_together(blocks, terms, rough.place, rough.active, tracks, known=known)
     if select_tracks and last.active.any():

@@ -12,6 +12,7 @@
 ``outlier_sweeps``      sweeps that no material explains
 ``laws``                smooth E(T), nu(T), eta(T) with bands from the estimates
 ``enough_temperatures``   at how many temperatures laws can be fitted
+``modes_fit``           the same from natural frequencies and damping, without FRFs
 ``drift``               change of FRFs by the drift of the temperature within sweeps
 ``corrected_twin``      laws and FRFs of a twin with known effects
 ======================  =======================================================================

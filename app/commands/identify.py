@@ -47,7 +47,9 @@ Examples:
 )
 @click.option("--band", nargs=2, type=click.FloatRange(min=0.0), metavar="LOW HIGH", help="Hz (default: all).")
 @click.option("--shared-poles", is_flag=True, help="FRFS.uff: one structure, one set of poles, and its shapes.")
-@click.option("--export", type=PATH, metavar="FRFS.uff", help="Write CAMPAIGN's FRFs as a universal file, too.")
+@click.option(
+    "--export", type=PATH, metavar="FRFS.uff", help="Write CAMPAIGN's FRFs, too: .uff, .mat, .csv or .nc."
+)
 @click.option("--temperature", type=float, help="With --export: only the sweep nearest to it, °C (default: all).")
 @click.option(
     "--actuator", metavar="ID", help="CAMPAIGN: of several that drove in turn, whose sweeps (the first)."
@@ -89,6 +91,7 @@ def command(
     many they are. Do the same again when more are there.
     """
     from app.files.modal_test_toml import declares_test
+    from app.files.plate_toml import declares_plate
 
     if band is not None and not band[0] < band[1]:
         raise click.BadParameter(f"{band[0]:g} {band[1]:g}: LOW must be below HIGH", param_hint="--band")
@@ -98,7 +101,8 @@ def command(
         )
     chosen = {"damping": damping, "method": method, "band": band, "actuator": actuator}
     options = partial(_wanted, mains, temperature=temperature, **chosen)
-    if actuator is not None and not (campaign.is_dir() and not declares_test(campaign)):
+    of_campaign = (campaign.is_dir() and not declares_test(campaign)) or declares_plate(campaign)
+    if actuator is not None and not of_campaign:
         raise click.BadParameter("only a campaign has actuators that drive in turn", param_hint="--actuator")
     if declares_test(campaign):
         _refuse_for_test(twin, shared_poles, export)
@@ -157,6 +161,7 @@ def _campaign(
 ) -> None:
     """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs if `export` is given."""
     from app.files.campaign import load_campaign
+    from app.files.campaign_kind import EXPORTS
     from app.files.room import room_of
     from app.files.run_folder import run_file, run_folder, writable_folder
 
@@ -172,6 +177,8 @@ def _campaign(
     wanted = options()
     if export is not None:
         writable_folder(export.parent, "--export")
+        if export.suffix.lower() not in EXPORTS:
+            raise click.BadParameter(f"{export}: allowed endings: {', '.join(EXPORTS)}", param_hint="--export")
     with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
         found = identify.compute(loaded, wanted, report, twin)
         identify.save(run, loaded, found, wanted, export)

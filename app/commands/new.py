@@ -20,6 +20,7 @@ Examples:
   flexura new test hits.csv --kind hammer --drive "Hammer=2.25 mV/N" --response "Acc=100 mV/g"
   flexura new test point*.csv --roving Hammer --drive "Hammer=2.25 mV/N" --response "Acc=100 mV/g"
   flexura new test frfs.mat --frf-units mm/s N --points points.csv
+  flexura new plate frfs/*.uff --plate 0.4 0.3 0.003 0.33 --out my-plate
   flexura new campaign --plate 0.4 0.3 0.003 0.33 --out my-plate
   flexura new campaign my-plate/sweeps/*.tdms --drive Voltage_0 --unused Room --out my-plate
 """
@@ -32,7 +33,7 @@ def _named(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> di
 
 
 @click.command(name="new", epilog=EXAMPLES, short_help="Write a declaration to start from.")
-@click.argument("what", type=click.Choice(["test", "campaign"]))
+@click.argument("what", type=click.Choice(["test", "campaign", "plate"]))
 @click.argument("files", nargs=-1, type=Existing("allowed: files of signals or FRFs"))
 @click.option(
     "--kind",
@@ -61,7 +62,7 @@ def _named(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> di
     nargs=4,
     type=click.FloatRange(min=0.0, min_open=True),
     metavar="LX LY THICKNESS MASS",
-    help="Of a campaign: m and kg.",
+    help="Of a campaign or a plate: m and kg.",
 )
 @out_folder("Folder of the declaration, or its name ending in .toml (default: beside FILES, or here).")
 @output_options("what was declared")
@@ -82,13 +83,24 @@ def command(
     out: Path | None,
     output: Output,
 ) -> None:
-    """Write the declaration of a test (test.toml) or of a campaign (campaign.toml).
+    """Write the declaration of a test (test.toml), of a campaign (campaign.toml) or of a plate (plate.toml).
 
     FILES hold the signals or FRFs of a test; of a campaign they are TDMS files in a recorder's own layout, one per
     sweep, or none for Flexura's layout. Channels are taken from the first file, and their roles are guessed if not
     given. Test channels in volts need a sensitivity; at a terminal you are asked for it. The declaration is yours
-    to correct; flexura identify, or flexura import, reads it.
+    to correct; flexura identify, or flexura import, reads it. Of a plate FILES hold FRFs of other programs, in
+    any format of a test, or are a test.toml or frf.h5; what they do not say is left as lines to complete. Verbs
+    that take a campaign take its folder.
     """
+    if what == "plate":
+        of_others: dict[str, object] = {"--kind": kind, "--rate": rate, "--roving": roving}
+        of_others |= {"--drive": drive, "--response": response, "--unused": unused}
+        _refuse("belongs to a test; of a plate channels are declared in plate.toml", of_others)
+        from app.commands.new_plate import write_plate
+
+        beside = files[0].parent if files else Path()
+        write_plate(files, plate, frf_units, points, title, out or beside, output)
+        return
     if what == "campaign":
         of_tests = {
             "--kind": kind,

@@ -56,7 +56,9 @@ class Existing(click.Path):
         return path
 
 
-CAMPAIGN = Existing("allowed: a folder with campaign.toml (recorded) or protocol.json (imported)")
+CAMPAIGN = Existing(
+    "allowed: a folder with campaign.toml (recorded), protocol.json (imported) or plate.toml (FRFs)"
+)
 EXPERIMENT = Existing("allowed: an experiment's file (*.toml); a campaign folder is made from it")
 RUN_WITH_LAWS = Existing("make it with: flexura update")
 RUN = Existing("make it with: flexura update, or flexura focus --transfers")

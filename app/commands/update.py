@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import CAMPAIGN, effects_of_twin, mains, own_effects, run_out
+from app.commands.options import CAMPAIGN, Existing, effects_of_twin, mains, own_effects, run_out
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -17,11 +17,18 @@ EXAMPLES = """\b
 Examples:
   flexura update plate --out plate-run
   flexura update plate --twin plate-run/twin.toml --out plate-run
+  flexura update modes.csv --plate plate.toml --out plate-run
 """
 
 
 @click.command(name="update", epilog=EXAMPLES, short_help="Find E, nu and eta at every temperature.")
 @click.argument("campaign", type=CAMPAIGN)
+@click.option(
+    "--plate",
+    type=Existing("write it with: flexura new plate"),
+    metavar="PLATE.toml",
+    help="What plate it is, where CAMPAIGN is a table of modes (CSV).",
+)
 @effects_of_twin
 @own_effects
 @run_out
@@ -29,7 +36,13 @@ Examples:
 @output_options("the estimates")
 @bad_input
 def command(
-    campaign: Path, twin: Path | None, effects: Path | None, out: Path | None, mains: float, output: Output
+    campaign: Path,
+    plate: Path | None,
+    twin: Path | None,
+    effects: Path | None,
+    out: Path | None,
+    mains: float,
+    output: Output,
 ) -> None:
     """Update the twin of CAMPAIGN: E, nu and eta per temperature, one gain for each actuator, smooth laws.
 
@@ -40,10 +53,16 @@ def command(
     If flexura gap corrected laws there, a note says that other verbs use those.
     Exit status 1 where a temperature's fit did not settle inside the twin's certified range, and where the modes
     do not pair: the twin is no fit then, and the likely reason is looked for.
+    CAMPAIGN may also be a plate with FRFs of other programs (plate.toml), or with --plate a table of natural
+    frequencies and damping: then laws.h5 alone is written.
 
     CAMPAIGN may be running or interrupted: its finished sweeps are taken, and the result says how many of how many
     they are. Laws need three temperatures. Do the same again when more sweeps are there.
     """
+    modes = _modes(campaign, plate)
+    if modes is not None:
+        _by_modes(*modes, out, output, told=twin or effects)
+        return
     from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign
     from app.files.pairing_json import pairing_record
@@ -91,6 +110,29 @@ def command(
     output.summary(f"{led(loaded.extent)}{said}")
     if not updated.settled.all() or not (found.pairing is None or found.pairing.fits):
         raise click.exceptions.Exit(1)
+
+
+def _by_modes(plate: Path, table: Path | None, out: Path | None, output: Output, *, told: Path | None) -> None:
+    """Update by modes alone; `told` is a file of effects, which they do not show."""
+    if told is not None:
+        raise click.BadParameter("modes alone tell no effects; leave it out, or give FRFs", param_hint="--twin")
+    from app.commands.update_modes import update_by_modes
+
+    if not update_by_modes(plate, table, out, output):
+        raise click.exceptions.Exit(1)
+
+
+def _modes(campaign: Path, plate: Path | None) -> tuple[Path, Path | None] | None:
+    """Return the declared plate, and the table of its modes where they are not declared; None for FRFs."""
+    if plate is not None:
+        return plate, campaign
+    from app.files.plate_toml import declares_plate, plate_file
+    from app.files.settings_toml import read_table
+
+    if not declares_plate(campaign):
+        return None
+    table = read_table(plate_file(campaign))
+    return (campaign, None) if "modes" in table and "frf" not in table else None
 
 
 def overtaken(best: "BestTwin") -> list[str]:

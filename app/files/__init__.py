@@ -59,6 +59,8 @@ Campaigns:
 ``uff_units``             what its data set 164 and its axes say of units
 ``uff_nodes``             coordinates in them
 ``uff_campaign``          FRFs of a campaign as universal files name them
+``campaign_export``       FRFs of a campaign for other programs
+``plate_toml``            a declared plate with FRFs or modes of other programs
 ========================  ===============================================================================
 
 Measurements of other programs: ``measurements``, one module for each format; ``modal_test_toml`` declares

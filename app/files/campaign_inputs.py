@@ -10,8 +10,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from analysis.campaign import Campaign
 from analysis.campaign_extent import CampaignExtent
+from analysis.frf_campaign import AnyCampaign
 from app.files.campaign_folder import SWEEPS, sweep_paths
 from app.files.campaign_kind import DECLARATION, PROTOCOL, is_campaign_folder
 from app.files.hdf5_file import result_file
@@ -26,7 +26,7 @@ Hashes = Mapping[str, str]
 """SHA-256 of every input of a result, by name."""
 
 
-def campaign_settings(campaign: Campaign) -> dict[str, Any]:
+def campaign_settings(campaign: AnyCampaign) -> dict[str, Any]:
     """Return what a result's provenance keeps of its campaign: the name, and how many sweeps of how many."""
     return {"campaign": campaign.name, **extent_settings(campaign.extent)}
 

@@ -6,6 +6,8 @@ PROTOCOL = "protocol.json"
 """In a folder of Flexura's own form."""
 DECLARATION = "campaign.toml"
 """In a recorded one."""
+EXPORTS = (".uff", ".unv", ".mat", ".csv", ".nc")
+"""Endings of files that FRFs of any of them are written to."""
 
 
 def is_campaign_folder(folder: Path) -> bool:

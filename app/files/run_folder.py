@@ -100,6 +100,11 @@ def run_file(run: Path, name: str, verb: str) -> Path:
     path = run / name
     if path.is_file():
         return path
+    if name == "frf.h5" and (run / "laws.h5").is_file():
+        raise ResultFileError(
+            f"{run}: holds laws and no FRFs, as of modes alone (flexura update MODES.csv --plate PLATE.toml); "
+            f"flexura {verb} needs FRFs"
+        )
     own = beside(run)
     if (own / name).is_file():
         typed = run.parent / own.name if run.name not in ("", "..") else own

@@ -41,11 +41,8 @@ def read_frfs(path: Path) -> list[MeasuredTransfer]:
     try:
         kinds, sets, units = _read_sets(path)
         frfs = [d for n, d in enumerate(sets, start=1) if _function(n, d) == FRF_FUNCTION]
-        coherences = {_ends(d): d for d in sets if int(d["func_type"]) in COHERENCE_FUNCTIONS}
-        read = [
-            _with_coherence(path, _frf(path, n, d, units), coherences.get(_ends(d)))
-            for n, d in enumerate(frfs, start=1)
-        ]
+        beside = _coherences(frfs, sets)
+        read = [_with_coherence(path, _frf(path, n, d, units), beside[n - 1]) for n, d in enumerate(frfs, start=1)]
     except ResultFileError:
         raise
     except Exception as error:  # pyuff says what is wrong with a file by bare Exception, and by accident
@@ -90,6 +87,23 @@ def _read_sets(path: Path) -> tuple[list[int], list[dict[str, Any]], FileUnits]:
     with opened_uff(path) as (file, kinds), np.errstate(all="ignore"):  # on damaged bytes
         sets = [_as_dict(file.read_sets(n)) for n, kind in enumerate(kinds) if kind == 58]
         return kinds, sets, file_units(file, kinds)
+
+
+def _coherences(frfs: Sequence[dict[str, Any]], sets: Sequence[dict[str, Any]]) -> list[dict[str, Any] | None]:
+    """Coherence of every FRF, None without: of several between the same ends by their order."""
+    held: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    for data in sets:
+        if int(data["func_type"]) in COHERENCE_FUNCTIONS:
+            held.setdefault(_ends(data), []).append(data)
+    often = Counter(_ends(data) for data in frfs)
+    turn: Counter[tuple[str, str]] = Counter()
+    found: list[dict[str, Any] | None] = []
+    for data in frfs:
+        ends = _ends(data)
+        own = held.get(ends, [])
+        found.append(None if not own else own[turn[ends]] if len(own) == often[ends] else own[-1])
+        turn[ends] += 1
+    return found
 
 
 def _ends(data: dict[str, Any]) -> tuple[str, str]:

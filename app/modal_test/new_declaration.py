@@ -180,7 +180,8 @@ def _recorded(table: dict[str, Any], files: Sequence[Path], said: NewTest) -> li
     others = [one for one in files if one.suffix.lower() != ".tdms"]
     if others:
         raise ResultFileError(
-            f"{others[0]}: sweeps of a campaign are TDMS files; a test of other files: flexura new test"
+            f"{others[0]}: sweeps of a campaign are TDMS files; FRFs of others: flexura new plate; their signals: "
+            "flexura new test, and then flexura new plate test.toml"
         )
     columns = _of_one_group(read_columns(files[0]))
     guessed = guessed_channels(files[0], columns, said)

@@ -14,6 +14,7 @@ from analysis.updated import GOOD_MISFIT, Updated
 from app.files.best_twin import best_twin
 from app.files.laws_file import TwinFrf, load_pairing
 from app.files.modes_file import load_modes
+from app.files.plate_toml import NOT_STATED
 from app.report import identified, measured, paper, updated
 from app.report.declared import picture, pieces_of_experiment, plate_words, transducer_rows
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture
@@ -168,7 +169,7 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
 
 def _facts(experiment: Experiment, frf: Frf) -> list[tuple[str, str]]:
     """Return the rows of the table of plate, transducers, sweeps and input card."""
-    plate, protocol, inputs = experiment.plate, experiment.protocol, experiment.acquisition
+    plate = experiment.plate
     date = "" if experiment.date is None else experiment.date.isoformat()
     return [
         *((word, value) for word, value in (("date", date), ("operator", experiment.operator)) if value),
@@ -180,9 +181,24 @@ def _facts(experiment: Experiment, frf: Frf) -> list[tuple[str, str]]:
         ),
         *transducer_rows(experiment),
         ("transfers", ", ".join((frf.labels or [frf.label(k) for k in range(len(frf.channels))])[:8])),
+        *_measured(experiment),
+    ]
+
+
+def _measured(experiment: Experiment) -> list[tuple[str, str]]:
+    """Return the rows of sweeps and input card; of FRFs that another program estimated, of their lines."""
+    protocol, inputs = experiment.protocol, experiment.acquisition
+    low, high = protocol.band
+    if inputs.module == NOT_STATED:
+        loaded = any(one.patch is not None and one.quantity == "voltage" for one in experiment.outputs)
+        return [
+            ("FRFs", f"of another program, {low:g} to {high:g} Hz, lines every {1 / protocol.record:.4g} Hz"),
+            *([("input", f"{inputs.input_resistance:g} Ω across each sensor")] if loaded else []),
+        ]
+    return [
         (
             "sweeps",
-            f"{protocol.sweep}, {protocol.band[0]:g} to {protocol.band[1]:g} Hz, {protocol.sweep_duration:g} s "
+            f"{protocol.sweep}, {low:g} to {high:g} Hz, {protocol.sweep_duration:g} s "
             f"and {protocol.tail:g} s of silence, {protocol.repeats} repeats",
         ),
         (

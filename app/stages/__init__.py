@@ -9,6 +9,7 @@
 ``identify_structure``     modes and mode shapes of a test or of a universal file
 ``declaration_check``      declared plate compared with one sweep, before its twin is built
 ``update``                 E, nu, eta and gain of a campaign, and laws through them
+``update_modes``           the same of a plate whose modes are known, without FRFs
 ``pairing``                measured modes of some sweeps beside those of the twin
 ``likely_reason``          other declarations, tried where the twin is no fit
 ``alternatives``           which: places, lengths, order of channels, orthotropy

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from analysis.campaign import Campaign
 from analysis.estimates import Estimate
 from analysis.frf import Frf
+from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.gap import find_gap
 from analysis.gap.report import GapReport
@@ -90,7 +90,7 @@ class GapComparison:
 
 
 def compute(
-    campaign: Campaign,
+    campaign: AnyCampaign,
     mains: float,
     report: Progress,
     *,
@@ -104,7 +104,7 @@ def compute(
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : AnyCampaign
     mains : float
         Hz.
     report : callable
@@ -167,7 +167,7 @@ def compute(
     return GapComparison(frf, plain, twin, given, found, corrected, pairing)
 
 
-def _origin(campaign: Campaign, mains: float, start: Path | None, folder: Path | None) -> dict[str, Any]:
+def _origin(campaign: AnyCampaign, mains: float, start: Path | None, folder: Path | None) -> dict[str, Any]:
     """Return the provenance: campaign, the twin file it started from, a user's effects."""
     inputs = dict(campaign.hashes)
     if start is not None:
@@ -179,7 +179,7 @@ def _origin(campaign: Campaign, mains: float, start: Path | None, folder: Path |
 
 def save(
     run: Path,
-    campaign: Campaign,
+    campaign: AnyCampaign,
     found: GapComparison,
     mains: float,
     seconds: float,
@@ -197,7 +197,7 @@ def save(
     ----------
     run : Path
         Run folder.
-    campaign : Campaign
+    campaign : AnyCampaign
     found : GapComparison
     mains : float
         Hz.
@@ -238,7 +238,7 @@ def save(
     return record
 
 
-def _wants_laws(path: Path, campaign: Campaign) -> bool:
+def _wants_laws(path: Path, campaign: AnyCampaign) -> bool:
     """Whether there are no laws, or those of the plain twin for other sweeps of this campaign."""
     if not path.is_file():
         return True
@@ -250,7 +250,7 @@ def _wants_laws(path: Path, campaign: Campaign) -> bool:
 
 
 def _save_corrected_laws(
-    target: Path, campaign: Campaign, corrected: CorrectedTwin, error: float, origin: dict[str, Any]
+    target: Path, campaign: AnyCampaign, corrected: CorrectedTwin, error: float, origin: dict[str, Any]
 ) -> None:
     """Write laws and FRFs of a twin with effects, in the form of laws.h5."""
     on = {name: {p.name: p.value for p in values} for name, values in corrected.effects.items()}

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from analysis.campaign import Campaign
+from analysis.frf_campaign import AnyCampaign
 from analysis.gap.report import GapReport
 from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
 from analysis.progress import Progress
@@ -15,7 +15,7 @@ from simulation.twin.twin import Twin
 
 
 def pairing_before(
-    campaign: Campaign,
+    campaign: AnyCampaign,
     plain: Updating,
     twin: Twin[EffectPlate],
     begun: CorrectedTwin | None,
@@ -25,7 +25,7 @@ def pairing_before(
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : AnyCampaign
     plain : Updating
         Without effects.
     twin : Twin
@@ -46,7 +46,7 @@ def pairing_before(
 
 
 def paired_report(
-    campaign: Campaign,
+    campaign: AnyCampaign,
     plain: Updating,
     twin: Twin[EffectPlate],
     found: GapReport,
@@ -59,7 +59,7 @@ def paired_report(
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : AnyCampaign
     plain : Updating
         Without effects.
     twin : Twin
@@ -103,7 +103,7 @@ def no_fit(found: GapReport, pairing: Pairing) -> GapReport:
 
 
 def _paired(
-    campaign: Campaign, plain: Updating, twin: Twin[EffectPlate], corrected: CorrectedTwin
+    campaign: AnyCampaign, plain: Updating, twin: Twin[EffectPlate], corrected: CorrectedTwin
 ) -> PairedSweeps | None:
     """Pair the modes with those of a twin with effects; None where either is not known."""
     updated = corrected.updated

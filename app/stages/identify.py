@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from analysis.campaign import Campaign
 from analysis.chosen_actuator import sweeps_of_actuator
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import Experiment
 from analysis.frf import Frf, campaign_frf
+from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.preparation import sweep_points
 from analysis.identification.confirmation import confirmed
 from analysis.identification.neighbouring_sweeps import confirmed_by_neighbours
@@ -19,13 +19,13 @@ from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import sweep_measured, track
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
+from app.files.campaign_export import export_frfs
 from app.files.campaign_inputs import campaign_settings
 from app.files.frf_file import save_frf
 from app.files.modes_file import save_modes, write_table
 from app.files.provenance import provenance, sha256
 from app.files.run_folder import run_file
-from app.files.uff58 import write_frfs
-from app.files.uff_campaign import campaign_frfs, campaign_points, nearest_sweep, sweep_name
+from app.files.uff_campaign import nearest_sweep, sweep_name
 from app.modal_test.frf_set import said_of_coherence, said_of_reference
 from app.stages.drift_notes import untimed
 from app.stages.identify_options import Wanted
@@ -63,12 +63,14 @@ class IdentifiedCampaign:
         return as_html(headline(self.tracked), tables(self.tracked), notes)
 
 
-def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | None = None) -> IdentifiedCampaign:
+def compute(
+    campaign: AnyCampaign, wanted: Wanted, report: Progress, twin: Path | None = None
+) -> IdentifiedCampaign:
     """Identify every sweep of a campaign, and follow its modes over temperature.
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : AnyCampaign
     wanted : Wanted
     report : callable
         Called with a stage's name and the share of it done.
@@ -123,20 +125,20 @@ def _confirmed(frf: Frf, tracked: TrackedModes) -> TrackedModes:
 
 
 def save(
-    run: Path, campaign: Campaign, found: IdentifiedCampaign, wanted: Wanted, export: Path | None = None
+    run: Path, campaign: AnyCampaign, found: IdentifiedCampaign, wanted: Wanted, export: Path | None = None
 ) -> None:
-    """Write frf.h5, modes.h5 and modes.csv, and the FRFs as a universal file if requested.
+    """Write frf.h5, modes.h5 and modes.csv, and the FRFs for other programs if requested.
 
     Parameters
     ----------
     run : Path
         Run folder.
-    campaign : Campaign
+    campaign : AnyCampaign
     found : IdentifiedCampaign
     wanted : Wanted
         Stored in the provenance.
     export : Path, optional
-        Universal file for the FRFs: of the sweep nearest to the temperature wanted, or of all.
+        File for the FRFs, its format by its ending: of the sweep nearest to the temperature wanted, or of all.
 
     Raises
     ------
@@ -147,14 +149,13 @@ def save(
     save_frf(run / "frf.h5", campaign.experiment, found.every, made_from)  # as written by update and gap
     if export is not None:
         sweep = None if wanted.temperature is None else nearest_sweep(found.frf, wanted.temperature)
-        frfs = campaign_frfs(campaign.experiment, found.frf, sweep)
-        write_frfs(export, frfs, campaign_points(campaign.experiment))
+        export_frfs(export, campaign.experiment, found.frf, sweep)
     save_modes(run / "modes.h5", found.tracked, made_from)
     write_table(run / "modes.csv", found.tracked)
 
 
 def said_of_export(export: Path, found: IdentifiedCampaign, temperature: float | None) -> str:
-    """Say which sweeps a universal file of the campaign holds.
+    """Say which sweeps an export of the campaign holds.
 
     Parameters
     ----------
@@ -173,6 +174,8 @@ def said_of_export(export: Path, found: IdentifiedCampaign, temperature: float |
     count = len(found.frf.temperature)
     if count == 1:
         return f"{export}: FRFs of one sweep"
+    if export.suffix.lower() == ".csv":
+        return f"{export.with_name(export.stem)}_*.csv: FRFs of {count} sweeps, a file each"
     return (
         f"{export}: FRFs of {count} sweeps. For --shared-poles and focus --transfers write one: --temperature 20"
     )

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import analysis
-from analysis.campaign import Campaign
 from analysis.declared_quantity import DeclaredQuantity
+from analysis.frf_campaign import AnyCampaign
 from analysis.gap.report import Verdict
 from analysis.plate_material import material_box
 from analysis.updating.corrected_twin import CorrectedTwin, material_of
@@ -23,13 +23,13 @@ from app.files.twin_file import (
 
 
 def issued_twin(
-    campaign: Campaign, corrected: CorrectedTwin, basis_error: float, verdict: Verdict, based_on: str | None
+    campaign: AnyCampaign, corrected: CorrectedTwin, basis_error: float, verdict: Verdict, based_on: str | None
 ) -> TwinFile:
     """Return the content of the twin file; numbers to nine digits, standard deviations to four.
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : AnyCampaign
     corrected : CorrectedTwin
     basis_error : float
         Certified error of the reduced model, as a share of its peak response.

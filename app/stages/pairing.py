@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from analysis.arrays import Complex
-from analysis.campaign import Campaign
 from analysis.chosen_actuator import sweeps_of_modes
 from analysis.experiment import Experiment
 from analysis.frf import Frf
+from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.preparation import sweep_points
 from analysis.identification.automatic import identify
 from analysis.identification.modes import Modes
@@ -56,7 +56,7 @@ class MeasuredSweeps:
 
 
 def measured_sweeps(
-    campaign: Campaign, frf: Frf, updated: Updated, report: Progress, *, run: Path | None = None, mains: float
+    campaign: AnyCampaign, frf: Frf, updated: Updated, report: Progress, *, run: Path | None = None, mains: float
 ) -> MeasuredSweeps | None:
     """Take the modes from a run's modes.h5, or identify those of one sweep.
 
@@ -65,7 +65,7 @@ def measured_sweeps(
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : AnyCampaign
     frf : Frf
         As fitted.
     updated : Updated
@@ -106,7 +106,7 @@ def measured_sweeps(
     return MeasuredSweeps(found, "identified", terms)
 
 
-def _known(path: Path, campaign: Campaign, frf: Frf) -> dict[int, Modes]:
+def _known(path: Path, campaign: AnyCampaign, frf: Frf) -> dict[int, Modes]:
     """Modes in a file, by sweep of `frf`; none unless identified in the same recordings, without a twin."""
     if not path.is_file():
         return {}
@@ -120,7 +120,7 @@ def _known(path: Path, campaign: Campaign, frf: Frf) -> dict[int, Modes]:
     return {int(t): _turned(tracked.modes[places[t]], frf, int(t)) for t in np.flatnonzero(places >= 0)}
 
 
-def said_of_older_modes(path: Path, campaign: Campaign) -> tuple[str, ...]:
+def said_of_older_modes(path: Path, campaign: AnyCampaign) -> tuple[str, ...]:
     """Return a note where modes in a file are of other sweeps of a campaign, which has got more since."""
     try:
         made_from = modes_made_from(path) if path.is_file() else {}

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from analysis.campaign import Campaign, Sweep
+from analysis.campaign import Sweep
 from analysis.frf import Frf
+from analysis.frf_campaign import AnyCampaign, FrfCampaign
 from analysis.plate_temperature.air_and_plate import doubtful_sweeps, offset_change
 from analysis.plate_temperature.label_check import hysteresis, misplaced
 from analysis.updated import Updated
@@ -12,17 +13,19 @@ NAMED = 6
 """Sweeps that are named one by one; of more, their number is given."""
 
 
-def recorded_notes(campaign: Campaign) -> tuple[str, ...]:
+def recorded_notes(campaign: AnyCampaign) -> tuple[str, ...]:
     """Return a note for every sweep whose temperature the rig or the air puts in doubt, and for slow errors.
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : AnyCampaign
 
     Returns
     -------
     tuple of str
     """
+    if isinstance(campaign, FrfCampaign):
+        return ()  # of whose temperatures no reading of an oven is known
     sweeps = campaign.sweeps
     by_air = doubtful_sweeps(sweeps)
     doubts = {one: sweep.doubt for one, sweep in enumerate(sweeps) if sweep.doubt}
@@ -40,12 +43,12 @@ def recorded_notes(campaign: Campaign) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def label_notes(campaign: Campaign, frf: Frf, updated: Updated) -> tuple[str, ...]:
+def label_notes(campaign: AnyCampaign, frf: Frf, updated: Updated) -> tuple[str, ...]:
     """Return a note for every sweep whose modulus does not fit its temperature, and where up and down differ.
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : AnyCampaign
     frf : Frf
         As updated: sweeps left out are not in it.
     updated : Updated
@@ -75,8 +78,10 @@ def label_notes(campaign: Campaign, frf: Frf, updated: Updated) -> tuple[str, ..
     return tuple(notes)
 
 
-def _touched(campaign: Campaign) -> bool:
+def _touched(campaign: AnyCampaign) -> bool:
     """Whether all temperatures are those of a sensor on the plate: the air's lag is found by the gap stage."""
+    if isinstance(campaign, FrfCampaign):
+        return False
     return all(sweep.plate_temperature_start is not None for sweep in campaign.sweeps)
 
 

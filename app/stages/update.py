@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.campaign import Campaign
 from analysis.frf import Frf, campaign_frf
+from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.preparation import sweep_points
 from analysis.held_effects import HeldEffects
 from analysis.local_laws import LocalLaws
@@ -100,7 +100,7 @@ class Updating:
 
 
 def compute(
-    campaign: Campaign,
+    campaign: AnyCampaign,
     mains: float,
     report: Progress,
     *,
@@ -113,7 +113,7 @@ def compute(
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : AnyCampaign
     mains : float
         Frequency of the mains, Hz.
     report : callable
@@ -143,14 +143,14 @@ def compute(
     return replace(found, pairing=reasoned)
 
 
-def save(run: Path, campaign: Campaign, found: Updating, mains: float, start: Start | None = None) -> None:
+def save(run: Path, campaign: AnyCampaign, found: Updating, mains: float, start: Start | None = None) -> None:
     """Write frf.h5 and laws.h5: FRFs, estimates, laws and the twin's FRFs.
 
     Parameters
     ----------
     run : Path
         Run folder.
-    campaign : Campaign
+    campaign : AnyCampaign
     found : Updating
     mains : float
         Hz.
@@ -170,12 +170,12 @@ def save(run: Path, campaign: Campaign, found: Updating, mains: float, start: St
     save_laws(run / "laws.h5", found.updated, found.laws, found.twin, made_from, pairing_record(found.pairing))
 
 
-def updated_twin(campaign: Campaign, mains: float, report: Progress, run: Path | None = None) -> Updating:
+def updated_twin(campaign: AnyCampaign, mains: float, report: Progress, run: Path | None = None) -> Updating:
     """Fit the twin without effects, as `compute` does, but for the likely reason where it is no fit.
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : AnyCampaign
     mains : float
         Frequency of the mains, Hz.
     report : callable
@@ -215,7 +215,7 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress, run: Path |
     return Updating(frf, updated, laws, seen, measured, Pairing.of(pairs))
 
 
-def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Twin[EffectPlate], Updated]:
+def _fitted(campaign: AnyCampaign, mains: float, report: Progress) -> tuple[Frf, Twin[EffectPlate], Updated]:
     """Measured FRFs with inverted channels corrected, the twin, and its material in every sweep."""
     protocol = campaign.experiment.protocol
     with judging(campaign):
@@ -258,7 +258,7 @@ def _sheet(material: PlateMaterial | None) -> Orthotropy | None:
 
 
 def _updated_under_effects(
-    campaign: Campaign, without: Updating, start: Start, folder: Path | None, report: Progress
+    campaign: AnyCampaign, without: Updating, start: Start, folder: Path | None, report: Progress
 ) -> Updating:
     """Fit with the effects of a twin file held at their values; sweeps at one temperature share E, nu and eta."""
     protocol = campaign.experiment.protocol

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.campaign import Campaign
 from analysis.effect_card import EffectCard
 from analysis.estimates import Estimate
 from analysis.experiment import Experiment
+from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
 from analysis.gap.data.law_smoothness import LawSmoothness
 from analysis.gap.data.numerical_floor import allowed_error
@@ -143,7 +143,7 @@ def known_effects(experiment: Experiment, folder: Path | None) -> dict[str, Effe
 
 
 @contextmanager
-def judging(campaign: Campaign) -> Iterator[None]:
+def judging(campaign: AnyCampaign) -> Iterator[None]:
     """Turn what the analysis refuses into a ResultFileError that names the campaign.
 
     A matrix that cannot be inverted is no refusal but a defect, and keeps its traceback.

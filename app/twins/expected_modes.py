@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from analysis.campaign import Campaign
+from analysis.frf_campaign import AnyCampaign
 from analysis.identification.expected_modes import ExpectedModes
 from analysis.local_laws import LocalLaws
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
-from app.files.laws_file import effects_in_laws, load_updated
+from app.files.laws_file import effects_in_laws, load_pairing, load_updated
 from app.twins.campaign_twin import campaign_twin
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.loaded_modes import LoadedModes
@@ -19,14 +19,14 @@ from simulation.twin.local_solution import LocalSolution
 from simulation.twin.twin import Twin
 
 
-def expected_modes(campaign: Campaign, laws: Path, report: Progress) -> ExpectedModes:
+def expected_modes(campaign: AnyCampaign, laws: Path, report: Progress) -> ExpectedModes:
     """Poles of the campaign's twin, with its patches connected as in the measurement.
 
     The material is that which ``flexura update`` found for every sweep.
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : AnyCampaign
         The one that was updated.
     laws : Path
         ``laws.h5`` of its run folder.
@@ -40,7 +40,8 @@ def expected_modes(campaign: Campaign, laws: Path, report: Progress) -> Expected
     Raises
     ------
     ResultFileError
-        If the file cannot be read, other sweeps were updated, or the laws are those under effects.
+        If the file cannot be read, other sweeps were updated, the laws are those under effects, or the update
+        itself says that it did not settle or that its modes do not pair.
     """
     if effects := effects_in_laws(laws):
         raise ResultFileError(
@@ -48,6 +49,18 @@ def expected_modes(campaign: Campaign, laws: Path, report: Progress) -> Expected
             "expect are the plain twin's: update without --twin into another run folder, and name that"
         )
     updated, _ = load_updated(laws)
+    if not updated.settled.all():
+        t = float(updated.temperature[np.flatnonzero(~updated.settled)[0]])
+        raise ResultFileError(
+            f"{laws}: at {t:.1f} °C the fit of flexura update did not settle, so its modes mean nothing: "
+            "identify without --twin, or correct the declaration and update again"
+        )
+    pairing = load_pairing(laws)
+    if pairing is not None and not pairing["fit"]:
+        raise ResultFileError(
+            f"{laws}: flexura update says that this twin is no fit: its modes do not pair with those measured. "
+            "Identify without --twin, or correct the declaration and update again"
+        )
     temperature = np.array([sweep.temperature for sweep in campaign.sweeps])
     if temperature.shape != updated.temperature.shape or np.abs(temperature - updated.temperature).max() > 1e-3:
         raise ResultFileError(

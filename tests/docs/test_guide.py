@@ -39,6 +39,7 @@ LONG = {
     "closing-a-gap.md",
     "five-minutes.md",
     "filters.md",
+    "frfs-of-other-programs.md",
     "modal-test.md",
     "real-hardware.md",
     "recorded-campaign.md",

@@ -6,6 +6,7 @@ from typing import Any
 
 from analysis.experiment import Experiment
 from analysis.focusing.grid import Grid
+from analysis.frf import campaign_frf
 from app.blind_trial.outcome import read_outcome
 from app.blind_trial.trial import Trial, begin
 from app.files import control, events, latest_repeat, readings
@@ -19,6 +20,8 @@ from app.files.recorded_campaign import read_recording
 from app.files.sweep_file import read_sweep_file
 from app.files.tdms_sweep import read_sweep
 from app.files.twin_file import read_twin
+from app.plate_frfs.given_campaign import read_plate
+from app.plate_frfs.plate_of_modes import read_plate_of_modes
 from tests.fuzz.reader import Reader, refused
 
 EXPERIMENTS = (
@@ -119,6 +122,20 @@ CAMPAIGNS = (
         ("recording/campaign.toml", "recorder/campaign.toml"),
         lambda root, name: read_recording((root / name).parent),
         0.05,
+        text=True,
+    ),
+    Reader(
+        "plate with FRFs",
+        ("plate/plate.toml", "plate/frfs.uff"),
+        lambda root, _: campaign_frf(read_plate(root / "plate")),
+        0.02,
+        text=True,
+    ),
+    Reader(
+        "plate with modes",
+        ("modal/plate.toml", "modal/modes.csv"),
+        lambda root, _: read_plate_of_modes(root / "modal"),
+        0.02,
         text=True,
     ),
     Reader("TOML, experiment", EXPERIMENTS, _experiment, 0.05, text=True),

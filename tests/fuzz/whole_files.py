@@ -9,15 +9,18 @@ import h5py
 import numpy as np
 from nptdms import ChannelObject, TdmsWriter
 
+from analysis.frf import campaign_frf
 from app.blind_trial.trial import begin
 from app.files import control, events
 from app.files.atomic import write_json
+from app.files.campaign_export import export_frfs
 from app.files.campaign_folder import frozen_protocol, write_protocol
 from app.files.campaign_toml import read_experiment
 from app.files.experiment_toml import read_acquired_experiment
 from app.files.import_recording import import_recording
 from app.files.latest_repeat import LatestRepeat, save_latest
 from app.files.readings import ReadingLine, append_reading
+from app.files.recorded_campaign import read_recorded_campaign
 from app.files.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin, write_twin
 from tests.app.conftest import RATE, TinyCampaign, tiny_campaign
 from tests.fuzz.campaign_readers import EXPERIMENTS, INSTRUMENTS, PANELS, SWEEP, TRIAL
@@ -34,6 +37,7 @@ def write_all(root: Path) -> None:
     tiny.toml = tiny.toml.replace("[10.0, 20.0, 30.0]", "[10.0]").replace('["up", "down"]', '["up"]')
     tiny.files = {"000.tdms": tiny.files["000.tdms"]}
     import_recording(tiny.write(root / "recording"), root / "imported")
+    _write_plates(root)
     _write_recorder(tiny, root / "recorder")
     _write_old_sweep(root)
     _write_live(root / "live")
@@ -45,6 +49,20 @@ def write_all(root: Path) -> None:
     write_results(root)
     write_measurements(root)
     write_geometry(root / "drawn")
+
+
+def _write_plates(root: Path) -> None:
+    """Write the recording's FRFs as another program has them, and a table of modes, each with its plate."""
+    campaign = read_recorded_campaign(root / "recording")
+    declared = (root / "recording" / "campaign.toml").read_text(encoding="utf-8")
+    declared = declared.replace("recorded-campaign/1", "flexura-plate/1")
+    parts = {"plate": 'frf]]\nfile = "frfs.uff"\naverages = 2', "modal": 'modes]]\nfile = "modes.csv"'}
+    for name, part in parts.items():
+        (root / name).mkdir()
+        (root / name / "plate.toml").write_text(f"{declared}\n[[{part}\n", encoding="utf-8")
+    export_frfs(root / "plate" / "frfs.uff", campaign.experiment, campaign_frf(campaign))
+    rows = ["temperature [°C], frequency [Hz], damping [%], mode", "20.0, 117.3, 2.1, 1", "20.0, 151.0, 1.9, 3"]
+    (root / "modal" / "modes.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
 
 
 def _write_recorder(tiny: TinyCampaign, folder: Path) -> None:

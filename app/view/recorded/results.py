@@ -5,7 +5,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from analysis.campaign import Campaign
 from analysis.campaign_extent import CampaignExtent
 from analysis.compensation.outcome import Compensation
 from analysis.experiment import Experiment
@@ -13,6 +12,7 @@ from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
 from analysis.frf import Frf, campaign_frf
+from analysis.frf_campaign import AnyCampaign
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
@@ -95,7 +95,7 @@ class Results:
         return said
 
     @cached_property
-    def _campaign(self) -> Campaign | None:
+    def _campaign(self) -> AnyCampaign | None:
         """The campaign itself, which is read where no verb has estimated its FRFs yet."""
         if self.viewed.campaign is None:
             return None

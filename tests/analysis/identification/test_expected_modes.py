@@ -105,3 +105,56 @@ def test_expected_modes_refuse_nonsense() -> None:
         ExpectedModes(poles(), frequency_deviation=2.0)
     with pytest.raises(ValueError, match="for 3 sweeps"):
         track(campaign(), expected=ExpectedModes(poles()[:3]))
+
+
+MANY = np.arange(100.0, 1500.0, 0.5)
+
+
+def scattered(seed: int, scatter: float) -> tuple[np.ndarray, np.ndarray]:
+    """Standardised errors (30,) of frequency and loss factor of modes damped unlike the twin's.
+
+    The twin's frequencies are 0.3 % off, mode by mode; its loss factor of 2.1 % is 5 % too high on average. Modes
+    lie 10 to 70 Hz apart, and are up to 30 Hz wide.
+    """
+    rng = np.random.default_rng(seed)
+    even = np.linspace(130.0, 1450.0, 30)
+    f = even + 0.25 * (even[1] - even[0]) * rng.uniform(-1.0, 1.0, 30)
+    eta = 0.02 * np.exp(scatter * rng.normal(size=30))
+    true = 2j * np.pi * f * np.sqrt(1.0 + 1j * eta)
+    residues = 1j * rng.uniform(40.0, 150.0, (2, 30)) * np.where(rng.random((2, 30)) < 0.5, -1.0, 1.0)
+    clean = synthesis(MANY, true, residues, NONE, np.zeros((2, 0), complex))[None]
+    deviation = 0.003 * np.sqrt(np.mean(np.abs(clean) ** 2, axis=2, keepdims=True))
+    noise = rng.normal(size=clean.shape) + 1j * rng.normal(size=clean.shape)
+    frf = Frf(
+        temperature=np.array([20.0]),
+        direction=("up",),
+        level=np.ones(1),
+        frequency=MANY,
+        h=clean + deviation / np.sqrt(2.0) * noise,
+        variance=np.broadcast_to(deviation**2, clean.shape).copy(),
+        coherence=np.ones(clean.shape),
+        excluded=np.zeros(len(MANY), bool),
+        channels=("S1", "S2"),
+    )
+    expected = 2j * np.pi * f * np.exp(3e-3 * rng.normal(size=30)) * np.sqrt(1.0 + 0.021j)
+    read = track(frf, expected=ExpectedModes(expected[None])).reading()
+    return (read.frequency_hz[0] - f) / read.sigma_frequency_hz[0], (
+        read.loss_factor[0] - eta
+    ) / read.sigma_loss_factor[0]
+
+
+def test_modes_damped_unlike_the_twin_are_read_as_they_are() -> None:
+    """Half differ by more than a factor of 1.3, some by 2: with a prior of 2 % they were 17 deviations off."""
+    for seed in range(3):
+        for away in scattered(seed, 0.35):
+            assert np.abs(away).max() < 4.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scatter", [0.02, 0.35])
+def test_intervals_of_nine_in_ten_hold_nine_in_ten(scatter: float) -> None:
+    """Of 1200 numbers each, whose share has a standard deviation of 0.9 %."""
+    every = np.array([scattered(seed, scatter) for seed in range(100, 140)])
+    assert np.abs(every).max() < 4.0
+    inside = np.mean(np.abs(every) < 1.645, axis=(0, 2))
+    assert ((inside > 0.87) & (inside < 0.93)).all()

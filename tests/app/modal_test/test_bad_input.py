@@ -185,9 +185,8 @@ def test_verbs_that_need_a_campaign_say_what_takes_a_test(tmp_path: Path, run_fl
     for given in (path, tmp_path):
         status, _, told = run_flexura("update", given)
         assert status == 2
-        assert (
-            f"declares a modal test, which has no temperatures; flexura identify {given} finds its modes" in told
-        )
+        assert f"declares a modal test; flexura identify {given} finds its modes" in told
+        assert f"flexura new plate {path}" in told
 
 
 def test_a_place_for_results_is_tried_before_anything_is_read(tmp_path: Path, run_flexura: Flexura) -> None:

@@ -40,12 +40,19 @@ class CrossingTwin:
 
 
 def prepared(
-    monkeypatch: pytest.MonkeyPatch, twin: Any, sweeps: int = 3, effects: dict[str, float] | None = None
+    monkeypatch: pytest.MonkeyPatch,
+    twin: Any,
+    sweeps: int = 3,
+    effects: dict[str, float] | None = None,
+    *,
+    settled: tuple[bool, ...] = (True, True, True),
+    fit: bool = True,
 ) -> Any:
     material = Material(np.full(3, 2e9), np.array([0.30, 0.31, 0.36]), np.full(3, 0.05))
-    updated = SimpleNamespace(temperature=TEMPERATURE, material=material)
+    updated = SimpleNamespace(temperature=TEMPERATURE, material=material, settled=np.array(settled))
     monkeypatch.setattr(app.twins.expected_modes, "load_updated", lambda _: (updated, None))
     monkeypatch.setattr(app.twins.expected_modes, "effects_in_laws", lambda _: effects or {})
+    monkeypatch.setattr(app.twins.expected_modes, "load_pairing", lambda _: {"fit": fit})
     monkeypatch.setattr(app.twins.expected_modes, "campaign_twin", lambda *_: twin)
     return SimpleNamespace(
         sweeps=[SimpleNamespace(temperature=float(t)) for t in TEMPERATURE[:sweeps]],
@@ -77,4 +84,16 @@ def test_a_twin_with_dashpots_is_refused(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_laws_under_effects_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     campaign = prepared(monkeypatch, CrossingTwin(), effects={"clamp": 1.0})
     with pytest.raises(ResultFileError, match="those under clamp"):
+        expected_modes(campaign, Path("laws.h5"), lambda *_: None)
+
+
+def test_a_twin_that_did_not_settle_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign = prepared(monkeypatch, CrossingTwin(), settled=(True, False, True))
+    with pytest.raises(ResultFileError, match=r"at 30\.0 °C the fit of flexura update did not settle"):
+        expected_modes(campaign, Path("laws.h5"), lambda *_: None)
+
+
+def test_a_twin_whose_modes_do_not_pair_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign = prepared(monkeypatch, CrossingTwin(), fit=False)
+    with pytest.raises(ResultFileError, match="this twin is no fit"):
         expected_modes(campaign, Path("laws.h5"), lambda *_: None)

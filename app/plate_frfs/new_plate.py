@@ -1,0 +1,325 @@
+"""A ``plate.toml`` to start from: what files and options say, and commented lines for what only you know."""
+
+import json
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analysis.channel import ORDER, Quantity
+from analysis.estimation.quantities import unit
+from analysis.estimation.transfer import MeasuredTransfer
+from app.files.atomic import write_text
+from app.files.bad_file import ResultFileError
+from app.files.frf_file import load_frf
+from app.files.plate_toml import FORMAT, NAME, FrfsOfPlate
+from app.files.toml_text import toml_text
+from app.files.uff_nodes import read_nodes
+from app.modal_test.points_table import points_of_table
+from app.plate_frfs.circumstances import circumstances
+from app.plate_frfs.modes_table import is_table_of_modes
+from app.plate_frfs.own_frfs import ENDINGS
+from app.plate_frfs.source_files import UNIVERSAL, FrfsOfFile, frfs_of_file
+
+HEAD = """What plate the FRFs are of; see the guide, "From another program's FRFs to E, nu and eta".
+SI units, degrees Celsius; the origin is a corner of the plate, x along length_x.
+Lines that begin with # and a key are to be completed: remove the # and put your number in."""
+
+MOTIONS = tuple(ORDER)
+TEMPERATURE_NAMES = r"^(T|temp.*|theta)$"
+"""What arrays of temperatures are called."""
+BESIDE = {"level": "level", "direction": "descending"}
+"""Arrays that Flexura's own exports hold beside the temperatures, by the keys that name them."""
+
+
+@dataclass(frozen=True)
+class SaidOfPlate:
+    """What a user said of a plate.
+
+    Attributes
+    ----------
+    plate : (float, float, float, float) or None
+        Length along x and y, thickness, m, and mass, kg.
+    units : (str, str) or None
+        Of FRFs, response and reference, where the files do not give them.
+    points : Path or None
+        Table of nodes with their places.
+    title : str
+        Empty for that of the folder.
+    """
+
+    plate: tuple[float, float, float, float] | None = None
+    units: tuple[str, str] | None = None
+    points: Path | None = None
+    title: str = ""
+
+
+@dataclass(frozen=True)
+class KeyLine:
+    """One key of a declaration: with a value, or to be completed.
+
+    Attributes
+    ----------
+    key : str
+    value : object
+        None for a line to be completed.
+    remark : str
+        Behind it; of a line to be completed an example first: ``0.4: m, along x``.
+    """
+
+    key: str
+    value: Any = None
+    remark: str = ""
+
+    @property
+    def text(self) -> str:
+        """As it stands in the file."""
+        if self.value is None:
+            example, _, words = self.remark.partition(": ")
+            return f"# {self.key} = {example}    # {words}"
+        written = toml_text({self.key: self.value} if not isinstance(self.value, Mapping) else {}).strip()
+        if isinstance(self.value, Mapping):
+            inside = ", ".join(f"{json.dumps(k)} = {json.dumps(v)}" for k, v in self.value.items())
+            written = f"{self.key} = {{ {inside} }}"
+        return f"{written}    # {self.remark}" if self.remark else written
+
+
+Section = tuple[str, list[KeyLine]]
+
+
+def new_plate(files: Sequence[Path], said: SaidOfPlate, target: Path) -> tuple[Path, list[str]]:
+    """Write ``plate.toml`` into the folder `target`, or as the file of that name.
+
+    Parameters
+    ----------
+    files : sequence of Path
+        With FRFs; the first is looked into.
+    said : SaidOfPlate
+    target : Path
+
+    Returns
+    -------
+    file : Path
+    missing : list of str
+        Keys to be completed by hand, with their tables.
+
+    Raises
+    ------
+    ResultFileError
+        Where there is a declaration already, and for files that cannot be read.
+    """
+    if not files:
+        raise ResultFileError("no file named; type: flexura new plate FRFS.uff ...")
+    file = target if target.suffix == ".toml" else target / NAME
+    if file.exists():
+        raise ResultFileError(f"{file}: is there already; name another with --out, or remove it")
+    folder = file.resolve().parent
+    named = _named(files, folder)
+    title = said.title or (folder.name if file.name == NAME else file.stem)
+    if files[0].suffix.lower() in ENDINGS:
+        _write(file, _as_recorded(files[0], named, title))
+        return file, []
+    if is_table_of_modes(files[0]):
+        sections = [_plate(said), *(("[[modes]]", [KeyLine("file", one)]) for one in named)]
+    else:
+        found = frfs_of_file(files[0], _bare(files[0], said.units))
+        sections, frf = _sections(files[0], found, said)
+        sections += [("[[frf]]", [KeyLine("file", one), *frf]) for one in named]
+    lines = [*(f"# {line}" for line in HEAD.splitlines()), "", f'format = "{FORMAT}"']
+    lines.append(KeyLine("title", title).text)
+    for heading, keys in sections:
+        lines += ["", heading, *(key.text for key in keys)]
+    _write(file, "\n".join(lines) + "\n")
+    missing = [f"{heading} {key.key}" for heading, keys in sections for key in keys if key.value is None]
+    return file, list(dict.fromkeys(missing))
+
+
+def _as_recorded(source: Path, named: Sequence[str], title: str) -> str:
+    """Return the declaration of a run's frf.h5: all of it is in the file."""
+    experiment, _ = load_frf(source)
+    declared = experiment.model_dump(mode="json", exclude={"format"}, exclude_none=True)
+    table = {"format": FORMAT} | declared | {"title": title, "frf": [{"file": one} for one in named]}
+    return toml_text({key: value for key, value in table.items() if value not in ((), [], "")})
+
+
+def _named(files: Sequence[Path], folder: Path) -> list[str]:
+    """Return the files relative to the declaration: a pattern where one means them and no other, else each."""
+    every = [Path(os.path.relpath(file.resolve(), folder)).as_posix() for file in files]
+    beside, names = {file.resolve().parent for file in files}, [file.name for file in files]
+    if len(every) == 1 or len(beside) > 1:
+        return every
+    start, end = _common_start(names), _common_start([name[::-1] for name in names])[::-1]
+    pattern = f"{re.sub(r'[-+0-9.]+$', '', start)}*{end}"
+    if {one.name for one in beside.pop().glob(pattern)} != set(names):
+        return every
+    return [(Path(every[0]).parent / pattern).as_posix()]
+
+
+def _common_start(words: Sequence[str]) -> str:
+    """Return the letters with which all words begin."""
+    first, last = min(words), max(words)
+    same = next((n for n, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), len(first))
+    return first[:same]
+
+
+def _sections(path: Path, found: FrfsOfFile, said: SaidOfPlate) -> tuple[list[Section], list[KeyLine]]:
+    """Return the tables of plate, drives, sensors and electronics, and the keys of ``[[frf]]``."""
+    places = _places(path, said)
+    sections: list[Section] = [_plate(said)]
+    drives: dict[str, str] = {}
+    sensors: dict[str, str] = {}
+    stars = _stars(found)
+    volts = False
+    for frf in found.transfers:
+        reference, response = _quantity(frf, said, 1), _quantity(frf, said, 0)
+        if frf.reference not in drives:
+            drives[frf.reference] = f"D{len(drives) + 1}"
+            sections.append(_end(drives[frf.reference], reference, places.get(_node(frf.reference)), drives=True))
+        key = stars.get(frf.name, frf.name if path.suffix.lower() not in UNIVERSAL else _node(frf.response))
+        if key not in sensors:
+            sensors[key] = f"S{len(sensors) + 1}"
+            sections.append(_end(sensors[key], response, places.get(_node(frf.response)), drives=False))
+            volts = volts or response == "voltage"
+    if volts:
+        sections.append(
+            (
+                "[acquisition]",
+                [
+                    KeyLine("input_resistance", None, "1e6: ohm across each sensor patch"),
+                    KeyLine("input_capacitance", None, "1e-10: F, module plus cable"),
+                ],
+            )
+        )
+    return sections, _frf_lines(path, found, said, drives, sensors, stars=bool(stars))
+
+
+def _plate(said: SaidOfPlate) -> Section:
+    keys = ("length_x", "length_y", "thickness", "mass")
+    words = ("0.4: m, along x", "0.3: m, along y", "0.003: m", "0.35: kg, weighed with nothing attached")
+    given = said.plate or (None, None, None, None)
+    rows = zip(keys, given, words, strict=True)
+    return "[plate]", [KeyLine(key, value, "" if value else word) for key, value, word in rows]
+
+
+def _frf_lines(
+    path: Path,
+    found: FrfsOfFile,
+    said: SaidOfPlate,
+    drives: Mapping[str, str],
+    sensors: Mapping[str, str],
+    *,
+    stars: bool,
+) -> list[KeyLine]:
+    lines = [KeyLine("sensors", dict(sensors))]
+    if len(drives) > 1:
+        lines.append(KeyLine("drives", {_node(end): name for end, name in drives.items()}))
+    if said.units is not None:
+        lines.append(KeyLine("units", list(said.units)))
+    if stars:
+        lines.append(KeyLine("temperature", _temperatures(found)))
+        lines += [KeyLine(key, name) for key, name in BESIDE.items() if name in found.arrays]
+    else:
+        first = found.transfers[0]
+        try:
+            circumstances(found, path, first.name, "", _bare(path))
+        except ValueError:
+            lines.append(KeyLine("temperature", None, "20.0: °C at which it was measured"))
+    if any(one.coherence is not None for one in found.transfers):
+        numbers = found.arrays.get("averages")
+        count = None if numbers is None or np.ptp(numbers.real) > 0.0 else float(numbers[0].real)
+        if count is not None:
+            lines.append(KeyLine("averages", count))
+    return lines
+
+
+def _end(name: str, quantity: str, place: Sequence[float] | None, *, drives: bool) -> Section:
+    """Return the table of one drive or sensor."""
+    point = KeyLine(
+        "point", None if place is None else [place[0], place[1]], "" if place else "[0.05, 0.05]: m, x and y"
+    )
+    if quantity == "force" and drives:
+        return "[[drive]]", [KeyLine("id", name), point]
+    if quantity in ("voltage", "charge"):
+        role = "actuator" if drives else "sensor"
+        how = [KeyLine("quantity", quantity)] if quantity == "charge" else []
+        return "[[patch]]", [
+            KeyLine("id", name),
+            KeyLine("role", role),
+            *how,
+            KeyLine("center", None, "[0.05, 0.05]: m, x and y"),
+            KeyLine("size", None, "[0.02, 0.02]: m, along x and y"),
+            KeyLine("thickness", None, "0.0005: m"),
+            KeyLine("side", None, '"top": or "bottom"'),
+            KeyLine("material", None, '"PIC255": NCE51, PIC255, PZT-5A or PZT-5H'),
+        ]
+    if drives:
+        return "[[drive]]", [KeyLine("id", name), point]
+    kind = quantity if quantity in MOTIONS else None
+    return "[[sensor]]", [
+        KeyLine("id", name),
+        KeyLine("kind", kind, "" if kind else '"acceleration": displacement, velocity or acceleration'),
+        point,
+    ]
+
+
+def _quantity(frf: MeasuredTransfer, said: SaidOfPlate, end: int) -> str:
+    """Return what was measured at the response (0) or the reference (1), ``unknown`` where nothing says it."""
+    written = frf.units[end] or ("" if said.units is None else said.units[end])
+    if written:
+        try:
+            known: Quantity = unit(written).quantity
+        except ValueError:
+            return "unknown"
+        return known
+    return (frf.quantity, frf.reference_quantity)[end]
+
+
+def _stars(found: FrfsOfFile) -> dict[str, str]:
+    """Return ``H[*]`` for names ``H[1]``, ``H[2]``, ... of as many FRFs as the file has temperatures."""
+    lengths = {len(values) for name, values in found.arrays.items() if _is_temperature(name, found)}
+    groups: dict[str, list[str]] = {}
+    for frf in found.transfers:
+        numbered = re.fullmatch(r"(.*)\[(\d+)(,\d+)?\]", frf.name)
+        if numbered:
+            groups.setdefault(f"{numbered[1]}[*{numbered[3] or ''}]", []).append(frf.name)
+    return {name: key for key, names in groups.items() if len(names) in lengths for name in names}
+
+
+def _temperatures(found: FrfsOfFile) -> str | None:
+    return next((name for name in found.arrays if _is_temperature(name, found)), None)
+
+
+def _is_temperature(name: str, found: FrfsOfFile) -> bool:
+    return re.match(TEMPERATURE_NAMES, name, re.IGNORECASE) is not None and len(found.arrays[name]) > 1
+
+
+def _places(path: Path, said: SaidOfPlate) -> dict[str, Sequence[float]]:
+    """Places of nodes, m, by their numbers: of a table, or of the universal file."""
+    if said.points is not None:
+        return {str(node): place for node, place in points_of_table(said.points).items()}
+    if path.suffix.lower() in UNIVERSAL:
+        return {str(node): place for node, place in read_nodes(path).items()}
+    return {}
+
+
+def _bare(path: Path, units: tuple[str, str] | None = None) -> FrfsOfPlate:
+    """Return a ``[[frf]]`` that says nothing but the file and units."""
+    return FrfsOfPlate.model_validate({"file": path.name, "units": units})
+
+
+def _node(end: str) -> str:
+    return end.partition(":")[0]
+
+
+def _write(target: Path, text: str) -> None:
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        write_text(target, text)
+    except OSError as error:
+        raise ResultFileError(
+            f"{target}: cannot be written ({error.strerror}); name another with --out"
+        ) from error

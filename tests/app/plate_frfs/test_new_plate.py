@@ -1,0 +1,94 @@
+"""flexura new plate: what the files say stands in plate.toml, what they do not say is left to complete."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.estimation.transfer import MeasuredTransfer
+from analysis.frf import campaign_frf
+from analysis.frf_campaign import FrfCampaign
+from app.files.campaign import load_campaign
+from app.files.campaign_export import export_frfs
+from app.files.uff58 import write_frfs
+
+Run = Callable[..., tuple[int, str, str]]
+LINES = np.arange(50.0, 1000.0, 0.5)
+SIZE = ("--plate", 0.3, 0.2, 0.003, 0.48)
+
+
+def write_uff(path: Path) -> Path:
+    """Accelerances in g/N of two points, hit at a third, with the coordinates of all."""
+    h = LINES**2 / (300.0**2 - LINES**2 + 0.01j * 300.0**2)
+    frfs = [
+        MeasuredTransfer("NONE", f"{node}:+3", "7:-3", "acceleration", LINES, node * h, units=("g", "N"))
+        for node in (1, 2)
+    ]
+    write_frfs(path, frfs, {1: (0.1, 0.15, 0.0), 2: (0.25, 0.15, 0.0), 7: (0.05, 0.05, 0.0)})
+    return path
+
+
+def test_a_universal_file_with_nodes_leaves_nothing_to_complete(tmp_path: Path, run_flexura: Run) -> None:
+    write_uff(tmp_path / "scan_-5.5C.uff")
+    status, _, said = run_flexura("new", "plate", tmp_path / "scan_-5.5C.uff", *SIZE)
+    assert status == 0
+    assert "to be completed" not in said
+    read = load_campaign(tmp_path)
+    assert isinstance(read, FrfCampaign)
+    declared, frf = read.experiment, campaign_frf(read)
+    assert declared.drive[0].point == (0.05, 0.05)
+    assert [sensor.kind for sensor in declared.sensor] == ["acceleration", "acceleration"]
+    assert declared.sensor[1].point == (0.25, 0.15)
+    assert frf.temperature.tolist() == [-5.5]
+    assert np.abs(frf.h[0, 1]).max() == pytest.approx(9.80665 * 2 * 100.0, rel=1e-3)  # in m/s2/N
+    status, _, said = run_flexura("new", "plate", tmp_path / "scan_-5.5C.uff", *SIZE)
+    assert status == 2
+    assert "is there already" in said
+
+
+def test_what_files_do_not_say_is_left_as_a_comment(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:
+    campaign = load_campaign(tiny.write(tmp_path / "recorded"))
+    export_frfs(tmp_path / "frfs.mat", campaign.experiment, campaign_frf(campaign))
+    status, _, said = run_flexura(
+        "new", "plate", tmp_path / "frfs.mat", "--frf-units", "V", "V", "--out", tmp_path / "p"
+    )
+    assert status == 0
+    assert "[plate] length_x" in said
+    text = (tmp_path / "p" / "plate.toml").read_text(encoding="utf-8")
+    for line in (
+        "# thickness = 0.003    # m",
+        "# input_resistance = 1e6    # ohm across each sensor patch",
+        'sensors = { "H_S1[*]" = "S1", "H_S2[*]" = "S2" }',
+        'temperature = "temperature"',
+        'direction = "descending"',
+        "averages = 2.0",
+    ):
+        assert line in text
+    status, _, said = run_flexura("update", tmp_path / "p")
+    assert status == 2
+    assert "plate.thickness = nothing" in said
+    write = re.sub(r"(?m)^# (?=\w+ = )", "", text)
+    (tmp_path / "p" / "plate.toml").write_text(write.replace("center = [0.05, 0.05]", "center = [0.1, 0.1]", 1))
+    with pytest.raises(ValueError, match="overlap"):
+        load_campaign(tmp_path / "p")
+
+
+def test_many_files_of_one_folder_become_a_pattern(tmp_path: Path, run_flexura: Run) -> None:
+    for temperature in (-5.5, 10, 20):
+        write_uff(tmp_path / f"scan_{temperature}C.uff")
+    status, _, _ = run_flexura("new", "plate", *sorted(tmp_path.glob("*.uff")), *SIZE)
+    assert status == 0
+    assert 'file = "scan_*C.uff"' in (tmp_path / "plate.toml").read_text(encoding="utf-8")
+    assert [one.temperature for one in load_campaign(tmp_path).sweeps] == [-5.5, 10.0, 20.0]
+
+
+def test_options_of_a_test_are_refused(tmp_path: Path, run_flexura: Run) -> None:
+    status, _, said = run_flexura("new", "plate", write_uff(tmp_path / "a.uff"), "--kind", "frf")
+    assert status == 2
+    assert "of a plate channels are declared in plate.toml" in said
+    status, _, said = run_flexura("new", "plate")
+    assert status == 2
+    assert "flexura new plate FRFS.uff" in said
