@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from app.files.campaign import load_campaign
 from app.files.campaign_folder import SWEEPS, sweep_paths
 from app.files.campaign_kind import DECLARATION, PROTOCOL, is_campaign_folder
 from app.files.campaign_toml import declaration_digest
@@ -37,6 +38,8 @@ def campaign_hashes(campaign: Path) -> dict[str, str]:
         told = _told(campaign / EVENTS)
         return found | ({EVENTS: told} if told else {})
     declaration = campaign / DECLARATION
+    if not declaration.exists():  # a plate with FRFs: only its reader knows which files it names
+        return dict(load_campaign(campaign).hashes)
     found = {DECLARATION: declaration_digest(declaration)} | _named_in(declaration)
     folder = campaign / SWEEPS
     files = sorted(folder.iterdir()) if folder.is_dir() else []

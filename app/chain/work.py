@@ -10,8 +10,8 @@ from app.chain.request import RunRequest
 from app.files.run_settings import RunSettings, Stage
 
 if TYPE_CHECKING:
-    from analysis.campaign import Campaign
     from analysis.focusing.panel import Panel
+    from analysis.frf_campaign import AnyCampaign
     from app.chain.models_ahead import ModelsAhead, WantedModel
     from app.report.drawn_parts import DrawnParts
     from app.stages.update import Updating
@@ -101,7 +101,7 @@ class Work:
         return campaign_hashes(self.folder)
 
     @cached_property
-    def campaign(self) -> "Campaign":
+    def campaign(self) -> "AnyCampaign":
         """The campaign; CampaignFileError where it cannot be read."""
         from app.files.campaign import load_campaign
 
