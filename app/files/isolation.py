@@ -78,11 +78,11 @@ def run_isolated(module: str, arguments: Sequence[str], size: int) -> None:
             ) from error
         finally:
             child.kill()
+    if child.returncode == -SIGXCPU:  # its own limit, set above
+        raise SlowReadError(f"not read in {math.ceil(limit)} s of processor time: damaged")
     if -child.returncode in ENDING:  # a request to end that met the reader is meant for us
         signal.raise_signal(-child.returncode)
         raise ValueError("its reading was interrupted")
-    if child.returncode == -SIGXCPU:
-        raise SlowReadError(f"not read in {math.ceil(limit)} s of processor time: damaged")
     if child.returncode:
         errors = said.decode(errors="replace").strip().splitlines()
         raise ValueError(errors[-1] if errors else f"its reader crashed on it ({child.returncode})")

@@ -24,6 +24,7 @@ from app.files.folder_lock import folder_lock
 from app.files.import_recording import import_recording
 from app.files.provenance import sha256
 from app.files.recorded_campaign import read_recorded_campaign
+from app.files.unwritten import UnwrittenFileError
 
 SHARED = Path(__file__).resolve().parents[3] / "shared/data/campaigns"
 ROOT = Path(__file__).resolve().parents[2]
@@ -323,7 +324,7 @@ def test_full_disk_leaves_nothing(recorded: Path, tmp_path: Path, monkeypatch: p
         real(handle)
 
     monkeypatch.setattr(os, "fsync", fills_up)
-    with pytest.raises(CampaignFileError, match="No space left"):
+    with pytest.raises(UnwrittenFileError, match="No space left"):
         import_recording(recorded, tmp_path / "out")
     assert [p.name for p in tmp_path.iterdir()] == ["plate"]
 

@@ -92,7 +92,7 @@ def test_the_picture_is_written_beside_the_declaration_or_where_results_go(tmp_p
     assert fault_picture(wrong, {"out": tmp_path / "results" / "run"}) == f"picture: {there}"
     assert there.read_bytes()[1:4] == b"PNG"
     (tmp_path / "file").write_text("", encoding="utf-8")
-    assert "could not be written" in fault_picture(wrong, {"out": tmp_path / "file" / "run"})
+    assert "cannot be written" in fault_picture(wrong, {"out": tmp_path / "file" / "run"})
 
 
 def test_an_open_drawing_is_told_with_its_place_and_its_curves(tmp_path: Path) -> None:

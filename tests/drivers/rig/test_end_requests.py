@@ -12,6 +12,9 @@ from drivers.rig.errors import RigInterrupted
 
 @pytest.mark.parametrize("number", ENDING)
 def test_a_request_raises_nothing_until_it_is_asked_for(number: int) -> None:
+    usual = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
+    signal.signal(number, usual)  # shells start what runs in the background with some ignored
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     before = [signal.getsignal(one) for one in ENDING]
     with EndRequests() as requests:
         requests.check()

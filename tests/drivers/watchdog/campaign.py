@@ -7,6 +7,7 @@ Prints the number of the watchdog's process when the oven ramps, and how the rig
 
 import ctypes
 import json
+import signal
 import sys
 import time
 from datetime import UTC, datetime
@@ -16,6 +17,7 @@ import numpy as np
 
 from analysis.protocol.limits import Limits
 from drivers.clock import SystemClock
+from drivers.interruptions import ENDING
 from drivers.ovens.settings import open_oven, oven_settings
 from drivers.rig.end_requests import EndRequests
 from drivers.rig.rig import Aftercare, Rig
@@ -79,6 +81,8 @@ def do(deed: str, session: Session) -> None:
 
 def main() -> None:
     address, folder, deed = sys.argv[1:]
+    for number in ENDING:  # shells start what runs in the background with some ignored
+        signal.signal(number, signal.SIG_DFL)
     told: list[dict] = []
     with EndRequests() as requests:
         session = Session(rig(address), LIMITS, told.append, requests.check)
