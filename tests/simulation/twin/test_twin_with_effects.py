@@ -81,6 +81,7 @@ def test_absent_effects_change_nothing(twin):
         assert there == pytest.approx(plain, rel=1e-9, abs=1e-9 * np.abs(plain).max()), name
 
 
+@pytest.mark.slow
 def test_derivatives_by_every_parameter(twin):
     exact = replace(twin, reach=np.inf)
     for name, card in twin.cards.items():
