@@ -1,6 +1,7 @@
 """Standard deviations where errors are not of one size: standardised errors of many draws have to be about one."""
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from analysis.identification.automatic import identify
@@ -68,6 +69,7 @@ def test_errors_that_are_largest_at_the_peaks_are_in_the_standard_deviations() -
     assert (size < 1.5).all()  # 2.7 and 2.9 with errors of one size
 
 
+@pytest.mark.slow
 def test_a_structure_that_changes_between_the_frfs_has_its_scatter_in_the_standard_deviation() -> None:
     """Each FRF has frequencies of its own, a tenth of a half width apart: their mean is known to a half."""
     drawn = []

@@ -237,7 +237,7 @@ def test_sweeps_of_noise_alone_show_no_mode() -> None:
     assert not any(modes.real.any() for modes in tracked.modes)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 6))])
 def test_a_sweep_that_shares_no_mode_with_the_others_leaves_them_theirs(seed: int) -> None:
     """Its frequencies lie 150 Hz off, so it is identified by itself."""
     frf = campaign(ONE, temperature=np.array([20.0, 30.0, 40.0, 50.0]), seed=seed)

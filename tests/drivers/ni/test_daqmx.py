@@ -306,6 +306,7 @@ def test_trigger_that_does_not_come_is_found_out(cards: DaqmxCards, server: Simu
     assert caught.value.action is Action.RETRY_ONCE
 
 
+@pytest.mark.slow
 def test_long_campaign_leaves_nothing_behind(cards: DaqmxCards, server: SimulatedDaq) -> None:
     drive = np.zeros(4000)
     drive[:2000] = 1.0

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 
 from analysis.curvature import Curvature
 from analysis.experiment import Experiment, Patch
@@ -18,6 +19,7 @@ from simulation.state.field_basis import field_basis
 BOX, BAND = MaterialBox((2.0e9, 3.0e9), (0.34, 0.4), (0.04, 0.1)), (100.0, 500.0)
 
 
+@pytest.mark.slow
 def test_energies_on_a_bumpy_plate_are_those_of_its_full_matrices(
     declare: Callable[..., Experiment], patches: list[Patch], coarse_mesh: MeshRecipe
 ) -> None:

@@ -166,6 +166,7 @@ def test_one_material_needs_no_corrections():
     assert BasisTraining().materials(MaterialBox((2e9, 2e9), (0.3, 0.3), (0.02, 0.1))) == [[(2e9, 0.3)]]
 
 
+@pytest.mark.slow
 def test_resonances_at_the_corners_of_the_box(coarse_model):
     """With little damping: the error measured visits no corner, where it was 3e-3 without corrections."""
     box, band = MaterialBox((0.8e9, 4e9), (0.30, 0.49), (0.005, 0.15)), (100.0, 700.0)

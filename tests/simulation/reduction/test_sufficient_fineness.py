@@ -54,6 +54,7 @@ def accelerances(model: ShellModel) -> Complex:
     return np.array(found).T
 
 
+@pytest.mark.slow
 def test_a_refused_plate_gets_the_mesh_that_it_needs(usual: ShellModel) -> None:
     with pytest.raises(ValueError, match="finer mesh"):
         NumericalFloor(truncation_error(usual.dropped, LOSS), NOISE)

@@ -157,7 +157,15 @@ def test_a_disc_in_an_isotropic_sheet_yields_as_eshelby_found() -> None:
 ORTHOTROPY = {"delta_e": -0.5, "delta_g": 0.4, "angle": 35.0}
 
 
-@pytest.mark.parametrize(("loss", "orthotropy"), [(0.2, None), (0.5, None), (0.2, ORTHOTROPY), (0.5, ORTHOTROPY)])
+@pytest.mark.parametrize(
+    ("loss", "orthotropy"),
+    [
+        (0.2, None),
+        pytest.param(0.5, None, marks=pytest.mark.slow),
+        pytest.param(0.2, ORTHOTROPY, marks=pytest.mark.slow),
+        pytest.param(0.5, ORTHOTROPY, marks=pytest.mark.slow),
+    ],
+)
 def test_a_spot_shifts_frequencies_as_a_disc_of_softer_cells_does(loss: float, orthotropy: dict | None) -> None:
     """The full plate, meshed around the disc and softened there by a temperature of its own."""
     place, slope = (0.095, 0.06), -0.05

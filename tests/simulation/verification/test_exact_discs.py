@@ -140,7 +140,7 @@ def test_no_root_of_an_annulus_is_missed(inner, outer):
 
 
 @pytest.mark.parametrize("outer", ["free", "clamped", "soft", "hard"])
-@pytest.mark.parametrize("thickness", [0.001, 0.05, 0.3])
+@pytest.mark.parametrize("thickness", [0.001, 0.05, pytest.param(0.3, marks=pytest.mark.slow)])
 def test_no_root_of_a_disc_is_missed(outer, thickness):
     """Each is a change of sign of the determinant on a scan twenty times finer than the search's."""
     disc = ExactDisc(thickness, 0.3, outer)
