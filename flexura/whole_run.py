@@ -8,9 +8,10 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from app.chain.request import RunRequest, chosen_stages
-from app.chain.run_chain import Listener, run_chain
+from app.chain.run_chain import RunListener, run_chain
 from app.files.campaign import not_a_campaign
 from app.files.campaign_kind import is_campaign_folder, is_recorded_campaign
+from app.files.plate_toml import declares_plate
 from app.files.run_record import RunRecord
 from app.files.run_settings import Stage, read_run_options, run_options_of
 from app.terminal.progress import progress as bars
@@ -35,7 +36,7 @@ def run(
     Parameters
     ----------
     campaign : path
-        Recorded, imported or acquired, complete or not.
+        Recorded, imported or acquired, complete or not; or a plate with FRFs of other programs.
     out : path, optional
         Run folder; ``NAME-run`` beside the campaign where it is left out.
     first, last : str, optional
@@ -68,14 +69,14 @@ def run(
         For a run folder that cannot be used.
     """
     folder = Path(campaign)
-    if not (is_campaign_folder(folder) or is_recorded_campaign(folder)):
+    if not (is_campaign_folder(folder) or is_recorded_campaign(folder) or declares_plate(folder)):
         raise not_a_campaign(folder)
     chosen = read_run_options(folder, None, ()) if options is None else run_options_of(options)
     left_out = (*without, *chosen.settings.without)
     stages = chosen_stages(first, last, (), left_out)
     run_folder = None if out is None else Path(out)
     request = RunRequest(folder, run_folder, stages, chosen, force, in_place="import" in left_out)
-    listener = Listener(
+    listener = RunListener(
         lambda stage, state: None,
         lambda: bars(shown=progress),
         lambda models: spare_workers(models) if workers else nullcontext(),

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import get_args
 
-from app.files.campaign_kind import is_campaign_folder
+from app.files.campaign_kind import is_recorded_campaign
 from app.files.run_folder import beside
 from app.files.run_settings import RunOptions, Stage
 
@@ -80,8 +80,8 @@ class RunRequest:
 
     @property
     def imported(self) -> Path | None:
-        """Folder that a recorded campaign is imported into; None where it is read where it stands."""
-        if is_campaign_folder(self.campaign) or self.in_place:
+        """Folder that a recorded campaign is imported into; None for what is read where it stands."""
+        if not is_recorded_campaign(self.campaign) or self.in_place:
             return None
         named = self.options.path(self.options.settings.campaign)
         return named or self.run.resolve().parent / f"{self.campaign.resolve().name}-campaign"

@@ -31,7 +31,7 @@ READ_BY_LATER: tuple[Stage, ...] = ("identify", "update")
 
 
 @dataclass(frozen=True)
-class Listener:
+class RunListener:
     """To whom a run speaks.
 
     Attributes
@@ -54,13 +54,13 @@ class _StageError(Exception):
     """A stage failed; the message is the sentence for people."""
 
 
-def run_chain(request: RunRequest, listener: Listener) -> RunRecord:
+def run_chain(request: RunRequest, listener: RunListener) -> RunRecord:
     """Run the stages asked for.
 
     Parameters
     ----------
     request : RunRequest
-    listener : Listener
+    listener : RunListener
 
     Returns
     -------
@@ -87,7 +87,7 @@ def run_chain(request: RunRequest, listener: Listener) -> RunRecord:
 class _Chain:
     """One run under way."""
 
-    def __init__(self, request: RunRequest, listener: Listener, stack: ExitStack, run: Path) -> None:
+    def __init__(self, request: RunRequest, listener: RunListener, stack: ExitStack, run: Path) -> None:
         self._request = request
         self._listener = listener
         self._record = read_run_record(run, str(request.campaign))

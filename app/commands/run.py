@@ -75,13 +75,15 @@ def command(
     stage failed or its result is not good enough, as its own verb says.
 
     CAMPAIGN may be running or interrupted: its finished sweeps are taken; do the same again when more are there.
+    It may also be a plate with FRFs of other programs (plate.toml).
     """
     from app.chain.request import RunRequest, chosen_stages
     from app.files.campaign import not_a_campaign
     from app.files.campaign_kind import is_campaign_folder, is_recorded_campaign
+    from app.files.plate_toml import declares_plate
     from app.files.run_settings import read_run_options
 
-    if not (is_campaign_folder(campaign) or is_recorded_campaign(campaign)):
+    if not (is_campaign_folder(campaign) or is_recorded_campaign(campaign) or declares_plate(campaign)):
         raise not_a_campaign(campaign)
     options = read_run_options(campaign, settings, typed)
     left_out = (*without, *(stage for stage in options.settings.without if stage not in only))
@@ -90,7 +92,7 @@ def command(
     except ValueError as error:
         raise click.UsageError(str(error)) from error
 
-    from app.chain.run_chain import Listener, run_chain
+    from app.chain.run_chain import RunListener, run_chain
     from app.terminal.whole_run import closing_line, show, stage_line
     from app.terminal.worker_processes import spare_workers
 
@@ -106,7 +108,7 @@ def command(
             output.failure(stage_line(stage, state))
 
     request = RunRequest(campaign, out, stages, options, force, in_place="import" in left_out)
-    record = run_chain(request, Listener(tell, output.progress, spare_workers))
+    record = run_chain(request, RunListener(tell, output.progress, spare_workers))
     output.result(record.record, lambda: show(record))
     output.summary(closing_line(states, request.run, time.perf_counter() - started))
     if not all(state.whole and state.good for state in states.values()):

@@ -12,7 +12,27 @@ from app.report.style import drawing
 
 
 def drawn_part(run: Path, name: str, *, png: bool = False) -> Part:
-    """Return `part_of` with its figures drawn, as PNG files too if that is wanted; errors as there."""
+    """Return what `part_of` does, with its figures drawn.
+
+    Parameters
+    ----------
+    run : Path
+    name : str
+        Of a file of the run.
+    png : bool
+        Whether figures are wanted as PNG files, too.
+
+    Returns
+    -------
+    items : list of Item
+    rows : list of PaperRow
+        For the table beside the paper.
+
+    Raises
+    ------
+    ResultFileError
+        As `part_of`.
+    """
     with drawing():
         items, rows = part_of(run, name)
         return [one.drawn(png=png) if isinstance(one, Picture) else one for one in items], rows

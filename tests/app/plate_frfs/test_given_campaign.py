@@ -282,3 +282,18 @@ def test_time_signals_of_a_hammer_reach_the_plate_with_their_noise(tmp_path: Pat
     true = np.exp(-2j * np.pi * frf.frequency[used, None] * time) @ ringing
     ratio = np.abs(frf.h[0, 0, used] - true) ** 2 / frf.variance[0, 0, used]
     assert 0.7 < ratio.mean() < 1.4
+
+
+def test_a_run_takes_a_plate_with_frfs_as_it_is(
+    exported: tuple[Any, Frf, Path], tiny: Any, run_flexura: Run
+) -> None:
+    folder = write_plate(exported[2], declared(tiny.toml, FRFS["uff"]))
+    words = ["run", folder, "--until", "identify", "--set", "identify.method=peak-picking"]
+    status, _, message = run_flexura(*words)
+    assert status in (0, 1), message
+    assert (folder.parent / "frfs-run" / "modes.h5").is_file()
+    assert not (folder.parent / "frfs-campaign").exists()
+    assert "identify: up to date" in run_flexura(*words)[2]
+    with (folder / "frfs.uff").open("ab") as file:
+        file.write(b"\n")
+    assert "identify: up to date" not in run_flexura(*words)[2]
