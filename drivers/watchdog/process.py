@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from drivers.clock import SystemClock
-from drivers.interruptions import signal_name
+from drivers.interruptions import ENDING, signal_name
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import oven_settings
 from drivers.rig.errors import RESUME, RigStopped
@@ -282,10 +282,9 @@ class Watchdog:
 
 def main() -> int:
     """Read the settings, open the oven, and watch it."""
-    for name in ("INT", "HUP", "QUIT", "USR1", "USR2", "ALRM", "VTALRM", "PROF", "XCPU", "XFSZ", "TSTP", "PIPE"):
-        number = getattr(signal, f"SIG{name}", None)
-        if number is not None:
-            signal.signal(number, signal.SIG_IGN)
+    others = (getattr(signal, name, None) for name in ("SIGTSTP", "SIGTTIN", "SIGTTOU", "SIGPIPE", "SIGXFSZ"))
+    for number in (*ENDING, *(int(one) for one in others if one is not None)):
+        signal.signal(number, signal.SIG_IGN)  # SIGTERM is heard later, when there is something to bring to rest
     line = received(sys.stdin.buffer)
     if line is None:
         return 1

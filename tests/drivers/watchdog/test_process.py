@@ -125,6 +125,25 @@ def test_a_watchdog_that_is_killed_or_stopped(
 
 
 @pytest.mark.slow
+def test_a_watchdog_ignores_what_would_end_it(oven: Oven, campaign_on: Callable[..., Campaign]) -> None:
+    campaign = campaign_on(oven)
+    for number in (
+        signal.SIGINT,
+        signal.SIGHUP,
+        signal.SIGQUIT,
+        signal.SIGUSR1,
+        signal.SIGPWR,
+        signal.SIGRTMIN + 3,
+    ):
+        campaign.kill(watchdog=True, number=number)
+    time.sleep(3.0)
+    assert oven.state()["regulating"]
+    assert not campaign.watchdog_ended(1.0)
+    campaign.kill(number=signal.SIGTERM)
+    assert campaign.left(60.0)["unsafe"] == []
+
+
+@pytest.mark.slow
 def test_a_watchdog_asked_to_end_ends_the_campaign(oven: Oven, campaign_on: Callable[..., Campaign]) -> None:
     """A computer that shuts down sends SIGTERM to every process."""
     campaign = campaign_on(oven)
