@@ -1,19 +1,19 @@
 """Model updating: the material of a twin fitted to measured FRFs, and its laws over temperature.
 
-======================  =======================================================================
-``normal_equations``    weighted misfit of one sweep, its gradient and curvature
-``modulus_scan``        rough modulus from one sweep's resonances, before a twin is built
-``start``               start values from a grid, to avoid wrong local minima
-``sheet_start``         start values of an orthotropic sheet's moduli and losses
-``broadening``          data transformed to more damping: start values for sharp resonances
-``sweep_fit``           E, nu, eta and gain of one sweep, Levenberg-Marquardt
-``update``              all sweeps of a campaign, by the estimator of `analysis.gap.fitting`
-``polarity``            channels recorded with the wrong sign
-``outlier_sweeps``      sweeps that no material explains
-``laws``                smooth E(T), nu(T), eta(T) with bands from the estimates
-``enough_temperatures``   at how many temperatures laws can be fitted
-``modes_fit``           the same from natural frequencies and damping, without FRFs
-``drift``               change of FRFs by the drift of the temperature within sweeps
-``corrected_twin``      laws and FRFs of a twin with known effects
-======================  =======================================================================
+=======================  =======================================================================
+``normal_equations``     weighted misfit of one sweep, its gradient and curvature
+``modulus_scan``         rough modulus from one sweep's resonances, before a twin is built
+``start``                start values from a grid, to avoid wrong local minima
+``sheet_start``          start values of an orthotropic sheet's moduli and losses
+``broadening``           data transformed to more damping: start values for sharp resonances
+``sweep_fit``            E, nu, eta and gain of one sweep, Levenberg-Marquardt
+``update``               all sweeps of a campaign, by the estimator of `analysis.gap.fitting`
+``polarity``             channels recorded with the wrong sign
+``outlier_sweeps``       sweeps that no material explains
+``laws``                 smooth E(T), nu(T), eta(T) with bands from the estimates
+``enough_temperatures``  at how many temperatures laws can be fitted
+``modes_fit``            the same from natural frequencies and damping, without FRFs
+``drift``                change of FRFs by the drift of the temperature within sweeps
+``corrected_twin``       laws and FRFs of a twin with known effects
+=======================  =======================================================================
 """

@@ -46,7 +46,7 @@ CONTENTS = {
         "docs/glossary",
     ],
     "Theory": ["docs/theory/README"],
-    "Evidence": ["docs/verification", "docs/faults"],
+    "Evidence": ["docs/verification", "docs/safety", "docs/faults"],
     "Development": [
         "docs/architecture",
         "CONTRIBUTING",
