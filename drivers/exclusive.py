@@ -11,6 +11,7 @@ import os
 import socket
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
@@ -35,17 +36,22 @@ LOOKS, PAUSE = 5, 0.05
 """Attempts at a lock, and s between them: whoever only looks whether it is held has it for a millisecond."""
 
 
-def take(file: BinaryIO) -> None:
-    """Lock the file until it is closed, on POSIX by all processes that inherited it; OSError if it is locked."""
+def _patiently(lock: Callable[[], object]) -> None:
+    """Try to lock, a few times; OSError of the last."""
     for left in reversed(range(LOOKS)):
         try:
-            _take(file)
+            lock()
         except OSError:
             if not left:
                 raise
             time.sleep(PAUSE)
         else:
             return
+
+
+def take(file: BinaryIO) -> None:
+    """Lock the file until it is closed, on POSIX by all processes that inherited it; OSError if it is locked."""
+    _patiently(lambda: _take(file))
 
 
 class NameTakenError(OSError):
@@ -76,18 +82,13 @@ def take_name(name: str) -> socket.socket | None:
         bound = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     except OSError:
         return None
-    for left in reversed(range(LOOKS)):
-        try:
-            bound.bind(f"\0{name}")
-        except OSError as error:
-            if error.errno == errno.EADDRINUSE and left:
-                time.sleep(PAUSE)
-                continue
-            bound.close()
-            if error.errno == errno.EADDRINUSE:
-                raise NameTakenError(error.errno, f"{name} is taken") from error
-            return None
-        break
+    try:
+        _patiently(lambda: bound.bind(f"\0{name}"))
+    except OSError as error:
+        bound.close()
+        if error.errno == errno.EADDRINUSE:
+            raise NameTakenError(error.errno, f"{name} is taken") from error
+        return None
     return bound
 
 

@@ -14,7 +14,7 @@ from drivers.clock import SystemClock
 from drivers.rig.occupancy import instrument_places
 from drivers.rig.rig import Aftercare, Rig
 from drivers.watchdog.remote_oven import RemoteOven
-from drivers.watchdog.rest_watch import RestRule, rest_temperature
+from drivers.watchdog.rest_watch import RestRule
 from drivers.watchdog.settings import WatchdogSettings
 
 log = logging.getLogger(__name__)
@@ -109,7 +109,7 @@ def _real_rig(experiment: AcquiredExperiment) -> Rig:
 
 
 def _rest_rule(experiment: AcquiredExperiment) -> RestRule:
-    return RestRule(rest_temperature(experiment.oven, experiment.oven.room_temperature))
+    return RestRule(experiment.oven.rest_temperature(experiment.oven.room_temperature))
 
 
 def _watchdog(

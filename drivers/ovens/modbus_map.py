@@ -95,6 +95,10 @@ class ModbusMapOven(ModbusLine, OvenSettings):
             unit.line.close()
             raise
 
+    def rest_temperature(self, room: float) -> float:
+        """Return `rest_at`, of an oven that nothing stops."""
+        return room if self.rest_at is None else self.rest_at
+
     def simulated(self, body: "RegulatedOven", clock: Clock) -> "Controller":
         """Return a controller with these registers."""
         from drivers.ovens.simulated.modbus_map import simulated_modbus_map  # which reads this declaration

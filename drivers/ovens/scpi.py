@@ -70,6 +70,10 @@ class ScpiOven(TextLine, OvenSettings):
             connection.line.close()
             raise
 
+    def rest_temperature(self, room: float) -> float:
+        """Return `rest_at`, of an oven that nothing stops."""
+        return room if self.rest_at is None else self.rest_at
+
     def simulated(self, body: "RegulatedOven", clock: Clock) -> "Controller":
         """Return a controller that answers these queries and commands."""
         from drivers.ovens.simulated.scpi import SimulatedScpi  # which reads this declaration

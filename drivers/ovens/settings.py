@@ -39,6 +39,10 @@ class OvenSettings(Declared):
         """Whether the oven comes to rest by itself if the program ends or loses it."""
         return False
 
+    def rest_temperature(self, room: float) -> float:
+        """Return where the oven goes when it is brought to rest, °C: to `room`, unless a set-point is kept."""
+        return room
+
     def limits(self) -> OvenLimits:
         """Return what set-points are clamped to."""
         return OvenLimits(self.minimum, self.maximum, self.max_rate)

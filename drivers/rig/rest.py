@@ -12,21 +12,18 @@ from drivers.ni.cards import Cards
 from drivers.ovens.oven import Oven
 from drivers.rig.rig import Rig
 from drivers.watchdog.guard import Event
-from drivers.watchdog.remote_oven import RemoteOven
 from drivers.watchdog.rest_watch import RestRule, RestWatch
-from drivers.watchdog.supervision import PULL, SupervisedOven
+from drivers.watchdog.supervision import AGAIN, PULL
 
 ATTEMPTS = 5
 """Attempts on a disturbed line, one second apart; before the last one the oven is opened again."""
 READ_EVERY = 3.0
 """Interval at which an oven that was switched off is read, s."""
-FIRST_WORD, AGAIN = 6.0, 60.0
-"""People are told that the program waits after so long, and again after so long, s."""
+FIRST_WORD = 6.0
+"""People are told that the program waits after so long, s."""
 
 
-def bring_to_rest(
-    rig: Rig, oven: Oven | SupervisedOven | RemoteOven | None = None, cards: Cards | None = None
-) -> tuple[str, ...]:
+def bring_to_rest(rig: Rig, oven: Oven | None = None, cards: Cards | None = None) -> tuple[str, ...]:
     """Bring the oven to rest and the drive to 0 V, and close both.
 
     Each is attempted even if the other fails, whatever the class of its exception. The oven's state is read back,
@@ -76,9 +73,7 @@ class _RestingOven:
         If it is open.
     """
 
-    def __init__(
-        self, open_oven: Callable[[], Oven], clock: Clock, oven: Oven | SupervisedOven | RemoteOven | None
-    ) -> None:
+    def __init__(self, open_oven: Callable[[], Oven], clock: Clock, oven: Oven | None) -> None:
         self._open_oven = open_oven
         self._clock = clock
         self._oven = oven

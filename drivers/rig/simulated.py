@@ -31,7 +31,7 @@ from drivers.soundcard.settings import SoundCard
 from drivers.soundcard.simulated import SimulatedSound, simulated_sound
 from drivers.thermometers.settings import ThermometerSettings
 from drivers.thermometers.thermometer import Thermometer
-from drivers.watchdog.rest_watch import RestRule, rest_temperature
+from drivers.watchdog.rest_watch import RestRule
 from drivers.watchdog.supervision import PERIOD, QUIET
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ class SimulatedParts:
     def rig(self) -> Rig:
         """Return the rig as a campaign uses it."""
         opens = None if self.thermometer is None else self._open_thermometer
-        rule = RestRule(rest_temperature(self.oven, self.room))
+        rule = RestRule(self.oven.rest_temperature(self.room))
         return Rig(self._open_cards, self._open_oven, self.clock, self._date, self._restore, opens, rule)
 
     def _open_cards(self) -> Cards:

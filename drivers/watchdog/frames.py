@@ -8,6 +8,8 @@ from typing import Any, BinaryIO
 from drivers.ovens.error import Fault, OvenError
 from drivers.rig.errors import RigStopped
 
+BEAT = 1.0
+"""Interval at which each process tells the other that it is alive, s."""
 LONGEST = 65_536
 """Bytes of a line; a longer one is nonsense."""
 

@@ -28,13 +28,11 @@ from drivers.interruptions import ENDING, signal_name
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import oven_settings
 from drivers.rig.errors import RESUME, RigStopped
-from drivers.watchdog.frames import Messages, packed, received
+from drivers.watchdog.frames import BEAT, Messages, packed, received
 from drivers.watchdog.guard import State
 from drivers.watchdog.settings import WatchdogSettings
 from drivers.watchdog.supervision import SupervisedOven
 
-BEAT = 1.0
-"""Interval at which each process tells the other that it is alive, s."""
 STOPPED = 4.0
 """Time for which a campaign whose process is stopped (Ctrl-Z, SIGSTOP) may be silent, s."""
 ZERO_WITHIN = 60.0

@@ -23,13 +23,11 @@ from drivers.interruptions import ENDING
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.oven import Oven, OvenLimits, SetPoint
 from drivers.rig.errors import RESUME, RigStopped
-from drivers.watchdog.frames import Messages, received, unpacked
+from drivers.watchdog.frames import BEAT, Messages, received, unpacked
 from drivers.watchdog.settings import WatchdogSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 """Where our packages lie."""
-BEAT = 1.0
-"""Interval at which the watchdog is told that this process is alive, s."""
 SILENT = 12.0
 """A watchdog that says nothing for longer counts as dead, s; it beats once a second."""
 START_WITHIN = 60.0

@@ -44,20 +44,6 @@ class RestRule:
     unread: float = 30.0
 
 
-def rest_temperature(oven: object, room: float) -> float:
-    """Return where an oven goes when it is brought to rest, degrees Celsius.
-
-    Parameters
-    ----------
-    oven : OvenSettings
-        One that cannot be switched off declares `rest_at`, the set-point at which it is left.
-    room : float
-        Temperature around it, degrees Celsius.
-    """
-    declared = getattr(oven, "rest_at", None)
-    return room if declared is None else float(declared)
-
-
 class RestWatch:
     """Judges the readings of an oven since it was switched off.
 
