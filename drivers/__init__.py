@@ -5,6 +5,7 @@
 ``clock``          the machine's time, or a virtual one
 ``exclusive``      a lock that a killed process cannot leave behind
 ``interruptions``  signals that ask a program to end, held back while a voltage is out
+``own_process``    one of our modules as a process of its own
 ``kinds``          kinds of instruments, our own and those of installed packages
 ``ni``             National Instruments cards, real and simulated
 ``soundcard``      a sound card as output and inputs

@@ -4,7 +4,6 @@ Only for files without a digest of their own bytes; with one, `app.files.seal` d
 """
 
 import math
-import os
 import signal
 import subprocess
 import sys
@@ -13,6 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from drivers.interruptions import ENDING
+from drivers.own_process import module_command, own_surroundings
 
 PATIENCE = 30.0
 """Seconds of processor time that starting Python and reading a small file may take."""
@@ -23,8 +23,6 @@ SLOWEST = 10e6
 POOLS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 SIGXCPU = 24
 """Signal that ends a process at its limit of processor time; Windows does not name it."""
-PROGRAM = Path(__file__).resolve().parents[2]
-"""Where our packages lie."""
 
 
 class SlowReadError(ValueError):
@@ -61,11 +59,9 @@ def run_isolated(module: str, arguments: Sequence[str], size: int) -> None:
         Where it takes too long.
     """
     limit = PATIENCE + size / SLOWEST
-    # not from the current folder, which may be untrusted: a package there would be run in the place of ours
-    others = [entry for entry in sys.path if Path(entry).resolve() != Path.cwd().resolve()]
     # one thread: each of an algebra library's takes 40 MB of the address space that a reader may be held to
-    environment = os.environ | dict.fromkeys(POOLS, "1") | {"PYTHONPATH": os.pathsep.join([str(PROGRAM), *others])}
-    words = [sys.executable, "-P", "-m", module, *arguments]
+    environment = own_surroundings() | dict.fromkeys(POOLS, "1")
+    words = module_command(module, *arguments)
     with subprocess.Popen(  # noqa: S603 (a module of ours, and a file's name)
         words, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     ) as child:

@@ -27,6 +27,7 @@ from drivers.clock import SystemClock
 from drivers.interruptions import ENDING, signal_name
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import oven_settings
+from drivers.own_process import module_command
 from drivers.rig.errors import RESUME, RigStopped
 from drivers.watchdog.frames import BEAT, Messages, packed, received
 from drivers.watchdog.guard import State
@@ -261,10 +262,9 @@ class Watchdog:
         """Bring the drive to 0 V, in a process of its own: its driver is large, and may crash."""
         if self._settings.cards is None:
             return
-        words = [sys.executable, "-P", "-m", "drivers.watchdog.zero_drive"]
         try:
             done = subprocess.run(  # noqa: S603 (a module of ours)
-                words,
+                module_command("drivers.watchdog.zero_drive"),
                 input=json.dumps(dict(self._settings.cards)).encode(),
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,

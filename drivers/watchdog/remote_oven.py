@@ -12,22 +12,19 @@ import os
 import queue
 import signal
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 from drivers.interruptions import ENDING
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.oven import Oven, OvenLimits, SetPoint
+from drivers.own_process import module_command, own_surroundings
 from drivers.rig.errors import RESUME, RigStopped
 from drivers.watchdog.frames import BEAT, Messages, received, unpacked
 from drivers.watchdog.settings import WatchdogSettings
 
-ROOT = Path(__file__).resolve().parents[2]
-"""Where our packages lie."""
 SILENT = 12.0
 """A watchdog that says nothing for longer counts as dead, s; it beats once a second."""
 START_WITHIN = 60.0
@@ -98,17 +95,14 @@ class RemoteOven:
             handled = tuple(int(n) for n in ENDING if callable(signal.getsignal(n)))
             filled |= {"signals": ear, "ending": handled}
             passed.append(ear)
-        # not from the current folder, which may be untrusted: a package there would be run in the place of ours
-        others = [entry for entry in sys.path if Path(entry or ".").resolve() != Path.cwd().resolve()]
-        environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *others])}
         options: dict[str, Any] = {"pass_fds": passed, "start_new_session": True} if os.name != "nt" else {}
         try:
-            self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "drivers.watchdog.process"],
+            self._process = subprocess.Popen(  # noqa: S603 (a module of ours)
+                module_command("drivers.watchdog.process"),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 bufsize=0,
-                env=environment,
+                env=own_surroundings(),
                 **options,
             )
         except OSError as error:

@@ -17,11 +17,12 @@ from pathlib import Path
 import numpy as np
 
 from app.files.bad_file import ResultFileError
-from app.files.isolation import PROGRAM, hold_memory, run_isolated
+from app.files.isolation import hold_memory, run_isolated
 from app.files.measurements.columns import Columns, with_units_of_names
 from app.files.measurements.complex_pairs import with_complex_pairs
 from app.files.measurements.formats import FORMATS, by_content, format_of
 from app.files.parsed_text import parse_json
+from drivers.own_process import PROGRAM
 
 LARGEST = 2_000_000_000
 """Bytes above which a file is refused."""
