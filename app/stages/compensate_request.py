@@ -11,16 +11,15 @@ from analysis.focusing.methods import Method
 from analysis.focusing.temperatures import spaced
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
-from app.files.provenance import sha256
-from app.stages.panel_inputs import method_for, panel_for, scanned_panel
+from app.stages.panel_inputs import PanelTask, method_for, panel_for, scanned_panel
 from app.stages.panel_laws import laws_for, range_of, said_of_range
 
 if TYPE_CHECKING:
     from app.stages.compensate import CompensatedPanel
 
 
-@dataclass(frozen=True)
-class CompensateTask:
+@dataclass(frozen=True, kw_only=True)
+class CompensateTask(PanelTask):
     """What `CompensateRequest` came to.
 
     Attributes
@@ -29,25 +28,10 @@ class CompensateTask:
         Trains and compares; called with a progress callable and a device. The stage is imported when it is called.
     training : Training
         With the hidden nodes that suit the temperatures, unless they were chosen.
-    inputs : tuple of Path
-        Files that the networks are made from.
-    beside : Path
-        Folder for results where none is named.
-    notes : list of str
-    extent : CampaignExtent or None
-        Of an incomplete campaign whose laws are used.
     """
 
     compute: Callable[[Progress, str], "CompensatedPanel"]
     training: Training
-    inputs: tuple[Path, ...]
-    beside: Path
-    notes: list[str]
-    extent: CampaignExtent | None = None
-
-    def hashes(self) -> dict[str, str]:
-        """SHA-256 of the files that the networks are made from, by name."""
-        return {path.name: sha256(path) for path in self.inputs}
 
 
 @dataclass(frozen=True)
@@ -120,7 +104,14 @@ class CompensateRequest:
                 across=self.across,
             )
 
-        return CompensateTask(compute, training, (found.path, panel_path), found.folder, notes, found.extent)
+        return CompensateTask(
+            compute=compute,
+            training=training,
+            inputs=(found.path, panel_path),
+            beside=found.folder,
+            notes=notes,
+            extent=found.extent,
+        )
 
     def _training(self, suited: int | None) -> Training:
         return self.training if suited is None or self.nodes_chosen else replace(self.training, nodes=suited)
@@ -168,4 +159,10 @@ class CompensateRequest:
 
             return compensate.compute_measured(measured, report, training=training, method=method, device=device)
 
-        return CompensateTask(compute, training, (*transfer_files(transfers), panel_path), beside, [])
+        return CompensateTask(
+            compute=compute,
+            training=training,
+            inputs=(*transfer_files(transfers), panel_path),
+            beside=beside,
+            notes=[],
+        )

@@ -8,21 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from analysis.campaign_extent import CampaignExtent
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
 from analysis.progress import Progress
 from app.files.bad_file import UnsuitedOptionError
-from app.files.provenance import sha256
-from app.stages.panel_inputs import panel_of
+from app.stages.panel_inputs import PanelTask, panel_of
 from app.stages.panel_laws import laws_for, range_of, said_of_range, within
 
 if TYPE_CHECKING:
     from app.stages.focus import FocusedPanel
 
 
-@dataclass(frozen=True)
-class FocusTask:
+@dataclass(frozen=True, kw_only=True)
+class FocusTask(PanelTask):
     """What `FocusRequest` came to.
 
     Attributes
@@ -31,25 +29,10 @@ class FocusTask:
         With what was found about its plate.
     compute : callable
         Designs the filters; called with a progress callable. The focus stage is imported when it is called.
-    inputs : tuple of Path
-        Files that the filters are made from.
-    beside : Path
-        Folder for results where none is named.
-    notes : list of str
-    extent : CampaignExtent or None
-        Of an incomplete campaign whose laws are used.
     """
 
     panel: Panel
     compute: Callable[[Progress], "FocusedPanel"]
-    inputs: tuple[Path, ...]
-    beside: Path
-    notes: list[str]
-    extent: CampaignExtent | None = None
-
-    def hashes(self) -> dict[str, str]:
-        """SHA-256 of the files that the filters are made from, by name."""
-        return {path.name: sha256(path) for path in self.inputs}
 
 
 @dataclass(frozen=True)
@@ -104,7 +87,14 @@ class FocusRequest:
                 panel, found.laws, report, temperature=named, method=self.method, uncorrected=uncorrected
             )
 
-        return FocusTask(panel, compute, (found.path, panel_path), found.folder, notes, found.extent)
+        return FocusTask(
+            panel=panel,
+            compute=compute,
+            inputs=(found.path, panel_path),
+            beside=found.folder,
+            notes=notes,
+            extent=found.extent,
+        )
 
     def _from_transfers(self, transfers: Path) -> FocusTask:
         from app.files.transfers_file import transfer_files
@@ -118,4 +108,10 @@ class FocusRequest:
         from app.stages import focus
 
         compute = partial(focus.compute_measured, measured, method=self.method)
-        return FocusTask(declared, compute, (*transfer_files(transfers), panel_path), transfers.parent, [])
+        return FocusTask(
+            panel=declared,
+            compute=compute,
+            inputs=(*transfer_files(transfers), panel_path),
+            beside=transfers.parent,
+            notes=[],
+        )

@@ -3,17 +3,45 @@
 import json
 import os
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from analysis.campaign_extent import CampaignExtent
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
 from app.files.bad_file import ResultFileError
 from app.files.filter_files import load_method, load_panel, made_from_transfers
 from app.files.panel_file import SECTION_2, panel_of_text, read_panel
+from app.files.provenance import sha256
+
+
+@dataclass(frozen=True, kw_only=True)
+class PanelTask:
+    """What a request for filters of a panel came to, before anything is computed.
+
+    Attributes
+    ----------
+    inputs : tuple of Path
+        Files that the filters are made from.
+    beside : Path
+        Folder for results where none is named.
+    notes : list of str
+    extent : CampaignExtent or None
+        Of an incomplete campaign whose laws are used.
+    """
+
+    inputs: tuple[Path, ...]
+    beside: Path
+    notes: list[str]
+    extent: CampaignExtent | None = None
+
+    def hashes(self) -> dict[str, str]:
+        """SHA-256 of the files that the filters are made from, by name."""
+        return {path.name: sha256(path) for path in self.inputs}
 
 
 def panel_of(path: Path | None, changes: Mapping[str, Any]) -> tuple[Panel, Path]:
