@@ -3,10 +3,11 @@
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from analysis.arrays import Real
 from analysis.declared_quantity import doubts
 from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
@@ -21,7 +22,9 @@ from analysis.gap.fitting.residual_map import residual_map
 from analysis.gap.fitting.sheet import fitted_sheet
 from analysis.gap.fitting.state import starting_state
 from analysis.gap.fitting.whiteness import whiteness
-from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect
+from analysis.gap.imperfect.discrepancy import Discrepancy
+from analysis.gap.imperfect.naming import BesideDiscrepancy, Surety, beside_discrepancy
+from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect, PlainTwin, Verdict
 from analysis.gap.search.confidence import against, equivalents, probability
 from analysis.gap.search.confounding import signal_cosine, tangent_cosines
 from analysis.gap.search.context import SearchContext, explained
@@ -93,14 +96,61 @@ def find_gap(
             report("held-out data", done / len(ways))
             tried.append(held_out(model, sweeps, split, baseline, found.fit, executor, significant))
     judgement = judge(context, found, tried[0] if tried else None)
-    notes = [*noise.notes, *(floor.notes if floor is not None else ()), judgement.reason]
-    if float(np.exp(found.fit.state.laws[:, 2].min())) < sharpest(updated.material):
+    conclusion = _concluded(context, found, tried, judgement)
+    if judgement.verdict == "unknown":
+        conclusion = _beside(context, baseline, beside_discrepancy(context, baseline))
+    notes = [*noise.notes, *(floor.notes if floor is not None else ()), conclusion.reason]
+    if float(np.exp(conclusion.final.state.laws[:, 2].min())) < sharpest(updated.material):
         notes.append("some resonances are sharper than the nodes resolve; the residual may show it")
-    notes += doubts(found.fit.declared_quantities(model.tolerance_cards))
+    notes += doubts(conclusion.final.declared_quantities(model.tolerance_cards))
     notes += [f"{o.effect} is not observable with this data: {o.needs}" for o in found.seen if not o.observable]
     alone = () if judgement.verdict == "none" else signatures(context, found)
     report("done", 1.0)
-    return _report(updated, context, found, tried, judgement, alone, tuple(notes), clock() - begun)
+    return _report(updated, context, found, conclusion, alone, tuple(notes), clock() - begun)
+
+
+@dataclass(frozen=True)
+class _Conclusion:
+    """What a comparison came to: the twins before and after, what is named or hinted at, and why.
+
+    `plain` is the twin without effects that is issued: beside a discrepancy, where one is left.
+    """
+
+    verdict: Verdict
+    reason: str
+    baseline: GapFit
+    final: GapFit
+    plain: GapFit
+    effects: tuple[NamedEffect, ...]
+    held_out: tuple[HeldOut, ...]
+    scatter: tuple[Discrepancy, Discrepancy] | None = None
+
+
+def _concluded(
+    context: SearchContext, found: SearchResult, tried: Sequence[HeldOut], judgement: Judgement
+) -> _Conclusion:
+    """Conclude from a search beside noise alone."""
+    if judgement.verdict != "explained":
+        plain = found.baseline
+        return _Conclusion(judgement.verdict, judgement.reason, plain, plain, plain, (), ())
+    effects = tuple(_named(context, found.fit, name, _surety(context, found, name)) for name in found.effects)
+    return _Conclusion(
+        "explained", judgement.reason, found.baseline, found.fit, found.baseline, effects, tuple(tried)
+    )
+
+
+def _beside(context: SearchContext, baseline: GapFit, beside: BesideDiscrepancy) -> _Conclusion:
+    """Conclude from a search beside a discrepancy; where nothing is claimed, the gap is that of `baseline`."""
+    return _Conclusion(
+        "partly_explained" if beside.claimed else "unknown",
+        beside.reason,
+        beside.baseline if beside.claimed else baseline,
+        beside.final if beside.claimed else baseline,
+        beside.baseline,
+        tuple(_named(context, beside.final, name, sure) for name, sure in beside.sure.items()),
+        beside.tried,
+        (beside.found.baseline.scatter, beside.found.final.scatter),
+    )
 
 
 def _searched(
@@ -136,40 +186,43 @@ def _report(
     updated: Updated,
     context: SearchContext,
     found: SearchResult,
-    tried: Sequence[HeldOut],
-    judgement: Judgement,
+    conclusion: _Conclusion,
     alone: tuple[Signature, ...],
     notes: tuple[str, ...],
     seconds: float,
 ) -> GapReport:
-    sweeps, noise, baseline = context.sweeps, context.noise, found.baseline
-    final = baseline if judgement.verdict == "none" else found.fit
-    effects = [] if final is baseline else [_named(context, found, name) for name in found.effects]
-    gap = context.z(baseline) > Z_FLOOR
+    sweeps, noise, cards = context.sweeps, context.noise, context.model.tolerance_cards
+    baseline, final, plain = conclusion.baseline, conclusion.final, conclusion.plain
+    effects = conclusion.effects
+    gap = context.z(found.baseline) > Z_FLOOR
     left = float(np.clip(context.excess(final) / context.excess(baseline), 0.0, 1.0)) if gap else None
     return GapReport(
-        verdict=judgement.verdict,
+        verdict=conclusion.verdict,
         effects=tuple(sorted(effects, key=lambda e: -e.log_evidence_gain)),
         not_observable=tuple(o for o in found.seen if not o.observable),
         seen=found.seen,
         baseline=_agreement(context, baseline),
         final=_agreement(context, final),
-        held_out=tuple(tried) if final is not baseline else (),
+        held_out=conclusion.held_out,
         unexplained=left,
         before=residual_map(sweeps, noise, baseline),
         after=residual_map(sweeps, noise, final),
         laws_before=_laws(updated, sweeps, baseline),
         laws_after=_laws(updated, sweeps, final),
+        plain=PlainTwin(
+            plain.state, _laws(updated, sweeps, plain), _sigma_gain(plain), plain.declared_quantities(cards)
+        ),
         state=final.state,
-        sigma_gain=np.exp(final.state.log_gain) * final.stated.log_gain,
-        candidates=_candidates(context, found),
+        sigma_gain=_sigma_gain(final),
+        candidates=_candidates(context, found, effects[0].name if effects else None),
         signatures=alone,
         steps=found.steps,
         noise=noise,
         notes=notes,
         seconds=seconds,
-        declared=final.declared_quantities(context.model.tolerance_cards),
+        declared=final.declared_quantities(cards),
         titles={name: card.said for name, card in context.model.cards.items()},
+        scatter=conclusion.scatter,
     )
 
 
@@ -188,14 +241,23 @@ def _laws(updated: Updated, sweeps: GapSweeps, fit: GapFit) -> FittedLaws:
     return replace(fit.fitted_laws(sweeps.groups.reference), sheet=sheet)
 
 
-def _named(context: SearchContext, found: SearchResult, name: str) -> NamedEffect:
-    card, fit, without = context.model.cards[name], found.fit, found.without[name]
-    rivals = {other: gain / context.sweeps.overstated for other, gain in found.rivals[name].items()}
+def _sigma_gain(fit: GapFit) -> Real:
+    return np.asarray(np.exp(fit.state.log_gain) * fit.stated.log_gain)
+
+
+def _surety(context: SearchContext, found: SearchResult, name: str) -> Surety:
+    """Say how sure an effect is that brings the twin down to the noise, with others or alone."""
+    fit, without, overstated = found.fit, found.without[name], context.sweeps.overstated
+    rivals = {other: gain / overstated for other, gain in found.rivals[name].items()}
     alike = equivalents(rivals, {other: signal_cosine(found.last, name, other) for other in rivals})
-    gain = (fit.log_evidence - without.log_evidence) / context.sweeps.overstated
-    unknown = unknown_evidence(context.sweeps, without.residual, without.state) / context.sweeps.overstated
+    gain = (fit.log_evidence - without.log_evidence) / overstated
+    unknown = unknown_evidence(context.sweeps, without.residual, without.state) / overstated
     others = against(gain, rivals, unknown, fit.total / fit.dof)
-    sigmas = fit.stated.parameters
+    return Surety(gain, others, alike, probability(others, alike))
+
+
+def _named(context: SearchContext, fit: GapFit, name: str, sure: Surety) -> NamedEffect:
+    card, sigmas = context.model.cards[name], fit.stated.parameters
     estimates = [
         Estimate(parameter, fit.state.effects[name][parameter], float(sigma), p.unit)
         for (effect, parameter), p, sigma in zip(fit.free.names, fit.free.cards, sigmas, strict=True)
@@ -204,11 +266,11 @@ def _named(context: SearchContext, found: SearchResult, name: str) -> NamedEffec
     return NamedEffect(
         name=name,
         summary=card.summary,
-        equivalent=alike,
+        equivalent=sure.equivalent,
         separated_by=card.separated_by,
-        probability=probability(others, alike),
-        against=others,
-        log_evidence_gain=gain,
+        probability=sure.probability,
+        against=sure.against,
+        log_evidence_gain=sure.gain,
         parameters=tuple(estimates),
         title=card.said,
         phrase=card.phrase,
@@ -216,15 +278,15 @@ def _named(context: SearchContext, found: SearchResult, name: str) -> NamedEffec
     )
 
 
-def _candidates(context: SearchContext, found: SearchResult) -> tuple[CandidateRow, ...]:
-    """Return the table of single effects at the baseline, largest predicted gain first."""
+def _candidates(context: SearchContext, found: SearchResult, first: str | None) -> tuple[CandidateRow, ...]:
+    """Return the table of single effects at the baseline, largest predicted gain first, beside the one found."""
     candidates = found.first.candidates()
     fitted = {r.effects[0]: r for r in found.steps[0].refits if len(r.effects) == 1} if found.steps else {}
     kept = {o.effect: o.kept for o in found.seen}
     places = [(c.effects[0], found.first.columns[c.columns[0]].site) for c in candidates]
     table = tangent_cosines(found.first, places)
     names = [name for name, _ in places]
-    winner = names.index(found.effects[0]) if found.effects else None
+    winner = names.index(first) if first in names else None
     rows = []
     for place, c in enumerate(candidates):
         trial = fitted.get(c.effects[0])

@@ -10,6 +10,7 @@ from analysis.estimates import Estimate, FittedLaws
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.fitting.residual_map import ResidualMap
 from analysis.gap.fitting.state import GapState
+from analysis.gap.imperfect.discrepancy import Discrepancy
 from analysis.gap.search.held_out import HeldOut
 from analysis.gap.search.observability import Observability
 from analysis.gap.search.signatures import Signature
@@ -55,6 +56,26 @@ class NamedEffect:
     title: str = ""
     phrase: str = ""
     shown: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class PlainTwin:
+    """The twin without effects, as fitted.
+
+    Attributes
+    ----------
+    state : GapState
+    laws : FittedLaws
+    sigma_gain : (I,) ndarray
+        Of every input's gain, V/V.
+    declared : tuple of DeclaredQuantity
+        What is declared with a tolerance.
+    """
+
+    state: GapState
+    laws: FittedLaws
+    sigma_gain: Real
+    declared: tuple[DeclaredQuantity, ...]
 
 
 @dataclass(frozen=True)
@@ -128,6 +149,8 @@ class GapReport:
         Share of the baseline's excess that is left; None where there was none.
     before, after : ResidualMap
     laws_before, laws_after : FittedLaws
+    plain : PlainTwin
+        Without effects; beside a discrepancy, where one is left.
     state : GapState
         Laws, readings, gain and effects at the end.
     sigma_gain : (I,) ndarray
@@ -144,6 +167,8 @@ class GapReport:
         What is declared with a tolerance, as fitted at the end.
     titles : mapping of str to str
         Names of all candidates for people.
+    scatter : (Discrepancy, Discrepancy) or None
+        Of the resonances about the twin's, without effects and with them; None where noise is all that is left.
     """
 
     verdict: Verdict
@@ -158,6 +183,7 @@ class GapReport:
     after: ResidualMap
     laws_before: FittedLaws
     laws_after: FittedLaws
+    plain: PlainTwin
     state: GapState
     sigma_gain: Real
     candidates: tuple[CandidateRow, ...]
@@ -168,3 +194,4 @@ class GapReport:
     seconds: float
     declared: tuple[DeclaredQuantity, ...] = ()
     titles: Mapping[str, str] = field(default_factory=dict)
+    scatter: tuple[Discrepancy, Discrepancy] | None = None

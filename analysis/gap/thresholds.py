@@ -86,6 +86,9 @@ COARSE_TEMPERATURES = 8
 EXPLAINED = 0.9
 """Share of the excess that named effects must explain if more than noise is left."""
 
+NAMED_SHARE = 0.8
+"""Share of the excess over the noise that effects must explain to be named beside a discrepancy."""
+
 LEAST_SHARE = 0.2
 """A step that explains a smaller share of the residual names a wrong effect, whatever its evidence: with a hidden
 resonator a wrong effect gained 14113 nats."""

@@ -4,11 +4,10 @@ from dataclasses import dataclass
 
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.report import Verdict
-from analysis.gap.search.context import SearchContext, explained
+from analysis.gap.search.context import SearchContext
 from analysis.gap.search.held_out import HeldOut
 from analysis.gap.search.stepwise import SearchResult
 from analysis.gap.search.unknown import noise_evidence, unknown_evidence
-from analysis.gap.thresholds import EXPLAINED
 
 
 @dataclass(frozen=True)
@@ -21,9 +20,11 @@ class Judgement:
 
 
 def judge(context: SearchContext, found: SearchResult, tried: HeldOut | None) -> Judgement:
-    """Decide by the residual, the share explained, the held-out data and the evidence for an unknown cause.
+    """Decide whether named effects bring the twin down to the noise.
 
-    An effect is accepted by the remaining residual: evidence alone grows with every effect that fits a little.
+    Where none do, the verdict is unknown, and `analysis.gap.imperfect` may name effects beside what is left. An
+    effect is accepted by the remaining residual here: beside noise alone, evidence grows with every effect that
+    fits a little.
 
     Parameters
     ----------
@@ -46,18 +47,7 @@ def judge(context: SearchContext, found: SearchResult, tried: HeldOut | None) ->
         return Judgement(verdict, False, f"what was found does not hold on data left out ({tried.what})")
     if context.agrees(found.fit) and not _leaves_structure(context, found.fit):
         return Judgement("explained", True, "with the effects named, twin and data agree to the noise")
-    share = explained(context, found.baseline, found.fit)
-    if share < EXPLAINED:
-        return Judgement("unknown", False, f"the best effects explain {100 * share:.0f} % of the gap only")
-    if len(found.effects) > 1:
-        return Judgement("unknown", False, "it takes several effects to explain most of it, and some remains")
-    named = found.fit.log_evidence - found.baseline.log_evidence
-    unknown = unknown_evidence(context.sweeps, found.baseline.residual, found.baseline.state)
-    if unknown > named:
-        return Judgement("unknown", False, "a smooth discrepancy without a name explains the gap better")
-    return Judgement(
-        "partly_explained", True, f"{100 * share:.1f} % of the gap is explained; more than noise is left"
-    )
+    return Judgement("unknown", False, "with the best effects, more than noise is left")
 
 
 def _leaves_structure(context: SearchContext, fit: GapFit) -> bool:

@@ -60,6 +60,7 @@ def gap_record(
             "held_out": _held_out(report),
             "held_out_also": [_tried(tried) for tried in report.held_out[1:]],
         },
+        "scatter": _scatter(report),
         "unexplained": {"share": report.unexplained, "where": [_region(region) for region in left]},
         "seconds": seconds,
         "where": {
@@ -77,6 +78,17 @@ def gap_record(
         },
         "notes": list(report.notes),
         "provenance": dict(made_from),
+    }
+
+
+def _scatter(report: GapReport) -> dict[str, dict[str, float]] | None:
+    """Scatter of the plate's resonances about those of the twin, without and with effects."""
+    if report.scatter is None:
+        return None
+    parts = zip(("baseline", "final"), report.scatter, strict=True)
+    return {
+        when: {"frequency": one.frequency, "half_loss_factor": one.damping, "amplitude": one.amplitude}
+        for when, one in parts
     }
 
 
@@ -147,6 +159,7 @@ def _tried(tried: HeldOut) -> dict[str, Any]:
         "final": {"chi2_per_dof": tried.final_chi2 / tried.dof, "relative_misfit": tried.final_misfit},
         "closure": tried.closure,
         "closure_sigma": tried.closure_sigma,
+        "gain": tried.gain,
     }
 
 

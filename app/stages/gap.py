@@ -159,10 +159,9 @@ def compute(
         named = FittedTwin(*parts, {**given, **claimed}, found.declared)
         last = corrected_twin(frf, plain.updated, model, protocol, named)
         found, pairing = paired_report(campaign, plain, twin, found, pairing, last)
-        if found.verdict == "unknown":
-            fitted = fit_twin(steady, plain.updated, model, protocol, executor, given, floor=floor)
-        else:
-            fitted = named
+        bare = found.plain
+        unnamed = FittedTwin(bare.state, bare.laws, bare.sigma_gain, given, bare.declared)
+        fitted = unnamed if found.verdict == "unknown" else named
     corrected = corrected_twin(frf, plain.updated, model, protocol, fitted)
     return GapComparison(frf, plain, twin, given, found, corrected, pairing)
 

@@ -131,7 +131,7 @@ def _named(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
     else:
         headline += f"This explains {100 * (1.0 - left):.0f} % of the gap; the rest is still missing."
     parts = [
-        ("The plate", _material(best.twin.laws, open_=not whole)),
+        ("The plate", _material(best.twin.laws, open_=not whole and record.get("scatter") is None)),
         ("How sure", tuple(_how_sure(effect, record) for effect in record["effects"])),
         ("What it is worth", tuple(_worth(best, record, worth))),
         ("What is left", _left(record) if not whole else ("Nothing beyond the noise.",)),
@@ -154,8 +154,8 @@ def _unknown(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
         f"More: {LONG}",
     ]
     parts = [
-        ("What is seen", (seen, *_places(record["where"]["regions"]))),
-        ("The plate", _material(best.twin.laws, open_=True)),
+        ("What is seen", (seen, *_scatter(record), *_places(record["where"]["regions"]))),
+        ("The plate", _material(best.twin.laws, open_=record.get("scatter") is None)),
         *_known(best.twin.declared, _unseen(record)),
         ("Next", tuple(steps)),
     ]
@@ -250,7 +250,19 @@ def _change(laws: MaterialLaws, plain: MaterialLaws) -> str:
 
 def _left(record: Record) -> tuple[str, ...]:
     share = record["unexplained"]["share"] or 0.0
-    return (f"{_share(share)} of the gap.", *_places(record["unexplained"]["where"]))
+    return (f"{_share(share)} of the gap.", *_scatter(record), *_places(record["unexplained"]["where"]))
+
+
+def _scatter(record: Record) -> list[str]:
+    """Say how far resonances of the plate are from those of the twin, where that is a part of the result."""
+    scatter = record.get("scatter")
+    if scatter is None:
+        return []
+    frequency, height = (100 * scatter["final"][what] for what in ("frequency", "amplitude"))
+    return [
+        f"Resonances of the plate differ from the twin's by {frequency:.2g}{FIXED}% in frequency and "
+        f"{height:.2g}{FIXED}% in height (standard deviations); the ± above contain this."
+    ]
 
 
 def _places(regions: Sequence[Record]) -> list[str]:

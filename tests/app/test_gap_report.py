@@ -13,7 +13,7 @@ from analysis.estimates import Estimate, FittedLaws
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.fitting.residual_map import Region, ResidualMap
 from analysis.gap.fitting.state import GapState
-from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect
+from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect, PlainTwin
 from analysis.gap.search.held_out import HeldOut
 from analysis.gap.search.observability import Observability
 from app.files.bad_file import ResultFileError
@@ -68,6 +68,9 @@ def explained() -> GapReport:
     )
     lag = Observability("thermal_lag", 0.0, 0.01, "an up and a down ramp")
     seen = (lag, Observability("point_mass", 0.7, 80.0, "a cable"))
+    state = GapState(
+        laws(0.0).value, *np.zeros((2, 2, 3)), np.zeros(4), np.array([2.8]), {"point_mass": {"mass": 7.9e-4}}
+    )
     return GapReport(
         verdict="explained",
         effects=(mass,),
@@ -84,9 +87,8 @@ def explained() -> GapReport:
         after=residual(1.0),
         laws_before=laws(0.01),
         laws_after=laws(0.0),
-        state=GapState(
-            laws(0.0).value, *np.zeros((2, 2, 3)), np.zeros(4), np.array([2.8]), {"point_mass": {"mass": 7.9e-4}}
-        ),
+        plain=PlainTwin(state.with_effects({}), laws(0.01), np.array([1e-3]), ()),
+        state=state,
         sigma_gain=np.array([1e-3]),
         candidates=(
             CandidateRow("point_mass", 500.0, 512.5, 0.999, 0.7, 1.0),

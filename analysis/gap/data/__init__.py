@@ -5,6 +5,7 @@
 ``noise``              stated noise compared with the scatter between neighbouring lines, without a model
 ``groups``             sweeps at one nominal temperature, which share the laws there
 ``law_smoothness``     how the laws run on from the groups' temperatures
+``line_weights``       weights of whitened numbers, along and across a direction
 ``numerical_floor``    check that the twin's discretisation error is small enough
 ``sweeps``             the prepared campaign as one value
 ``preparation``        from FRFs to that value

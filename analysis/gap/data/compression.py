@@ -104,6 +104,13 @@ class Nodes:
         solved = solve_banded((DEGREE, DEGREE), self.interpolation, parts, check_finite=False).T
         return (solved[: len(columns)] + 1j * solved[len(columns) :]).reshape(values.shape)
 
+    def slope(self, coefficients: Complex) -> Complex:
+        """Differentiate splines with `coefficients` (..., n) at the nodes, per Hz: (..., n)."""
+        from scipy.interpolate import BSpline
+
+        splines = BSpline(_knots(self.frequency), np.moveaxis(coefficients, -1, 0), DEGREE)
+        return np.moveaxis(np.asarray(splines.derivative()(self.frequency)), 0, -1)
+
     def at_lines(self, coefficients: Complex) -> Complex:
         """Values (..., F) at the lines of splines with `coefficients` (..., n)."""
         columns = coefficients.reshape(-1, coefficients.shape[-1])

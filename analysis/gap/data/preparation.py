@@ -10,6 +10,7 @@ from analysis.frf import Frf
 from analysis.gap.data.compression import CompressedSweep, Nodes, compress
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
 from analysis.gap.data.law_smoothness import LawSmoothness
+from analysis.gap.data.line_weights import LineWeights
 from analysis.gap.data.noise import NoiseCheck, check_noise
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.data.sweeps import GapSweeps
@@ -164,6 +165,7 @@ def grouped(
     GapSweeps
     """
     nodes = sweeps[0].nodes
+    shape = len(sweeps), len(frf.channels), nodes.frequency.size
     return GapSweeps(
         nodes=nodes,
         points=sweep_points(frf, protocol),
@@ -176,8 +178,9 @@ def grouped(
         rough=rough,
         smoothness=smoothness or LawSmoothness.of(groups.reference, rough),
         twin_error=twin_error,
-        rows=np.ones((len(sweeps), len(frf.channels), nodes.frequency.size), dtype=bool),
+        rows=np.ones(shape, dtype=bool),
         original=np.arange(len(sweeps)),
+        weights=LineWeights.equal(shape),
     )
 
 

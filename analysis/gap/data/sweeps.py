@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from analysis.gap.data.compression import CompressedSweep, Nodes
 from analysis.gap.data.groups import TemperatureGroups
 from analysis.gap.data.law_smoothness import LawSmoothness
+from analysis.gap.data.line_weights import LineWeights
 from analysis.gap.thresholds import MODEL_ERROR_ALONG
 from analysis.sweep_point import SweepPoint
 
@@ -41,6 +42,9 @@ class GapSweeps:
         Which whitened numbers are used; all of them except for held-out data.
     original : (T,) int ndarray
         Index of each sweep in the FRFs.
+    weights : LineWeights
+        Below 1 where the twin is expected to differ from the plate by more than the noise, see
+        `analysis.gap.imperfect`.
     """
 
     nodes: Nodes
@@ -56,6 +60,7 @@ class GapSweeps:
     twin_error: float
     rows: NDArray[np.bool_] = field(repr=False)
     original: NDArray[np.int_] = field(repr=False)
+    weights: LineWeights = field(repr=False)
 
     @property
     def count(self) -> int:
@@ -78,7 +83,8 @@ class GapSweeps:
     @property
     def power(self) -> float:
         """Sum of |h|^2 in units of the noise: a relative residual e has a chi2 of e**2 times this."""
-        white = np.array([s.whitened(s.coefficients) for s in self.compressed])
+        sweeps = enumerate(self.compressed)
+        white = np.array([self.weights.weigh(one.whitened(one.coefficients), s) for s, one in sweeps])
         return float((np.abs(white[self.rows]) ** 2).sum())
 
     @property
@@ -124,6 +130,7 @@ class GapSweeps:
             smoothness=LawSmoothness.of(groups.reference, rough),
             rows=self.rows[kept],
             original=self.original[kept],
+            weights=self.weights.only(kept.tolist()),
         )
 
     def original_places(self, whole: "GapSweeps") -> list[int]:

@@ -169,6 +169,24 @@ class GapFit:
         return float(self.chi2.sum() + self.readings.sum()) + self.smoothness + self.declared
 
     @property
+    def determined(self) -> float:
+        """Number of the campaign's unknowns that data determine, rather than priors; 4 of them laws and gain."""
+        shares = np.linalg.solve(self.information + np.diag(self.free.precision), self.information)
+        return 4.0 + float(np.trace(shares))
+
+    @property
+    def plausible(self) -> bool:
+        """Whether no amplitude of an effect is at a bound of its physical range, zero excepted.
+
+        An amplitude may be zero: a suspension may have a spring without a dashpot.
+        """
+        free, values = self.free, self.free.read(self.state.on)
+        return not any(
+            name in self.on_wall and not card.shape and value != 0.0
+            for name, card, value in zip(free.names[: free.effects], free.cards, values, strict=False)
+        )
+
+    @property
     def log_evidence(self) -> float:
         """Laplace's approximation, up to a constant common to all sets of effects on the same sweeps."""
         scaled = np.eye(len(self.information)) + self.information / self.free.precision[:, None]

@@ -8,7 +8,7 @@ of zeros.
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +80,15 @@ class WhitenedSweep:
         return left
 
 
+@runtime_checkable
+class Linearised(Protocol):
+    """A model of whole sweeps that needs no twin to be linearised."""
+
+    def equations(self, sweeps: GapSweeps, state: GapState, tangents: Sequence[Tangent]) -> list[SweepEquations]:
+        """Do what `linearise_all` does."""
+        ...
+
+
 def linearise_all(
     model: TwinModel, sweeps: GapSweeps, state: GapState, tangents: Sequence[Tangent], executor: Executor
 ) -> list[SweepEquations]:
@@ -105,6 +114,8 @@ def linearise_all(
     ValueError
         Where the model refuses the state: outside its box, or an effect outside its certified range.
     """
+    if isinstance(model, Linearised):
+        return model.equations(sweeps, state, tangents)
     laws = sweeps.smoothness.laws(state.laws)
     model = model.counted(laws, state.on)
 
@@ -187,5 +198,6 @@ def _whitened(
     compressed = sweeps.compressed[sweep]
     splines[-1] = compressed.coefficients - predicted
     white = compressed.whitened(splines)
+    white = sweeps.weights.weigh(white, sweep)
     white *= sweeps.rows[sweep]
     return WhitenedSweep(white, predicted)

@@ -45,6 +45,8 @@ class Candidate:
     columns : tuple of int
     size : float
         Size in sigma of the part of the signal that only this candidate explains, at `step`.
+    fit : float
+        Log likelihood over the present twin, at `step`, nats.
     """
 
     effects: tuple[str, ...]
@@ -52,6 +54,7 @@ class Candidate:
     step: tuple[float, ...]
     columns: tuple[int, ...]
     size: float
+    fit: float = 0.0
 
 
 def solve_inside(matrix: Real, pull: Real, low: Real, high: Real) -> Real:

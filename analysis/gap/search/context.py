@@ -2,8 +2,12 @@
 
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+import numpy as np
+
+from analysis.arrays import Real
+from analysis.gap.data.line_weights import LineWeights
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
@@ -61,6 +65,19 @@ class SearchContext:
             found = fit_gap(self.model, self.sweeps, start, effects, self.executor)
             self.fits.keep(effects, found)
         return found
+
+    def weighted(self, weights: LineWeights) -> "SearchContext":
+        """Return a context of its own, in which every whitened number counts by its weights."""
+        sweeps = replace(self.sweeps, weights=weights)
+        return SearchContext(self.model, sweeps, self.noise, self.executor, self.report)
+
+    def seen_by(self, model: TwinModel) -> "SearchContext":
+        """Return a context of its own with another model of the same sweeps."""
+        return SearchContext(model, self.sweeps, self.noise, self.executor, self.report)
+
+    def loss_factors(self, state: GapState) -> Real:
+        """Loss factor of every sweep, (T,)."""
+        return np.asarray(np.exp(state.laws[self.sweeps.groups.of_sweep, 2]))
 
     def score_test(self, fit: GapFit) -> ScoreTest:
         """Score test of all candidates at `fit`."""

@@ -36,6 +36,9 @@ class HeldOut:
         1 - (final - dof) / (baseline - dof), within 0 and 1; None where there was no gap to close.
     closure_sigma : float or None
         Its standard deviation by noise.
+    gain : float or None
+        Log probability of the held-out data with the effects, over that without, each beside its discrepancy,
+        nats; None beside noise alone.
     """
 
     what: str
@@ -46,6 +49,7 @@ class HeldOut:
     final_misfit: float
     closure: float | None
     closure_sigma: float | None
+    gain: float | None = None
 
     @property
     def holds(self) -> bool:
@@ -113,9 +117,9 @@ def held_out(
     -------
     HeldOut
     """
-    before = _tried(model, sweeps, split, baseline, executor)
+    before = fit_and_try(model, sweeps, split, baseline, executor)
     try:
-        after = _tried(model, sweeps, split, final, executor)
+        after = fit_and_try(model, sweeps, split, final, executor)
     except ValueError:
         after = before
     gap = before.total - before.dof
@@ -158,7 +162,30 @@ def closure_deviation(closure: float, gap: float, dof: float) -> float:
     return float(np.sqrt(closure * (2.0 * dof * closure + 4.0 * gap * (1.0 - closure)))) / gap
 
 
-def _tried(model: TwinModel, sweeps: GapSweeps, split: Split, whole: GapFit, executor: Executor) -> GapFit:
+def fit_and_try(model: TwinModel, sweeps: GapSweeps, split: Split, whole: GapFit, executor: Executor) -> GapFit:
+    """Fit a twin to the data to learn from, and return it on the data held out.
+
+    Parameters
+    ----------
+    model : TwinModel
+    sweeps : GapSweeps
+        All data.
+    split : Split
+    whole : GapFit
+        To all data, from which the fit starts.
+    executor : Executor
+        Sweeps are linearised on it.
+
+    Returns
+    -------
+    GapFit
+        Effects, gains and declared quantities are those learnt, and laws too unless `split.laws_free`.
+
+    Raises
+    ------
+    ValueError
+        Where what was learnt leaves the certified range of the twin.
+    """
     groups, places = _kept(sweeps, split.learn)
     taught = fit_gap(
         model, split.learn, whole.state.restricted(groups, places), tuple(whole.state.effects), executor

@@ -33,17 +33,8 @@ class Refit:
 
     @property
     def plausible(self) -> bool:
-        """Whether it was fitted and no amplitude is at a bound of its physical range, zero excepted.
-
-        An amplitude may be zero: a suspension may have a spring without a dashpot.
-        """
-        if self.fit is None:
-            return False
-        free, values = self.fit.free, self.fit.free.read(self.fit.state.on)
-        return not any(
-            name in self.fit.on_wall and not card.shape and value != 0.0
-            for name, card, value in zip(free.names[: free.effects], free.cards, values, strict=False)
-        )
+        """Whether it was fitted, and no amplitude is at a bound of its physical range."""
+        return self.fit is not None and self.fit.plausible
 
 
 def absent(context: SearchContext, screening: ScoreTest, candidate: Candidate) -> dict[str, Values]:

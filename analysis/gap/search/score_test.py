@@ -151,7 +151,8 @@ class ScoreTest:
         gain = pull @ step - 0.5 * step @ scaled @ step - 0.5 * float(np.linalg.slogdet(scaled)[1])
         natural = sigma * step
         size = float(np.sqrt(max(float(natural @ inner @ natural), 0.0)))
-        return Candidate(effects, float(gain - np.log(sites)), tuple(natural.tolist()), tuple(places), size)
+        fit = float(gradient[places] @ natural) - 0.5 * size**2
+        return Candidate(effects, float(gain - np.log(sites)), tuple(natural.tolist()), tuple(places), size, fit)
 
 
 def _prior_offset(column: Column) -> float:

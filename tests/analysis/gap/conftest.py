@@ -204,13 +204,14 @@ def record(
     extra=None,
     reading_sigma=0.035,
     sources=(0,),
+    plate=None,
 ):
     """FRFs of a toy campaign and its protocol; `stated` is stated over true standard deviation of the noise.
 
-    Each of `sources` drives in its turn.
+    Each of `sources` drives in its turn. `plate` is another than the twin.
     """
     rng = np.random.default_rng(seed)
-    plate = ToyPlate(channels)
+    plate = plate or ToyPlate(channels)
     frequency = np.arange(100.0, 1500.0 + spacing / 2, spacing)
     h, variance, readings, ways, drives, driven_by = [], [], [], [], [], []
     for way in directions:

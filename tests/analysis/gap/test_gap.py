@@ -5,6 +5,7 @@ import pytest
 
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.gap import find_gap
+from analysis.gap.imperfect import other_modes
 from analysis.gap.search import held_out
 from analysis.gap.thresholds import UNLISTED
 
@@ -153,14 +154,15 @@ def test_three_distant_temperatures_are_enough_for_a_lag(solve):
 
 
 def test_what_asks_the_twin_for_too_much_on_held_out_data_does_not_hold(solve, monkeypatch):
-    tried = held_out._tried
+    tried = held_out.fit_and_try
 
     def refused(model, sweeps, split, whole, executor):
         if whole.state.effects:
             raise ValueError("bond factor 0.44 is outside the twin's certified range")
         return tried(model, sweeps, split, whole, executor)
 
-    monkeypatch.setattr(held_out, "_tried", refused)
+    for module in (held_out, other_modes):
+        monkeypatch.setattr(module, "fit_and_try", refused)
     report, _ = solve(effects={"mass": {"grams": 1.0}})
     assert report.verdict == "unknown"
     assert [part.closure for part in report.held_out] == [0.0, 0.0]

@@ -21,7 +21,7 @@ def fit(excess: float, evidence: float) -> Any:
 
 @pytest.fixture
 def judged(monkeypatch: pytest.MonkeyPatch):
-    """Judge effects that leave an excess, and a nameless discrepancy behind the gap and behind the rest, nats."""
+    """Judge effects that leave an excess, and a nameless discrepancy behind the rest, nats."""
 
     def answer(
         effects: int,
@@ -29,13 +29,12 @@ def judged(monkeypatch: pytest.MonkeyPatch):
         *,
         gap: float = GAP,
         holds: bool = True,
-        nameless: float = 0.0,
         rest: float = 0.0,
         allowed: float = 0.0,
     ) -> str:
         before, after = fit(gap, 0.0), fit(left, 0.5 * (gap - left))
         monkeypatch.setattr(
-            verdict, "unknown_evidence", lambda sweeps, residual, state: rest if residual == "rest" else nameless
+            verdict, "unknown_evidence", lambda sweeps, residual, state: rest if residual == "rest" else 0.0
         )
         monkeypatch.setattr(verdict, "noise_evidence", lambda sweeps: OF_NOISE)
         after.residual = "rest"
@@ -67,24 +66,17 @@ def test_what_does_not_hold_on_other_data_is_not_claimed(judged):
     assert judged(1, 5.0, gap=NOISE, holds=False) == "none"
 
 
-def test_one_effect_may_leave_a_rest_several_may_not(judged):
-    assert judged(1, 50.0) == "partly_explained"
-    assert judged(2, 50.0) == "unknown"
-    assert judged(1, 150.0) == "unknown"
-
-
-def test_a_nameless_discrepancy_that_explains_the_gap_better_is_unknown(judged):
-    assert judged(1, 50.0, nameless=400.0) == "partly_explained"
-    assert judged(1, 50.0, nameless=500.0) == "unknown"
+def test_beside_noise_alone_nothing_may_be_left(judged):
+    assert judged(1, 50.0) == judged(2, 50.0) == "unknown"
 
 
 def test_a_rest_with_a_shape_is_not_noise_however_small(judged):
     at_the_limit = 2.0 * OF_NOISE
     assert judged(2, 5.0, rest=0.9 * at_the_limit) == "explained"
     assert judged(2, 5.0, rest=at_the_limit) == "unknown"
-    assert judged(1, 5.0, rest=at_the_limit) == "partly_explained"
+    assert judged(1, 5.0, rest=at_the_limit) == "unknown"
 
 
 def test_the_twins_own_error_may_have_any_shape(judged):
-    assert judged(1, 5.0, rest=100.0, allowed=4.0) == "partly_explained"
+    assert judged(1, 5.0, rest=100.0, allowed=4.0) == "unknown"
     assert judged(1, 5.0, rest=100.0, allowed=6.0) == "explained"

@@ -1,0 +1,193 @@
+"""A campaign linearised once: fits and score tests near one state without another evaluation of the twin."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from analysis.arrays import Complex, Real
+from analysis.effect_card import EffectCard, Values
+from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.fitting.normal_equations import GLOBAL, SweepEquations, WhitenedSweep, whiten_all
+from analysis.gap.fitting.state import GapState
+from analysis.local_laws import LocalLaws
+from analysis.material import MaterialBox
+from analysis.sweep_point import SweepPoint
+from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, Tangent, TwinModel
+
+HELD = 1e-9
+"""Standard deviation, as a share of its range, of a shape that is held."""
+
+Key = tuple[str, str, tuple[float, ...]]
+"""Effect, parameter, and the values of the effect's shapes; none of an effect that is on."""
+
+
+@dataclass(frozen=True)
+class LinearisedCampaign:
+    """Residual of every sweep as a linear function of everything that is fitted.
+
+    It stands in for the twin in `fit_gap` and `score_test`, for the sweeps that it was made of, with any weights.
+
+    Attributes
+    ----------
+    model : TwinModel
+    state : GapState
+        Where it is exact.
+    white : tuple of WhitenedSweep
+        Unweighted columns and residual of every sweep.
+    columns : mapping of Key to int
+        Of the effects' parameters, after those of laws, readings and gains.
+    places : mapping of str to Values
+        Shapes at which effects are held that are off in `state`.
+    """
+
+    model: TwinModel
+    state: GapState
+    white: tuple[WhitenedSweep, ...] = field(repr=False)
+    columns: Mapping[Key, int] = field(repr=False)
+    places: Mapping[str, Values] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, model: TwinModel, sweeps: GapSweeps, state: GapState, executor: Executor) -> "LinearisedCampaign":
+        """Linearise unweighted sweeps by all declared quantities, all effects that are on, and all candidates.
+
+        Parameters
+        ----------
+        model : TwinModel
+        sweeps : GapSweeps
+        state : GapState
+        executor : Executor
+            Sweeps are linearised on it.
+
+        Returns
+        -------
+        LinearisedCampaign
+        """
+        known = {**model.tolerance_cards, **model.cards}
+        tangents: list[Tangent] = [(n, p.name, state.on[n]) for n in state.on for p in known[n].parameters]
+        for name, card in model.cards.items():
+            if name not in state.on:
+                tangents += [(name, p.name, card.zero(site)) for site in card.sites for p in card.amplitudes]
+        white = whiten_all(model, sweeps, state, tangents, executor)
+        first = GLOBAL + len(state.log_gain)
+        return cls(
+            model, state, tuple(white), {_key(one, state, model): first + i for i, one in enumerate(tangents)}
+        )
+
+    @property
+    def box(self) -> MaterialBox:
+        """That of the twin."""
+        return self.model.box
+
+    @property
+    def cards(self) -> Mapping[str, EffectCard]:
+        """Those of the twin; shapes of effects that are off where this was made are held at `places`."""
+        found = dict(self.model.cards)
+        for name, place in self.places.items():
+            held = [
+                replace(p, typical=place[p.name], sigma=HELD * (p.high - p.low)) if p.shape else p
+                for p in found[name].parameters
+            ]
+            found[name] = replace(found[name], parameters=tuple(held))
+        return found
+
+    def counted(self, laws: Sequence[LocalLaws], effects: Iterable[str]) -> "LinearisedCampaign":
+        """Return itself: it is in units of where it was made."""
+        del laws, effects
+        return self
+
+    def frf(
+        self, laws: LocalLaws, frequency: Real, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
+    ) -> Complex:
+        """Transfer of one sweep, of the twin."""
+        return self.model.frf(laws, frequency, effects, point)
+
+    def linearise(
+        self,
+        laws: LocalLaws,
+        frequency: Real,
+        effects: Effects = NO_EFFECTS,
+        point: SweepPoint | None = None,
+        tangents: Sequence[Tangent] = (),
+    ) -> Linearisation:
+        """Transfer of one sweep and its derivatives, of the twin."""
+        return self.model.linearise(laws, frequency, effects, point, tangents)
+
+    def placed(self, places: Mapping[str, Values]) -> "LinearisedCampaign":
+        """Return the same with effects that are off held at some places: values of their shapes, by effect."""
+        return replace(self, places={**self.places, **places})
+
+    @property
+    def tolerance_cards(self) -> Mapping[str, EffectCard]:
+        """Those of the twin."""
+        return self.model.tolerance_cards
+
+    def equations(self, sweeps: GapSweeps, state: GapState, tangents: Sequence[Tangent]) -> list[SweepEquations]:
+        """Form the normal equations of every sweep at another state, to first order, with the weights of `sweeps`.
+
+        Parameters
+        ----------
+        sweeps : GapSweeps
+            Those that this was made of, with any weights.
+        state : GapState
+        tangents : sequence of Tangent
+            As in `linearise_all`.
+
+        Returns
+        -------
+        list of SweepEquations
+        """
+        own = GLOBAL + len(state.log_gain)
+        wanted = np.array([self._column(one) for one in tangents], dtype=int)
+        shared, found = self._shared(state), []
+        for sweep, white in enumerate(self.white):
+            step = np.concatenate([self._own(sweeps, sweep, state), shared])
+            used = np.flatnonzero(step)
+            residual = white.white[-1] - np.tensordot(step[used], white.white[used], 1)
+            columns = np.concatenate([white.white[:own], white.white[wanted], residual[None]])
+            columns[own:-1][wanted < 0] = 0.0
+            weighted = sweeps.weights.weigh(columns, sweep) * sweeps.rows[sweep]
+            found.append(WhitenedSweep(weighted, white.predicted).equations())
+        return found
+
+    def _column(self, tangent: Tangent) -> int:
+        """Find the column of a parameter; -1 for a shape that is held."""
+        return self.columns.get(_key(tangent, self.state, self.model), -1)
+
+    def _own(self, sweeps: GapSweeps, sweep: int, state: GapState) -> Real:
+        """Step of a sweep's own columns, (10,): laws, their derivatives, temperature."""
+        group = sweeps.groups.of_sweep[sweep]
+        moved = state.circumstances(sweep, sweeps.points[sweep])
+        seen = sweeps.smoothness.seen(group, moved.temperature - sweeps.groups.reference[group])
+        now, then = (
+            np.concatenate([one.laws.ravel(), sweeps.smoothness.errors(one.tilt, one.bend)])
+            for one in (state, self.state)
+        )
+        return np.append(seen @ (now - then), state.away[sweep] - self.state.away[sweep])
+
+    def _shared(self, state: GapState) -> Real:
+        """Step of gains and parameters."""
+        gains = state.log_gain - self.state.log_gain
+        step = np.zeros(len(self.columns))
+        first = GLOBAL + len(gains)
+        for name, values in {**self.state.on, **state.on}.items():
+            for parameter in values:
+                place = self._column((name, parameter, values))
+                if place >= 0:
+                    now, then = (one.on.get(name, {}).get(parameter, 0.0) for one in (state, self.state))
+                    step[place - first] = (
+                        now - then if name in state.on or not self._shape(name, parameter) else 0.0
+                    )
+        return np.concatenate([gains, step])
+
+    def _shape(self, effect: str, parameter: str) -> bool:
+        cards = self.model.cards if effect in self.model.cards else self.model.tolerance_cards
+        return any(p.name == parameter and p.shape for p in cards[effect].parameters)
+
+
+def _key(tangent: Tangent, state: GapState, model: TwinModel) -> Key:
+    name, parameter, values = tangent
+    if name in state.on:
+        return name, parameter, ()
+    return name, parameter, tuple(float(values[p.name]) for p in model.cards[name].parameters if p.shape)

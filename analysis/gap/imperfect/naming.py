@@ -1,0 +1,130 @@
+"""Which effects are named beside a discrepancy, and why."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.imperfect.other_modes import tried_elsewhere
+from analysis.gap.imperfect.search import ImperfectResult, ImperfectSearch
+from analysis.gap.imperfect.whole_campaign import over_all_sweeps
+from analysis.gap.search.confidence import equivalents, probability
+from analysis.gap.search.confounding import signal_cosine
+from analysis.gap.search.context import SearchContext
+from analysis.gap.search.held_out import HeldOut
+from analysis.gap.search.refit import at_few_temperatures
+from analysis.gap.thresholds import NAMED_SHARE
+
+
+@dataclass(frozen=True)
+class Surety:
+    """How sure an effect is.
+
+    Attributes
+    ----------
+    gain : float
+        Log evidence over the best twin without it, nats.
+    against : mapping of str to float
+        Log evidence of no effect, and of every other effect in its place, relative to it, nats.
+    equivalent : tuple of str
+        Effects that this campaign cannot tell from it.
+    probability : float
+        That it, or an equivalent, is there.
+    """
+
+    gain: float
+    against: Mapping[str, float]
+    equivalent: tuple[str, ...]
+    probability: float
+
+
+@dataclass(frozen=True)
+class BesideDiscrepancy:
+    """Result of a comparison in which no twin comes down to the noise.
+
+    Attributes
+    ----------
+    found : ImperfectResult
+        At a few temperatures.
+    baseline, final : GapFit
+        Of all sweeps, without and with the effects found; residuals in units of the noise.
+    tried : tuple of HeldOut
+        None where no effect was found.
+    sure : mapping of str to Surety
+        By effect.
+    claimed : bool
+        Whether the effects are named; else they are hints.
+    reason : str
+    """
+
+    found: ImperfectResult
+    baseline: GapFit
+    final: GapFit
+    tried: tuple[HeldOut, ...]
+    sure: Mapping[str, Surety]
+    claimed: bool
+    reason: str
+
+
+def beside_discrepancy(context: SearchContext, baseline: GapFit) -> BesideDiscrepancy:
+    """Search beside a discrepancy, and decide what is named.
+
+    Parameters
+    ----------
+    context : SearchContext
+        Of all sweeps, unweighted.
+    baseline : GapFit
+        Without effects.
+
+    Returns
+    -------
+    BesideDiscrepancy
+    """
+    sweeps, begun = at_few_temperatures(context, baseline)
+    few = SearchContext(context.model, sweeps, context.noise, context.executor, context.report)
+    found = ImperfectSearch(few, begun).run()
+    context.report("beside a discrepancy", 0.8)
+    before = over_all_sweeps(context, baseline, found.baseline)
+    if not found.final.effects:
+        return BesideDiscrepancy(found, before, before, (), {}, False, _said(found, "no effect stands out of it"))
+    after = over_all_sweeps(context, baseline, found.final)
+    tried = tried_elsewhere(few, found)
+    claimed, reason = _decided(context, found, before, after, tried)
+    return BesideDiscrepancy(found, before, after, tried, _sure(found), claimed, _said(found, reason))
+
+
+def _decided(
+    context: SearchContext, found: ImperfectResult, before: GapFit, after: GapFit, tried: Sequence[HeldOut]
+) -> tuple[bool, str]:
+    share = explained_beside(context, before, after)
+    failed = next((one for one in tried if one.gain is None or one.gain <= 0.0), None)
+    if failed is not None:
+        return False, f"what was found does not hold on {failed.what}, which was left out"
+    if share < NAMED_SHARE:
+        return False, f"the best effects explain {100 * share:.0f} % of the gap only"
+    return True, f"{100 * share:.0f} % of the gap is explained"
+
+
+def explained_beside(context: SearchContext, before: GapFit, after: GapFit) -> float:
+    """Share of the excess over the noise that effects explain."""
+    excess = context.excess(before)
+    return 1.0 - max(context.excess(after), 0.0) / excess if excess > 0.0 else 0.0
+
+
+def _said(found: ImperfectResult, reason: str) -> str:
+    scatter, loss = found.final.scatter, float(np.exp(found.final.fit.state.laws[:, 2].mean()))
+    return (
+        f"{reason}; resonances scatter about those of the twin by {100 * scatter.frequency:.2g} % in frequency, "
+        f"{200 * scatter.damping / loss:.2g} % in damping and {100 * scatter.amplitude:.2g} % in size"
+    )
+
+
+def _sure(found: ImperfectResult) -> dict[str, Surety]:
+    sure = {}
+    for name in found.final.effects:
+        rivals, gain = found.rivals.get(name, {}), found.gains[name]
+        alike = equivalents(rivals, {other: signal_cosine(found.last, name, other) for other in rivals})
+        others = {"nothing": -gain, **rivals}
+        sure[name] = Surety(gain, others, alike, probability(others, alike))
+    return sure

@@ -1,0 +1,286 @@
+"""Search for effects beside a discrepancy: what a twin lacks, where no twin comes down to the noise.
+
+Each set of effects is fitted beside the scatter of resonances that it leaves itself. An effect that is right makes
+the scatter of many modes smaller at once: its evidence is about the number of modes times the logarithm of the
+scatter before over that after. So no residual has to be noise for a name to be sure.
+"""
+
+from collections.abc import Container, Sequence
+from dataclasses import dataclass, replace
+from typing import cast
+
+import numpy as np
+
+from analysis.arrays import Complex, Real
+from analysis.effect_card import Values
+from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.fitting.linearised_campaign import LinearisedCampaign
+from analysis.gap.fitting.state import GapState
+from analysis.gap.imperfect.discrepancy import Discrepancy, DiscrepancyShape
+from analysis.gap.search.candidate import Candidate
+from analysis.gap.search.context import SearchContext
+from analysis.gap.search.observability import Observability, observability
+from analysis.gap.search.refit import absent
+from analysis.gap.search.score_test import ScoreTest
+from analysis.gap.thresholds import CLASS_NATS, LEAST_GAIN
+
+MOST_EFFECTS = 6
+"""Largest number of effects beside a discrepancy: its evidence, unlike that of noise, grows by chance only."""
+
+TRIED = 8
+"""Number of candidates of a score test that are tried on the linearised campaign, each with its own scatter."""
+
+FITTED = 2
+"""Number of them that are fitted with the twin itself."""
+
+FAR = 0.5
+"""Scatter of frequencies, in half widths of a resonance, above which sets are fitted with the twin itself,
+whatever they gain to first order."""
+
+ROUNDS, SETTLED = 5, 0.1
+"""Largest number of times that the scatter is estimated anew, and its relative change at which it is not."""
+
+
+@dataclass(frozen=True)
+class Imperfect:
+    """A twin with effects, and the discrepancy that it leaves.
+
+    Attributes
+    ----------
+    context : SearchContext
+        Its sweeps are weighted by the discrepancy.
+    fit : GapFit
+        To these.
+    shape : DiscrepancyShape
+    scatter : Discrepancy
+    tries : int
+        Number of places at which its last effect was tried, where it is held at the best of them: the logarithm
+        is subtracted from the evidence. Where the place is fitted, the evidence contains its uncertainty.
+    """
+
+    context: SearchContext
+    fit: GapFit
+    shape: DiscrepancyShape
+    scatter: Discrepancy
+    tries: int = 1
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Effects of the twin, in the order they were found."""
+        return tuple(self.fit.state.effects)
+
+    @property
+    def far(self) -> bool:
+        """Whether resonances are off by so much of their half width that they are not where first order ends."""
+        half = 0.5 * float(np.exp(self.fit.state.laws[:, 2].mean()))
+        return self.scatter.frequency > FAR * half
+
+    @property
+    def residual(self) -> Complex:
+        """Residual (T, K, n) in units of the noise."""
+        return self.context.sweeps.weights.undone(self.fit.residual)
+
+    @property
+    def evidence(self) -> float:
+        """Log evidence of twin and discrepancy, up to a constant common to all sets of effects."""
+        found = self.fit.log_evidence - self.shape.penalty(self.context.sweeps, self.scatter)
+        return found - float(np.log(self.tries))
+
+    def relative(self, gain: float) -> float:
+        """Turn a log evidence at this scatter into one with a scatter of its own: Student's, not Gauss', nats."""
+        count = self.shape.independent(self.context.sweeps, self.scatter)
+        return float(np.copysign(0.5 * count * np.log1p(2.0 * abs(gain) / count), gain))
+
+
+@dataclass(frozen=True)
+class ImperfectResult:
+    """Result of a search beside a discrepancy.
+
+    Attributes
+    ----------
+    baseline, final : Imperfect
+        Without effects, and with those found.
+    first, last : ScoreTest
+        At both.
+    seen : tuple of Observability
+        Of every effect, at the baseline.
+    gains : mapping of str to float
+        Log evidence of each effect found over the best twin without it, nats.
+    rivals : mapping of str to mapping
+        For each effect found: log evidence of every other effect instead of it, relative to it, nats.
+    """
+
+    baseline: Imperfect
+    final: Imperfect
+    first: ScoreTest
+    last: ScoreTest
+    seen: tuple[Observability, ...]
+    gains: dict[str, float]
+    rivals: dict[str, dict[str, float]]
+
+
+class ImperfectSearch:
+    """Stepwise search in which each set of effects is judged beside the discrepancy that it leaves.
+
+    Candidates are compared on the campaign linearised at the present twin, with all candidates' derivatives; only
+    the best is fitted with the twin itself.
+
+    Attributes
+    ----------
+    plain : SearchContext
+        Unweighted.
+    """
+
+    def __init__(self, plain: SearchContext, baseline: GapFit) -> None:
+        self.plain = plain
+        self._baseline = _settled(
+            plain, baseline.state, baseline.predicted, baseline.residual, baseline.determined
+        )
+
+    def run(self) -> ImperfectResult:
+        """Add effects while there is evidence for one more, then leave out and exchange each."""
+        at = self._baseline
+        near = _Neighbours.of(self.plain, at)
+        first, seen = near.screening, near.observability()
+        blind = {o.effect for o in seen if not o.observable}
+        while len(at.effects) < MOST_EFFECTS:
+            better = self._better(at, near.extended(blind))
+            if better is None:
+                break
+            at, near = better, _Neighbours.of(self.plain, better)
+        for _ in range(MOST_EFFECTS):
+            gains = near.gains(self._baseline)
+            idle = [name for name, gain in gains.items() if gain < LEAST_GAIN]
+            if idle:
+                dropped = min(idle, key=gains.__getitem__)
+                at = self._fitted(at, near.state_without(dropped), at)
+                near = _Neighbours.of(self.plain, at)
+                continue
+            rivals, swapped = near.contested(blind)
+            better = self._better(at, swapped, CLASS_NATS)
+            if better is None:
+                return ImperfectResult(self._baseline, at, first, near.screening, seen, gains, rivals)
+            at, near = better, _Neighbours.of(self.plain, better)
+        gains, (rivals, _) = near.gains(self._baseline), near.contested(blind)
+        return ImperfectResult(self._baseline, at, first, near.screening, seen, gains, rivals)
+
+    def _better(self, at: Imperfect, tried: Sequence[Imperfect], least: float = LEAST_GAIN) -> Imperfect | None:
+        """Fit the most promising sets with the twin, until one is better by `least` nats; None if none is."""
+        best = sorted(tried, key=lambda t: -t.evidence)
+        promising = [t for t in best if t.evidence - at.evidence > 0.5 * least]
+        if at.far:  # first order tells little
+            promising = best
+        for trial in promising[:FITTED]:
+            found = self._fitted(at, trial.fit.state, trial)
+            if found.fit.plausible and found.evidence - at.evidence >= least:
+                return found
+        return None
+
+    def _fitted(self, at: Imperfect, state: GapState, near: Imperfect) -> Imperfect:
+        """Fit a set of effects with the twin itself, from where the campaign linearised at `at` leaves it."""
+        context = self.plain.weighted(near.context.sweeps.weights)
+        names = tuple(state.effects)
+        try:
+            fit = context.fit(state, names)
+        except ValueError:  # first order went beyond what the twin is certified for: begin where it is absent
+            known, cards = at.fit.state.effects, context.model.cards
+            values = {name: known.get(name, cards[name].zero(state.effects[name])) for name in names}
+            fit = context.fit(at.fit.state.with_effects(values), names)
+        residual = context.sweeps.weights.undone(fit.residual)
+        return _settled(self.plain, fit.state, fit.predicted, residual, fit.determined)
+
+
+@dataclass(frozen=True)
+class _Neighbours:
+    """Sets of effects near that of a twin, on the campaign linearised there."""
+
+    at: Imperfect
+    plain: SearchContext
+    screening: ScoreTest
+
+    @classmethod
+    def of(cls, plain: SearchContext, at: Imperfect) -> "_Neighbours":
+        plain.report("beside a discrepancy", min(0.2 * len(at.effects), 0.8))
+        linear = LinearisedCampaign.of(plain.model, plain.sweeps, at.fit.state, plain.executor)
+        here = plain.seen_by(linear)
+        return cls(at, here, here.weighted(at.context.sweeps.weights).score_test(at.fit))
+
+    def observability(self) -> tuple[Observability, ...]:
+        """Tell which effects the campaign shows beside noise; whether beside a discrepancy, evidence tells."""
+        return observability(self.plain.score_test(self.at.fit), self.plain.model.cards)
+
+    def extended(self, blind: Container[str]) -> list[Imperfect]:
+        """Try sets with one effect more, those that fit best to first order.
+
+        Their evidence need not be above 0 yet: at the scatter without an effect, to explain all of it gains half a
+        nat a number, less than its prior may cost.
+        """
+        worth = [c for c in self.screening.candidates() if c.effects[0] not in blind]
+        worth.sort(key=lambda c: -c.fit)
+        return [self._with(self.at.fit.state, self.screening, c) for c in worth[:TRIED]]
+
+    def state_without(self, name: str) -> GapState:
+        """State of the twin with one effect switched off."""
+        state = self.at.fit.state
+        return replace(state, effects={other: v for other, v in state.effects.items() if other != name})
+
+    def gains(self, baseline: Imperfect) -> dict[str, float]:
+        """Log evidence of each effect over the set without it, nats."""
+        effects = self.at.effects
+        if len(effects) == 1:  # what is without it is known, not to first order only
+            return {effects[0]: self.at.evidence - baseline.evidence}
+        return {name: self.at.evidence - self._settled(self.state_without(name)).evidence for name in effects}
+
+    def contested(self, blind: Container[str]) -> tuple[dict[str, dict[str, float]], list[Imperfect]]:
+        """Log evidence of each other effect in the place of each, relative to it, and the sets tried for it."""
+        rivals: dict[str, dict[str, float]] = {}
+        swapped = []
+        for name in self.at.effects:
+            contest = self.screening.without(name)
+            candidates = {c.effects[0]: c for c in contest.candidates() if c.effects[0] not in blind}
+            own = candidates.pop(name).gain
+            relative = {other: self.at.relative(c.gain - own) for other, c in candidates.items()}
+            for other in sorted(relative, key=relative.__getitem__, reverse=True)[:TRIED]:
+                trial = self._with(self.state_without(name), contest, candidates[other])
+                relative[other] = trial.evidence - self.at.evidence
+                swapped.append(trial)
+            rivals[name] = relative
+        return rivals, swapped
+
+    def _with(self, state: GapState, screening: ScoreTest, candidate: Candidate) -> Imperfect:
+        added = absent(self.plain, screening, candidate)
+        found = self._settled(replace(state, effects={**state.effects, **added}), added)
+        sites = len(self.plain.model.cards[candidate.effects[0]].sites)
+        return replace(found, tries=sites)
+
+    def _settled(self, state: GapState, places: dict[str, Values] | None = None) -> Imperfect:
+        plain, weights = self.plain, self.at.context.sweeps.weights
+        linear = cast(LinearisedCampaign, plain.model)
+        here = plain.seen_by(linear.placed(places or {}))
+        fit = here.weighted(weights).fit(state, tuple(state.effects))
+        return _settled(here, fit.state, self.at.fit.predicted, weights.undone(fit.residual), fit.determined)
+
+
+def _settled(
+    plain: SearchContext, state: GapState, predicted: Complex, residual: Complex, determined: float
+) -> Imperfect:
+    """Fit again, weighted by the scatter that the last fit leaves, until this does not change."""
+    names, last = tuple(state.effects), np.full(3, -np.inf)
+    for _ in range(ROUNDS):
+        shape = DiscrepancyShape.of(plain.sweeps, predicted, plain.loss_factors(state))
+        scatter = shape.scatter(plain.sweeps, residual, determined)
+        context = plain.weighted(shape.weights(scatter))
+        fit = context.fit(state, names)
+        state, determined = fit.state, fit.determined
+        residual = context.sweeps.weights.undone(fit.residual)
+        now = scatter.logarithms
+        if _moved(last, now) < SETTLED:
+            break
+        last = now
+    return Imperfect(context, fit, shape, scatter)
+
+
+def _moved(before: Real, after: Real) -> float:
+    """Largest change of the scatters' logarithms (3,), apart from those that are nothing."""
+    floor = np.log(1e-3) + max(before.max(), after.max())
+    return float(np.abs(np.maximum(before, floor) - np.maximum(after, floor)).max())

@@ -1,0 +1,48 @@
+"""Names beside an imperfect twin: what is hidden among modes that scatter, and what only seems to be."""
+
+import numpy as np
+import pytest
+
+from analysis.gap.imperfect.naming import beside_discrepancy
+
+
+@pytest.mark.parametrize("seed", [2, 3, pytest.param(5, marks=pytest.mark.slow)])
+def test_scatter_alone_is_no_effect_and_is_in_the_laws_deviations(scattered, toy, seed):
+    context, baseline = scattered(seed, 0.003, 0.015)
+    found = beside_discrepancy(context, baseline)
+    assert not found.claimed
+    assert not found.sure
+    away = found.baseline.state.laws - toy.laws(context.sweeps.groups.reference)
+    by_noise, stated = found.baseline.noise.laws, found.baseline.stated.laws
+    assert np.abs(away / by_noise)[:, 0].max() > 10.0
+    assert np.abs(away / stated).max() < 4.0
+
+
+@pytest.mark.parametrize(
+    ("effects", "alike"),
+    [
+        ({"taper": {"tx": 0.03}}, ("draught",)),
+        pytest.param({"stretch": {"delta_e": 0.04, "delta_g": -0.03}}, (), marks=pytest.mark.slow),
+        pytest.param({"damage": {"loss": 0.3, "x": 0.33}}, (), marks=pytest.mark.slow),
+    ],
+    ids=lambda v: next(iter(v), "") if isinstance(v, dict) else "",
+)
+def test_an_effect_among_modes_that_scatter_is_named(scattered, effects, alike):
+    (name, values) = next(iter(effects.items()))
+    context, baseline = scattered(3, 0.003, 0.015, effects)
+    found = beside_discrepancy(context, baseline)
+    assert found.claimed
+    assert list(found.sure) == [name]
+    assert found.sure[name].equivalent == alike
+    assert found.sure[name].probability > 0.9
+    assert all(one.gain > 0.0 for one in found.tried)
+    assert 0.0015 < found.found.final.scatter.frequency < 0.0045 < found.found.baseline.scatter.frequency
+    stated = dict(zip((p for _, p in found.final.free.names), found.final.stated.parameters, strict=True))
+    for parameter, value in values.items():
+        error = found.final.state.effects[name][parameter] - value
+        assert abs(error) < 4.0 * stated[parameter]
+
+
+def test_without_the_true_effect_nothing_is_claimed(scattered):
+    context, baseline = scattered(3, 0.003, 0.015, {"taper": {"tx": 0.03}}, left_out=("taper", "draught"))
+    assert not beside_discrepancy(context, baseline).claimed
