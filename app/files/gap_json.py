@@ -27,6 +27,7 @@ def gap_record(
     made_from: Mapping[str, Any],
     seconds: float,
     pairing: Pairing | None = None,
+    plan: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Return what gap.json holds.
 
@@ -40,6 +41,8 @@ def gap_record(
     seconds : float
         Wall time from reading the FRFs to the file.
     pairing : Pairing, optional
+    plan : mapping, optional
+        Of `app.files.plan_json`.
 
     Returns
     -------
@@ -75,6 +78,7 @@ def gap_record(
         "noise": {
             "variance_over_stated": dict(zip(report.before.channels, report.noise.ratio.tolist(), strict=True))
         },
+        "plan": None if plan is None else dict(plan),
         "notes": list(report.notes),
         "provenance": dict(made_from),
     }

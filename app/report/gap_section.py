@@ -11,6 +11,7 @@ from app.report.pairing import pairing_items
 from app.terminal.effect_words import in_words, title, titles_of
 from app.terminal.gap import concluded, estimate, gap_closed, held_out_parts, named, verdict_words
 from app.terminal.pairing import no_fit_words
+from app.terminal.plan import HEADINGS, plan_rows, plan_words
 
 Record = Mapping[str, Any]
 SETTLED = ("none", "explained")
@@ -64,7 +65,14 @@ def gap_section(path: Path) -> list[Item]:
     if unseen:
         text = "Not observable with this campaign: their presence can be neither claimed nor excluded."
         items += [Paragraph(text), PageTable(("effect", "what would show it"), unseen)]
-    return items
+    return [*items, *_plan(record)]
+
+
+def _plan(record: Record) -> list[Item]:
+    """Return what to measure next, where that was asked."""
+    rows = plan_rows(record) if record.get("plan") else []
+    words = [Paragraph("What to measure next: " + " ".join(said))] if (said := plan_words(record)) else []
+    return [*words, PageTable(HEADINGS, rows, numbers=(1, 3))] if rows else [*words]
 
 
 def verdict(record: Record) -> VerdictBox:

@@ -13,6 +13,7 @@ from analysis.frf import Frf
 from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.gap import find_gap
+from analysis.gap.plan.ranking import Plan
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
 from analysis.pairing.paired_sweeps import Pairing
@@ -22,17 +23,23 @@ from analysis.updating.drift import to_first_order
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
 from app.files.campaign_inputs import campaign_settings, has_other_sweeps, origin_of_result
+from app.files.experiment_toml import experiment_model
 from app.files.frf_file import save_frf
 from app.files.gap_file import GapFigures, save_gap
 from app.files.gap_json import gap_record
 from app.files.laws_file import TwinFrf, save_laws
+from app.files.next_experiment import NAME as NEXT
+from app.files.next_experiment import reach_of, write_next_experiment
 from app.files.pairing_json import pairing_record
+from app.files.plan_json import plan_record
 from app.files.provenance import provenance, sha256
 from app.files.twin_file import write_twin
+from app.stages.compared import Compared
 from app.stages.drift_notes import untimed
 from app.stages.gap_notes import missing_words, roughness
 from app.stages.gap_pairing import paired_report, pairing_before
 from app.stages.issued_twin import issued_twin
+from app.stages.plan import next_experiment
 from app.stages.update import Updating, updated_twin
 from app.terminal.gap import headline, tables
 from app.terminal.notebook import as_html, as_text
@@ -66,6 +73,10 @@ class GapComparison:
         With the effects claimed; with verdict unknown the effects found are hints and are left out.
     pairing : Pairing or None
         Of measured modes with the twin's, before and after; None where either is not known.
+    compared : Compared or None
+        What further stages take: sweeps, twin and fit with all that was found. None where this is no fit.
+    plan : Plan or None
+        Of the next experiment; None unless it was asked for.
     """
 
     frf: Frf
@@ -75,10 +86,13 @@ class GapComparison:
     report: GapReport
     corrected: CorrectedTwin
     pairing: Pairing | None = None
+    compared: Compared | None = None
+    plan: Plan | None = None
 
     def record(self) -> dict[str, Any]:
         """Return what gap.json holds, without provenance and time."""
-        return gap_record(self.report, self.given, {}, 0.0, self.pairing)
+        plan = None if self.plan is None else plan_record(self.plan)
+        return gap_record(self.report, self.given, {}, 0.0, self.pairing, plan)
 
     def __repr__(self) -> str:
         """Verdict, effects and chi2 in one line, and the notes."""
@@ -163,8 +177,43 @@ def compute(
             fitted = fit_twin(steady, plain.updated, model, protocol, executor, given, floor=floor)
         else:
             fitted = named
+        compared = None
+        if pairing is None or pairing.fits:
+            around = HeldEffects.around(model)
+            compared = Compared.again(
+                campaign.experiment, steady, plain.updated, around, found, executor, floor.carried
+            )
     corrected = corrected_twin(frf, plain.updated, model, protocol, fitted)
-    return GapComparison(frf, plain, twin, given, found, corrected, pairing)
+    return GapComparison(frf, plain, twin, given, found, corrected, pairing, compared)
+
+
+def with_plan(
+    found: GapComparison,
+    report: Progress,
+    hours: Mapping[str, float] | None = None,
+    rig: Mapping[str, Any] | None = None,
+) -> GapComparison:
+    """Add the plan of the next experiment to a comparison.
+
+    Parameters
+    ----------
+    found : GapComparison
+    report : callable
+        Called with a stage's name and the share of it done.
+    hours : mapping of str to float, optional
+        Of some kinds of measurement, instead of the usual ones.
+    rig : mapping, optional
+        Table of the experiment's file, which says what the rig can do.
+
+    Returns
+    -------
+    GapComparison
+        With an empty plan where this is no fit: nothing can be simulated with such a twin.
+    """
+    if found.compared is None:
+        return replace(found, plan=Plan((), ()))
+    reach = None if rig is None else reach_of(experiment_model(rig).model_validate(rig))
+    return replace(found, plan=next_experiment(found.compared, found.report, report, hours, reach))
 
 
 def _origin(campaign: AnyCampaign, mains: float, start: Path | None, folder: Path | None) -> dict[str, Any]:
@@ -186,6 +235,7 @@ def save(
     *,
     start: Path | None = None,
     folder: Path | None = None,
+    rig: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Write gap.json, gap.h5, frf.h5, twin.toml and laws, and return the content of gap.json.
 
@@ -207,6 +257,8 @@ def save(
         Twin file from which the comparison started.
     folder : Path, optional
         A user's own effects.
+    rig : mapping, optional
+        Table of the experiment's file, from which that of a planned campaign is made.
 
     Returns
     -------
@@ -219,7 +271,8 @@ def save(
         Where the run folder cannot be written.
     """
     origin = _origin(campaign, mains, start, folder)
-    record = gap_record(found.report, found.given, origin, seconds, found.pairing)
+    plan = None if found.plan is None else plan_record(found.plan, *_next_experiment(run, found.plan, rig))
+    record = gap_record(found.report, found.given, origin, seconds, found.pairing, plan)
     save_frf(run / "frf.h5", campaign.experiment, found.frf, origin)
     figures = GapFigures.of(found.report, found.corrected.nodes)
     save_gap(run / FIGURES, figures, found.report.signatures, record, origin)
@@ -236,6 +289,18 @@ def save(
         (run / LAWS).unlink(missing_ok=True)
     write_json(run / GAP, record)
     return record
+
+
+def _next_experiment(run: Path, plan: Plan, rig: Mapping[str, Any] | None) -> tuple[str, str]:
+    """Write the experiment of a planned campaign; return its name, and what is to be filled in there."""
+    target = run / NEXT
+    target.unlink(missing_ok=True)
+    chosen = plan.winner
+    if chosen is None or chosen.measurement.experiment is None:
+        return "", ""
+    if rig is None:
+        return "", "For its experiment's file, name that of this campaign: --experiment FILE."
+    return NEXT, write_next_experiment(target, rig, chosen.measurement)
 
 
 def _wants_laws(path: Path, campaign: AnyCampaign) -> bool:

@@ -2,19 +2,14 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from analysis.experiment import Experiment
-from analysis.frf import Frf
-from analysis.gap.data.preparation import prepare
 from analysis.gap.data.sweeps import GapSweeps
-from analysis.gap.fitting.fit import fit_gap
-from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.plan.information import Information, LinearisedCampaign
-from analysis.gap.plan.measurement import Measurement, campaigns, hand_tools, placed
+from analysis.gap.plan.measurement import Measurement, Reach, campaigns, hand_tools, placed
 from analysis.gap.plan.planned_sweeps import planned_sweeps, with_noise_of
 from analysis.gap.plan.question import Question, open_questions
 from analysis.gap.plan.ranking import Expected, Plan, ranked
@@ -22,76 +17,19 @@ from analysis.gap.plan.separation import separation
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
-from analysis.updated import Updated
+from app.stages.compared import Compared
 from app.twins.campaign_model import WORKERS
 from app.twins.scouting_twin import KNOWN_MASS, known_mass, with_sensors
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
 
-@dataclass(frozen=True)
-class Compared:
-    """A campaign as a comparison left it.
-
-    Attributes
-    ----------
-    experiment : Experiment
-    frf : Frf
-        As compared: drift taken out.
-    model : HeldEffects
-        Around the twin, what the comparison held or released.
-    sweeps : GapSweeps
-    fit : GapFit
-        With the effects found.
-    """
-
-    experiment: Experiment
-    frf: Frf
-    model: HeldEffects
-    sweeps: GapSweeps
-    fit: GapFit
-
-    @classmethod
-    def again(
-        cls,
-        experiment: Experiment,
-        frf: Frf,
-        updated: Updated,
-        model: HeldEffects,
-        found: GapReport,
-        executor: Executor,
-        twin_error: float | None = None,
-    ) -> "Compared":
-        """Fit the twin once more with what was found, from there: one or two linearisations.
-
-        Parameters
-        ----------
-        experiment : Experiment
-        frf : Frf
-        updated : Updated
-        model : HeldEffects
-            As it was given to the comparison.
-        found : GapReport
-        executor : Executor
-            Sweeps are linearised on it.
-        twin_error : float, optional
-            Of the twin, as carried by the comparison.
-
-        Returns
-        -------
-        Compared
-        """
-        sweeps, _ = prepare(frf, experiment.protocol, updated)
-        if twin_error is not None:
-            sweeps = replace(sweeps, twin_error=twin_error)
-        kept = {one.name for one in found.declared}
-        model = model.releasing(name for name in model.tolerance_cards if name not in kept)
-        fit = fit_gap(model, sweeps, found.state, tuple(found.state.effects), executor)
-        return cls(experiment, frf, model, sweeps, fit)
-
-
 def next_experiment(
-    compared: Compared, found: GapReport, report: Progress, hours: Mapping[str, float] | None = None
+    compared: Compared,
+    found: GapReport,
+    report: Progress,
+    hours: Mapping[str, float] | None = None,
+    reach: Reach | None = None,
 ) -> Plan:
     """Rank the measurements that could settle what a comparison left open.
 
@@ -103,6 +41,8 @@ def next_experiment(
         Called with a stage's name and the share of it done.
     hours : mapping of str to float, optional
         Of some kinds of measurement, instead of the usual ones.
+    reach : Reach, optional
+        Of the rig.
 
     Returns
     -------
@@ -111,7 +51,7 @@ def next_experiment(
     """
     questions = open_questions(found, tuple(compared.model.cards))
     with ThreadPoolExecutor(WORKERS) as executor:
-        return plan(compared, questions, report, executor, hours or {})
+        return plan(compared, questions, report, executor, hours or {}, reach)
 
 
 def plan(
@@ -120,6 +60,7 @@ def plan(
     report: Progress,
     executor: Executor,
     hours: Mapping[str, float],
+    reach: Reach | None = None,
 ) -> Plan:
     """Rank the measurements for some questions.
 
@@ -133,6 +74,8 @@ def plan(
         Sweeps are linearised on it.
     hours : mapping of str to float
         Of some kinds of measurement, instead of the usual ones.
+    reach : Reach, optional
+        Of the rig.
 
     Returns
     -------
@@ -151,7 +94,7 @@ def plan(
     for tool in hand_tools(compared.experiment):
         after = _separations(questions, here.information(sharper=tool.sharper), recorded, tool.readings)
         found.append(Expected(tool, before, after))
-    wanted = list(_campaigns(compared, questions))
+    wanted = list(_campaigns(compared, questions, reach))
     for done, group in enumerate(wanted):
         report("plan", (done + 1) / (len(wanted) + 1))
         try:
@@ -167,10 +110,12 @@ def plan(
     return ranked(questions, timed, notes)
 
 
-def _campaigns(compared: Compared, questions: Sequence[Question]) -> Iterator[list[Measurement]]:
+def _campaigns(
+    compared: Compared, questions: Sequence[Question], reach: Reach | None
+) -> Iterator[list[Measurement]]:
     """Campaigns worth a simulation; those with a further sensor together, because one linearisation serves all."""
     asked = {name for question in questions for name in question.effects}
-    for one in campaigns(compared.experiment):
+    for one in campaigns(compared.experiment, reach):
         if not one.turned or asked & set(one.turned):
             yield [one]
     at_places = placed(compared.experiment)
@@ -200,9 +145,7 @@ def _simulated(
     if protocol.band[1] > twin.band[1]:
         twin = _over(twin, protocol.band)
         model = replace(model, twin=twin)
-    sweeps, state = planned_sweeps(
-        compared.frf, compared.sweeps, compared.fit.state, protocol, model.box, further
-    )
+    sweeps, state = planned_sweeps(compared.frf, compared.sweeps, compared.fit.state, protocol, model.box, further)
     if further:
         sweeps = with_noise_of(sweeps, _sizes(model, sweeps, state, executor), further)
     state = state.with_tolerances(model.tolerance_cards)

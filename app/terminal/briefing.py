@@ -12,6 +12,7 @@ from analysis.updated import GOOD_MISFIT
 from app.files.best_twin import BestTwin
 from app.terminal.effect_words import found_words, title, titles_of
 from app.terminal.pairing import no_fit_words
+from app.terminal.plan import plan_words
 from app.terminal.with_sigma import FIXED, roughly
 
 Record = Mapping[str, Any]
@@ -118,7 +119,8 @@ def _nothing(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
     headline = f"Nothing is missing: the twin agrees with the plate to the noise of the measurement.{on}"
     sentence = f"The twin misses {100 * before:.2g} % of the response, which is noise."
     parts = [("The plate", _material(best.twin.laws)), ("Twin and plate", (sentence,))]
-    return _brief(headline, True, best.ignored, [*parts, *_known(best.twin.declared, _unseen(record))])
+    known = _known(best.twin.declared, _unseen(record))
+    return _brief(headline, True, best.ignored, [*parts, *known, ("Next", plan_words(record))])
 
 
 def _named(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
@@ -136,7 +138,7 @@ def _named(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
         ("What it is worth", tuple(_worth(best, record, worth))),
         ("What is left", _left(record) if not whole else ("Nothing beyond the noise.",)),
         *_known(best.twin.declared, _unseen(record)),
-        ("Next", tuple(_next(effect) for effect in record["effects"])),
+        ("Next", (*plan_words(record), *(_next(effect) for effect in record["effects"]))),
     ]
     return _brief(headline, whole, best.ignored, parts)
 
@@ -157,7 +159,7 @@ def _unknown(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
         ("What is seen", (seen, *_places(record["where"]["regions"]))),
         ("The plate", _material(best.twin.laws, open_=True)),
         *_known(best.twin.declared, _unseen(record)),
-        ("Next", tuple(steps)),
+        ("Next", (*plan_words(record), *steps)),
     ]
     headline = "Something is missing in the twin, and no effect of the library explains it."
     return _brief(headline, False, best.ignored, parts)

@@ -6,6 +6,7 @@
 ``separation``         distance between two answers, in standard deviations
 ``planned_sweeps``     sweeps of a campaign that was not made, with the noise of one that was
 ``measurement``        candidate campaigns and tools in the hand, with their hours
+``decision``           which of two effects it was, by two campaigns
 ``ranking``            measurements by expected separation per hour
 =====================  ===============================================================================
 """

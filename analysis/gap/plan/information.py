@@ -207,7 +207,7 @@ def _on(card: EffectCard, values: Mapping[str, float]) -> list[Column]:
 
 def _precision(column: Column, sharper: Mapping[tuple[str, str], float]) -> float:
     sigma = sharper.get((column.effect, column.card.name), np.inf)
-    return column.card.sigma**-2.0 + sigma**-2.0
+    return float(column.card.sigma**-2.0 + sigma**-2.0)
 
 
 def _without(matrix: Real, count: int, precision: Real) -> Real:

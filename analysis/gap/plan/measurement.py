@@ -22,6 +22,8 @@ AT_REST = 0.75
 """Hours for each temperature where the oven rests at it."""
 FASTER, LOUDER, WIDER, FURTHER = 2.0, 3.0, 1.25, 0.35
 """Factors on ramp rate, drive level, upper end of the band; and on the range of temperatures, at each end."""
+MORE = 1.2
+"""Least factor on a rate or a level: less is no other measurement."""
 SENSORS = (3, 3)
 """Places along x and y that are tried for a further sensor."""
 KNOWN_MASS = 0.02
@@ -71,6 +73,28 @@ class Measurement:
             raise ValueError(f"{self.key}: {self.hours:g} hours; more than 0 are needed")
 
 
+@dataclass(frozen=True)
+class Reach:
+    """What a rig can do; without limits where the rig is not known.
+
+    Attributes
+    ----------
+    level : float
+        Largest level of the drive, in its unit.
+    temperatures : (float, float)
+        Lowest and highest temperature, degrees Celsius.
+    rate : float
+        Steepest ramp, K/min.
+    highest : float
+        Upper end of the widest band, Hz.
+    """
+
+    level: float = np.inf
+    temperatures: tuple[float, float] = (-np.inf, np.inf)
+    rate: float = np.inf
+    highest: float = np.inf
+
+
 KINDS = (
     "both_ramps",
     "faster_ramp",
@@ -89,42 +113,47 @@ KINDS = (
 """Keys of all measurements."""
 
 
-def campaigns(experiment: Experiment) -> tuple[Measurement, ...]:
+def campaigns(experiment: Experiment, reach: Reach | None = None) -> tuple[Measurement, ...]:
     """List other campaigns on a recorded plate, one change each but for the number of temperatures.
 
     Parameters
     ----------
     experiment : Experiment
         As recorded.
+    reach : Reach, optional
+        Of the rig; what it cannot do is left out.
 
     Returns
     -------
     tuple of Measurement
         Without places of sensors and masses, see `placed`.
     """
-    now = experiment.protocol
+    now, rig = experiment.protocol, reach or Reach()
     few = now.model_copy(update={"temperatures": thinned(now.temperatures)})
     both = few.model_copy(update={"directions": ("up", "down")})
     found = []
     if len(now.directions) == 1 and now.ramp_rate > 0.0:
         found.append(_campaign(experiment, both, "both_ramps", "Record the way up and the way down, {T}."))
-    if now.ramp_rate > 0.0:
-        rate = FASTER * now.ramp_rate
+    rate = min(FASTER * now.ramp_rate, rig.rate)
+    if rate > MORE * now.ramp_rate > 0.0:
         faster = both.model_copy(update={"ramp_rate": rate})
         words = f"Record both ramps at {rate:.3g} K/min, {{T}}."
         found.append(_campaign(experiment, faster, "faster_ramp", words))
-    level = LOUDER * max(now.levels)
-    louder = few.model_copy(update={"levels": (*now.levels, level)})
-    words = f"Drive it at {', '.join(f'{one:g}' for one in louder.levels)} V, {{T}}."
-    found.append(_campaign(experiment, louder, "second_level", words))
-    high = min(WIDER * now.band[1], 0.45 * experiment.acquisition.sample_rate)
-    if high > now.band[1]:
-        wider = few.model_copy(update={"band": (now.band[0], round(high))})
-        words = f"Sweep from {wider.band[0]:g} to {wider.band[1]:g} Hz, {{T}}."
+    level = float(f"{min(LOUDER * max(now.levels), rig.level):.2g}")
+    if level > MORE * max(now.levels):
+        louder = few.model_copy(update={"levels": (*now.levels, level)})
+        words = f"Drive it at {' and '.join(f'{one:g}' for one in louder.levels)} V, {{T}}."
+        found.append(_campaign(experiment, louder, "second_level", words))
+    high = float(np.floor(min(WIDER * now.band[1], rig.highest, 0.4 * experiment.acquisition.sample_rate)))
+    if high > 1.05 * now.band[1]:
+        wider = few.model_copy(update={"band": (now.band[0], high)})
+        words = f"Sweep from {now.band[0]:g} to {high:g} Hz, {{T}}."
         found.append(_campaign(experiment, wider, "wider_band", words))
     if len(now.temperatures) > 1:
-        other = few.model_copy(update={"temperatures": widened(few.temperatures)})
-        found.append(_campaign(experiment, other, "other_temperatures", "Record more temperatures, {T}."))
+        others = widened(few.temperatures, rig.temperatures)
+        if others[0] < now.temperatures[0] or others[-1] > now.temperatures[-1]:
+            other = few.model_copy(update={"temperatures": others})
+            found.append(_campaign(experiment, other, "other_temperatures", "Record a wider range, {T}."))
     words = "Turn the plate by half a turn about its normal, leave the rest as it is, and record again, {T}."
     found.append(replace(_campaign(experiment, few, "turned_plate", words), turned=OVEN_FIXED))
     return tuple(found)
@@ -227,14 +256,28 @@ def thinned(temperatures: Sequence[float]) -> tuple[float, ...]:
     return tuple(temperatures[::every])
 
 
-def widened(temperatures: Sequence[float]) -> tuple[float, ...]:
-    """Return even temperatures further to both sides, by whole steps of those given."""
+def widened(temperatures: Sequence[float], allowed: tuple[float, float] = (-np.inf, np.inf)) -> tuple[float, ...]:
+    """Return even temperatures further to both sides, by whole steps of those given, within those allowed.
+
+    Parameters
+    ----------
+    temperatures : sequence of float
+        Ascending, degrees Celsius.
+    allowed : (float, float), optional
+
+    Returns
+    -------
+    tuple of float
+        At most `MOST_TEMPERATURES`.
+    """
     step = float(np.median(np.diff(temperatures)))
     more = max(round(FURTHER * (len(temperatures) - 1)), 1)
-    low, high = temperatures[0] - more * step, temperatures[-1] + more * step
-    count = round((high - low) / step)
+    low, high = temperatures[0], temperatures[-1]
+    below = max(min(more, int((low - allowed[0]) // step) if np.isfinite(allowed[0]) else more), 0)
+    above = max(min(more, int((allowed[1] - high) // step) if np.isfinite(allowed[1]) else more), 0)
+    count = len(temperatures) - 1 + below + above
     every = int(np.ceil((count + 1) / MOST_TEMPERATURES))
-    return tuple(round(low + k * every * step, 6) for k in range(count // every + 1))
+    return tuple(round(low + (k * every - below) * step, 6) for k in range(count // every + 1))
 
 
 def places(plate: Plate) -> list[tuple[float, float]]:

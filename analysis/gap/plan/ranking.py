@@ -35,6 +35,11 @@ class Expected:
         return self.gain / self.measurement.hours
 
     @property
+    def margin(self) -> float:
+        """Smallest separation of what it settles, sigma: of two as good per hour the surer is better."""
+        return min((self.after[k] for k in self.settles), default=0.0)
+
+    @property
     def settles(self) -> tuple[int, ...]:
         """Questions that it settles and the recorded campaign does not, by their places."""
         pairs = enumerate(zip(self.before, self.after, strict=True))
@@ -79,7 +84,7 @@ def ranked(questions: Sequence[Question], expected: Sequence[Expected], notes: S
     -------
     Plan
     """
-    ordered = sorted(expected, key=lambda one: (not one.settles, -one.per_hour))
+    ordered = sorted(expected, key=lambda one: (not one.settles, -round(one.per_hour, 1), -one.margin))
     best: dict[str, Expected] = {}
     for one in ordered:
         best.setdefault(one.measurement.key, one)

@@ -1,8 +1,9 @@
 """How far a campaign sets two explanations apart: the distance of their signals, in standard deviations.
 
-Linearised at the twin as found. One effect is taken as true with the values found; the other imitates it as well as
-it can, with all else free: what is left is the square root of the expected difference of chi2. The smaller of both
-directions counts.
+Linearised at the twin as found. One effect is taken as true with the values found; the other imitates it as
+well as it can, with all else free: the square root of the expected difference of chi2 is the distance. The smaller
+of both directions counts. Signals whose cosine stays above `CLASS_COSINE` are one class however large they are, so
+that a distance counts in proportion to its share of the signal, up to `ENOUGH` at that cosine.
 """
 
 from collections.abc import Mapping
@@ -13,11 +14,14 @@ from scipy.linalg import eigh
 from analysis.arrays import Real
 from analysis.gap.plan.information import Information
 from analysis.gap.plan.question import Question
-from analysis.gap.thresholds import LEAST_KEPT
+from analysis.gap.thresholds import CLASS_COSINE, LEAST_KEPT
 
 ENOUGH = 5.0
 """Separation at which a question counts as settled, sigma: the difference in chi2 then is 25 +- 10, and a class is
 left at 6 (`CLASS_NATS`)."""
+
+LEAST_SHARE = float(np.sqrt(1.0 - CLASS_COSINE**2))
+"""Share of a signal that must be its own for another name not to be of its class."""
 
 Readings = Mapping[tuple[str, str], float]
 """Standard deviations with which parameters of effects, (effect, parameter), are measured by hand."""
@@ -54,27 +58,30 @@ def separation(
     values = question.values
     mine = [i for i in information.of(question.effect) if not information.columns[i].card.shape]
     found = np.array([values[information.columns[i].card.name] for i in mine])
-    one_way, other_way = [], []
+    both_ways = []
     for site in information.sites(question.rival):
         theirs = information.of(question.rival, site)
-        left = _left(information, mine, found, theirs, readings)
         rival = _imitation(recorded or information, mine, found, theirs)
-        back = _left(information, theirs, rival, mine, readings)
-        one_way.append(left)
-        other_way.append(back)
-    place = int(np.argmin(one_way))
-    return float(np.sqrt(min(one_way[place], other_way[place])))
+        one_way = _left(information, mine, found, theirs, readings)
+        other_way = _left(information, theirs, rival, mine, readings)
+        both_ways.append(min(one_way, other_way))
+    return min(both_ways)
 
 
 def _left(information: Information, true: list[int], values: Real, others: list[int], readings: Readings) -> float:
-    """chi2 that others, and what is read by hand, leave of the signal of `true` with `values`."""
+    """Distance that others, and what is read by hand, leave of the signal of `true` with `values`."""
     matrix = information.matrix
     power = float(values @ matrix[np.ix_(true, true)] @ values)
     pull = matrix[np.ix_(others, true)] @ values
     precision = [_prior(information, i) + _read(information, i, readings) for i in others]
     explained = float(pull @ np.linalg.solve(matrix[np.ix_(others, others)] + np.diag(precision), pull))
     measured = sum(v**2 * _read(information, i, readings) for i, v in zip(true, values, strict=True))
-    return max(power - explained, 0.0) + float(measured)
+    left, whole = max(power - explained, 0.0) + float(measured), power + float(measured)
+    if whole <= 0.0:
+        return 0.0
+    share = np.sqrt(left / whole)  # the sine of the angle between both signals
+    distance = float(np.sqrt(left))
+    return distance if share >= LEAST_SHARE else min(distance, ENOUGH * float(share) / LEAST_SHARE)
 
 
 def _imitation(information: Information, true: list[int], values: Real, others: list[int]) -> Real:

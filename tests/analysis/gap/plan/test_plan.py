@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from analysis.effect_card import Parameter
 from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.plan.decision import NOTHING, Told, decided, told
 from analysis.gap.plan.information import LinearisedCampaign
 from analysis.gap.plan.measurement import Measurement, thinned, widened
 from analysis.gap.plan.planned_sweeps import laws_at, planned_sweeps
@@ -74,13 +76,27 @@ def test_a_second_level_tells_a_mass_from_softening(bench):
 
 def test_an_expected_separation_is_that_of_a_full_fit(bench):
     """The linearised distance of two small effects is the root of the difference of chi2 of their fits."""
-    there = bench({"taper": {"tx": 0.002}}, ("taper", "draught"), noise=1e-3)
-    start = there.fit.state.with_effects({"draught": {"gx": 0.0}})
-    other = fit_gap(there.plate, there.sweeps, start, ("draught",), there.pool)
+    there = bench({"mass": {"grams": 0.2}}, ("mass", "stretch"))
+    start = there.fit.state.with_effects({"stretch": {"delta_e": 0.0, "delta_g": 0.0}})
+    other = fit_gap(there.plate, there.sweeps, start, ("stretch",), there.pool)
     apart = np.sqrt((other.total + other.prior - there.fit.total) / there.sweeps.overstated)
-    expected = separation(there.question("taper", "draught"), there.recorded)
-    assert expected > 3.0
-    assert expected == pytest.approx(apart, rel=0.25)
+    told_by, mass, stretch = there.recorded.matrix, [0], [1, 2]
+    value = there.fit.state.effects["mass"]["grams"]
+    pull = told_by[np.ix_(stretch, mass)][:, 0] * value
+    prior = np.diag([c.card.sigma**-2.0 for c in there.recorded.columns[1:]])
+    shared = pull @ np.linalg.solve(told_by[np.ix_(stretch, stretch)] + prior, pull)
+    power = value**2 * told_by[0, 0]
+    one_way = np.sqrt(power - shared)
+    assert one_way == pytest.approx(apart, rel=0.1)
+    # the other way round the imitation, which is the smaller signal, is the true one
+    expected = one_way * np.sqrt(shared / power)
+    assert separation(there.question("mass", "stretch"), there.recorded) == pytest.approx(expected, rel=0.02)
+
+
+def test_look_alikes_of_any_size_are_not_set_apart(bench):
+    """Signals of a cosine of 0.995 are one class: other errors of a tenth could exchange them."""
+    there = bench({"taper": {"tx": 0.01}}, ("taper", "draught"), noise=1e-3)
+    assert separation(there.question("taper", "draught"), there.recorded) < ENOUGH
 
 
 def test_turning_the_plate_tells_what_is_fixed_to_the_oven(bench):
@@ -145,3 +161,46 @@ def test_temperatures_are_thinned_and_widened_by_whole_steps():
 def test_no_hours_are_no_measurement():
     with pytest.raises(ValueError, match="0 hours"):
         Measurement("scale", "weigh", 0.0)
+
+
+def test_two_campaigns_decide_what_one_could_not(bench):
+    """The truth is a taper; the plate was turned for the second campaign, so a draught would change sides."""
+    there = bench({"taper": {"tx": 0.0002}}, ("taper", "draught"))
+    first = told(there.plate, there.sweeps, there.fit.state, there.asked, there.pool)
+    assert [one.effect for one in first] == [NOTHING, "taper", "draught"]
+    again = Bench(there.toy, there.pool, {"taper": {"tx": 0.0002}}, there.asked, seed=5)
+    second = told(again.plate, again.sweeps, again.fit.state, again.asked, there.pool)
+    decision = decided(first, second, ("draught",))
+    assert decision.settled == "taper"
+    assert decided(first, second).nats["draught"] > decision.nats["draught"] + 10.0
+    assert decided(first).settled is None
+
+
+def test_a_reading_by_hand_decides_in_proportion_to_its_distance(bench):
+    there = bench({"taper": {"tx": 0.0002}}, ("taper", "draught"))
+    first = told(there.plate, there.sweeps, there.fit.state, there.asked, there.pool)
+    assert decided(first, readings=[("taper", "tx", 0.0002, 2e-5)]).settled == "taper"
+    assert decided(first, readings=[("taper", "tx", 0.0, 2e-5)]).settled == "draught"
+    assert decided(first, readings=[("taper", "tx", 0.0002, 1.0)]).settled is None
+
+
+def test_the_evidence_of_two_halves_is_that_of_the_whole():
+    """One Gaussian parameter: the closed form of both data at once."""
+    card = Parameter("p", "1", -10.0, 10.0, 2.0)
+
+    def evidence(value, variance):  # of data that say value +- root of the variance
+        return -0.5 * value**2 / (4.0 + variance) - 0.5 * np.log(4.0 + variance) + 0.5 * np.log(variance)
+
+    def of(value, variance):
+        shrunk = 4.0 / (4.0 + variance)
+        return Told("p", (card,), np.array([value]), np.array([[variance]]), evidence(value, variance)), shrunk
+
+    (one, _), (other, _) = of(1.0, 0.01), of(1.1, 0.02)
+    variance = 1.0 / (1.0 / 0.01 + 1.0 / 0.02)
+    value = variance * (1.0 / 0.01 + 1.1 / 0.02)
+    spread = 0.01 + 0.02
+    known = evidence(value, variance) - 0.5 * 0.1**2 / spread
+    joint = one.beside(other, turned=False)
+    assert joint.values[0] == pytest.approx(value)
+    assert joint.covariance[0, 0] == pytest.approx(variance)
+    assert joint.log_evidence == pytest.approx(known, abs=0.02)
