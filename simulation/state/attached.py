@@ -97,7 +97,23 @@ class Seat:
 
 
 def deflection_at(ops: Attachable, x: float, y: float) -> Real:
-    """Row (r,) that gives the deflection at a place of a reduced plate; ValueError off it."""
+    """Row that gives the deflection at a place of a reduced plate.
+
+    Parameters
+    ----------
+    ops : Attachable
+    x, y : float
+        m.
+
+    Returns
+    -------
+    (r,) ndarray
+
+    Raises
+    ------
+    ValueError
+        Off the plate.
+    """
     near, weights, _ = _weights(ops, x, y)
     return np.asarray(weights @ ops.place_deflection[near])
 

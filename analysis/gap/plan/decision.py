@@ -62,7 +62,19 @@ class Told:
         return Told(self.effect, self.cards, joint, covariance, nats)
 
     def read(self, effect: str, parameter: str, value: float, sigma: float) -> float:
-        """Log likelihood of a parameter read by hand; without its effect it would be zero."""
+        """Log likelihood of a parameter read by hand; without its effect it would be zero.
+
+        Parameters
+        ----------
+        effect, parameter : str
+        value, sigma : float
+            Read, and its standard deviation.
+
+        Returns
+        -------
+        float
+            Nats, up to a constant.
+        """
         expected, spread = 0.0, sigma
         if effect == self.effect:
             place = [card.name for card in self.cards].index(parameter)
