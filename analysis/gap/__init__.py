@@ -8,6 +8,7 @@
 ``report``        result of the workflow
 ``verdict``       none, explained, partly explained or unknown
 ``plan``          which measurement would settle what a comparison left open
+``description``   what no effect explains: where it acts, by which law
 ``gap``           the whole workflow, from FRFs to the report
 ================  ================================================================================
 """

@@ -197,7 +197,7 @@ def _compared(folder: Path, held: Mapping[str, Values], executor: Executor) -> C
     steady = to_first_order(plain.frf, model, plain.local_laws, plain.updated.gains, protocol, executor)
     sweeps, _ = prepare(steady, protocol, plain.updated)
     fit = fit_gap(model, sweeps, starting_state(plain.updated, sweeps.groups), (), executor)
-    return Compared(campaign.experiment, steady, model, sweeps, fit)
+    return Compared(campaign.experiment, steady, twin, model, sweeps, fit)
 
 
 def _questions(

@@ -27,7 +27,7 @@ def gap_record(
     made_from: Mapping[str, Any],
     seconds: float,
     pairing: Pairing | None = None,
-    plan: Mapping[str, Any] | None = None,
+    more: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Return what gap.json holds.
 
@@ -41,8 +41,8 @@ def gap_record(
     seconds : float
         Wall time from reading the FRFs to the file.
     pairing : Pairing, optional
-    plan : mapping, optional
-        Of `app.files.plan_json`.
+    more : mapping, optional
+        Records of `app.files.plan_json` and `app.files.description_json`, by ``plan`` and ``description``.
 
     Returns
     -------
@@ -78,7 +78,9 @@ def gap_record(
         "noise": {
             "variance_over_stated": dict(zip(report.before.channels, report.noise.ratio.tolist(), strict=True))
         },
-        "plan": None if plan is None else dict(plan),
+        "description": None,
+        "plan": None,
+        **(more or {}),
         "notes": list(report.notes),
         "provenance": dict(made_from),
     }

@@ -12,6 +12,8 @@ from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
 from analysis.updated import Updated
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
 
 
 @dataclass(frozen=True)
@@ -23,8 +25,10 @@ class Compared:
     experiment : Experiment
     frf : Frf
         As compared: drift taken out.
+    twin : Twin
+        With the library of effects.
     model : HeldEffects
-        Around the twin, what the comparison held or released.
+        Around it, what the comparison held or released.
     sweeps : GapSweeps
     fit : GapFit
         With the effects found.
@@ -32,6 +36,7 @@ class Compared:
 
     experiment: Experiment
     frf: Frf
+    twin: Twin[EffectPlate]
     model: HeldEffects
     sweeps: GapSweeps
     fit: GapFit
@@ -42,6 +47,7 @@ class Compared:
         experiment: Experiment,
         frf: Frf,
         updated: Updated,
+        twin: Twin[EffectPlate],
         model: HeldEffects,
         found: GapReport,
         executor: Executor,
@@ -54,6 +60,7 @@ class Compared:
         experiment : Experiment
         frf : Frf
         updated : Updated
+        twin : Twin
         model : HeldEffects
             As it was given to the comparison.
         found : GapReport
@@ -72,4 +79,4 @@ class Compared:
         kept = {one.name for one in found.declared}
         model = model.releasing(name for name in model.tolerance_cards if name not in kept)
         fit = fit_gap(model, sweeps, found.state, tuple(found.state.effects), executor)
-        return cls(experiment, frf, model, sweeps, fit)
+        return cls(experiment, frf, twin, model, sweeps, fit)

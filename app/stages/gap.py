@@ -12,6 +12,7 @@ from analysis.estimates import Estimate
 from analysis.frf import Frf
 from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.numerical_floor import NumericalFloor
+from analysis.gap.description.described import Description
 from analysis.gap.gap import find_gap
 from analysis.gap.plan.ranking import Plan
 from analysis.gap.report import GapReport
@@ -23,6 +24,8 @@ from analysis.updating.drift import to_first_order
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
 from app.files.campaign_inputs import campaign_settings, has_other_sweeps, origin_of_result
+from app.files.described_effect import write_described_effect
+from app.files.description_json import description_record
 from app.files.experiment_toml import experiment_model
 from app.files.frf_file import save_frf
 from app.files.gap_file import GapFigures, save_gap
@@ -35,6 +38,7 @@ from app.files.plan_json import plan_record
 from app.files.provenance import provenance, sha256
 from app.files.twin_file import write_twin
 from app.stages.compared import Compared
+from app.stages.description import description
 from app.stages.drift_notes import untimed
 from app.stages.gap_notes import missing_words, roughness
 from app.stages.gap_pairing import paired_report, pairing_before
@@ -77,6 +81,8 @@ class GapComparison:
         What further stages take: sweeps, twin and fit with all that was found. None where this is no fit.
     plan : Plan or None
         Of the next experiment; None unless it was asked for.
+    description : Description or None
+        Of what no effect explains; None where nothing is left.
     """
 
     frf: Frf
@@ -88,11 +94,15 @@ class GapComparison:
     pairing: Pairing | None = None
     compared: Compared | None = None
     plan: Plan | None = None
+    description: Description | None = None
 
     def record(self) -> dict[str, Any]:
         """Return what gap.json holds, without provenance and time."""
-        plan = None if self.plan is None else plan_record(self.plan)
-        return gap_record(self.report, self.given, {}, 0.0, self.pairing, plan)
+        more = {
+            "plan": None if self.plan is None else plan_record(self.plan),
+            "description": None if self.description is None else description_record(self.description),
+        }
+        return gap_record(self.report, self.given, {}, 0.0, self.pairing, more)
 
     def __repr__(self) -> str:
         """Verdict, effects and chi2 in one line, and the notes."""
@@ -113,6 +123,7 @@ def compute(
     without: Collection[str] = (),
     run: Path | None = None,
     plain: Updating | None = None,
+    describing: bool = True,
 ) -> GapComparison:
     """Compare a campaign with its twin.
 
@@ -133,6 +144,8 @@ def compute(
         Run folder whose modes.h5 gives the measured modes to pair, if it is of these recordings.
     plain : Updating, optional
         What `updated_twin` gives for the same campaign, mains and run, where that is known.
+    describing : bool
+        Whether what no effect explains is described, which takes a minute.
 
     Returns
     -------
@@ -177,14 +190,17 @@ def compute(
             fitted = fit_twin(steady, plain.updated, model, protocol, executor, given, floor=floor)
         else:
             fitted = named
-        compared = None
+        compared = told = None
         if pairing is None or pairing.fits:
             around = HeldEffects.around(model)
             compared = Compared.again(
-                campaign.experiment, steady, plain.updated, around, found, executor, floor.carried
+                campaign.experiment, steady, plain.updated, twin, around, found, executor, floor.carried
             )
+            if describing:
+                told, why = description(compared, found, executor, report)
+                found = replace(found, notes=(*found.notes, *why))
     corrected = corrected_twin(frf, plain.updated, model, protocol, fitted)
-    return GapComparison(frf, plain, twin, given, found, corrected, pairing, compared)
+    return GapComparison(frf, plain, twin, given, found, corrected, pairing, compared, description=told)
 
 
 def with_plan(
@@ -271,8 +287,11 @@ def save(
         Where the run folder cannot be written.
     """
     origin = _origin(campaign, mains, start, folder)
-    plan = None if found.plan is None else plan_record(found.plan, *_next_experiment(run, found.plan, rig))
-    record = gap_record(found.report, found.given, origin, seconds, found.pairing, plan)
+    more = {
+        "plan": None if found.plan is None else plan_record(found.plan, *_next_experiment(run, found.plan, rig)),
+        "description": None if found.description is None else _described(run, found.description),
+    }
+    record = gap_record(found.report, found.given, origin, seconds, found.pairing, more)
     save_frf(run / "frf.h5", campaign.experiment, found.frf, origin)
     figures = GapFigures.of(found.report, found.corrected.nodes)
     save_gap(run / FIGURES, figures, found.report.signatures, record, origin)
@@ -289,6 +308,12 @@ def save(
         (run / LAWS).unlink(missing_ok=True)
     write_json(run / GAP, record)
     return record
+
+
+def _described(run: Path, found: Description) -> dict[str, Any]:
+    """Write the effect's file of a description, and return its record."""
+    written = write_described_effect(run, found)
+    return description_record(found, written.relative_to(run).as_posix())
 
 
 def _next_experiment(run: Path, plan: Plan, rig: Mapping[str, Any] | None) -> tuple[str, str]:

@@ -99,6 +99,8 @@ def plan(
         report("plan", (done + 1) / (len(wanted) + 1))
         try:
             told = _simulated(compared, group, asked, executor)
+        except np.linalg.LinAlgError:  # a ValueError, and a defect
+            raise
         except ValueError as error:
             notes.append(f"{group[0].key}: not simulated: {error}")
             continue
@@ -134,7 +136,7 @@ def _simulated(
     if first.experiment is None:
         raise ValueError("no campaign")
     further = 0
-    twin: Any = model.twin
+    twin = compared.twin
     if first.mass and first.place is not None:
         model = replace(model, held={**model.held, **known_mass(first.place, first.mass)})
     elif first.place is not None:

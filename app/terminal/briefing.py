@@ -10,6 +10,7 @@ from analysis.declared_quantity import DeclaredQuantity, doubts
 from analysis.material import MaterialLaws
 from analysis.updated import GOOD_MISFIT
 from app.files.best_twin import BestTwin
+from app.terminal.description import description_words
 from app.terminal.effect_words import found_words, title, titles_of
 from app.terminal.pairing import no_fit_words
 from app.terminal.plan import plan_words
@@ -20,6 +21,7 @@ USUAL = 20.0
 """Temperature at which the plate is described if the laws reach it, degrees Celsius."""
 REGIONS = 3
 """Places of what is left that are named."""
+NOTHING_LEFT = "Nothing beyond the noise."
 LONG = "docs/guide/closing-a-gap.md"
 
 
@@ -136,7 +138,7 @@ def _named(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
         ("The plate", _material(best.twin.laws, open_=not whole)),
         ("How sure", tuple(_how_sure(effect, record) for effect in record["effects"])),
         ("What it is worth", tuple(_worth(best, record, worth))),
-        ("What is left", _left(record) if not whole else ("Nothing beyond the noise.",)),
+        ("What is left", (*_left(record), *description_words(record)) if not whole else (NOTHING_LEFT,)),
         *_known(best.twin.declared, _unseen(record)),
         ("Next", (*plan_words(record), *(_next(effect) for effect in record["effects"]))),
     ]
@@ -156,7 +158,7 @@ def _unknown(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
         f"More: {LONG}",
     ]
     parts = [
-        ("What is seen", (seen, *_places(record["where"]["regions"]))),
+        ("What is seen", (seen, *_places(record["where"]["regions"]), *description_words(record))),
         ("The plate", _material(best.twin.laws, open_=True)),
         *_known(best.twin.declared, _unseen(record)),
         ("Next", (*plan_words(record), *steps)),

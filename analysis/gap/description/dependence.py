@@ -45,7 +45,7 @@ def dependences(
     Returns
     -------
     tuple of Dependence
-        Of circumstances that have more than one value in these sweeps.
+        Of circumstances that have more than one value in these sweeps; none of an effect without strength.
     """
     state, card = fit.state, model.cards[effect]
     values = state.effects[effect]
@@ -54,7 +54,9 @@ def dependences(
     amounts = np.array([values[p.name] for p in card.amplitudes])
     first = len(white[0].white) - 1 - len(amounts)
     signal = np.array([np.tensordot(amounts, one.white[first:-1], 1) for one in white])
-    found = []
+    found: list[Dependence] = []
+    if not signal.any():
+        return ()
     for on, labels, part in _circumstances(sweeps):
         split = [_split(one, signal[s], first, part[s]) for s, one in enumerate(white)]
         equations = [one.equations() for one in split]

@@ -188,8 +188,8 @@ def place_map(tangents: PlaceTangents) -> PlaceMap:
     for factor in factors:
         matrix, gradient = tangents.equations(factor[None])
         gain, variance = _best_evidence(matrix, gradient, alike)
-        prior = variance * alike
-        posterior = np.linalg.inv(matrix + np.linalg.inv(prior))
+        root = np.sqrt(variance) * np.linalg.cholesky(alike)
+        posterior = root @ np.linalg.solve(np.eye(len(root)) + root.T @ matrix @ root, root.T)
         value.append(posterior @ gradient)
         sigma.append(np.sqrt(np.diag(posterior)))
         kernel = posterior @ matrix
