@@ -22,7 +22,15 @@ def description_record(found: Description, file: str = "") -> dict[str, Any]:
     """
     return {
         "best": _form(found.best),
-        "forms": [{"name": one.name, "log_evidence_gain": one.nats, "share": one.share} for one in found.forms],
+        "forms": [
+            {
+                "name": one.name,
+                "log_evidence_gain": one.nats,
+                "share": one.share,
+                "curve": None if one.curve is None else _curve(one.curve),
+            }
+            for one in found.forms
+        ],
         "dependence": [_dependence(one) for one in found.dependence],
         "map": _map(found.map),
         "beside": sorted(found.beside),

@@ -6,6 +6,7 @@ from typing import Any
 
 from app.files.gap_file import load_gap
 from app.report import gap
+from app.report.described import description_items
 from app.report.page import Item, PageTable, Paragraph, Picture, VerdictBox
 from app.report.pairing import pairing_items
 from app.terminal.effect_words import in_words, title, titles_of
@@ -65,7 +66,7 @@ def gap_section(path: Path) -> list[Item]:
     if unseen:
         text = "Not observable with this campaign: their presence can be neither claimed nor excluded."
         items += [Paragraph(text), PageTable(("effect", "what would show it"), unseen)]
-    return [*items, *_plan(record)]
+    return [*items, *description_items(record), *_plan(record)]
 
 
 def _plan(record: Record) -> list[Item]:

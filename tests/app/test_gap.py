@@ -61,6 +61,31 @@ def test_effects_that_cannot_be_loaded(
     assert said in refused(run_flexura, campaign, "--effects", folder)
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--hours", "scale=1"), "--experiment and --hours belong to --plan"),
+        (
+            ("--plan", "--hours", "microscope=1"),
+            "'microscope=1'; allowed: KIND=HOURS, above 0, KIND one of both_ramps",
+        ),
+        (("--plan", "--hours", "scale=none"), "'scale=none'; allowed: KIND=HOURS"),
+        (("--plan", "--hours", "scale=0"), "'scale=0'; allowed: KIND=HOURS"),
+    ],
+)
+def test_hours_of_a_plan_are_checked_first(
+    tiny: Any, tmp_path: Path, run_flexura: Run, words: tuple[str, ...], said: str
+) -> None:
+    campaign = tiny.write(tmp_path / "tiny")
+    assert said in " ".join(refused(run_flexura, campaign, *words).split())
+
+
+def test_the_file_of_the_rig_must_be_an_experiment(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:
+    campaign = tiny.write(tmp_path / "tiny")
+    said = refused(run_flexura, campaign, "--plan", "--experiment", campaign / "campaign.toml")
+    assert "declares a recorded campaign" in said
+
+
 def test_what_the_analysis_refuses_is_told_in_one_message(
     tiny: Any, tmp_path: Path, run_flexura: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
