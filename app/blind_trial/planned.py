@@ -52,7 +52,7 @@ from drivers.rig.session import Session
 
 
 @dataclass(frozen=True)
-class Case:
+class HiddenCase:
     """A hidden effect, and what it is not told from in one campaign.
 
     Attributes
@@ -74,16 +74,16 @@ class Case:
 
 
 CASES = (
-    Case("thermal_lag", ("annealing", "depolarization"), blind=True),
-    Case("draught_gradient", ("thickness_taper", "modulus_gradient")),
-    Case("amplitude_softening", ("piezo_nonlinearity",), blind=True),
-    Case("thickness_taper", ("draught_gradient", "density_gradient")),
-    Case("annealing", ("thermal_lag", "depolarization"), blind=True),
-    Case("viscoelastic_dispersion", ("air_loading",)),
-    Case("density_gradient", ("thickness_taper", "draught_gradient")),
-    Case("piezo_nonlinearity", ("amplitude_softening",), blind=True),
-    Case("modulus_gradient", ("draught_gradient", "thickness_taper")),
-    Case("air_loading", ("viscoelastic_dispersion",)),
+    HiddenCase("thermal_lag", ("annealing", "depolarization"), blind=True),
+    HiddenCase("draught_gradient", ("thickness_taper", "modulus_gradient")),
+    HiddenCase("amplitude_softening", ("piezo_nonlinearity",), blind=True),
+    HiddenCase("thickness_taper", ("draught_gradient", "density_gradient")),
+    HiddenCase("annealing", ("thermal_lag", "depolarization"), blind=True),
+    HiddenCase("viscoelastic_dispersion", ("air_loading",)),
+    HiddenCase("density_gradient", ("thickness_taper", "draught_gradient")),
+    HiddenCase("piezo_nonlinearity", ("amplitude_softening",), blind=True),
+    HiddenCase("modulus_gradient", ("draught_gradient", "thickness_taper")),
+    HiddenCase("air_loading", ("viscoelastic_dispersion",)),
 )
 """Used in turn."""
 NOISE = 0.015
@@ -147,7 +147,7 @@ def one_trial(number: int, seed: int, folder: Path) -> dict[str, Any]:
         planned = plan(compared, questions, SILENT, executor, {}, reach_of(experiment))
         before = planned.ranked[0].before
         chosen, record = planned.winner, {"number": number, "hidden": case.effect, "values": hidden}
-        record |= {"open": min(before) < ENOUGH, "before_sigma": list(before)}
+        record |= {"open": min(before) < ENOUGH, "before_sigma": list(before), "notes": list(planned.notes)}
         if chosen is None or not record["open"]:
             return record | {"planned": None, "settled": decided(seen).settled, "nats": {}}
         decision = _measured(
@@ -162,7 +162,7 @@ def one_trial(number: int, seed: int, folder: Path) -> dict[str, Any]:
 
 
 def _hidden(
-    specimen: Specimen, kind: PlateKind, case: Case, rng: np.random.Generator, executor: Executor
+    specimen: Specimen, kind: PlateKind, case: HiddenCase, rng: np.random.Generator, executor: Executor
 ) -> tuple[dict[str, Values], float]:
     """Draw the values of the hidden effect, and the noise, V rms."""
     judging = effect_twin(any_declaration(kind), SILENT).plate.operators
@@ -201,7 +201,7 @@ def _compared(folder: Path, held: Mapping[str, Values], executor: Executor) -> C
 
 
 def _questions(
-    compared: Compared, case: Case, seen: Sequence[Told], executor: Executor
+    compared: Compared, case: HiddenCase, seen: Sequence[Told], executor: Executor
 ) -> tuple[Compared, tuple[Question, ...]]:
     """Return what is open, as a comparison would put it, with the likeliest effect on."""
     if case.blind:
@@ -223,7 +223,7 @@ def _measured(
     hidden: Mapping[str, Values],
     noise: float,
     seen: Sequence[Told],
-    case: Case,
+    case: HiddenCase,
     folder: Path,
     rng: np.random.Generator,
     executor: Executor,

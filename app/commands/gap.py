@@ -112,7 +112,8 @@ def command(
         record = gap.save(run, loaded, found, mains, seconds, start=twin, folder=effects, rig=rig)
     words = briefing(best_twin(run, "gap"), record, str(campaign)).lines()
     output.result(lambda: record, lambda: show(record, words))
-    for note in (*found.frf.notes, *record["notes"]):
+    planned = record["plan"]["notes"] if plan else ()
+    for note in (*found.frf.notes, *record["notes"], *planned):
         output.note(note)
     output.summary(f"{led(loaded.extent)}{summary(record, run)}")
     if found.report.verdict not in gap.GOOD:

@@ -53,7 +53,20 @@ def knots(band: tuple[float, float], count: int) -> Real:
 
 
 def hats(frequency: Real, band: tuple[float, float], count: int) -> Real:
-    """Weights (count, F) of the knots at frequencies (F,), Hz: straight lines over log f, level beyond."""
+    """Weights of the knots: straight lines over log f, level beyond the band.
+
+    Parameters
+    ----------
+    frequency : (F,) ndarray, Hz
+    band : (float, float)
+        Hz.
+    count : int
+        Number of knots.
+
+    Returns
+    -------
+    (count, F) ndarray
+    """
     at = np.interp(np.log(frequency), np.log(knots(band, count)), np.arange(count))
     return np.asarray(np.maximum(1.0 - np.abs(at - np.arange(count)[:, None]), 0.0))
 

@@ -151,9 +151,9 @@ def _lines(frf: Frf, protocol: Protocol) -> tuple[Real, "np.ndarray[tuple[int], 
     """Lines of the planned band, with the spacing of those recorded, and which of them are left out."""
     step = float(np.median(np.diff(frf.frequency)))
     low, high = protocol.band
-    below = np.arange(frf.frequency[0] - step, low - 0.5 * step, -step)[::-1]
-    above = np.arange(frf.frequency[-1] + step, high + 0.5 * step, step)
-    inside = (frf.frequency >= low - 0.5 * step) & (frf.frequency <= high + 0.5 * step)
+    below = np.arange(frf.frequency[0] - step, low - 1e-9 * step, -step)[::-1]
+    above = np.arange(frf.frequency[-1] + step, high + 1e-9 * step, step)
+    inside = (frf.frequency >= low - 1e-9 * step) & (frf.frequency <= high + 1e-9 * step)
     frequency = np.concatenate([below, frf.frequency[inside], above])
     left_out = np.concatenate([np.zeros(below.size, bool), frf.excluded[inside], np.zeros(above.size, bool)])
     return frequency, left_out

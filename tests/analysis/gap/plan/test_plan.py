@@ -122,6 +122,17 @@ def test_a_reading_by_hand_counts_as_its_distance_from_nothing(bench):
     assert blind.kind == "blind spot"
 
 
+@pytest.mark.parametrize("band", [(100.0, 1499.3), (100.0, 1500.0), (80.5, 1800.7), (300.0, 900.0)])
+def test_planned_lines_fill_the_band_and_do_not_leave_it(bench, band):
+    """A twin is certified over its band only, whose ends need not be lines of the recording."""
+    there = bench({}, ("mass",))
+    rig = there.rig.model_copy(update={"band": band})
+    sweeps, _ = planned_sweeps(there.frf, there.sweeps, there.fit.state, rig, there.plate.box)
+    lines = sweeps.nodes.lines
+    assert band[0] <= lines[0] < band[0] + 3.0  # lines of mains harmonics are left out
+    assert band[1] - 3.0 < lines[-1] <= band[1]
+
+
 def test_laws_go_on_in_straight_lines_beyond_the_campaign(bench):
     there = bench({}, ("mass",))
     at = np.array([-20.0, -10.0, 0.0, 14.0])
