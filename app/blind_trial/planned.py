@@ -18,16 +18,12 @@ from typing import Any
 import numpy as np
 
 from analysis.effect_card import Values
-from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.fit import fit_gap
-from analysis.gap.fitting.state import starting_state
 from analysis.gap.plan.decision import NOTHING, Told, decided, told
 from analysis.gap.plan.measurement import Measurement
 from analysis.gap.plan.question import Question
 from analysis.gap.plan.ranking import Plan
 from analysis.gap.plan.separation import ENOUGH
-from analysis.held_effects import HeldEffects
-from analysis.updating.drift import to_first_order
 from app.blind_trial.draw_effects import of_size
 from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.experiments import any_declaration, draw_experiments
@@ -41,10 +37,9 @@ from app.files.next_experiment import NAME, reach_of, write_next_experiment
 from app.files.provenance import sha256
 from app.files.sweep_file import Source
 from app.stages.acquire import acquire_campaign
+from app.stages.answer import compared_plainly
 from app.stages.compared import Compared
 from app.stages.plan import plan
-from app.stages.update import updated_twin
-from app.twins.campaign_model import campaign_model
 from app.twins.campaign_twin import effect_twin
 from app.twins.scouting_twin import known_mass
 from drivers.rig.campaign import unobserved
@@ -190,14 +185,7 @@ def _recorded(
 
 def _compared(folder: Path, held: Mapping[str, Values], executor: Executor) -> Compared:
     """Fit the twin without any of the effects to a campaign."""
-    campaign = load_campaign(folder)
-    plain = updated_twin(campaign, 50.0, SILENT)
-    twin, _ = campaign_model(campaign.experiment, plain.updated, SILENT, None, None)
-    model, protocol = HeldEffects(twin, held), campaign.experiment.protocol
-    steady = to_first_order(plain.frf, model, plain.local_laws, plain.updated.gains, protocol, executor)
-    sweeps, _ = prepare(steady, protocol, plain.updated)
-    fit = fit_gap(model, sweeps, starting_state(plain.updated, sweeps.groups), (), executor)
-    return Compared(campaign.experiment, steady, twin, model, sweeps, fit)
+    return compared_plainly(load_campaign(folder), 50.0, SILENT, executor, held)
 
 
 def _questions(

@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import CAMPAIGN, EXPERIMENT, effects_of_twin, mains, own_effects, run_out
+from app.commands.options import CAMPAIGN, EXPERIMENT, PATH, effects_of_twin, mains, own_effects, run_out
 from app.commands.output import Output, output_options
 
 EXAMPLES = """\b
@@ -15,6 +15,7 @@ Examples:
   flexura gap plate --twin plate-run/twin.toml --out plate-again
   flexura gap plate --effects my-effects --json
   flexura gap plate --plan --experiment rig.toml --hours both_ramps=6
+  flexura gap plate-again --after plate plate-run
 """
 
 
@@ -52,6 +53,13 @@ def _hours(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> di
     metavar="KIND=HOURS",
     help="With --plan: laboratory hours of a kind of measurement.",
 )
+@click.option(
+    "--after",
+    nargs=2,
+    type=PATH,
+    metavar="CAMPAIGN RUN",
+    help="An earlier campaign and its run folder, whose plan this one follows: both decide what was open.",
+)
 @run_out
 @mains
 @output_options("what gap.json holds")
@@ -63,6 +71,7 @@ def command(
     plan: bool,
     experiment: Path | None,
     hours: dict[str, float],
+    after: tuple[Path, Path] | None,
     out: Path | None,
     mains: float,
     output: Output,
@@ -83,6 +92,8 @@ def command(
     campaign cannot: effects that look alike, and those it cannot show. The best campaign is written as
     next-experiment.toml, for flexura acquire.
 
+    With --after, what an earlier comparison left open is decided by both campaigns together.
+
     CAMPAIGN may be running or interrupted: its finished sweeps are taken, and the result says how many of how many
     they are. Do the same again when more are there: laws.h5 of fewer sweeps is then made again, too.
     """
@@ -98,6 +109,11 @@ def command(
     if not plan and (experiment or hours):
         raise click.UsageError("--experiment and --hours belong to --plan")
     loaded = load_campaign(campaign)
+    earlier = None if after is None else load_campaign(after[0])
+    if after is not None:
+        from app.stages.answer import open_before
+
+        open_before(after[1])
     rig = rig_table(campaign, experiment) if plan else None
     from app.stages import gap  # the import takes a second: a wrong folder is reported before it
     from app.twins.campaign_model import start_of
@@ -106,6 +122,8 @@ def command(
     started = time.perf_counter()
     with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
         found = gap.compute(loaded, mains, report, start=start, folder=effects, run=run)
+        if earlier is not None and after is not None:
+            found = gap.after(found, earlier, after[1], mains, report)
         if plan:
             found = gap.with_plan(found, report, hours, rig)
         seconds = time.perf_counter() - started

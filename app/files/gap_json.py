@@ -42,7 +42,8 @@ def gap_record(
         Wall time from reading the FRFs to the file.
     pairing : Pairing, optional
     more : mapping, optional
-        Records of `app.files.plan_json` and `app.files.description_json`, by ``plan`` and ``description``.
+        Records of `app.files.plan_json` and `app.files.description_json`, by ``plan``, ``answer``
+        and ``description``.
 
     Returns
     -------
@@ -80,6 +81,7 @@ def gap_record(
         },
         "description": None,
         "plan": None,
+        "answer": None,
         **(more or {}),
         "notes": list(report.notes),
         "provenance": dict(made_from),

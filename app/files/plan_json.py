@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from analysis.gap.plan.decision import Decision
 from analysis.gap.plan.measurement import Measurement
 from analysis.gap.plan.question import Question
 from analysis.gap.plan.ranking import Expected, Plan
@@ -31,6 +32,15 @@ def plan_record(plan: Plan, file: str = "", to_complete: str = "") -> dict[str, 
         "measurements": [_expected(one) for one in plan.ranked if one.gain > 0.0],
         "next": None if chosen is None else _next(chosen.measurement, file, to_complete),
         "notes": list(plan.notes),
+    }
+
+
+def answer_record(decision: Decision) -> dict[str, Any]:
+    """Return what gap.json holds of the answer to an earlier plan's questions."""
+    best = max(decision.nats.values())
+    return {
+        "settled": decision.settled,
+        "relative_nats": {name: nats - best for name, nats in decision.nats.items()},
     }
 
 

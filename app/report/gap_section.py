@@ -12,7 +12,7 @@ from app.report.pairing import pairing_items
 from app.terminal.effect_words import in_words, title, titles_of
 from app.terminal.gap import concluded, estimate, gap_closed, held_out_parts, named, verdict_words
 from app.terminal.pairing import no_fit_words
-from app.terminal.plan import HEADINGS, plan_rows, plan_words
+from app.terminal.plan import HEADINGS, answer_words, plan_rows, plan_words
 
 Record = Mapping[str, Any]
 SETTLED = ("none", "explained")
@@ -72,8 +72,10 @@ def gap_section(path: Path) -> list[Item]:
 def _plan(record: Record) -> list[Item]:
     """Return what to measure next, where that was asked."""
     rows = plan_rows(record) if record.get("plan") else []
+    answered = [Paragraph(said) for said in answer_words(record)]
     words = [Paragraph("What to measure next: " + " ".join(said))] if (said := plan_words(record)) else []
-    return [*words, PageTable(HEADINGS, rows, numbers=(1, 3))] if rows else [*words]
+    table = [PageTable(HEADINGS, rows, numbers=(1, 3))] if rows else []
+    return [*answered, *words, *table]
 
 
 def verdict(record: Record) -> VerdictBox:

@@ -14,6 +14,7 @@ from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.description.described import Description
 from analysis.gap.gap import find_gap
+from analysis.gap.plan.decision import Decision
 from analysis.gap.plan.ranking import Plan
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
@@ -34,9 +35,10 @@ from app.files.laws_file import TwinFrf, save_laws
 from app.files.next_experiment import NAME as NEXT
 from app.files.next_experiment import reach_of, write_next_experiment
 from app.files.pairing_json import pairing_record
-from app.files.plan_json import plan_record
+from app.files.plan_json import answer_record, plan_record
 from app.files.provenance import provenance, sha256
 from app.files.twin_file import write_twin
+from app.stages.answer import with_answer
 from app.stages.compared import Compared
 from app.stages.description import description
 from app.stages.drift_notes import untimed
@@ -83,6 +85,8 @@ class GapComparison:
         Of the next experiment; None unless it was asked for.
     description : Description or None
         Of what no effect explains; None where nothing is left.
+    answer : Decision or None
+        To what an earlier comparison left open; None unless one was named.
     """
 
     frf: Frf
@@ -95,12 +99,14 @@ class GapComparison:
     compared: Compared | None = None
     plan: Plan | None = None
     description: Description | None = None
+    answer: Decision | None = None
 
     def record(self) -> dict[str, Any]:
         """Return what gap.json holds, without provenance and time."""
         more = {
             "plan": None if self.plan is None else plan_record(self.plan),
             "description": None if self.description is None else description_record(self.description),
+            "answer": None if self.answer is None else answer_record(self.answer),
         }
         return gap_record(self.report, self.given, {}, 0.0, self.pairing, more)
 
@@ -232,6 +238,37 @@ def with_plan(
     return replace(found, plan=next_experiment(found.compared, found.report, report, hours, reach))
 
 
+def after(found: GapComparison, earlier: AnyCampaign, run: Path, mains: float, report: Progress) -> GapComparison:
+    """Decide what an earlier comparison left open, by both campaigns.
+
+    Parameters
+    ----------
+    found : GapComparison
+        Of the campaign that its plan asked for.
+    earlier : AnyCampaign
+    run : Path
+        Run folder of its comparison, with a plan.
+    mains : float
+        Hz.
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    GapComparison
+        With an answer, unless this is no fit.
+
+    Raises
+    ------
+    ResultFileError
+        For a run folder without a plan, and a campaign that cannot be judged.
+    """
+    if found.compared is None:
+        return found
+    decision, _ = with_answer(earlier, run, found.compared, mains, report)
+    return replace(found, answer=decision)
+
+
 def _origin(campaign: AnyCampaign, mains: float, start: Path | None, folder: Path | None) -> dict[str, Any]:
     """Return the provenance: campaign, the twin file it started from, a user's effects."""
     inputs = dict(campaign.hashes)
@@ -290,6 +327,7 @@ def save(
     more = {
         "plan": None if found.plan is None else plan_record(found.plan, *_next_experiment(run, found.plan, rig)),
         "description": None if found.description is None else _described(run, found.description),
+        "answer": None if found.answer is None else answer_record(found.answer),
     }
     record = gap_record(found.report, found.given, origin, seconds, found.pairing, more)
     save_frf(run / "frf.h5", campaign.experiment, found.frf, origin)

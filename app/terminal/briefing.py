@@ -1,7 +1,7 @@
 """A run in words, for a reader who decides and does not fit: the plate, what its twin lacked, what to do next."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from app.files.best_twin import BestTwin
 from app.terminal.description import description_words
 from app.terminal.effect_words import found_words, title, titles_of
 from app.terminal.pairing import no_fit_words
-from app.terminal.plan import plan_words
+from app.terminal.plan import answer_words, plan_words
 from app.terminal.with_sigma import FIXED, roughly
 
 Record = Mapping[str, Any]
@@ -94,7 +94,9 @@ def briefing(
         return _no_fit(record, campaign)
     verdict = record["verdict"]
     makers = {"none": _nothing, "explained": _named, "partly_explained": _named, "unknown": _unknown}
-    return makers[verdict](best, record, worth)
+    found = makers[verdict](best, record, worth)
+    answered = tuple(answer_words(record))
+    return replace(found, parts=(("Answer", answered), *found.parts)) if answered else found
 
 
 def _without_comparison(best: BestTwin, campaign: str) -> Briefing:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from analysis.gap.plan.decision import NOTHING
 from app.terminal.effect_words import title, titles_of
 
 Record = Mapping[str, Any]
@@ -77,3 +78,24 @@ def plan_words(record: Record) -> list[str]:
     if chosen["to_complete"]:
         said.append(chosen["to_complete"])
     return said
+
+
+def answer_words(record: Record) -> list[str]:
+    """Say what both campaigns settle of an earlier plan's questions; an empty list where none was named."""
+    found = record.get("answer")
+    if not found:
+        return []
+    titles = titles_of(record)
+    others = sorted(found["relative_nats"].items(), key=lambda pair: -pair[1])
+    best, second = others[0], others[1] if len(others) > 1 else None
+    name = _or_nothing(best[0], titles)
+    if second is None:
+        return [f"Both campaigns together: {name}."]
+    behind = f"{_or_nothing(second[0], titles)} is {-second[1]:.0f} nats behind"
+    if found["settled"] is None:
+        return [f"Both campaigns together do not settle it: {name}, and {behind}."]
+    return [f"Both campaigns together settle it: {name}; {behind}."]
+
+
+def _or_nothing(name: str, titles: Mapping[str, str]) -> str:
+    return "none of them" if name == NOTHING else title(name, titles)

@@ -28,7 +28,7 @@ from simulation.reduction.effect_operators import EffectOperators
 from simulation.tolerances import tolerances
 
 NOISE = 0.002
-"""Of a line over the response: on so few modes an effect of some per cent is then found, and not told from others."""
+"""Of a line over the response: on so few modes an effect of some per cent is then seen."""
 REACH = Reach(level=4.0, temperatures=(-10.0, 80.0), rate=3.0, highest=300.0)
 
 

@@ -8,7 +8,7 @@ import pytest
 from app.report.described import curve, description_items, maps
 from app.report.page import PageTable, Paragraph, Picture
 from app.report.style import drawing
-from app.terminal.plan import plan_rows, plan_table, plan_words
+from app.terminal.plan import answer_words, plan_rows, plan_table, plan_words
 
 PLACES = [[0.03 * k, 0.04] for k in range(1, 6)]
 
@@ -107,3 +107,16 @@ def test_a_plan_without_questions_or_measurements_says_so() -> None:
     nothing["plan"]["questions"] = [{"effect": "a", "rival": None}]
     assert "None of the measurements" in plan_words(nothing)[0]
     assert plan_words({}) == []
+
+
+def test_an_answer_names_what_is_settled_and_what_comes_next() -> None:
+    nats = {"thickness_taper": 0.0, "draught_gradient": -12.3, "nothing": -200.0}
+    record: dict[str, Any] = {"answer": {"settled": "thickness_taper", "relative_nats": nats}, "effects": []}
+    assert answer_words(record) == [
+        "Both campaigns together settle it: thickness taper; draught gradient is 12 nats behind."
+    ]
+    record["answer"] = {"settled": None, "relative_nats": {"nothing": 0.0, "thermal_lag": -2.0}}
+    assert answer_words(record) == [
+        "Both campaigns together do not settle it: none of them, and thermal lag is 2 nats behind."
+    ]
+    assert answer_words({}) == []
