@@ -7,6 +7,8 @@
 ``search``        score tests, refits and comparison of candidates; held-out data
 ``report``        result of the workflow
 ``verdict``       none, explained, partly explained or unknown
+``plan``          which measurement would settle what a comparison left open
+``description``   what no effect explains: where it acts, by which law
 ``gap``           the whole workflow, from FRFs to the report
 ================  ================================================================================
 """

@@ -18,6 +18,7 @@
 ``parameter_errors``       errors of the estimates, and the coverage of their intervals
 ``calibration``            calibration of the stated probabilities
 ``proof``                  every figure of merit with its target
+``planned``                trial of planned experiments: an open question, the plan, the measurement, the answer
 ``proof_figure``           plot of the results
 =========================  ======================================================================================
 """

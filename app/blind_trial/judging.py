@@ -30,7 +30,7 @@ def judge_campaign(folder: Path, run: Path, without: Collection[str]) -> None:
     begun = time.perf_counter()
     try:
         campaign = load_campaign(folder)
-        found = gap.compute(campaign, MAINS, lambda stage, share: None, without=without)
+        found = gap.compute(campaign, MAINS, lambda stage, share: None, without=without, describing=False)
     except (CampaignFileError, ResultFileError) as error:
         write_json(run / REFUSED, {"why": str(error)})
         return

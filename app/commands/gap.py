@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import CAMPAIGN, effects_of_twin, mains, own_effects, run_out
+from app.commands.options import CAMPAIGN, EXPERIMENT, PATH, effects_of_twin, mains, own_effects, run_out
 from app.commands.output import Output, output_options
 
 EXAMPLES = """\b
@@ -14,19 +14,67 @@ Examples:
   flexura gap plate --out plate-run
   flexura gap plate --twin plate-run/twin.toml --out plate-again
   flexura gap plate --effects my-effects --json
+  flexura gap plate --plan --experiment rig.toml --hours both_ramps=6
+  flexura gap plate-again --after plate plate-run
 """
+
+
+def _hours(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> dict[str, float]:
+    """Split ``KIND=HOURS``."""
+    from analysis.gap.plan.measurement import KINDS
+
+    found = {}
+    for value in values:
+        kind, _sign, hours = value.partition("=")
+        try:
+            found[kind] = float(hours)
+        except ValueError:
+            found[kind] = 0.0
+        if kind not in KINDS or not 0.0 < found[kind] <= 1e4:
+            raise click.BadParameter(f"{value!r}; allowed: KIND=HOURS, above 0, KIND one of {', '.join(KINDS)}")
+    return found
 
 
 @click.command(name="gap", epilog=EXAMPLES, short_help="Name the effect that the twin lacks.")
 @click.argument("campaign", type=CAMPAIGN)
 @effects_of_twin
 @own_effects
+@click.option("--plan", is_flag=True, help="Say which measurement would settle what stays open.")
+@click.option(
+    "--experiment",
+    type=EXPERIMENT,
+    metavar="FILE",
+    help="With --plan: file by which CAMPAIGN was acquired (default: what its folder holds of it).",
+)
+@click.option(
+    "--hours",
+    multiple=True,
+    callback=_hours,
+    metavar="KIND=HOURS",
+    help="With --plan: laboratory hours of a kind of measurement.",
+)
+@click.option(
+    "--after",
+    nargs=2,
+    type=PATH,
+    metavar="CAMPAIGN RUN",
+    help="An earlier campaign and its run folder, whose plan this one follows: both decide what was open.",
+)
 @run_out
 @mains
 @output_options("what gap.json holds")
 @bad_input
 def command(
-    campaign: Path, twin: Path | None, effects: Path | None, out: Path | None, mains: float, output: Output
+    campaign: Path,
+    twin: Path | None,
+    effects: Path | None,
+    plan: bool,
+    experiment: Path | None,
+    hours: dict[str, float],
+    after: tuple[Path, Path] | None,
+    out: Path | None,
+    mains: float,
+    output: Output,
 ) -> None:
     """Compare CAMPAIGN with its twin and name what the twin lacks.
 
@@ -39,18 +87,34 @@ def command(
     corrected laws from then on. Exit status 0: no gap, or explained; 1: partly explained or unknown; 2: input that
     cannot be judged.
 
+    With --plan, measurements that could be made next (another ramp, level, band, sensor, a known mass, a scale, a
+    micrometer, ...) are simulated on the twin as found, and ranked by how far they set apart, per hour, what this
+    campaign cannot: effects that look alike, and those it cannot show. The best campaign is written as
+    next-experiment.toml, for flexura acquire.
+
+    With --after, what an earlier comparison left open is decided by both campaigns together.
+
     CAMPAIGN may be running or interrupted: its finished sweeps are taken, and the result says how many of how many
     they are. Do the same again when more are there: laws.h5 of fewer sweeps is then made again, too.
     """
     from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign
+    from app.files.next_experiment import rig_table
     from app.files.room import room_of
     from app.files.run_folder import run_folder
     from app.terminal.briefing import briefing
     from app.terminal.campaign_extent import led
     from app.terminal.gap import show, summary
 
+    if not plan and (experiment or hours):
+        raise click.UsageError("--experiment and --hours belong to --plan")
     loaded = load_campaign(campaign)
+    earlier = None if after is None else load_campaign(after[0])
+    if after is not None:
+        from app.stages.answer import open_before
+
+        open_before(after[1])
+    rig = rig_table(campaign, experiment) if plan else None
     from app.stages import gap  # the import takes a second: a wrong folder is reported before it
     from app.twins.campaign_model import start_of
 
@@ -58,11 +122,16 @@ def command(
     started = time.perf_counter()
     with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
         found = gap.compute(loaded, mains, report, start=start, folder=effects, run=run)
+        if earlier is not None and after is not None:
+            found = gap.after(found, earlier, after[1], mains, report)
+        if plan:
+            found = gap.with_plan(found, report, hours, rig)
         seconds = time.perf_counter() - started
-        record = gap.save(run, loaded, found, mains, seconds, start=twin, folder=effects)
+        record = gap.save(run, loaded, found, mains, seconds, start=twin, folder=effects, rig=rig)
     words = briefing(best_twin(run, "gap"), record, str(campaign)).lines()
     output.result(lambda: record, lambda: show(record, words))
-    for note in (*found.frf.notes, *record["notes"]):
+    planned = record["plan"]["notes"] if plan else ()
+    for note in (*found.frf.notes, *record["notes"], *planned):
         output.note(note)
     output.summary(f"{led(loaded.extent)}{summary(record, run)}")
     if found.report.verdict not in gap.GOOD:

@@ -75,6 +75,10 @@ Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; ``toml
 ``best_twin``          which of a run's laws and effects everything else uses
 ``pairing_json``       measured modes beside the twin's, in ``laws.h5``, ``gap.json`` and on the screen
 ``gap_json``           ``gap.json``: result of the gap workflow, for machines
+``plan_json``          the plan of the next experiment, in ``gap.json``
+``next_experiment``    ``next-experiment.toml``: a planned campaign, as an experiment to be acquired
+``description_json``   what no effect explains, in ``gap.json``
+``described_effect``   the same as an effect for a user's own folder
 ``declared_json``      declared quantities as found, in ``gap.json`` and on the screen
 ``gap_file``           ``gap.h5``: its figures
 ``twin_file``          twin files: a plate with its laws and effects

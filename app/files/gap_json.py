@@ -27,6 +27,7 @@ def gap_record(
     made_from: Mapping[str, Any],
     seconds: float,
     pairing: Pairing | None = None,
+    more: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Return what gap.json holds.
 
@@ -40,6 +41,9 @@ def gap_record(
     seconds : float
         Wall time from reading the FRFs to the file.
     pairing : Pairing, optional
+    more : mapping, optional
+        Records of `app.files.plan_json` and `app.files.description_json`, by ``plan``, ``answer``
+        and ``description``.
 
     Returns
     -------
@@ -76,6 +80,10 @@ def gap_record(
         "noise": {
             "variance_over_stated": dict(zip(report.before.channels, report.noise.ratio.tolist(), strict=True))
         },
+        "description": None,
+        "plan": None,
+        "answer": None,
+        **(more or {}),
         "notes": list(report.notes),
         "provenance": dict(made_from),
     }

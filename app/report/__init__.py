@@ -18,6 +18,7 @@
 ``pairing``         measured modes beside those of the twin
 ``gap``             figures of the gap
 ``gap_section``     the section on the gap
+``described``       what an unknown cause acts like: its part of that section
 ``focusing``        contrast and spot error (paper Figs. 4, 13, 15 and 17)
 ``paper``           our figures beside the paper's
 ``modal_test``      a test at many places

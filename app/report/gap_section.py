@@ -6,11 +6,13 @@ from typing import Any
 
 from app.files.gap_file import load_gap
 from app.report import gap
+from app.report.described import description_items
 from app.report.page import Item, PageTable, Paragraph, Picture, VerdictBox
 from app.report.pairing import pairing_items
 from app.terminal.effect_words import in_words, title, titles_of
 from app.terminal.gap import concluded, estimate, gap_closed, held_out_parts, named, verdict_words
 from app.terminal.pairing import no_fit_words
+from app.terminal.plan import HEADINGS, answer_words, plan_rows, plan_words
 
 Record = Mapping[str, Any]
 SETTLED = ("none", "explained")
@@ -64,7 +66,16 @@ def gap_section(path: Path) -> list[Item]:
     if unseen:
         text = "Not observable with this campaign: their presence can be neither claimed nor excluded."
         items += [Paragraph(text), PageTable(("effect", "what would show it"), unseen)]
-    return items
+    return [*items, *description_items(record), *_plan(record)]
+
+
+def _plan(record: Record) -> list[Item]:
+    """Return what to measure next, where that was asked."""
+    rows = plan_rows(record) if record.get("plan") else []
+    answered = [Paragraph(said) for said in answer_words(record)]
+    words = [Paragraph("What to measure next: " + " ".join(said))] if (said := plan_words(record)) else []
+    table = [PageTable(HEADINGS, rows, numbers=(1, 3))] if rows else []
+    return [*answered, *words, *table]
 
 
 def verdict(record: Record) -> VerdictBox:

@@ -16,6 +16,10 @@
 ``gap``                    comparison of a campaign with its twin
 ``gap_notes``                effects that were not tried, and the error of the twin
 ``gap_pairing``              modes paired before and after the effects found
+``compared``                 what a comparison leaves for the two below
+``plan``                     the next experiment
+``answer``                   what an earlier comparison left open, by both campaigns
+``description``              what no effect explains
 ``drift_notes``              drift of the temperature that is not taken into account
 ``temperature_notes``      temperatures of a campaign that cannot be true
 ``issued_twin``            twin file that the gap stage writes

@@ -12,7 +12,10 @@ from analysis.estimates import Estimate
 from analysis.frf import Frf
 from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.numerical_floor import NumericalFloor
+from analysis.gap.description.described import Description
 from analysis.gap.gap import find_gap
+from analysis.gap.plan.decision import Decision
+from analysis.gap.plan.ranking import Plan
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
 from analysis.pairing.paired_sweeps import Pairing
@@ -22,17 +25,27 @@ from analysis.updating.drift import to_first_order
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
 from app.files.campaign_inputs import campaign_settings, has_other_sweeps, origin_of_result
+from app.files.described_effect import write_described_effect
+from app.files.description_json import description_record
+from app.files.experiment_toml import experiment_model
 from app.files.frf_file import save_frf
 from app.files.gap_file import GapFigures, save_gap
 from app.files.gap_json import gap_record
 from app.files.laws_file import TwinFrf, save_laws
+from app.files.next_experiment import NAME as NEXT
+from app.files.next_experiment import reach_of, write_next_experiment
 from app.files.pairing_json import pairing_record
+from app.files.plan_json import answer_record, plan_record
 from app.files.provenance import provenance, sha256
 from app.files.twin_file import write_twin
+from app.stages.answer import with_answer
+from app.stages.compared import Compared
+from app.stages.description import description
 from app.stages.drift_notes import untimed
 from app.stages.gap_notes import missing_words, roughness
 from app.stages.gap_pairing import paired_report, pairing_before
 from app.stages.issued_twin import issued_twin
+from app.stages.plan import next_experiment
 from app.stages.update import Updating, updated_twin
 from app.terminal.gap import headline, tables
 from app.terminal.notebook import as_html, as_text
@@ -66,6 +79,14 @@ class GapComparison:
         With the effects claimed; with verdict unknown the effects found are hints and are left out.
     pairing : Pairing or None
         Of measured modes with the twin's, before and after; None where either is not known.
+    compared : Compared or None
+        What further stages take: sweeps, twin and fit with all that was found. None where this is no fit.
+    plan : Plan or None
+        Of the next experiment; None unless it was asked for.
+    description : Description or None
+        Of what no effect explains; None where nothing is left.
+    answer : Decision or None
+        To what an earlier comparison left open; None unless one was named.
     """
 
     frf: Frf
@@ -75,10 +96,19 @@ class GapComparison:
     report: GapReport
     corrected: CorrectedTwin
     pairing: Pairing | None = None
+    compared: Compared | None = None
+    plan: Plan | None = None
+    description: Description | None = None
+    answer: Decision | None = None
 
     def record(self) -> dict[str, Any]:
         """Return what gap.json holds, without provenance and time."""
-        return gap_record(self.report, self.given, {}, 0.0, self.pairing)
+        more = {
+            "plan": None if self.plan is None else plan_record(self.plan),
+            "description": None if self.description is None else description_record(self.description),
+            "answer": None if self.answer is None else answer_record(self.answer),
+        }
+        return gap_record(self.report, self.given, {}, 0.0, self.pairing, more)
 
     def __repr__(self) -> str:
         """Verdict, effects and chi2 in one line, and the notes."""
@@ -99,6 +129,7 @@ def compute(
     without: Collection[str] = (),
     run: Path | None = None,
     plain: Updating | None = None,
+    describing: bool = True,
 ) -> GapComparison:
     """Compare a campaign with its twin.
 
@@ -119,6 +150,8 @@ def compute(
         Run folder whose modes.h5 gives the measured modes to pair, if it is of these recordings.
     plain : Updating, optional
         What `updated_twin` gives for the same campaign, mains and run, where that is known.
+    describing : bool
+        Whether what no effect explains is described, which takes a minute.
 
     Returns
     -------
@@ -159,11 +192,87 @@ def compute(
         named = FittedTwin(*parts, {**given, **claimed}, found.declared)
         last = corrected_twin(frf, plain.updated, model, protocol, named)
         found, pairing = paired_report(campaign, plain, twin, found, pairing, last)
+<<<<<<< HEAD
         bare = found.plain
         unnamed = FittedTwin(bare.state, bare.laws, bare.sigma_gain, given, bare.declared)
         fitted = unnamed if found.verdict == "unknown" else named
+=======
+        if found.verdict == "unknown":
+            fitted = fit_twin(steady, plain.updated, model, protocol, executor, given, floor=floor)
+        else:
+            fitted = named
+        compared = told = None
+        if pairing is None or pairing.fits:
+            around = HeldEffects.around(model)
+            compared = Compared.again(
+                campaign.experiment, steady, plain.updated, twin, around, found, executor, floor.carried
+            )
+            if describing:
+                told, why = description(compared, found, executor, report)
+                found = replace(found, notes=(*found.notes, *why))
+>>>>>>> gap
     corrected = corrected_twin(frf, plain.updated, model, protocol, fitted)
-    return GapComparison(frf, plain, twin, given, found, corrected, pairing)
+    return GapComparison(frf, plain, twin, given, found, corrected, pairing, compared, description=told)
+
+
+def with_plan(
+    found: GapComparison,
+    report: Progress,
+    hours: Mapping[str, float] | None = None,
+    rig: Mapping[str, Any] | None = None,
+) -> GapComparison:
+    """Add the plan of the next experiment to a comparison.
+
+    Parameters
+    ----------
+    found : GapComparison
+    report : callable
+        Called with a stage's name and the share of it done.
+    hours : mapping of str to float, optional
+        Of some kinds of measurement, instead of the usual ones.
+    rig : mapping, optional
+        Table of the experiment's file, which says what the rig can do.
+
+    Returns
+    -------
+    GapComparison
+        With an empty plan where this is no fit: nothing can be simulated with such a twin.
+    """
+    if found.compared is None:
+        return replace(found, plan=Plan((), ()))
+    reach = None if rig is None else reach_of(experiment_model(rig).model_validate(rig))
+    return replace(found, plan=next_experiment(found.compared, found.report, report, hours, reach))
+
+
+def after(found: GapComparison, earlier: AnyCampaign, run: Path, mains: float, report: Progress) -> GapComparison:
+    """Decide what an earlier comparison left open, by both campaigns.
+
+    Parameters
+    ----------
+    found : GapComparison
+        Of the campaign that its plan asked for.
+    earlier : AnyCampaign
+    run : Path
+        Run folder of its comparison, with a plan.
+    mains : float
+        Hz.
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    GapComparison
+        With an answer, unless this is no fit.
+
+    Raises
+    ------
+    ResultFileError
+        For a run folder without a plan, and a campaign that cannot be judged.
+    """
+    if found.compared is None:
+        return found
+    decision, _ = with_answer(earlier, run, found.compared, mains, report)
+    return replace(found, answer=decision)
 
 
 def _origin(campaign: AnyCampaign, mains: float, start: Path | None, folder: Path | None) -> dict[str, Any]:
@@ -185,6 +294,7 @@ def save(
     *,
     start: Path | None = None,
     folder: Path | None = None,
+    rig: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Write gap.json, gap.h5, frf.h5, twin.toml and laws, and return the content of gap.json.
 
@@ -206,6 +316,8 @@ def save(
         Twin file from which the comparison started.
     folder : Path, optional
         A user's own effects.
+    rig : mapping, optional
+        Table of the experiment's file, from which that of a planned campaign is made.
 
     Returns
     -------
@@ -218,7 +330,12 @@ def save(
         Where the run folder cannot be written.
     """
     origin = _origin(campaign, mains, start, folder)
-    record = gap_record(found.report, found.given, origin, seconds, found.pairing)
+    more = {
+        "plan": None if found.plan is None else plan_record(found.plan, *_next_experiment(run, found.plan, rig)),
+        "description": None if found.description is None else _described(run, found.description),
+        "answer": None if found.answer is None else answer_record(found.answer),
+    }
+    record = gap_record(found.report, found.given, origin, seconds, found.pairing, more)
     save_frf(run / "frf.h5", campaign.experiment, found.frf, origin)
     figures = GapFigures.of(found.report, found.corrected.nodes)
     save_gap(run / FIGURES, figures, found.report.signatures, record, origin)
@@ -235,6 +352,24 @@ def save(
         (run / LAWS).unlink(missing_ok=True)
     write_json(run / GAP, record)
     return record
+
+
+def _described(run: Path, found: Description) -> dict[str, Any]:
+    """Write the effect's file of a description, and return its record."""
+    written = write_described_effect(run, found)
+    return description_record(found, written.relative_to(run).as_posix())
+
+
+def _next_experiment(run: Path, plan: Plan, rig: Mapping[str, Any] | None) -> tuple[str, str]:
+    """Write the experiment of a planned campaign; return its name, and what is to be filled in there."""
+    target = run / NEXT
+    target.unlink(missing_ok=True)
+    chosen = plan.winner
+    if chosen is None or chosen.measurement.experiment is None:
+        return "", ""
+    if rig is None:
+        return "", "For its experiment's file, name that of this campaign: --experiment FILE."
+    return NEXT, write_next_experiment(target, rig, chosen.measurement)
 
 
 def _wants_laws(path: Path, campaign: AnyCampaign) -> bool:

@@ -18,6 +18,8 @@
 ``compensation``         methods of compensation as JSON, as a table and in one line
 ``thermometer``          readings of the thermometer as JSON and in one line
 ``gap``                  tables and sentences from gap.json
+``plan``                 the next experiment as a table and in sentences
+``description``          what no effect explains, in sentences
 ``effect_words``         effects found, in units that people use
 ``briefing``             a run in words: the plate, what its twin lacked, what to do next
 ``whole_run``            stages of a run as they are done, and the table at the end

@@ -1,7 +1,7 @@
 """A run in words, for a reader who decides and does not fit: the plate, what its twin lacked, what to do next."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,8 +10,10 @@ from analysis.declared_quantity import DeclaredQuantity, doubts
 from analysis.material import MaterialLaws
 from analysis.updated import GOOD_MISFIT
 from app.files.best_twin import BestTwin
+from app.terminal.description import description_words
 from app.terminal.effect_words import found_words, title, titles_of
 from app.terminal.pairing import no_fit_words
+from app.terminal.plan import answer_words, plan_words
 from app.terminal.with_sigma import FIXED, roughly
 
 Record = Mapping[str, Any]
@@ -19,6 +21,7 @@ USUAL = 20.0
 """Temperature at which the plate is described if the laws reach it, degrees Celsius."""
 REGIONS = 3
 """Places of what is left that are named."""
+NOTHING_LEFT = "Nothing beyond the noise."
 LONG = "docs/guide/closing-a-gap.md"
 
 
@@ -91,7 +94,9 @@ def briefing(
         return _no_fit(record, campaign)
     verdict = record["verdict"]
     makers = {"none": _nothing, "explained": _named, "partly_explained": _named, "unknown": _unknown}
-    return makers[verdict](best, record, worth)
+    found = makers[verdict](best, record, worth)
+    answered = tuple(answer_words(record))
+    return replace(found, parts=(("Answer", answered), *found.parts)) if answered else found
 
 
 def _without_comparison(best: BestTwin, campaign: str) -> Briefing:
@@ -118,7 +123,8 @@ def _nothing(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
     headline = f"Nothing is missing: the twin agrees with the plate to the noise of the measurement.{on}"
     sentence = f"The twin misses {100 * before:.2g} % of the response, which is noise."
     parts = [("The plate", _material(best.twin.laws)), ("Twin and plate", (sentence,))]
-    return _brief(headline, True, best.ignored, [*parts, *_known(best.twin.declared, _unseen(record))])
+    known = _known(best.twin.declared, _unseen(record))
+    return _brief(headline, True, best.ignored, [*parts, *known, ("Next", plan_words(record))])
 
 
 def _named(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
@@ -134,9 +140,9 @@ def _named(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
         ("The plate", _material(best.twin.laws, open_=not whole and record.get("scatter") is None)),
         ("How sure", tuple(_how_sure(effect, record) for effect in record["effects"])),
         ("What it is worth", tuple(_worth(best, record, worth))),
-        ("What is left", _left(record) if not whole else ("Nothing beyond the noise.",)),
+        ("What is left", (*_left(record), *description_words(record)) if not whole else (NOTHING_LEFT,)),
         *_known(best.twin.declared, _unseen(record)),
-        ("Next", tuple(_next(effect) for effect in record["effects"])),
+        ("Next", (*plan_words(record), *(_next(effect) for effect in record["effects"]))),
     ]
     return _brief(headline, whole, best.ignored, parts)
 
@@ -154,10 +160,15 @@ def _unknown(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
         f"More: {LONG}",
     ]
     parts = [
+<<<<<<< HEAD
         ("What is seen", (seen, *_scatter(record), *_places(record["where"]["regions"]))),
         ("The plate", _material(best.twin.laws, open_=record.get("scatter") is None)),
+=======
+        ("What is seen", (seen, *_places(record["where"]["regions"]), *description_words(record))),
+        ("The plate", _material(best.twin.laws, open_=True)),
+>>>>>>> gap
         *_known(best.twin.declared, _unseen(record)),
-        ("Next", tuple(steps)),
+        ("Next", (*plan_words(record), *steps)),
     ]
     headline = "Something is missing in the twin, and no effect of the library explains it."
     return _brief(headline, False, best.ignored, parts)

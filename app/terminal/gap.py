@@ -6,6 +6,7 @@ from typing import Any
 
 from app.terminal.effect_words import title, titles_of
 from app.terminal.pairing import no_fit_words, pairing_tables
+from app.terminal.plan import plan_table
 from app.terminal.with_sigma import with_sigma
 
 Record = Mapping[str, Any]
@@ -82,7 +83,7 @@ def tables(record: Record) -> list[Any]:
         *pairs,
         *(() if no_fit else (_found(record),)),
         _agreement(record),
-        *(() if no_fit else (_where(record), _unseen(record))),
+        *(() if no_fit else (_where(record), _unseen(record), plan_table(record))),
     )
     return [table for table in every if table.row_count]
 

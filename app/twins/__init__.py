@@ -3,6 +3,7 @@
 ====================  ===========================================================
 ``campaign_twin``     twin of an experiment, as declared or with effects
 ``campaign_model``    twin with effects, reduced to the materials of one campaign
+``scouting_twin``     the same with further sensors, and a known mass
 ``panel_twin``        twin of a focusing panel
 ``tilted_twin``     the same with one side warmer than the other
 ``expected_modes``    modes that the twin of an updated run expects

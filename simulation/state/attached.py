@@ -96,6 +96,28 @@ class Seat:
         )
 
 
+def deflection_at(ops: Attachable, x: float, y: float) -> Real:
+    """Row that gives the deflection at a place of a reduced plate.
+
+    Parameters
+    ----------
+    ops : Attachable
+    x, y : float
+        m.
+
+    Returns
+    -------
+    (r,) ndarray
+
+    Raises
+    ------
+    ValueError
+        Off the plate.
+    """
+    near, weights, _ = _weights(ops, x, y)
+    return np.asarray(weights @ ops.place_deflection[near])
+
+
 def _weights(ops: Attachable, x: Any, y: Any) -> tuple[Any, Numbers, Numbers]:
     """Places (n,) near (x, y), their weights in a cubic interpolation, and in a linear one."""
     if not len(ops.places):

@@ -10,10 +10,12 @@ import pytest
 from click.testing import CliRunner, Result
 from threadpoolctl import threadpool_limits
 
+from analysis.gap.plan.measurement import OVEN_FIXED
 from app.files.gap_file import load_gap
 from app.files.laws_file import load_laws, load_updated
 from app.files.twin_file import read_twin
 from app.main import flexura
+from app.stages.answer import open_before
 from app.stages.gap_notes import missing_words, roughness
 
 Run = Callable[..., tuple[int, str, str]]
@@ -59,6 +61,61 @@ def test_effects_that_cannot_be_loaded(
         folder.mkdir()
         (folder / "mine.py").write_text(content, encoding="utf-8")
     assert said in refused(run_flexura, campaign, "--effects", folder)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--hours", "scale=1"), "--experiment and --hours belong to --plan"),
+        (
+            ("--plan", "--hours", "microscope=1"),
+            "'microscope=1'; allowed: KIND=HOURS, above 0, KIND one of both_ramps",
+        ),
+        (("--plan", "--hours", "scale=none"), "'scale=none'; allowed: KIND=HOURS"),
+        (("--plan", "--hours", "scale=0"), "'scale=0'; allowed: KIND=HOURS"),
+    ],
+)
+def test_hours_of_a_plan_are_checked_first(
+    tiny: Any, tmp_path: Path, run_flexura: Run, words: tuple[str, ...], said: str
+) -> None:
+    campaign = tiny.write(tmp_path / "tiny")
+    assert said in " ".join(refused(run_flexura, campaign, *words).split())
+
+
+def test_the_file_of_the_rig_must_be_an_experiment(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:
+    campaign = tiny.write(tmp_path / "tiny")
+    said = refused(run_flexura, campaign, "--plan", "--experiment", campaign / "campaign.toml")
+    assert "declares a recorded campaign" in said
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (None, "holds no plan; make it with: flexura gap CAMPAIGN --plan"),
+        ("{", "holds no plan"),
+        ('{"plan": null}', "holds no plan"),
+        ('{"plan": {"questions": [], "next": null}}', "has no questions"),
+    ],
+)
+def test_an_earlier_campaign_without_a_plan_is_refused(
+    tiny: Any, tmp_path: Path, run_flexura: Run, content: str | None, said: str
+) -> None:
+    campaign, run = tiny.write(tmp_path / "tiny"), tmp_path / "earlier-run"
+    run.mkdir()
+    if content is not None:
+        (run / "gap.json").write_text(content, encoding="utf-8")
+    assert said in refused(run_flexura, campaign, "--after", campaign, run)
+
+
+def test_what_was_open_is_read_from_the_plan(tmp_path: Path) -> None:
+    questions = [
+        {"effect": "draught_gradient", "rival": "thickness_taper"},
+        {"effect": "annealing", "rival": None},
+    ]
+    for key, turned in (("turned_plate", OVEN_FIXED), ("both_ramps", ())):
+        plan = {"questions": questions, "next": {"key": key}}
+        (tmp_path / "gap.json").write_text(json.dumps({"plan": plan}), encoding="utf-8")
+        assert open_before(tmp_path) == (("draught_gradient", "thickness_taper", "annealing"), turned)
 
 
 def test_what_the_analysis_refuses_is_told_in_one_message(

@@ -10,8 +10,10 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QListWidget, QList
 
 from analysis.arrays import Real
 from app.files.gap_file import GapFigures, Signatures
+from app.terminal.description import description_words
 from app.terminal.effect_words import found_words, titles_of
 from app.terminal.gap import concluded
+from app.terminal.plan import plan_words
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
 from app.view.map import Map
 from app.view.map_chart import MapChart
@@ -74,7 +76,7 @@ class GapPage(QWidget):
         gap = record["gap"]
         label = QLabel(
             f"<h3>{words}</h3>χ² per degree of freedom {gap['baseline']['chi2_per_dof']:.3g} before, "
-            f"{gap['final']['chi2_per_dof']:.3g} after<ul>{found}</ul>"
+            f"{gap['final']['chi2_per_dof']:.3g} after<ul>{found}</ul>{_further(record)}"
         )
         label.setWordWrap(True)
         label.setObjectName("verdict")
@@ -163,6 +165,12 @@ class GapPage(QWidget):
         temperature, grouped = before.grouped(sigma)
         middle = 0.5 * (before.edges[1:] + before.edges[:-1])
         return Map(middle, temperature, np.log10(np.maximum(grouped, 1.0)))
+
+
+def _further(record: Record) -> str:
+    """Say what an unknown cause acts like, and what to measure next, where these are known."""
+    parts = (("", description_words(record)), ("Next: ", plan_words(record)))
+    return "".join(f"<p>{escape(head + ' '.join(said))}</p>" for head, said in parts if said)
 
 
 def _evidence(row: Record) -> float:

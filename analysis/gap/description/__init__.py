@@ -1,0 +1,9 @@
+"""Description of a cause that no effect explains: where it acts, by which law, on what it depends.
+
+=================  ===================================================================
+``described``      forms, curves, dependences: the result
+``place_map``      missing mass, stiffness and damping over the plate
+``dependence``     strength by temperature, ramp, level, channel and time
+``describing``     all forms fitted and compared
+=================  ===================================================================
+"""

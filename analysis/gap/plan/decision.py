@@ -1,0 +1,187 @@
+"""Which of some effects it was, by two campaigns: the one that left the question open, and the planned one.
+
+Each effect is fitted to each campaign alone. Laws, readings and declared quantities are each campaign's own; the
+effect's amplitudes are the same in both. With estimates a and b of covariances A and B, the evidence of both is
+the product of theirs times N(a - b; 0, A + B)/p(c), p the prior at the joint estimate c (Laplace's approximation).
+"""
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.arrays import Real
+from analysis.effect_card import EffectCard, Parameter, Values
+from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.fitting.state import GapState
+from analysis.gap.thresholds import CLASS_NATS
+from analysis.twin_model import TwinModel
+
+NOTHING = "nothing"
+STARTS = 4
+"""Sites from which an effect with a place is fitted where none is known."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """What one campaign says of one effect.
+
+    Attributes
+    ----------
+    effect : str
+        `NOTHING` for the twin without any of them.
+    cards : tuple of Parameter
+        Of its P amplitudes.
+    values : (P,) ndarray
+        Of the amplitudes.
+    covariance : (P, P) ndarray
+    log_evidence : float
+        Of the twin with it, nats, reduced for the twin's own error and for what the best fit leaves.
+    """
+
+    effect: str
+    cards: tuple[Parameter, ...]
+    values: Real
+    covariance: Real
+    log_evidence: float
+
+    def beside(self, other: "Told", turned: bool) -> "Told":
+        """Join what another campaign says of the same effect, whose amplitudes are `turned` there or not."""
+        sign = -1.0 if turned else 1.0
+        apart, spread = self.values - sign * other.values, self.covariance + other.covariance
+        weight = np.linalg.solve(spread, apart)
+        joint = self.values - self.covariance @ weight
+        sigma = np.array([card.sigma for card in self.cards])
+        prior = -0.5 * float(((joint / sigma) ** 2).sum()) - float(np.log(sigma).sum())
+        agree = -0.5 * float(apart @ weight) - 0.5 * float(np.linalg.slogdet(spread)[1])
+        covariance = self.covariance - self.covariance @ np.linalg.solve(spread, self.covariance)
+        nats = self.log_evidence + other.log_evidence + agree - prior
+        return Told(self.effect, self.cards, joint, covariance, nats)
+
+    def read(self, effect: str, parameter: str, value: float, sigma: float) -> float:
+        """Log likelihood of a parameter read by hand; without its effect it would be zero.
+
+        Parameters
+        ----------
+        effect, parameter : str
+        value, sigma : float
+            Read, and its standard deviation.
+
+        Returns
+        -------
+        float
+            Nats, up to a constant.
+        """
+        expected, spread = 0.0, sigma
+        if effect == self.effect:
+            place = [card.name for card in self.cards].index(parameter)
+            expected = float(self.values[place])
+            spread = float(np.hypot(sigma, np.sqrt(self.covariance[place, place])))
+        return float(-0.5 * ((value - expected) / spread) ** 2 - np.log(spread))
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Answer to a question.
+
+    Attributes
+    ----------
+    nats : mapping of str to float
+        Log evidence of each effect, up to a common constant.
+    """
+
+    nats: Mapping[str, float]
+
+    @property
+    def settled(self) -> str | None:
+        """The effect that it was, or `NOTHING`; None where another one is within a factor of twenty."""
+        best, *others = sorted(self.nats, key=lambda name: -self.nats[name])
+        if others and self.nats[best] - self.nats[others[0]] < CLASS_NATS:
+            return None
+        return best
+
+
+def told(
+    model: TwinModel, sweeps: GapSweeps, base: GapState, effects: Sequence[str], executor: Executor
+) -> tuple[Told, ...]:
+    """Fit the twin without, and with each of some effects, alone beside the others of `base`, to one campaign.
+
+    Parameters
+    ----------
+    model : TwinModel
+    sweeps : GapSweeps
+    base : GapState
+        From which the fits start.
+    effects : sequence of str
+    executor : Executor
+        Sweeps are linearised on it.
+
+    Returns
+    -------
+    tuple of Told
+        `NOTHING` first.
+    """
+    rest = {name: values for name, values in base.effects.items() if name not in effects}
+    plain = fit_gap(model, sweeps, base.with_effects(rest), tuple(rest), executor)
+    fits = [_best(model, sweeps, base, plain, rest, model.cards[name], executor) for name in effects]
+    left = min(max(1.0, fit.total / fit.dof) for fit in (plain, *fits))
+    errors = left * sweeps.overstated
+    nothing = Told(NOTHING, (), np.zeros(0), np.zeros((0, 0)), plain.log_evidence / errors)
+    named = zip(effects, fits, strict=True)
+    return (nothing, *(_told(model.cards[name], fit, errors) for name, fit in named))
+
+
+def decided(
+    first: Sequence[Told],
+    second: Sequence[Told] = (),
+    turned: Sequence[str] = (),
+    readings: Sequence[tuple[str, str, float, float]] = (),
+) -> Decision:
+    """Weigh effects by one or two campaigns, and by what was read by hand.
+
+    Parameters
+    ----------
+    first, second : sequence of Told
+        Of the same effects in the same order; `second` may be empty.
+    turned : sequence of str
+        Effects whose amplitudes have the other sign in the second campaign.
+    readings : sequence of (effect, parameter, value, standard deviation)
+
+    Returns
+    -------
+    Decision
+    """
+    joint = list(first)
+    if second:
+        joint = [a.beside(b, a.effect in turned) for a, b in zip(first, second, strict=True)]
+    return Decision({one.effect: one.log_evidence + sum(one.read(*r) for r in readings) for one in joint})
+
+
+def _best(
+    model: TwinModel,
+    sweeps: GapSweeps,
+    base: GapState,
+    plain: GapFit,
+    rest: Mapping[str, Values],
+    card: EffectCard,
+    executor: Executor,
+) -> GapFit:
+    """Fit an effect from its values in `base`, or from its first few sites."""
+    known = base.effects.get(card.name)
+    starts = [dict(known)] if known is not None else [card.zero(site) for site in card.sites[:STARTS]]
+    names, state = (*rest, card.name), base if known is not None else plain.state
+    fits = [
+        fit_gap(model, sweeps, state.with_effects({**rest, card.name: start}), names, executor) for start in starts
+    ]
+    return max(fits, key=lambda fit: fit.log_evidence)
+
+
+def _told(card: EffectCard, fit: GapFit, errors: float) -> Told:
+    wanted = {(card.name, p.name) for p in card.amplitudes}
+    places = [k for k, name in enumerate(fit.free.names) if name in wanted]
+    values = np.array([fit.state.effects[card.name][p.name] for p in card.amplitudes])
+    covariance = fit.stated.own[np.ix_(places, places)]
+    return Told(card.name, card.amplitudes, values, covariance, fit.log_evidence / errors)

@@ -1,0 +1,127 @@
+"""How far a campaign sets two explanations apart: the distance of their signals, in standard deviations.
+
+Linearised at the twin as found. One effect is taken as true with the values found; the other imitates it as
+well as it can, with all else free: the square root of the expected difference of chi2 is the distance. The smaller
+of both directions counts. Signals whose cosine stays above `CLASS_COSINE` are one class however large they are, so
+that a distance counts in proportion to its share of the signal, up to `ENOUGH` at that cosine.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.linalg import eigh
+
+from analysis.arrays import Real
+from analysis.gap.plan.information import Information
+from analysis.gap.plan.question import Question
+from analysis.gap.thresholds import CLASS_COSINE, LEAST_KEPT
+
+ENOUGH = 5.0
+"""Separation at which a question counts as settled, sigma: the difference in chi2 then is 25 +- 10, and a class is
+left at 6 (`CLASS_NATS`)."""
+
+LEAST_SHARE = float(np.sqrt(1.0 - CLASS_COSINE**2))
+"""Share of a signal that must be its own for another name not to be of its class."""
+
+Readings = Mapping[tuple[str, str], float]
+"""Standard deviations with which parameters of effects, (effect, parameter), are measured by hand."""
+
+NO_READINGS: Readings = {}
+
+
+def separation(
+    question: Question,
+    information: Information,
+    readings: Readings = NO_READINGS,
+    recorded: Information | None = None,
+) -> float:
+    """Separation of the answers to a question.
+
+    Parameters
+    ----------
+    question : Question
+    information : Information
+        Of one campaign, or the sum of several.
+    readings : mapping
+        Of what is measured by hand besides.
+    recorded : Information, optional
+        Of the recorded campaign, in which the rival imitates the effect; `information` by default.
+
+    Returns
+    -------
+    float
+        Standard deviations: of the two effects' signals, or of one prior standard deviation of an effect in
+        question against nothing. 0 for an effect of which the campaign keeps less than what is observable.
+    """
+    if question.rival is None:
+        return _presence(question.effect, information, readings)
+    values = question.values
+    mine = [i for i in information.of(question.effect) if not information.columns[i].card.shape]
+    found = np.array([values[information.columns[i].card.name] for i in mine])
+    both_ways = []
+    for site in information.sites(question.rival):
+        theirs = information.of(question.rival, site)
+        rival = _imitation(recorded or information, mine, found, theirs)
+        one_way = _left(information, mine, found, theirs, readings)
+        other_way = _left(information, theirs, rival, mine, readings)
+        both_ways.append(min(one_way, other_way))
+    return min(both_ways)
+
+
+def _left(information: Information, true: list[int], values: Real, others: list[int], readings: Readings) -> float:
+    """Distance that others, and what is read by hand, leave of the signal of `true` with `values`."""
+    matrix = information.matrix
+    power = float(values @ matrix[np.ix_(true, true)] @ values)
+    pull = matrix[np.ix_(others, true)] @ values
+    precision = [_prior(information, i) + _read(information, i, readings) for i in others]
+    explained = float(pull @ np.linalg.solve(matrix[np.ix_(others, others)] + np.diag(precision), pull))
+    measured = sum(v**2 * _read(information, i, readings) for i, v in zip(true, values, strict=True))
+    left, whole = max(power - explained, 0.0) + float(measured), power + float(measured)
+    if whole <= 0.0:
+        return 0.0
+    share = np.sqrt(left / whole)  # the sine of the angle between both signals
+    distance = float(np.sqrt(left))
+    return distance if share >= LEAST_SHARE else min(distance, ENOUGH * float(share) / LEAST_SHARE)
+
+
+def _imitation(information: Information, true: list[int], values: Real, others: list[int]) -> Real:
+    """Values of others that imitate `true` with `values` best."""
+    matrix = information.matrix
+    block = matrix[np.ix_(others, others)] + np.diag([_prior(information, i) for i in others])
+    return np.asarray(np.linalg.solve(block, matrix[np.ix_(others, true)] @ values))
+
+
+def _presence(effect: str, information: Information, readings: Readings) -> float:
+    best = 0.0
+    for site in information.sites(effect):
+        places = [i for i in information.of(effect, site) if not information.columns[i].card.shape]
+        block = np.ix_(places, places)
+        sigma = np.array([information.columns[i].card.sigma for i in places])
+        scale = sigma[:, None] * sigma
+        read = np.diag([_read(information, i, readings) for i in places])
+        seen = _largest(scale * information.known[block], scale * information.raw[block])
+        measured = scale * read
+        size = _largest(measured + (scale * information.matrix[block] if seen >= LEAST_KEPT else 0.0))
+        best = max(best, size)
+    return best
+
+
+def _largest(matrix: Real, against: Real | None = None) -> float:
+    """Square root of the largest x'matrix x / x'against x."""
+    if against is None:
+        against = np.eye(len(matrix))
+    trace = float(np.trace(against))
+    if trace <= 0.0:
+        return 0.0
+    regular = against + 1e-12 * trace * np.eye(len(against))
+    return float(np.sqrt(max(float(eigh(matrix, regular, eigvals_only=True)[-1]), 0.0)))
+
+
+def _prior(information: Information, place: int) -> float:
+    return float(information.columns[place].card.sigma ** -2.0)
+
+
+def _read(information: Information, place: int, readings: Readings) -> float:
+    column = information.columns[place]
+    sigma = readings.get((column.effect, column.card.name), np.inf)
+    return float(sigma**-2.0)

@@ -1,0 +1,154 @@
+"""Answer stage: what an earlier comparison left open, decided by its campaign and the planned one together."""
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from analysis.frf_campaign import AnyCampaign
+from analysis.gap.data.preparation import prepare
+from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.fitting.state import starting_state
+from analysis.gap.plan.decision import Decision, decided, told
+from analysis.gap.plan.measurement import OVEN_FIXED
+from analysis.held_effects import HeldEffects
+from analysis.progress import Progress
+from analysis.twin_model import NO_EFFECTS, Effects
+from analysis.updating.drift import to_first_order
+from app.files.bad_file import ResultFileError
+from app.files.campaign_error import CampaignFileError
+from app.files.parsed_text import parse_json, read_text
+from app.stages.compared import Compared
+from app.stages.update import updated_twin
+from app.twins.campaign_model import WORKERS, campaign_model, judging
+
+TURNED = "turned_plate"
+LARGEST = 50_000_000
+"""Bytes of a gap.json that is read."""
+
+
+def open_before(run: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Read from a run what its plan left open.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder with a gap.json of ``flexura gap --plan``.
+
+    Returns
+    -------
+    effects : tuple of str
+        All that its questions are about.
+    turned : tuple of str
+        Those whose amplitudes change sign, where the plan was to turn the plate.
+
+    Raises
+    ------
+    ResultFileError
+        Where there is none, or nothing was open.
+    """
+    file = run / "gap.json"
+    try:
+        record: Mapping[str, Any] = parse_json(read_text(file, LARGEST))
+        plan = record["plan"]
+        names = [name for one in plan["questions"] for name in (one["effect"], one["rival"]) if name]
+        chosen = plan["next"] or {}
+    except (OSError, CampaignFileError, ValueError, KeyError, TypeError) as error:
+        wanted = f"make it with: flexura gap CAMPAIGN --plan --out {run}"
+        raise ResultFileError(f"{file}: holds no plan; {wanted}") from error
+    if not names:
+        raise ResultFileError(f"{file}: its plan has no questions; nothing was open that could be decided")
+    turned = OVEN_FIXED if chosen.get("key") == TURNED else ()
+    return tuple(dict.fromkeys(str(name) for name in names)), turned
+
+
+def compared_plainly(
+    campaign: AnyCampaign, mains: float, report: Progress, executor: Executor, held: Effects = NO_EFFECTS
+) -> Compared:
+    """Fit the twin without effects to a campaign.
+
+    Parameters
+    ----------
+    campaign : AnyCampaign
+    mains : float
+        Hz.
+    report : callable
+        Called with a stage's name and the share of it done.
+    executor : Executor
+        Sweeps are linearised on it.
+    held : mapping, optional
+        Effects that are known to be there, such as a known mass.
+
+    Returns
+    -------
+    Compared
+    """
+    plain = updated_twin(campaign, mains, report)
+    twin, _ = campaign_model(campaign.experiment, plain.updated, report, None, None)
+    model, protocol = HeldEffects(twin, held), campaign.experiment.protocol
+    steady = to_first_order(plain.frf, model, plain.local_laws, plain.updated.gains, protocol, executor)
+    sweeps, _ = prepare(steady, protocol, plain.updated)
+    fit = fit_gap(model, sweeps, starting_state(plain.updated, sweeps.groups), (), executor)
+    return Compared(campaign.experiment, steady, twin, model, sweeps, fit)
+
+
+def answer(
+    campaigns: Sequence[Compared], effects: Sequence[str], turned: Sequence[str], executor: Executor
+) -> Decision:
+    """Decide between some effects, and none of them, by one or two campaigns.
+
+    Parameters
+    ----------
+    campaigns : sequence of Compared
+        The recorded one, then the planned one.
+    effects : sequence of str
+        Those that a campaign's twin does not know are left out.
+    turned : sequence of str
+        Effects whose amplitudes have the other sign in the second.
+    executor : Executor
+        Sweeps are linearised on it.
+
+    Returns
+    -------
+    Decision
+    """
+    known = [name for name in effects if all(name in one.model.cards for one in campaigns)]
+    said = [told(one.model, one.sweeps, one.fit.state, known, executor) for one in campaigns]
+    return decided(said[0], said[1] if len(said) > 1 else (), turned)
+
+
+def with_answer(
+    earlier: AnyCampaign, run: Path, now: Compared, mains: float, report: Progress
+) -> tuple[Decision, tuple[str, ...]]:
+    """Decide what an earlier comparison left open, with the campaign that was compared now.
+
+    Parameters
+    ----------
+    earlier : AnyCampaign
+    run : Path
+        Run folder of its comparison, with a plan.
+    now : Compared
+    mains : float
+        Hz.
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    decision : Decision
+    effects : tuple of str
+        That were open.
+
+    Raises
+    ------
+    ResultFileError
+        As `open_before`, and for a campaign that cannot be judged.
+    """
+    effects, turned = open_before(run)
+    with ThreadPoolExecutor(WORKERS) as executor, judging(earlier):
+        report("earlier campaign", 0.0)
+        before = compared_plainly(earlier, mains, report, executor)
+        report("answer", 0.0)
+        decision = answer([before, now], effects, turned, executor)
+        report("answer", 1.0)
+    return decision, effects

@@ -1,0 +1,190 @@
+"""Plan stage: which measurement would settle what a comparison left open, and its experiment file."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.plan.information import Information, LinearisedCampaign
+from analysis.gap.plan.measurement import Measurement, Reach, campaigns, hand_tools, placed
+from analysis.gap.plan.planned_sweeps import planned_sweeps, with_noise_of
+from analysis.gap.plan.question import Question, open_questions
+from analysis.gap.plan.ranking import Expected, Plan, ranked
+from analysis.gap.plan.separation import separation
+from analysis.gap.report import GapReport
+from analysis.held_effects import HeldEffects
+from analysis.progress import Progress
+from app.stages.compared import Compared
+from app.twins.campaign_model import WORKERS
+from app.twins.scouting_twin import KNOWN_MASS, known_mass, with_sensors
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
+
+
+def next_experiment(
+    compared: Compared,
+    found: GapReport,
+    report: Progress,
+    hours: Mapping[str, float] | None = None,
+    reach: Reach | None = None,
+) -> Plan:
+    """Rank the measurements that could settle what a comparison left open.
+
+    Parameters
+    ----------
+    compared : Compared
+    found : GapReport
+    report : callable
+        Called with a stage's name and the share of it done.
+    hours : mapping of str to float, optional
+        Of some kinds of measurement, instead of the usual ones.
+    reach : Reach, optional
+        Of the rig.
+
+    Returns
+    -------
+    Plan
+        Without questions where nothing is open.
+    """
+    questions = open_questions(found, tuple(compared.model.cards))
+    with ThreadPoolExecutor(WORKERS) as executor:
+        return plan(compared, questions, report, executor, hours or {}, reach)
+
+
+def plan(
+    compared: Compared,
+    questions: Sequence[Question],
+    report: Progress,
+    executor: Executor,
+    hours: Mapping[str, float],
+    reach: Reach | None = None,
+) -> Plan:
+    """Rank the measurements for some questions.
+
+    Parameters
+    ----------
+    compared : Compared
+    questions : sequence of Question
+    report : callable
+        Called with a stage's name and the share of it done.
+    executor : Executor
+        Sweeps are linearised on it.
+    hours : mapping of str to float
+        Of some kinds of measurement, instead of the usual ones.
+    reach : Reach, optional
+        Of the rig.
+
+    Returns
+    -------
+    Plan
+    """
+    if not questions:
+        return Plan((), ())
+    report("plan", 0.0)
+    asked = tuple(dict.fromkeys(name for question in questions for name in question.effects))
+    here = LinearisedCampaign.at(
+        compared.model, compared.sweeps, compared.fit.state, compared.fit, asked, executor
+    )
+    recorded = here.information()
+    before = _separations(questions, recorded, recorded)
+    found, notes = [], []
+    for tool in hand_tools(compared.experiment):
+        after = _separations(questions, here.information(sharper=tool.sharper), recorded, tool.readings)
+        found.append(Expected(tool, before, after))
+    wanted = list(_campaigns(compared, questions, reach))
+    for done, group in enumerate(wanted):
+        report("plan", (done + 1) / (len(wanted) + 1))
+        try:
+            told = _simulated(compared, group, asked, executor)
+        except np.linalg.LinAlgError:  # a ValueError, and a defect
+            raise
+        except ValueError as error:
+            notes.append(f"{group[0].key}: not simulated: {error}")
+            continue
+        for one, information in zip(group, told, strict=True):
+            both = recorded.beside(information.turned(one.turned))
+            found.append(Expected(one, before, _separations(questions, both, recorded, one.readings)))
+    timed = [replace(one, measurement=_timed(one.measurement, hours)) for one in found]
+    report("plan", 1.0)
+    return ranked(questions, timed, notes)
+
+
+def _campaigns(
+    compared: Compared, questions: Sequence[Question], reach: Reach | None
+) -> Iterator[list[Measurement]]:
+    """Campaigns worth a simulation; those with a further sensor together, because one linearisation serves all."""
+    asked = {name for question in questions for name in question.effects}
+    for one in campaigns(compared.experiment, reach):
+        if not one.turned or asked & set(one.turned):
+            yield [one]
+    at_places = placed(compared.experiment)
+    sensors = [one for one in at_places if not one.mass]
+    if sensors:
+        yield sensors
+    if KNOWN_MASS["effect"] not in asked | set(compared.fit.state.effects) | set(compared.model.held):
+        yield from ([one] for one in at_places if one.mass)
+
+
+def _simulated(
+    compared: Compared, group: Sequence[Measurement], asked: Sequence[str], executor: Executor
+) -> list[Information]:
+    """Information that campaigns of the same sweeps would add, one for each."""
+    first, model = group[0], compared.model
+    if first.experiment is None:
+        raise ValueError("no campaign")
+    further = 0
+    twin = compared.twin
+    if first.mass and first.place is not None:
+        model = replace(model, held={**model.held, **known_mass(first.place, first.mass)})
+    elif first.place is not None:
+        further = len(group)
+        twin = with_sensors(twin, [one.place for one in group if one.place is not None])
+        model = replace(model, twin=twin)
+    protocol = first.experiment.protocol
+    if protocol.band[1] > twin.band[1]:
+        twin = _over(twin, protocol.band)
+        model = replace(model, twin=twin)
+    sweeps, state = planned_sweeps(compared.frf, compared.sweeps, compared.fit.state, protocol, model.box, further)
+    if further:
+        sweeps = with_noise_of(sweeps, _sizes(model, sweeps, state, executor), further)
+    state = state.with_tolerances(model.tolerance_cards)
+    there = LinearisedCampaign.at(model, sweeps, state, compared.fit, asked, executor)
+    own = list(range(len(compared.frf.channels)))
+    if not further:
+        return [there.information()]
+    return [there.information([*own, len(own) + k]) for k in range(further)]
+
+
+def _sizes(model: HeldEffects, sweeps: GapSweeps, state: Any, executor: Executor) -> list[float]:
+    """Rms of every output over all sweeps."""
+    laws = sweeps.smoothness.laws(state.laws)
+    model = model.counted(laws, state.on)
+
+    def one(sweep: int) -> Any:
+        point = state.circumstances(sweep, sweeps.points[sweep])
+        return model.frf(laws[sweeps.groups.of_sweep[sweep]], sweeps.nodes.frequency, state.on, point)
+
+    answers = np.array(list(executor.map(one, range(sweeps.count))))
+    return [float(size) for size in np.sqrt((np.abs(answers) ** 2).mean(axis=(0, 2)))]
+
+
+def _over(twin: Twin[EffectPlate], band: tuple[float, float]) -> Twin[EffectPlate]:
+    """Return a twin that answers in a wider band, where its plate is less exact: a plan needs no more."""
+    operators = replace(twin.plate.operators, band=band)
+    return replace(twin, plate=EffectPlate(operators))
+
+
+def _separations(
+    questions: Sequence[Question],
+    information: Information,
+    recorded: Information,
+    readings: Mapping[tuple[str, str], float] | None = None,
+) -> tuple[float, ...]:
+    return tuple(separation(one, information, readings or {}, recorded) for one in questions)
+
+
+def _timed(one: Measurement, hours: Mapping[str, float]) -> Measurement:
+    return replace(one, hours=hours[one.key]) if one.key in hours else one
