@@ -17,6 +17,7 @@ from analysis.material import MaterialBox
 from analysis.plate_material import material_box
 from analysis.plate_parts import check_disc
 from analysis.radiation.declared_sound import PanelSound, SoundListener
+from analysis.radiation.radiator import require_fine
 
 AimedAt = Literal["field", "volume", "listeners"]
 Hertz = Annotated[float, Field(ge=1.0, le=20_000.0)]
@@ -225,6 +226,13 @@ class Panel(Sparse):
         if self.filters.zone and not self.loud.any():
             zones = ", ".join(sorted({repr(one.zone) for one in self.listeners}))
             raise ValueError(f"filters.zone {self.filters.zone!r} has no listener; zones of listeners: {zones}")
+        if self.filters.aim != "field" or self.sound.listener:
+            cell = float(np.sqrt(self.plate.length_x * self.plate.length_y / (self.grid[0] * self.grid[1])))
+            highest = self.filters.band[1]
+            try:
+                require_fine(cell, highest, self.sound.air, self.shortest_wave(highest))
+            except ValueError as error:
+                raise ValueError(f"grid {list(self.grid)}: {error}") from error
         for loop in self.target_loops:
             place = leaves(loop, self.plate.loop)
             for hole in self.plate.hole_loops:

@@ -135,16 +135,39 @@ class SoundAim:
         return np.asarray(np.sqrt(np.mean(np.abs(self.wanted[self.loud]) ** 2, axis=0)))
 
     def transfers(self, space: FieldSpace, amplitude: Complex, lines: Mask | slice = slice(None)) -> Complex:
-        """Return what each actuator makes at each listener, (L, F, N), from its `amplitude` (N, F, r).
+        """Compute what each actuator makes at each listener.
 
-        `lines` of the panel's are those of the amplitudes.
+        Parameters
+        ----------
+        space : FieldSpace
+        amplitude : (N, F, r) ndarray
+        lines : (F',) ndarray of bool or slice, optional
+            Which lines of the panel's are those F of the amplitudes.
+
+        Returns
+        -------
+        (L, F, N) complex ndarray
+            Pa, or m3 of net volume, per V or N.
         """
         seen = self.kernel[:, lines] @ space.deflection
         found: Complex = np.einsum("lfr,nfr->lfn", seen, amplitude)
         return found
 
     def relative(self, space: FieldSpace, amplitude: Complex, filters: Complex, lines: Mask) -> Complex:
-        """Sound (L, F) of `filters` (F, N) over that wanted; over `reference` where quiet is wanted."""
+        """Compute the sound of filters over that wanted; over `reference` where quiet is wanted.
+
+        Parameters
+        ----------
+        space : FieldSpace
+        amplitude : (N, F, r) ndarray
+        filters : (F, N) ndarray
+        lines : (F',) ndarray of bool
+            Which lines of the panel's are those F of the amplitudes.
+
+        Returns
+        -------
+        (L, F) complex ndarray
+        """
         heard = np.einsum("lfn,fn->lf", self.transfers(space, amplitude, lines), filters)
         below = np.where(self.loud[:, None], self.wanted[:, lines], self.reference[lines])
         return np.asarray(heard / below)

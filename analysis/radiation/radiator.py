@@ -84,19 +84,8 @@ class Radiator:
         return np.asarray(2.0 * np.pi * np.asarray(frequency, dtype=float) / self.air.sound_speed)
 
     def require_fine(self, frequency: float, bending_wavelength: float = np.inf) -> None:
-        """Raise ValueError unless the cells are small enough at `frequency`, Hz.
-
-        They must be at most a sixth of the wavelength of sound, and of `bending_wavelength`, m: that of the plate
-        at this frequency.
-        """
-        waves = {"of sound": self.air.sound_speed / frequency, "of the plate": bending_wavelength}
-        name, wave = min(waves.items(), key=lambda item: item[1])
-        if self.spacing > wave / PER_WAVELENGTH * (1.0 + 1e-9):
-            raise ValueError(
-                f"points {1e3 * self.spacing:.3g} mm apart are too coarse for {frequency:g} Hz, where the "
-                f"wavelength {name} is {1e3 * wave:.3g} mm: allowed is a sixth of it, "
-                f"{1e3 * wave / PER_WAVELENGTH:.3g} mm. Take more points, or a band that ends lower"
-            )
+        """Raise ValueError unless the points are close enough at `frequency`, Hz (`require_fine`)."""
+        require_fine(self.spacing, frequency, self.air, bending_wavelength)
 
     def pressure(self, positions: Real, frequency: Real) -> Complex:
         """Pressure per displacement of every point.
@@ -152,6 +141,35 @@ class Radiator:
         """-ω² ρ / Ω (F,)."""
         omega = 2.0 * np.pi * np.asarray(frequency, dtype=float)
         return np.asarray(-(omega**2) * self.air.density / self.solid_angle)
+
+
+def require_fine(spacing: float, frequency: float, air: Air, bending_wavelength: float = np.inf) -> None:
+    """Check that points are close enough for Rayleigh's integral.
+
+    Parameters
+    ----------
+    spacing : float
+        Side of a square of the largest cell's area, m.
+    frequency : float
+        Highest one, Hz.
+    air : Air
+    bending_wavelength : float
+        Of the plate at this frequency, m.
+
+    Raises
+    ------
+    ValueError
+        Where the cells are larger than a sixth of the wavelength of sound, or of the plate.
+    """
+    waves = {"of sound": air.sound_speed / frequency, "of the plate": bending_wavelength}
+    name, wave = min(waves.items(), key=lambda item: item[1])
+    allowed = wave / PER_WAVELENGTH
+    if spacing > allowed * (1.0 + 1e-9):
+        raise ValueError(
+            f"points {1e3 * spacing:.3g} mm apart are too coarse for {frequency:g} Hz, where the wavelength "
+            f"{name} is {1e3 * wave:.3g} mm: allowed is a sixth of it, {1e3 * allowed:.3g} mm. Take more points, "
+            "or a band that ends lower"
+        )
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,8 @@ from pathlib import Path
 
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing, load_uncorrected
-from app.report import focusing, paper
+from app.files.radiation_file import load_radiation
+from app.report import focusing, paper, radiation
 from app.report.page import Item, PageTable, Paragraph, Picture
 
 
@@ -83,3 +84,42 @@ def compensation_section(run: Path, rows: list[paper.PaperRow]) -> list[Item]:
     headings = ("method", "max RE [%]", "mean RE [%]", "largest contrast loss", "seconds")
     said = "RE, relative error, eq. (13), is a ratio of energies: 0.01 % of it is 1 % of a filter's amplitude."
     return [*items, PageTable(headings, cells, numbers=(1, 2, 3, 4)), Paragraph(said)]
+
+
+def radiation_section(run: Path) -> list[Item]:
+    """Return the sound of the panel at its listeners."""
+    panel, found = load_radiation(run / "radiation.h5")
+    who = ", ".join(found.names)
+    rows = [
+        (
+            f"{temperature:g}",
+            f"{found.ripple(found.following)[t]:.2f}",
+            f"{found.ripple(found.kept)[t]:.2f}",
+            f"{found.following.contrast[t].mean():.3f}",
+            f"{found.following.contrast[t].min():.3f}",
+            f"{found.following.peak[t].max():.3g}",
+        )
+        for t, temperature in enumerate(found.temperature)
+    ]
+    headings = ("°C", "ripple [± dB]", "with filters kept", "contrast", "worst line", "peak drive")
+    said = (
+        f"Aim: {panel.filters.aim}. Levels are relative to the sound wanted: that of the target moving alone as "
+        "asked, by the level and the curve of [sound]. Ripple is half the span of third-octave levels."
+    )
+    return [
+        PageTable(headings, rows, numbers=(0, 1, 2, 3, 4, 5)),
+        Paragraph(said),
+        Picture("levels", "What does a listener hear?", radiation.levels(found), f"At: {who}; ± 1 dB is shaded."),
+        Picture(
+            "powers",
+            "Which part of the panel radiates?",
+            radiation.powers(found),
+            "The power that target and rest make together is halved; a share above 1: the rest takes sound up.",
+        ),
+        Picture(
+            "polar",
+            "Where does the sound go?",
+            radiation.polar(found),
+            "Far away, in third-octave bands, relative to the normal of the panel.",
+        ),
+    ]
