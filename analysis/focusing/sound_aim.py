@@ -172,7 +172,14 @@ class SoundAim:
         below = np.where(self.loud[:, None], self.wanted[:, lines], self.reference[lines])
         return np.asarray(heard / below)
 
-    def forms(self, space: FieldSpace, amplitude: Complex, forms: EnergyForms) -> "SoundForms":
+    def forms(
+        self,
+        space: FieldSpace,
+        amplitude: Complex,
+        forms: EnergyForms,
+        evenness: float = 1.0,
+        outside_weight: float | None = None,
+    ) -> "SoundForms":
         """Forms of the design at one temperature.
 
         Parameters
@@ -181,6 +188,10 @@ class SoundAim:
         amplitude : (N, F, r) ndarray
         forms : EnergyForms
             Of the field, of one temperature.
+        evenness : float
+            1 for the sound wanted; less lets it follow the field's own: g to this power of its size.
+        outside_weight : float, optional
+            κ in place of the panel's.
 
         Returns
         -------
@@ -188,21 +199,24 @@ class SoundAim:
         """
         sound, settings = self.panel.sound, self.panel.filters
         heard = self.transfers(space, amplitude)
-        weighed = forms.weighted(settings.kappa)
+        weighed = forms.weighted(settings.kappa if outside_weight is None else outside_weight)
         field, target = weighed.damped(settings.tolerance)[0], weighed.aim[0]
         alone = np.linalg.solve(field, target[..., None])[..., 0]
         move = self._movement(np.einsum("lfn,fn->lf", heard, alone))
+        typical = float(np.median(np.abs(move[self.band])))
+        uneven = (np.maximum(np.abs(move), np.finfo(float).tiny) / typical) ** (evenness - 1.0)
+        move = move * uneven
         moved = np.abs(move) ** 2 * np.einsum("fn,fnm,fm->f", alone.conj(), forms.plate[0], alone).real
         share = sound.field_weight / np.maximum(moved, np.finfo(float).tiny)
         normal, right = share[:, None, None] * field, (share * move)[:, None] * target
-        below = self.reference
+        below = self.reference * uneven
         for chosen, weight in ((self.loud, sound.sound_weight), (~self.loud, sound.quiet_weight)):
             if not chosen.any() or weight == 0.0:
                 continue
             share = weight / np.count_nonzero(chosen) / below**2
             part = heard[chosen]
             normal = normal + share[:, None, None] * np.einsum("lfn,lfm->fnm", part.conj(), part)
-            wanted = self.wanted[chosen] * self.loud[chosen, None]
+            wanted = self.wanted[chosen] * self.loud[chosen, None] * uneven
             right = right + share[:, None] * np.einsum("lfn,lf->fn", part.conj(), wanted)
         if sound.power_weight > 0.0:
             normal = normal + sound.power_weight * self._power_outside(space, amplitude)

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from app.files.compensation_file import load_compensation
-from app.files.filter_files import load_focusing, load_uncorrected
+from app.files.filter_files import load_focusing, load_pareto, load_uncorrected
 from app.files.radiation_file import load_radiation
 from app.report import focusing, paper, radiation
 from app.report.page import Item, PageTable, Paragraph, Picture
@@ -34,6 +34,15 @@ def focusing_section(run: Path, rows: list[paper.PaperRow]) -> list[Item]:
             f"The filters of {reference} used at every temperature (paper Fig. 13).",
         ),
     ]
+    curve = load_pareto(run / "filters.h5")
+    if curve is not None:
+        best = curve.recommended
+        caption = (
+            "Filters between the best field and an even sound. Recommended: outside weight "
+            f"{curve.outside_weight[best]:g}, contrast {curve.contrast[best]:.3f}, ripple ± "
+            f"{curve.ripple[best]:.2f} dB, {100 * curve.drive[best]:.0f} % of the rated drive."
+        )
+        items.append(Picture("tradeoff", "What does an even sound cost?", focusing.tradeoff(curve), caption))
     uncorrected = load_uncorrected(run / "filters.h5")
     if uncorrected is not None:
         caption = "Filters designed with and without the effects found, on a plate that obeys the corrected laws."
