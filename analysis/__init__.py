@@ -52,6 +52,7 @@
 ``gap``                which effect the twin lacks
 ``focusing``           STIF filters, contrast and spot error
 ``compensation``       filters at any temperature: Bayesian-regularised networks and their rivals
+``radiation``          sound of a vibrating plate: pressure, power, directivity
 ``rendering``          sound through filters that follow the temperature
 ``thermometry``        a panel as its own thermometer
 ``arrays``             types of arrays

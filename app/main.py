@@ -25,6 +25,7 @@ VERBS = {
     "blind-trial": "blind_trial",
     "focus": "focus",
     "compensate": "compensate",
+    "radiation": "radiation",
     "export": "export",
     "render": "render",
     "thermometer": "thermometer",

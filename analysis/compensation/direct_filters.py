@@ -14,7 +14,8 @@ from analysis.focusing.local_models import local_models
 from analysis.focusing.methods import Method, designer
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import Constants, PanelModel
-from analysis.focusing.responses import constants_at, robust_forms
+from analysis.focusing.responses import constants_at, design_forms
+from analysis.focusing.sound_aim import SoundAim
 from analysis.focusing.tap_delay import tap_design
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
@@ -79,6 +80,7 @@ def direct_filters(
     band = panel.filters.in_band(lines)
     design, error = tap_design(method, model, panel, laws), panel.filters.thermometer_error
 
+    sound = SoundAim.designing(panel, model.space.grid, method)
     plates = constants_at(laws, temperature)
 
     def known(around: Real) -> list[Constants]:
@@ -88,7 +90,7 @@ def direct_filters(
         local = local_to[t]
         constants = plates[t]
         form = local.forms(*constants, lines, panel.target.displacement)
-        wanted = robust_forms(local, panel, laws, float(temperature[t]), form)
+        wanted = design_forms(local, panel, laws, float(temperature[t]), form, sound)
         # Its lowest modes may lie below all lines, where the coordinates of a local model are not checked.
         own = model if method == "modal-control" else local
         filters = designer(method, own, panel, lines)(

@@ -19,6 +19,7 @@ from analysis.focusing.fir import FirBank
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.measured_filters import focus_measured
 from analysis.focusing.methods import Method
+from analysis.focusing.sound_aim import SoundAim
 from analysis.progress import Progress
 
 DIRECT = "direct"
@@ -139,9 +140,10 @@ def _aims(measured: MeasuredPanel, like: FirBank, banks: dict[str, Real]) -> dic
     asked = measured.space.asked(displacement)
     response = {name: replace(like, taps=taps).response(settings.frequency[band]) for name, taps in banks.items()}
     found: dict[str, list[Aimed]] = {name: [] for name in banks}
+    sound = SoundAim.judging(measured.panel, measured.grid)
     for t in range(len(like.temperature)):
         amplitude, (_, judged) = measured.amplitudes(t + 1)[:, band], measured.forms(t + 1, displacement)
         judged = judged.at(slice(None), band)
         for name, rows in found.items():
-            rows.append(aim(measured.space, judged, amplitude, response[name][t], asked))
+            rows.append(aim(measured.space, judged, amplitude, response[name][t], asked, sound))
     return {name: joined(rows) for name, rows in found.items()}

@@ -27,6 +27,7 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import PanelModel
 from analysis.focusing.performance import contrast, mean_response
 from analysis.focusing.responses import constants_at
+from analysis.focusing.sound_aim import SoundAim
 from analysis.focusing.temperatures import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
@@ -217,9 +218,10 @@ class _Truth:
             replace(self.direct.bank, taps=taps[places], temperature=temperature).response(lines) for taps in banks
         ]
         found: list[list[Aimed]] = [[] for _ in banks]
+        sound = SoundAim.judging(self.panel, self.model.space.grid)
         for t, constants in enumerate(constants_at(self.laws, temperature)):
             model, forms = self.direct.models[places[t]], self.direct.forms.at(places[t : t + 1])
             amplitude = model.amplitudes(*constants, lines)
             for rows, one in zip(found, responses, strict=True):
-                rows.append(aim(model.space, forms, amplitude, one[t], asked))
+                rows.append(aim(model.space, forms, amplitude, one[t], asked, sound))
         return [joined(rows) for rows in found]

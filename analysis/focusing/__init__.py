@@ -18,6 +18,9 @@
 ``over_temperature``   filters over temperature, and one filter at all of them (paper 5.1)
 ``temperatures``       common temperature range of laws and panel, and steps over it
 ``responses``          responses of a panel over temperature, and with an uncertain temperature
+``sound_aim``          filters chosen by what is heard: volume, pressure at listeners, zones
+``pareto``             contrast against evenness of the sound
+``radiated``           sound over temperature: levels, power, directivity, efficiency
 ``aim``                contrast, spot error and response over temperature
 ``tap_delay``          modelling delay for a method
 ``measured_filters``   filters from measured transfers at the measured temperatures

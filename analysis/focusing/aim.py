@@ -7,8 +7,9 @@ import numpy as np
 from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.performance import contrast, decibels, mean_response, spot_error
+from analysis.focusing.sound_aim import SoundAim
 
-Aimed = tuple[Real, Real, Complex]
+Aimed = tuple[Real, Real, Complex, Complex | None]
 
 
 @dataclass(frozen=True)
@@ -23,11 +24,15 @@ class Aim:
         Share of the plate's length Lx.
     response : (T, F) ndarray
         Complex: mean displacement of the target over the desired one, modelling delay removed.
+    sound : (T, L, F) ndarray, optional
+        Complex: pressure at the panel's listeners over the wanted one (`SoundAim.relative`), modelling delay
+        removed; None where no listener is declared and none is aimed at.
     """
 
     contrast: Real
     spot_error: Real
     response: Complex
+    sound: Complex | None = None
 
     @property
     def level(self) -> Real:
@@ -45,7 +50,14 @@ class Aim:
         return np.asarray(np.abs(np.angle(self.response, deg=True)).max(axis=1))
 
 
-def aim(space: FieldSpace, forms: EnergyForms, amplitude: Complex, filters: Complex, asked: float) -> Aimed:
+def aim(
+    space: FieldSpace,
+    forms: EnergyForms,
+    amplitude: Complex,
+    filters: Complex,
+    asked: float,
+    sound: SoundAim | None = None,
+) -> Aimed:
     """Contrast, spot error and response of filters in the band of one temperature.
 
     Parameters
@@ -58,17 +70,21 @@ def aim(space: FieldSpace, forms: EnergyForms, amplitude: Complex, filters: Comp
     filters : (F, N) ndarray
     asked : float
         φᵀ W φ (`FieldSpace.asked`), m4.
+    sound : SoundAim, optional
+        Of the listeners, to be judged too.
 
     Returns
     -------
     Aimed
-        Three arrays (F,).
+        Three arrays (F,), and the sound (L, F) or None.
     """
     spot = spot_error(space, amplitude, filters)
-    return contrast(forms, filters)[0], spot, mean_response(forms, filters, asked)[0]
+    heard = None if sound is None else sound.relative(space, amplitude, filters, sound.band)
+    return contrast(forms, filters)[0], spot, mean_response(forms, filters, asked)[0], heard
 
 
 def joined(rows: list[Aimed]) -> Aim:
     """Combine the results of `aim` at each temperature into one `Aim`."""
-    contrasts, spots, responded = (np.array(part) for part in zip(*rows, strict=True))
-    return Aim(contrasts, spots, responded)
+    contrasts, spots, responded, heard = zip(*rows, strict=True)
+    sound = None if heard[0] is None else np.array(heard)
+    return Aim(np.array(contrasts), np.array(spots), np.array(responded), sound)

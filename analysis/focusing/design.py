@@ -9,7 +9,6 @@ from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.field_fir import FieldFit
 from analysis.focusing.fir import FirBank, inverse_fft
-from analysis.focusing.inversion import damped
 from analysis.focusing.panel import Panel
 
 TRIES = 30
@@ -47,20 +46,21 @@ class TapDesign:
         """Taps (N, M) for `filters` (F, N) of one temperature, whose energy forms are (1, F, N, N).
 
         Σ|taps| is the largest voltage that audio within ±1 can cause. If it exceeds an actuator's limit, the
-        penalty on that actuator's drive is raised until it does not; if that is not enough, all filters are scaled
-        down, which does not change the contrast.
+        penalty on that actuator's drive is raised until it does not; if that is not enough, or the aim is a sound,
+        all filters are scaled down, which does not change the contrast.
         """
         settings = self.panel.filters
         if self.fit is None:
             taps = inverse_fft(filters[None], np.zeros(1), settings, self.delay).taps[0]
         else:
             weighed = forms.weighted(settings.kappa)
-            weight, largest = damped(weighed, settings.tolerance)[0], weighed.largest[0]
+            weight, largest = weighed.damped(settings.tolerance)[0], weighed.largest[0]
             problem = self.fit.problem(weight, (1.0 + settings.tolerance**2) * largest, filters, self.delay)
             penalty = np.zeros(len(self.limits))
             taps = problem.solve(penalty)
             seed = settings.tolerance**2 * float(np.median(largest))
-            for _ in range(TRIES):
+            # A penalty would change the sound at the loudest lines only; all filters scaled keep its shape.
+            for _ in range(TRIES if settings.aim == "field" else 0):
                 excess = peak_drive(taps) / self.limits
                 if (excess <= 1.0).all():
                     break

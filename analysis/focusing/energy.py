@@ -56,6 +56,11 @@ class EnergyForms:
             self._weighted[kappa] = type(self)(plate, self.target, self.aim)
         return self._weighted[kappa]
 
+    def damped(self, tolerance: float) -> Complex:
+        """Return Hᴴ W H + tolerance² s₁² I, (T, F, N, N): `plate` with Tikhonov's regularisation."""
+        damping = tolerance**2 * self.largest[..., None, None]
+        return np.asarray(self.plate + damping * np.eye(self.plate.shape[-1]), dtype=np.complex128)
+
     @cached_property
     def largest(self) -> Real:
         """Largest eigenvalue (T, F) of `plate`: the square of the largest singular value of H, m4/V2."""

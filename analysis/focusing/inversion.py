@@ -38,14 +38,8 @@ class InverseFilters:
 
 def tikhonov(forms: EnergyForms, tolerance: float) -> NDArray[np.complex128]:
     """Return the filters (T, F, N) of `invert` with Tikhonov regularisation, without singular values."""
-    found = np.linalg.solve(damped(forms, tolerance), forms.aim[..., None])[..., 0]
+    found = np.linalg.solve(forms.damped(tolerance), forms.aim[..., None])[..., 0]
     return np.asarray(found, dtype=np.complex128)
-
-
-def damped(forms: EnergyForms, tolerance: float) -> NDArray[np.complex128]:
-    """Return Hᴴ W H + tolerance² s₁² I, (T, F, N, N)."""
-    damping = tolerance**2 * forms.largest[..., None, None]
-    return np.asarray(forms.plate + damping * np.eye(forms.plate.shape[-1]), dtype=np.complex128)
 
 
 def invert(

@@ -120,10 +120,14 @@ class MeasuredPanel:
         """Transfers (N, L, K) at the lines of the panel's settings, at one temperature, by index."""
         return self._at_lines(self.transfers.transfer[temperature])
 
+    def variances(self, temperature: int) -> Real:
+        """Variances (N, L, K) of these transfers, E|error|²."""
+        return np.maximum(self._at_lines(self.transfers.variance[temperature]).real, 0.0)
+
     def forms(self, temperature: int, displacement: float) -> tuple[EnergyForms, EnergyForms]:
         """Energy forms for the design, with half the bias of noise, and for the assessment, without it."""
         seen = self.space.forms([self.amplitudes(temperature)], displacement)
-        variance = np.maximum(self._at_lines(self.transfers.variance[temperature]).real, 0.0)
+        variance = self.variances(temperature)
         noise = [variance @ self.grid.area, variance @ (self.grid.area * self.grid.target)]
         plate, target = (np.eye(len(part))[None, None] * part.T[None, :, :, None] for part in noise)
         design, judged = (

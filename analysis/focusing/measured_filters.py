@@ -11,6 +11,7 @@ from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method, MethodComparison, designer
 from analysis.focusing.over_temperature import Answer, Focusing, design_and_assess
 from analysis.focusing.panel_model import NoModes
+from analysis.focusing.sound_aim import SoundAim
 from analysis.progress import Progress
 
 
@@ -46,10 +47,13 @@ def focus_measured(
     if method == "modal-control":
         raise ValueError("modal-control needs the modes of a model; measured transfers allow the other methods")
     rule = designer(method, NoModes(measured.space), panel, settings.frequency)
+    sound = SoundAim.designing(panel, measured.grid, method)
 
     def answer(t: int) -> Answer:
         amplitude = measured.amplitudes(t)
         forms, judged = measured.forms(t, displacement)
+        if sound is not None:
+            forms = sound.forms(measured.space, amplitude, forms)
         return Answer(amplitude, forms, judged, rule((0.0, 0.0, 0.0), lambda: amplitude, forms))
 
     near = measured.reference

@@ -17,7 +17,8 @@ from analysis.focusing.inversion import InverseFilters, invert
 from analysis.focusing.methods import Method, designer
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import PanelModel
-from analysis.focusing.responses import responses, robust_forms
+from analysis.focusing.responses import design_forms, responses
+from analysis.focusing.sound_aim import SoundAim
 from analysis.focusing.tap_delay import tap_design
 from analysis.focusing.temperatures import reference_temperature
 from analysis.material import MaterialLaws
@@ -151,11 +152,12 @@ def focus(
     """
     lines, reference = panel.filters.frequency, reference_temperature(panel, laws)
     rule = designer(method, model, panel, lines)
+    sound = SoundAim.designing(panel, model.space.grid, method)
 
     def answer(here: float) -> Answer:
         ((constants, amplitude),) = responses(model, laws, np.array([here]), lines)
         judged = model.forms(*constants, lines, panel.target.displacement)
-        forms = robust_forms(model, panel, laws, here, judged)
+        forms = design_forms(model, panel, laws, here, judged, sound)
         return Answer(amplitude, forms, judged, rule(constants, lambda: amplitude, forms))
 
     places = [partial(answer, float(here)) for here in temperature]
@@ -202,6 +204,7 @@ def design_and_assess(
     """
     settings, lines = panel.filters, panel.filters.frequency
     band, asked = settings.in_band(lines), space.asked(panel.target.displacement)
+    sound = SoundAim.judging(panel, space.grid)
 
     def response(taps: Real) -> Complex:
         return np.asarray(design.bank(taps[None], np.zeros(1)).response(lines[band])[0])
@@ -215,7 +218,7 @@ def design_and_assess(
         plant = invert(here.forms, settings.tolerance, settings.regularisation)
         judged, amplitude = here.judged.at(slice(None), band), here.amplitude[:, band]
         uncut, direct, fixed = (
-            aim(space, judged, amplitude, filters, asked)
+            aim(space, judged, amplitude, filters, asked, sound)
             for filters in (here.wanted[band], response(taps), fixed_filters)
         )
         return _Designed(here.wanted, taps, plant, uncut, direct, fixed)

@@ -16,7 +16,10 @@ from analysis.geometry.relations import leaves, overlap
 from analysis.material import MaterialBox
 from analysis.plate_material import material_box
 from analysis.plate_parts import check_disc
+from analysis.radiation.declared_sound import PanelSound, SoundListener
+from analysis.radiation.radiator import require_fine
 
+AimedAt = Literal["field", "volume", "listeners"]
 Hertz = Annotated[float, Field(ge=1.0, le=20_000.0)]
 Modulus = Annotated[float, Field(ge=1e6, le=1e12, description="Pa")]
 Ratio = Annotated[float, Field(ge=0.0, le=0.499)]
@@ -37,6 +40,11 @@ class Filters(Declared):
     delay: Annotated[
         int | None, Field(ge=0, description="modelling delay, samples; left out, what suits taps and method")
     ] = None
+    aim: Annotated[
+        AimedAt,
+        Field(description="what filters are chosen by: the field, its net volume, or pressure at listeners"),
+    ] = "field"
+    zone: Annotated[str, Field(max_length=40, description="of the listeners that are played to; empty, all")] = ""
     design: Annotated[
         Literal["field", "inverse-fft"], Field(description="least squares of the field, or a cut inverse FFT")
     ] = "field"
@@ -77,6 +85,15 @@ class Filters(Declared):
                 f"transform_length {self.transform_length} must be at least twice taps ({2 * self.taps}): "
                 "a shorter one folds the filter onto itself"
             )
+        if self.aim != "field" and (
+            self.level is not None or self.design != "field" or self.regularisation != "tikhonov"
+        ):
+            raise ValueError(
+                f"aim {self.aim!r} has a level of its own, [sound] level, and needs design 'field' and "
+                f"regularisation 'tikhonov': leave out level, design and regularisation"
+            )
+        if self.zone and self.aim != "listeners":
+            raise ValueError(f"zone {self.zone!r} is for the aim 'listeners'; the aim is {self.aim!r}")
         coldest, hottest = self.operating_range
         if not coldest < hottest:
             raise ValueError(f"operating_range [{coldest:g}, {hottest:g}] °C must ascend")
@@ -192,6 +209,7 @@ class Panel(Sparse):
     filters: Filters = Filters()
     twin: TwinSettings = TwinSettings()
     illustration: Illustration = Illustration()
+    sound: PanelSound = PanelSound()
 
     @model_validator(mode="after")
     def _on_the_plate(self) -> Self:
@@ -205,6 +223,16 @@ class Panel(Sparse):
                 f"{len(self.patch)} patches and {len(self.drive)} drives; a panel has at least one actuator, and "
                 "actuators of one kind: volts and newtons cannot be weighed against each other"
             )
+        if self.filters.zone and not self.loud.any():
+            zones = ", ".join(sorted({repr(one.zone) for one in self.listeners}))
+            raise ValueError(f"filters.zone {self.filters.zone!r} has no listener; zones of listeners: {zones}")
+        if self.filters.aim != "field" or self.sound.listener:
+            cell = float(np.sqrt(self.plate.length_x * self.plate.length_y / (self.grid[0] * self.grid[1])))
+            highest = self.filters.band[1]
+            try:
+                require_fine(cell, highest, self.sound.air, self.shortest_wave(highest))
+            except ValueError as error:
+                raise ValueError(f"grid {list(self.grid)}: {error}") from error
         for loop in self.target_loops:
             place = leaves(loop, self.plate.loop)
             for hole in self.plate.hole_loops:
@@ -245,6 +273,25 @@ class Panel(Sparse):
         """Borders of the target's spots, m."""
         (x, y), plate = self.plate.bounds[0], self.plate
         return self.target.loops((float(x), float(y)), (plate.length_x, plate.length_y))
+
+    @property
+    def listeners(self) -> tuple[SoundListener, ...]:
+        """Who hears the panel; where none is declared, one at 1 m in front of its middle."""
+        (x0, y0), (x1, y1) = self.plate.bounds
+        return self.sound.listeners((float(0.5 * (x0 + x1)), float(0.5 * (y0 + y1))))
+
+    @property
+    def loud(self) -> NDArray[np.bool_]:
+        """Which of the listeners (L,) are played to."""
+        zone = self.filters.zone
+        return np.array([not zone or one.zone == zone for one in self.listeners])
+
+    def shortest_wave(self, frequency: float) -> float:
+        """Shortest wavelength of bending, m, at `frequency`, Hz, of any material the panel's twin is made for."""
+        plate = self.plate
+        rigidity = self.box.youngs_modulus[0] * plate.thickness**3 / 12.0 / (1.0 - self.box.poisson_ratio[0] ** 2)
+        mass = plate.density * plate.thickness
+        return float(2.0 * np.pi * (rigidity / mass) ** 0.25 / np.sqrt(2.0 * np.pi * frequency))
 
     @property
     def centers(self) -> tuple[Point, ...]:

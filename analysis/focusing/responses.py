@@ -1,4 +1,4 @@
-"""Responses of a panel at the temperatures of its laws, and energy forms for an uncertain temperature."""
+"""Responses of a panel at the temperatures of its laws, and the forms by which filters are designed there."""
 
 from collections.abc import Iterator
 
@@ -8,6 +8,7 @@ from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import Constants, PanelModel
+from analysis.focusing.sound_aim import SoundAim
 from analysis.material import MaterialLaws
 
 ROBUST_STEP = 5.0
@@ -50,14 +51,19 @@ def constants_at(laws: MaterialLaws, temperature: Real) -> list[Constants]:
     return [(float(e), float(nu), float(eta)) for e, nu, eta in rows]
 
 
-def robust_forms(
-    model: PanelModel, panel: Panel, laws: MaterialLaws, temperature: float, forms: EnergyForms
+def design_forms(
+    model: PanelModel,
+    panel: Panel,
+    laws: MaterialLaws,
+    temperature: float,
+    forms: EnergyForms,
+    sound: SoundAim | None = None,
 ) -> EnergyForms:
-    """Energy forms for a design with an uncertain temperature.
+    """Quadratic forms of a design: of the field, or of the sound aimed at, for an uncertain temperature.
 
-    The mean over T ± `thermometer_error` in equal steps, both ends included: filters designed with it minimise the
-    mean squared error of the field over these temperatures. With full weight on both ends these count more than in
-    a uniform distribution, and it is there that errors are largest.
+    With an uncertain temperature, the mean over T ± `thermometer_error` in equal steps, both ends included:
+    filters designed with it minimise the mean squared error over these temperatures. With full weight on both ends
+    these count more than in a uniform distribution, and it is there that errors are largest.
 
     Parameters
     ----------
@@ -67,7 +73,9 @@ def robust_forms(
     temperature : float
         T, °C.
     forms : EnergyForms
-        Those at T; returned unchanged where the panel declares no error.
+        Those of the field at T; returned unchanged where the panel declares no error and no sound is aimed at.
+    sound : SoundAim, optional
+        What is aimed at in place of the field.
 
     Returns
     -------
@@ -75,11 +83,18 @@ def robust_forms(
         Of one temperature.
     """
     width = panel.filters.thermometer_error
+    lines, displacement = panel.filters.frequency, panel.target.displacement
+
+    def aimed(constants: Constants, field: EnergyForms) -> EnergyForms:
+        if sound is None:
+            return field
+        return sound.forms(model.space, model.amplitudes(*constants, lines), field)
+
     if width == 0.0:
-        return forms
+        return aimed(constants_at(laws, np.array([temperature]))[0], forms)
     steps = 2 * int(np.ceil(width / ROBUST_STEP))
     around = np.clip(temperature + np.linspace(-width, width, steps + 1), *laws.temperature_range)
-    lines, displacement = panel.filters.frequency, panel.target.displacement
-    found = EnergyForms.joined([model.forms(*here, lines, displacement) for here in constants_at(laws, around)])
+    each = [aimed(here, model.forms(*here, lines, displacement)) for here in constants_at(laws, around)]
+    found = type(each[0]).joined(each)
     mean = [part.mean(axis=0, keepdims=True) for part in (found.plate, found.target, found.aim)]
-    return EnergyForms(*mean)
+    return type(found)(*mean)

@@ -19,6 +19,7 @@
 ``gap``               effects that the twin lacks
 ``focus``             focusing filters over temperature
 ``compensate``        filters at any temperature
+``radiation``         what a listener hears of a panel
 ``study``             the paper's figures on focusing
 ``export``            filters in the formats of other programs
 ``render``            sound filtered with temperature-dependent filters

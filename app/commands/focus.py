@@ -101,7 +101,7 @@ def command(
     from app.files.run_folder import run_folder
     from app.stages import focus
     from app.terminal.campaign_extent import extent_record, led
-    from app.terminal.focusing import correction, notes, record, show, summary
+    from app.terminal.focusing import correction, notes, record, show, summary, tradeoff
 
     with run_folder(task.beside, out or task.beside) as folder, output.progress() as report:
         found = task.compute(report)
@@ -110,12 +110,16 @@ def command(
         target = focus.save(folder, found, task.hashes(), task.extent)
     seconds = time.perf_counter() - started
     output.result(
-        lambda: record(found.panel, focusing, found.comparison, lost, seconds) | extent_record(task.extent),
+        lambda: (
+            record(found.panel, focusing, found.comparison, lost, seconds, found.pareto)
+            | extent_record(task.extent)
+        ),
         lambda: show(found.panel, focusing),
     )
-    for note in (*notes(found.panel, focusing), *task.notes, *correction(focusing, lost), *gone):
+    said = (*notes(found.panel, focusing), *tradeoff(found.panel, found.pareto))
+    for note in (*said, *task.notes, *correction(focusing, lost), *gone):
         output.note(note)
-    output.summary(f"{led(task.extent)}{summary(focusing, target, seconds)}")
+    output.summary(f"{led(task.extent)}{summary(found.panel, focusing, target, seconds)}")
 
 
 def replaced(target: Path, temperature: "NDArray[np.float64]") -> list[str]:

@@ -87,6 +87,7 @@ Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; ``toml
 ``transfers_file``     measured transfers of a panel
 ``filter_files``       ``filters.h5``
 ``compensation_file``  ``compensation.h5``
+``radiation_file``     ``radiation.h5``
 ``run_record``         ``run.json``: stages of a run, what each was made from, seconds
 ``run_settings``       its options, a table of a TOML file
 ``studies_file``       ``studies.h5``: the paper's figures of a panel

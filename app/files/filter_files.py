@@ -10,6 +10,7 @@ from analysis.focusing.aim import Aim
 from analysis.focusing.methods import METHODS, Method, MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
+from analysis.focusing.pareto import ParetoCurve
 from app.files.atomic import atomic_hdf5
 from app.files.hdf5_file import result_file
 from app.files.panel_file import panel_of_text
@@ -24,6 +25,7 @@ def save_focusing(
     comparison: MethodComparison,
     made_from: Mapping[str, Any],
     uncorrected: Aim | None = None,
+    pareto: ParetoCurve | None = None,
 ) -> None:
     """Write filters over temperature and the comparison of methods, whole or not at all.
 
@@ -37,11 +39,15 @@ def save_focusing(
         Provenance.
     uncorrected : Aim, optional
         What filters reach that were designed with the laws of a twin without its effects.
+    pareto : ParetoCurve, optional
+        Contrast against evenness of the sound, of filters that aim at sound.
     """
     with atomic_hdf5(target) as file:
         begin_result(file, panel, made_from)
         if uncorrected is not None:
             write_value(file.create_group("uncorrected"), uncorrected)
+        if pareto is not None:
+            write_value(file.create_group("pareto"), pareto)
         write_value(file.create_group("focusing"), focusing)
         write_value(file.create_group("comparison"), comparison)
 
@@ -57,6 +63,12 @@ def load_uncorrected(path: Path) -> Aim | None:
     """Read what filters reach that lack the correction; None where none was made."""
     with result_file(path, "focus") as file:
         return read_value(file["uncorrected"], Aim) if "uncorrected" in file else None
+
+
+def load_pareto(path: Path) -> ParetoCurve | None:
+    """Read contrast against evenness of the sound; None where the aim is the field."""
+    with result_file(path, "focus") as file:
+        return read_value(file["pareto"], ParetoCurve) if "pareto" in file else None
 
 
 def load_method(path: Path) -> Method:

@@ -17,10 +17,11 @@ MADE_BY = {
     "gap.h5": "gap",
     "filters.h5": "focus",
     "compensation.h5": "compensate",
+    "radiation.h5": "radiation",
     "studies.h5": "study all",
 }
 FIRST = ("frf.h5", "laws.h5")
-LATER = ("gap.h5", "filters.h5", "compensation.h5", "studies.h5")
+LATER = ("gap.h5", "filters.h5", "compensation.h5", "radiation.h5", "studies.h5")
 """Results that other commands start from, and those that can be written to another folder."""
 
 

@@ -45,6 +45,8 @@ class FocusOptions(Declared):
     method: FocusMethod = "stif"
     regularisation: Literal["tikhonov", "truncation"] | None = None
     tolerance: Annotated[float | None, Field(ge=1e-6, le=0.9)] = None
+    aim: Literal["field", "volume", "listeners"] | None = None
+    zone: Annotated[str | None, Field(max_length=40, description="of listeners")] = None
     design: Literal["field", "inverse-fft"] | None = None
     taps: Annotated[int | None, Field(ge=16, le=16_384)] = None
     delay: Annotated[int | None, Field(ge=0, description="samples")] = None

@@ -12,6 +12,7 @@ from analysis.focusing.aim import Aim
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
+from analysis.focusing.pareto import FAIR_RIPPLE, ParetoCurve
 from app.report.style import BAND, MEASURED, MODEL, frequency_axis, legend_below, panels, temperature_color
 
 SHOWN = (0.0, 20.0, 40.0, 60.0)
@@ -88,6 +89,23 @@ def correction(focusing: Focusing, uncorrected: Aim) -> Figure:
     axes[1].set(ylabel="contrast regained", title="what the correction is worth")
     for each in axes:
         each.set_xlabel("temperature [°C]")
+    return figure
+
+
+def tradeoff(curve: ParetoCurve) -> Figure:
+    """Contrast against ripple of the sound: all designs, those that no other beats, and the recommended one."""
+    figure, axes = panels(1, 1, height=3.6)
+    axes.axvspan(0.0, FAIR_RIPPLE, color=MEASURED, alpha=0.08, lw=0)
+    axes.plot(curve.ripple, curve.contrast, "o", color=MEASURED, ms=3.0, alpha=0.6, label="designs")
+    order = np.argsort(curve.ripple)
+    front = order[curve.front[order]]
+    axes.plot(curve.ripple[front], curve.contrast[front], "o-", color=BAND, ms=4.0, label="not beaten by another")
+    best = curve.recommended
+    axes.plot(curve.ripple[best], curve.contrast[best], "*", color=MODEL, ms=13.0, label="recommended")
+    title = f"contrast against evenness, {curve.temperature:g} °C"
+    axes.set(xlabel="third-octave ripple at the listeners [± dB]", ylabel="mean contrast in band", title=title)
+    axes.set(xlim=(0.0, None))
+    legend_below(figure)
     return figure
 
 

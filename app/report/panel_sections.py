@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from app.files.compensation_file import load_compensation
-from app.files.filter_files import load_focusing, load_uncorrected
-from app.report import focusing, paper
+from app.files.filter_files import load_focusing, load_pareto, load_uncorrected
+from app.files.radiation_file import load_radiation
+from app.report import focusing, paper, radiation
 from app.report.page import Item, PageTable, Paragraph, Picture
 
 
@@ -33,6 +34,15 @@ def focusing_section(run: Path, rows: list[paper.PaperRow]) -> list[Item]:
             f"The filters of {reference} used at every temperature (paper Fig. 13).",
         ),
     ]
+    curve = load_pareto(run / "filters.h5")
+    if curve is not None:
+        best = curve.recommended
+        caption = (
+            "Filters between the best field and an even sound. Recommended: outside weight "
+            f"{curve.outside_weight[best]:g}, contrast {curve.contrast[best]:.3f}, ripple ± "
+            f"{curve.ripple[best]:.2f} dB, {100 * curve.drive[best]:.0f} % of the rated drive."
+        )
+        items.append(Picture("tradeoff", "What does an even sound cost?", focusing.tradeoff(curve), caption))
     uncorrected = load_uncorrected(run / "filters.h5")
     if uncorrected is not None:
         caption = "Filters designed with and without the effects found, on a plate that obeys the corrected laws."
@@ -83,3 +93,42 @@ def compensation_section(run: Path, rows: list[paper.PaperRow]) -> list[Item]:
     headings = ("method", "max RE [%]", "mean RE [%]", "largest contrast loss", "seconds")
     said = "RE, relative error, eq. (13), is a ratio of energies: 0.01 % of it is 1 % of a filter's amplitude."
     return [*items, PageTable(headings, cells, numbers=(1, 2, 3, 4)), Paragraph(said)]
+
+
+def radiation_section(run: Path) -> list[Item]:
+    """Return the sound of the panel at its listeners."""
+    panel, found = load_radiation(run / "radiation.h5")
+    who = ", ".join(found.names)
+    rows = [
+        (
+            f"{temperature:g}",
+            f"{found.ripple(found.following)[t]:.2f}",
+            f"{found.ripple(found.kept)[t]:.2f}",
+            f"{found.following.contrast[t].mean():.3f}",
+            f"{found.following.contrast[t].min():.3f}",
+            f"{found.following.peak[t].max():.3g}",
+        )
+        for t, temperature in enumerate(found.temperature)
+    ]
+    headings = ("°C", "ripple [± dB]", "with filters kept", "contrast", "worst line", "peak drive")
+    said = (
+        f"Aim: {panel.filters.aim}. Levels are relative to the sound wanted: that of the target moving alone as "
+        "asked, by the level and the curve of [sound]. Ripple is half the span of third-octave levels."
+    )
+    return [
+        PageTable(headings, rows, numbers=(0, 1, 2, 3, 4, 5)),
+        Paragraph(said),
+        Picture("levels", "What does a listener hear?", radiation.levels(found), f"At: {who}; ± 1 dB is shaded."),
+        Picture(
+            "powers",
+            "Which part of the panel radiates?",
+            radiation.powers(found),
+            "The power that target and rest make together is halved; a share above 1: the rest takes sound up.",
+        ),
+        Picture(
+            "polar",
+            "Where does the sound go?",
+            radiation.polar(found),
+            "Far away, in third-octave bands, relative to the normal of the panel.",
+        ),
+    ]

@@ -13,12 +13,12 @@ from app.report.gap_section import gap_section
 from app.report.modal_test import sections_of_test
 from app.report.origin import Stamps, extent_of, origin, outdated, stamps
 from app.report.page import Absent, Item, PageTable, Section, VerdictBox, Words
-from app.report.panel_sections import compensation_section, focusing_section
+from app.report.panel_sections import compensation_section, focusing_section, radiation_section
 from app.report.plate_sections import identification_section, measurement_section, updating_section
 from app.report.summary import summary, worth_of
 from app.terminal.briefing import briefing
 
-PANEL_RESULTS = ("filters.h5", "compensation.h5", "studies.h5")
+PANEL_RESULTS = ("filters.h5", "compensation.h5", "radiation.h5", "studies.h5")
 """Results that are made from laws."""
 PARTS = {
     "frf.h5": "Measurement",
@@ -27,11 +27,12 @@ PARTS = {
     "gap.h5": "What the twin lacks",
     "filters.h5": "Focusing",
     "compensation.h5": "Compensation",
+    "radiation.h5": "Sound",
     "studies.h5": "The paper's studies",
 }
 """Titles of the sections, by the file that each shows."""
 Part = tuple[list[Item], list[paper.PaperRow]]
-OPTIONAL = ("gap.h5", "studies.h5")
+OPTIONAL = ("gap.h5", "radiation.h5", "studies.h5")
 """Stages that a run is complete without."""
 
 
@@ -76,6 +77,8 @@ def part_of(run: Path, name: str) -> Part:
         return focusing_section(run, rows), rows
     if name == "compensation.h5":
         return compensation_section(run, rows), rows
+    if name == "radiation.h5":
+        return radiation_section(run), rows
     if name == "studies.h5":
         return studies.items(run / name, rows), rows
     experiment, frf = load_frf(run_file(run, "frf.h5", "report"))

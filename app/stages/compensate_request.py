@@ -11,7 +11,7 @@ from analysis.focusing.methods import Method
 from analysis.focusing.temperatures import spaced
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
-from app.stages.panel_inputs import PanelTask, method_for, panel_for, scanned_panel
+from app.stages.panel_inputs import PanelTask, method_for, panel_for, require_aim, scanned_panel
 from app.stages.panel_laws import laws_for, range_of, said_of_range
 
 if TYPE_CHECKING:
@@ -83,6 +83,7 @@ class CompensateRequest:
         found = laws_for(self.run, self.twin, "compensate")
         declared, panel_path = panel_for(self.panel, found.folder, self.changes)
         method = method_for(self.method, self.panel, found.folder)
+        require_aim(declared, method)
         low, high = range_of(declared, found.laws, found.path, found.extent)
         self._check_temperatures((low, high), found.extent)
         panel, notes = found.on(declared)
@@ -143,6 +144,7 @@ class CompensateRequest:
         beside = self.run or transfers.parent
         declared, panel_path = scanned_panel(self.panel, beside, self.changes)
         method = method_for(self.method, self.panel, beside)
+        require_aim(declared, method)
         if method == "modal-control":
             raise UnsuitedOptionError("--method modal-control needs the modes of a model; --transfers has none")
         measured = measured_panel(declared, transfers, ())

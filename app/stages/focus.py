@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from analysis.arrays import Real
 from analysis.campaign_extent import CampaignExtent
 from analysis.focusing.aim import Aim
@@ -13,6 +15,8 @@ from analysis.focusing.measured_filters import compare_measured, focus_measured
 from analysis.focusing.methods import Method, MethodComparison, compare
 from analysis.focusing.over_temperature import Focusing, focus
 from analysis.focusing.panel import Panel
+from analysis.focusing.pareto import ParetoCurve, pareto
+from analysis.focusing.responses import constants_at
 from analysis.focusing.temperatures import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
@@ -46,6 +50,9 @@ class FocusedPanel:
         Performance of filters designed with the laws of a twin without its effects; None if not requested.
     notes : tuple of str
         Where the laws come from, and what of the measured plate the panel has.
+    pareto : ParetoCurve or None
+        Contrast against evenness of the sound, at the reference temperature; None for the aim at the field, and
+        for measured transfers.
     """
 
     panel: Panel
@@ -54,6 +61,7 @@ class FocusedPanel:
     measured: bool
     uncorrected: Aim | None = None
     notes: tuple[str, ...] = ()
+    pareto: ParetoCurve | None = None
 
     def __repr__(self) -> str:
         """Return method, taps, temperatures and contrast in one line, and the notes."""
@@ -114,7 +122,12 @@ def compute(
     lost = uncorrected_aim(model, panel, laws, believed, temperature, method)
     plate = panel.illustration
     comparison = compare(model, panel, (plate.youngs_modulus, plate.poisson_ratio, plate.loss_factor))
-    return FocusedPanel(panel, focusing, comparison, measured=False, uncorrected=lost, notes=tuple(notes))
+    curve = None
+    if panel.filters.aim != "field":
+        reference = focusing.reference_temperature
+        (constants,) = constants_at(laws, np.array([reference]))
+        curve = pareto(model, panel, constants, reference, report)
+    return FocusedPanel(panel, focusing, comparison, False, lost, tuple(notes), curve)
 
 
 def compute_measured(measured: MeasuredPanel, report: Progress, *, method: Method = "stif") -> FocusedPanel:
@@ -173,5 +186,5 @@ def save(run: Path, found: FocusedPanel, inputs: Mapping[str, str], extent: Camp
         **extent_settings(extent),
     }
     made_from = provenance(inputs, settings)
-    save_focusing(target, found.panel, focusing, found.comparison, made_from, found.uncorrected)
+    save_focusing(target, found.panel, focusing, found.comparison, made_from, found.uncorrected, found.pareto)
     return target

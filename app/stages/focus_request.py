@@ -12,7 +12,7 @@ from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
 from analysis.progress import Progress
 from app.files.bad_file import UnsuitedOptionError
-from app.stages.panel_inputs import PanelTask, panel_of
+from app.stages.panel_inputs import PanelTask, panel_of, require_aim
 from app.stages.panel_laws import laws_for, range_of, said_of_range, within
 
 if TYPE_CHECKING:
@@ -71,6 +71,7 @@ class FocusRequest:
 
     def _from_laws(self) -> FocusTask:
         declared, panel_path = panel_of(self.panel, self.changes)
+        require_aim(declared, self.method)
         found = laws_for(self.run, self.twin, "focus")
         low, high = range_of(declared, found.laws, found.path, found.extent)
         named = None
@@ -101,6 +102,7 @@ class FocusRequest:
         from app.stages.panel_inputs import measured_panel
 
         declared, panel_path = panel_of(self.panel, self.changes)
+        require_aim(declared, self.method)
         if self.method == "modal-control":
             raise UnsuitedOptionError("--method modal-control needs the modes of a model; --transfers has none")
         measured = measured_panel(declared, transfers, self.temperatures)

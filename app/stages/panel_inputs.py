@@ -13,7 +13,8 @@ from analysis.campaign_extent import CampaignExtent
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
-from app.files.bad_file import ResultFileError
+from analysis.focusing.sound_aim import SoundAim
+from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.filter_files import load_method, load_panel, made_from_transfers
 from app.files.panel_file import SECTION_2, panel_of_text, read_panel
 from app.files.provenance import sha256
@@ -169,7 +170,20 @@ def measured_panel(panel: Panel, path: Path, temperatures: tuple[float, ...]) ->
         measured.grid  # noqa: B018 - computed here to report its errors
     except ValueError as error:
         raise ResultFileError(f"{path}: {error}; measure points on the target") from error
+    if panel.filters.aim != "field" or panel.sound.listener:
+        try:
+            SoundAim.judging(panel, measured.grid)
+        except ValueError as error:
+            raise ResultFileError(f"{path}: {error}") from error
     return measured
+
+
+def require_aim(panel: Panel, method: Method) -> None:
+    """Raise UnsuitedOptionError for an aim at sound with a method that has no choice of its field."""
+    if panel.filters.aim != "field" and method != "stif":
+        raise UnsuitedOptionError(
+            f"--method {method}: the aim {panel.filters.aim!r} is for stif; take --method stif or --aim field"
+        )
 
 
 def method_for(named: Method | None, path: Path | None, run: Path) -> Method:

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from analysis.focusing.aim import Aim, aim, joined
 from analysis.focusing.methods import Method, designer
 from analysis.focusing.panel import Panel
-from analysis.focusing.responses import constants_at, responses, robust_forms
+from analysis.focusing.responses import constants_at, design_forms, responses
+from analysis.focusing.sound_aim import SoundAim
 from analysis.focusing.tap_delay import tap_design
 from analysis.material import MaterialLaws
 from app.twins.panel_twin import PanelTwin
@@ -47,13 +48,14 @@ def uncorrected_aim(
     settings, lines = panel.filters, panel.filters.frequency
     band = settings.in_band(lines)
     rule, design = designer(method, model, panel, lines), tap_design(method, model, panel, laws)
+    sound = SoundAim.designing(panel, model.space.grid, method)
     asked = model.space.asked(panel.target.displacement)
     real = responses(model, laws, temperature, lines)
     believed = constants_at(uncorrected, temperature)
     reached = []
     for here, constants, (_, amplitude) in zip(temperature, believed, real, strict=True):
         guessed = model.forms(*constants, lines, panel.target.displacement)
-        guessed = robust_forms(model, panel, uncorrected, float(here), guessed)
+        guessed = design_forms(model, panel, uncorrected, float(here), guessed, sound)
         taps = design.taps(guessed, rule(constants, partial(model.amplitudes, *constants, lines), guessed))
         filters = design.bank(taps[None], np.zeros(1)).response(lines[band])[0]
         forms = model.space.forms([amplitude[:, band]], panel.target.displacement)

@@ -16,6 +16,7 @@
 ``pairing``              paired modes as a table
 ``focusing``             focusing over temperature as JSON, as a table, notes and one line
 ``compensation``         methods of compensation as JSON, as a table and in one line
+``radiation``            sound at listeners as JSON, as a table, notes and one line
 ``thermometer``          readings of the thermometer as JSON and in one line
 ``gap``                  tables and sentences from gap.json
 ``plan``                 the next experiment as a table and in sentences

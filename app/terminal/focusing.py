@@ -13,14 +13,29 @@ from analysis.focusing.design import peak_drive
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
-from analysis.focusing.performance import area_normalised
+from analysis.focusing.pareto import ParetoCurve
+from analysis.focusing.performance import area_normalised, decibels
+from analysis.radiation.third_octaves import ripple
 
+CAPTION = (
+    "contrast: mean and worst line; uncut: worst line before the filters are cut to taps; area: normalised by "
+    "area; dB of the displacement asked for, ripple in dB, phase in degrees; peak: any audio within ±1"
+)
+SOUND_CAPTION = (
+    "± sound: third-octave ripple at the listeners, and level, dB of the sound wanted; contrast: mean and worst "
+    "line; uncut: worst line of the filters before they are cut; area: normalised by area; peak: any audio within ±1"
+)
 WORST_LINE = 0.03
 """Contrast that taps may lose on the worst line before it is said."""
 
 
 def record(
-    panel: Panel, focusing: Focusing, comparison: MethodComparison, uncorrected: Aim | None, seconds: float
+    panel: Panel,
+    focusing: Focusing,
+    comparison: MethodComparison,
+    uncorrected: Aim | None,
+    seconds: float,
+    pareto: ParetoCurve | None = None,
 ) -> dict[str, Any]:
     """Return what ``--json`` prints: figures over the band at every temperature.
 
@@ -33,6 +48,7 @@ def record(
         What filters reach that were designed with the laws of a twin without its effects.
     seconds : float
         It took, s.
+    pareto : ParetoCurve, optional
 
     Returns
     -------
@@ -41,6 +57,7 @@ def record(
     """
     energy, share = focusing.energy, focusing.target_share
     said = {
+        "aim": panel.filters.aim,
         "method": focusing.method,
         "regularisation": focusing.regularisation,
         "tolerance": focusing.tolerance,
@@ -71,9 +88,18 @@ def record(
         },
         "seconds": seconds,
     }
+    if pareto is not None:
+        said["pareto"] = {
+            "temperature_c": pareto.temperature,
+            "recommended": pareto.recommended,
+            "on_the_front": pareto.front.tolist(),
+            **{name: getattr(pareto, name).tolist() for name in CURVE},
+        }
     return said if uncorrected is None else said | {"with_uncorrected_laws": _means(uncorrected, share)}
 
 
+CURVE = ("evenness", "outside_weight", "contrast", "worst", "ripple", "level", "drive")
+"""What is said of every design between contrast and evenness."""
 FOCUSED = 0.5
 """Mean contrast below which more of the energy is outside the target than in it: no taps make up for actuators
 that cannot move the target alone. Panels with placed actuators reach 0.6 and more over their band."""
@@ -136,6 +162,23 @@ def _unfocused(focusing: Focusing) -> list[str]:
     ]
 
 
+def tradeoff(panel: Panel, curve: ParetoCurve | None) -> list[str]:
+    """Say which design between contrast and an even sound is recommended, where sound is aimed at."""
+    if curve is None:
+        return []
+    best = curve.recommended
+    weight, uneven, contrast = curve.outside_weight[best], curve.ripple[best], curve.contrast[best]
+    same = curve.evenness[best] == 1.0 and weight == panel.filters.kappa
+    advice = "these filters are of it" if same else f"take --outside-weight {weight:g}"
+    if curve.evenness[best] < 1.0:
+        advice = "its sound follows the field's own in part: more sound_weight or more taps make these more even"
+    return [
+        f"contrast against evenness at {curve.temperature:g} °C: recommended is an outside weight of {weight:g}, "
+        f"with contrast {contrast:.3f} and ripple ± {uneven:.2f} dB at {100 * curve.drive[best]:.0f} % of the "
+        f"rated drive; {advice}"
+    ]
+
+
 def correction(focusing: Focusing, lost: Aim | None) -> list[str]:
     """Say what the twin's effects are worth for the filters, where that was tried."""
     if lost is None:
@@ -152,17 +195,22 @@ def show(panel: Panel, focusing: Focusing) -> None:
     """Print a table of the temperatures for people."""
     latency = 1e3 * focusing.bank.delay / focusing.bank.sample_rate
     unit = "V" if panel.patch else "N"
+    name = panel.filters.design if panel.filters.aim == "field" else panel.filters.aim
     table = Table(
-        title=f"{focusing.method}, {panel.filters.design}: {focusing.bank.taps.shape[2]} taps, {latency:.1f} ms",
-        caption="contrast: mean and worst line; uncut: worst line before the filters are cut to taps; area: "
-        "normalised by area; dB of the displacement asked for, ripple in dB, phase in degrees; "
-        "peak: any audio within ±1",
+        title=f"{focusing.method}, {name}: {focusing.bank.taps.shape[2]} taps, {latency:.1f} ms",
+        caption=SOUND_CAPTION if panel.filters.aim != "field" else CAPTION,
         header_style="bold",
         box=SIMPLE_HEAD,
         show_edge=False,
         padding=(0, 1, 0, 0),
     )
-    headings = ("°C", "mean", "worst", "uncut", "area", "dB", "ripple", "phase", f"peak {unit}")
+    heard = focusing.direct.sound is not None and panel.filters.aim != "field"
+    motion = (
+        ("mean", "worst", "uncut", "area")
+        if heard
+        else ("mean", "worst", "uncut", "area", "dB", "ripple", "phase")
+    )
+    headings = ("°C", *(("± sound", "dB") if heard else ()), *motion, f"peak {unit}")
     for heading in (*headings, f"{focusing.reference_temperature:g} °C's", "worst"):
         table.add_column(heading, justify="right")
     direct, drive = focusing.direct, peak_drive(focusing.bank.taps)
@@ -170,23 +218,36 @@ def show(panel: Panel, focusing: Focusing) -> None:
     for t, temperature in enumerate(focusing.temperature):
         table.add_row(
             f"{temperature:.4g}",
+            *(_sound(panel, focusing, t) if heard else ()),
             *_both(direct.contrast[t]),
             f"{focusing.uncut.contrast[t].min():.3f}",
             f"{normalised[t].mean():.3f}",
-            f"{direct.level[t].mean():.1f}",
-            f"{direct.level_ripple[t]:.1f}",
-            f"{direct.phase_error[t]:.1f}",
+            *(() if heard else _movement(direct, t)),
             f"{drive[t].max():.3g}",
             *_both(focusing.fixed.contrast[t]),
         )
     Console().print(table)
 
 
-def summary(focusing: Focusing, target: Path, seconds: float) -> str:
+def _sound(panel: Panel, focusing: Focusing, t: int) -> tuple[str, str]:
+    """Third-octave ripple and mean level at the listeners played to."""
+    if focusing.direct.sound is None:
+        return "", ""
+    sound = focusing.direct.sound[t][panel.loud]
+    return f"{ripple(sound, focusing.frequency).max():.2f}", f"{decibels(sound).mean():.1f}"
+
+
+def _movement(direct: Aim, t: int) -> tuple[str, str, str]:
+    """Level, ripple and phase of the target's displacement."""
+    return f"{direct.level[t].mean():.1f}", f"{direct.level_ripple[t]:.1f}", f"{direct.phase_error[t]:.1f}"
+
+
+def summary(panel: Panel, focusing: Focusing, target: Path, seconds: float) -> str:
     """Return one line for people.
 
     Parameters
     ----------
+    panel : Panel
     focusing : Focusing
     target : Path
         File it was written to.
@@ -199,8 +260,12 @@ def summary(focusing: Focusing, target: Path, seconds: float) -> str:
     """
     t = focusing.temperature
     direct, fixed = focusing.direct.contrast.mean(axis=1), focusing.fixed.contrast.mean(axis=1)
+    heard = ""
+    if focusing.direct.sound is not None and panel.filters.aim != "field":
+        uneven = ripple(focusing.direct.sound[:, panel.loud], focusing.frequency).max()
+        heard = f"third-octave ripple at most ± {uneven:.2f} dB at the listeners, "
     return (
-        f"{temperatures_in_words(t)}: contrast {direct.min():.2f} to {direct.max():.2f} with "
+        f"{temperatures_in_words(t)}: {heard}contrast {direct.min():.2f} to {direct.max():.2f} with "
         f"their own filters, worst line {focusing.direct.contrast.min():.2f}; down to {fixed.min():.2f} with "
         f"those of {focusing.reference_temperature:g} °C ({focusing.regularisation}, tolerance "
         f"{focusing.tolerance:g}); {seconds:.1f} s; {target}"

@@ -32,6 +32,7 @@ CONTENTS = {
         "docs/guide/frfs-of-other-programs",
         "docs/guide/any-plate",
         "docs/guide/filters",
+        "docs/guide/listening",
         "docs/guide/closing-a-gap",
         "docs/gap",
         "docs/guide/adding-hardware-and-effects",

@@ -19,6 +19,7 @@ ABSENT = {
     **dict.fromkeys(("acquire", "safe", "doctor", "check-instrument", "simulate-daq"), "nowhere.toml"),
     "new": "test nowhere.csv",
     "export": "nowhere --to c",
+    "radiation": "nowhere",
     "render": "nowhere.wav --temperature 20",
     "thermometer": "nowhere --simulate nowhere.wav --temperature 20",
     "study": "all nowhere",

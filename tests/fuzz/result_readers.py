@@ -13,6 +13,7 @@ from app.files.frf_file import load_frf
 from app.files.gap_file import load_gap, load_signatures
 from app.files.laws_file import effects_in_laws, load_laws, load_updated
 from app.files.modes_file import load_modes
+from app.files.radiation_file import load_radiation
 from app.files.studies_file import load_studies
 from app.modal_test.saved import load_frfs, load_stabilization
 from app.report.origin import stamps
@@ -37,6 +38,7 @@ FOCUSED: dict[str, Read] = {
         shipment(path.parent, "linear", "export"),
     ),
     "panel/compensation.h5": lambda path: (load_compensation(path), shipment(path.parent, None, "export")),
+    "panel/radiation.h5": load_radiation,
     "panel/studies.h5": load_studies,
 }
 TESTED: dict[str, Read] = {"test/transfers.h5": load_frfs, "test/stabilization.h5": load_stabilization}

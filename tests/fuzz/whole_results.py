@@ -16,6 +16,7 @@ from analysis.estimation.transfer import MeasuredTransfer
 from analysis.focusing.methods import compare
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.played import play_methods
+from analysis.focusing.radiated import radiate
 from analysis.gap.search.signatures import Signature
 from analysis.shapes.stabilization import StabilizationChart
 from analysis.updating.laws import fit_laws
@@ -28,6 +29,7 @@ from app.files.gap_file import GapFigures, save_gap
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.modes_file import save_modes
 from app.files.provenance import provenance
+from app.files.radiation_file import save_radiation
 from app.files.studies_file import Studies, Surfaces, save_studies
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.saved import save_frfs, save_stabilization
@@ -74,6 +76,8 @@ def _write_panel(folder: Path) -> None:
     focusing = focus(plate, PANEL, laws, np.array([0.0, 20.0, 40.0]))
     comparison, made = compare(plate, PANEL, PLATE), provenance({"laws.h5": "00ff"}, {"measured": False})
     save_focusing(folder / "filters.h5", PANEL, focusing, comparison, made, focusing.fixed)
+    made = provenance({"filters.h5": "00ff"}, {})
+    save_radiation(folder / "radiation.h5", PANEL, radiate(plate, PANEL, laws, focusing.bank, 20.0), made)
     ticks = count()
     training = Training(nodes=2, epochs=20, largest_error=100.0)
     followed = compensate(plate, PANEL, laws, 10.0, training, lambda: float(next(ticks)), step=10.0)

@@ -4,7 +4,7 @@ import pytest
 from analysis.focusing.fir import FirBank
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.performance import contrast
-from analysis.focusing.responses import responses, robust_forms
+from analysis.focusing.responses import design_forms, responses
 from analysis.focusing.temperatures import covered, reference_temperature, spaced
 
 
@@ -102,7 +102,7 @@ def test_filters_robust_to_their_thermometer_keep_more_where_it_errs_and_little_
         (5.0, 58.0, [53.0, 58.0, 60.0]),
     ],
 )
-def test_robust_forms_are_the_mean_over_equal_steps_with_both_ends_within_the_laws(
+def test_design_forms_are_the_mean_over_equal_steps_with_both_ends_within_the_laws(
     plain, softening, error, here, around
 ):
     panel = plain.panel.model_copy(
@@ -110,8 +110,8 @@ def test_robust_forms_are_the_mean_over_equal_steps_with_both_ends_within_the_la
     )
     lines, moved = panel.filters.frequency, panel.target.displacement
     alone = plain.space.forms((a for _, a in responses(plain, softening, np.array([here]), lines)), moved)
-    found = robust_forms(plain, panel, softening, here, alone)
+    found = design_forms(plain, panel, softening, here, alone)
     each = plain.space.forms((a for _, a in responses(plain, softening, np.array(around), lines)), moved)
     np.testing.assert_allclose(found.plate[0], each.plate.mean(axis=0))
     np.testing.assert_allclose(found.aim[0], each.aim.mean(axis=0))
-    assert robust_forms(plain, plain.panel, softening, here, alone) is alone
+    assert design_forms(plain, plain.panel, softening, here, alone) is alone

@@ -1,0 +1,199 @@
+"""What ``flexura radiation`` prints: a table, a record, notes and one line."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from analysis.arrays import Real
+from analysis.focusing.panel import Panel
+from analysis.focusing.radiated import DEGREES, RadiatedSound, Radiation
+from analysis.radiation.radiator import Radiator
+
+LOST_LEVEL = 1.0
+"""dB of the level wanted at the listeners that may be missing at some temperature before it is said."""
+
+
+def record(panel: Panel, found: Radiation, seconds: float) -> dict[str, Any]:
+    """Return what ``--json`` prints.
+
+    Parameters
+    ----------
+    panel : Panel
+    found : Radiation
+    seconds : float
+        It took, s.
+
+    Returns
+    -------
+    dict
+        Of values that JSON holds; null where there is no number.
+    """
+    return {
+        "aim": panel.filters.aim,
+        "mounting": panel.sound.mounting,
+        "sound_speed": panel.sound.sound_speed,
+        "density": panel.sound.density,
+        "listeners": [
+            {"name": one.name, "position_m": list(one.position), "zone": one.zone, "played_to": bool(loud)}
+            for one, loud in zip(panel.listeners, found.loud, strict=True)
+        ],
+        "level_definition": "dB of the sound wanted: the target moving alone, by sound.level and curve",
+        "temperatures_c": found.temperature.tolist(),
+        "reference_temperature_c": found.reference_temperature,
+        "third_octaves_hz": found.middles.tolist(),
+        "polar_degrees": DEGREES.tolist(),
+        "following": _sound(found, found.following),
+        "kept": _sound(found, found.kept),
+        "seconds": seconds,
+    }
+
+
+def _sound(found: Radiation, sound: RadiatedSound) -> dict[str, Any]:
+    zones, lines = found.acoustic_contrast(sound), found.line_levels(sound)
+    said = {
+        "ripple_db": found.ripple(sound),
+        "level_db": lines.mean(axis=(1, 2)),
+        "level_lowest_line_db": lines.min(axis=(1, 2)),
+        "level_highest_line_db": lines.max(axis=(1, 2)),
+        "third_octave_level_db": found.levels(sound),
+        "group_delay_spread_s": found.delay_spread(sound),
+        "contrast": sound.contrast.mean(axis=1),
+        "contrast_worst_line": sound.contrast.min(axis=1),
+        "contrast_area_normalised": found.area_contrast(sound).mean(axis=1),
+        "acoustic_contrast_db": np.full(len(lines), np.nan) if zones is None else zones.mean(axis=1),
+        "acoustic_contrast_worst_line_db": np.full(len(lines), np.nan) if zones is None else zones.min(axis=1),
+        "power_w": sound.power.mean(axis=1),
+        "target_share_of_power": np.nanmean(sound.target_share, axis=1),
+        "target_share_of_power_worst_line": np.nanmin(sound.target_share, axis=1),
+        "radiation_efficiency": np.nanmean(sound.efficiency, axis=1),
+        "directivity_index_db": sound.directivity.mean(axis=1),
+        "polar_db": sound.polar,
+        "peak_drive": sound.peak.max(axis=1),
+        "level_at_rated_drive_db_spl": found.rated_level(sound),
+    }
+    if sound.pressure_sigma is not None and sound.power_sigma is not None:
+        said["pressure_sigma_db"] = _sigma_db(found, sound, sound.pressure_sigma)
+        said["power_sigma_w"] = np.sqrt(np.mean(sound.power_sigma**2, axis=1))
+    return {name: _plain(np.asarray(values).tolist()) for name, values in said.items()}
+
+
+def _plain(value: Any) -> Any:
+    """Return lists of numbers, with None for those that are not finite."""
+    if isinstance(value, list):
+        return [_plain(part) for part in value]
+    return value if np.isfinite(value) else None
+
+
+def _sigma_db(found: Radiation, sound: RadiatedSound, sigma: Real) -> Real:
+    """Return σ (T,) of the level at the first listener played to, dB, root mean square over the lines."""
+    first = int(np.argmax(found.loud))
+    share = sigma[:, first] / np.maximum(np.abs(sound.pressure[:, first]), 1e-30)
+    return np.asarray(20.0 / np.log(10.0) * np.sqrt(0.5 * np.mean(share**2, axis=1)))
+
+
+def show(panel: Panel, found: Radiation) -> None:
+    """Print a table of the temperatures; it leads with what the aim wants."""
+    zones = found.acoustic_contrast(found.following) is not None
+    who = ", ".join(name for name, loud in zip(found.names, found.loud, strict=True) if loud)
+    table = Table(
+        title=f"sound at {who}, {panel.sound.mounting}; aim: {panel.filters.aim}",
+        caption="ripple: half the span of third-octave levels, dB of the sound wanted; line: softest; share: of "
+        "the power from the target; SPL: dB re 20 µPa of the band at rated drive; "
+        f"right: with the filters of {found.reference_temperature:g} °C",
+        header_style="bold",
+        box=SIMPLE_HEAD,
+        show_edge=False,
+        padding=(0, 1, 0, 0),
+    )
+    heard = ["ripple", "dB", "line"]
+    motion = ["contrast", "worst"]
+    between = ["zones dB", "worst"] if zones else []
+    first = [*motion, *heard] if panel.filters.aim == "field" else [*between, *heard, *motion]
+    rest = between if panel.filters.aim == "field" else []
+    unit = "V" if panel.patch else "N"
+    headings = ["°C", *first, *rest, "area", "share", f"peak {unit}", "SPL"]
+    for heading in (*headings, "ripple", "contrast"):
+        table.add_column(heading, justify="right")
+    sound, kept = found.following, found.kept
+    lines, contrast = found.line_levels(sound), found.acoustic_contrast(sound)
+    for t, temperature in enumerate(found.temperature):
+        cells = {
+            "heard": [f"{found.ripple(sound)[t]:.2f}", f"{lines[t].mean():.1f}", f"{lines[t].min():.1f}"],
+            "motion": [f"{sound.contrast[t].mean():.3f}", f"{sound.contrast[t].min():.3f}"],
+            "zones": [] if contrast is None else [f"{contrast[t].mean():.1f}", f"{contrast[t].min():.1f}"],
+        }
+        order = ("motion", "heard", "zones") if panel.filters.aim == "field" else ("zones", "heard", "motion")
+        level = found.rated_level(sound)[t]
+        table.add_row(
+            f"{temperature:.4g}",
+            *(cell for part in order for cell in cells[part]),
+            f"{found.area_contrast(sound)[t].mean():.3f}",
+            f"{np.nanmean(sound.target_share[t]):.2f}",
+            f"{sound.peak[t].max():.3g}",
+            f"{level:.0f}" if np.isfinite(level) else "-",
+            f"{found.ripple(kept)[t]:.2f}",
+            f"{kept.contrast[t].mean():.3f}",
+        )
+    Console().print(table)
+
+
+def notes(panel: Panel, found: Radiation) -> list[str]:
+    """Return what a user has to know of the sound, a sentence each."""
+    said, sound = [], found.following
+    if not panel.sound.listener:
+        said.append("no [[sound.listener]] is declared in the panel's file: judged at 1 m in front of its middle")
+    if panel.sound.mounting == "box":
+        limit = Radiator(np.array(panel.plate.bounds), np.ones(2), panel.sound.air, "box").box_limit
+        said.append(
+            f"mounting box: sources radiate into the whole space, which holds below {limit:.0f} Hz; above it the "
+            "pressure in front is underestimated, by 6 dB at most"
+        )
+    missing = -found.line_levels(sound).mean(axis=(1, 2))
+    worst = int(missing.argmax())
+    if panel.filters.aim != "field" and missing[worst] > LOST_LEVEL:
+        said.append(
+            f"at {found.temperature[worst]:g} °C the sound is {missing[worst]:.1f} dB below the one wanted, so "
+            "that no actuator exceeds its rating: lower sound.level by as much for one level at all temperatures"
+        )
+    if sound.pressure_sigma is not None:
+        sigma = _sigma_db(found, sound, sound.pressure_sigma)
+        worst = int(sigma.argmax())
+        said.append(
+            f"the noise of the transfers makes levels uncertain by {sigma[worst]:.2g} dB (standard deviation, at "
+            f"{found.temperature[worst]:g} °C); its mean is subtracted from the powers"
+            if sigma[worst] > 0.0
+            else "the transfers have no variance: what their noise makes of the sound is not known"
+        )
+    return said
+
+
+def summary(panel: Panel, found: Radiation, target: Path, seconds: float) -> str:
+    """Return one line for people.
+
+    Parameters
+    ----------
+    panel : Panel
+    found : Radiation
+    target : Path
+        File it was written to.
+    seconds : float
+        It took, s.
+
+    Returns
+    -------
+    str
+    """
+    t, own, kept = found.temperature, found.ripple(found.following), found.ripple(found.kept)
+    span = f"{t[0]:g} °C" if len(t) == 1 else f"{t[0]:g} to {t[-1]:g} °C"
+    mean = found.following.contrast.mean(axis=1)
+    zones = found.acoustic_contrast(found.following)
+    between = "" if zones is None else f", {zones.mean(axis=1).min():.1f} dB between zones"
+    return (
+        f"{span}: third-octave ripple up to ± {own.max():.1f} dB at the listeners, up to ± {kept.max():.1f} dB "
+        f"with the filters of {found.reference_temperature:g} °C{between}; contrast {mean.min():.2f} to "
+        f"{mean.max():.2f} (aim {panel.filters.aim}); {seconds:.1f} s; {target}"
+    )
