@@ -122,11 +122,13 @@ def _frfs(watched: Watched) -> dict[str, Any] | None:
         "sensors": [
             {
                 "name": plain(output.id),
-                "unit": plain(output.unit),
+                "label": plain(label),
                 "last": _curve(last, number),
                 "before": None if before is None else _curve(before, number),
             }
-            for number, output in enumerate(watched.experiment.outputs)
+            for number, (output, label) in enumerate(
+                zip(watched.experiment.outputs, watched.experiment.labels(), strict=True)
+            )
             if number < last.h.shape[0]
         ],
     }

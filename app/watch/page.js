@@ -169,7 +169,7 @@ function rebuild(parts) {
   whole.push(oven);
   if (data.frfs && data.frfs.sensors.length) {
     parts.sensor = Math.min(parts.sensor, data.frfs.sensors.length - 1);
-    const frf = section("last FRF, |H| in dB re 1 " + data.frfs.sensors[parts.sensor].unit + " per input");
+    const frf = section("last FRF, dB: " + data.frfs.sensors[parts.sensor].label);
     if (data.frfs.sensors.length > 1) {
       const chosen = make("select");
       chosen.setAttribute("aria-label", "sensor");
