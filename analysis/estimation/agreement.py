@@ -29,7 +29,7 @@ NOISY = 0.5
 
 
 @dataclass(frozen=True)
-class Agreement:
+class RunsAgreement:
     """How far runs agree, for each response.
 
     Attributes
@@ -57,7 +57,7 @@ class Agreement:
         return np.setdiff1d(np.flatnonzero(self.between < ALIKE), self.different)
 
 
-def agreement(parts: Sequence[Spectra]) -> Agreement | None:
+def agreement(parts: Sequence[Spectra]) -> RunsAgreement | None:
     """Return how far the runs of one average agree.
 
     Parameters
@@ -67,7 +67,7 @@ def agreement(parts: Sequence[Spectra]) -> Agreement | None:
 
     Returns
     -------
-    Agreement or None
+    RunsAgreement or None
         None for a single run, and where a run alone has fewer averages than drives.
     """
     drives = parts[0].g_uu.shape[1]
@@ -88,7 +88,7 @@ def agreement(parts: Sequence[Spectra]) -> Agreement | None:
             [w * _explained(part, part.g_uu) for w, part in zip(weight, several, strict=True)], axis=0
         )
         within = np.divide(explained, answered, out=np.zeros_like(explained), where=answered > 0.0)
-    return Agreement(between, within, len(parts))
+    return RunsAgreement(between, within, len(parts))
 
 
 def _explained(part: Spectra, drives: NDArray[np.complex128]) -> NDArray[np.float64]:
