@@ -13,6 +13,7 @@
 ``files``          campaigns, results and recordings on disk
 ``report``         figures and the self-contained HTML page
 ``view``           the windows
+``watch``          running campaigns seen from outside: a web page, messages
 ``chain``          all stages in one process, from files to the report
 ``blind_trial``    how often the gap workflow is right
 =================  =====================================================================

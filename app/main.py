@@ -32,6 +32,8 @@ VERBS = {
     "study": "study",
     "report": "report",
     "view": "view",
+    "watch": "watch",
+    "status": "status",
     "doctor": "doctor",
     "check-instrument": "check_instrument",
     "simulate-daq": "simulate_daq",

@@ -5,6 +5,7 @@ is not shipped: its picture is made again where `--independent` names that campa
 """
 
 import argparse
+import json
 import shutil
 import signal
 import subprocess
@@ -38,12 +39,15 @@ TEST = ("test-frfs", "test-modes")
 """Pages of the window on a modal test, that of the laser in docs/guide/modal-test.md."""
 SOUND = {"music-rendered": "rendered", "thermometer": "thermometer"}
 """Pictures of notes through the filters of that run, and of its panel as its own thermometer."""
+WATCHED = {"watch": 1280, "watch-telephone": 360}
+"""Pictures of the page of `flexura watch`, and how many pixels wide they are."""
 MADE = {
     *SOUND.values(),
     *CHAIN.values(),
     *GAP.values(),
     *TWO_EFFECTS.values(),
     *(f"view-{page}-dark" for page in PAGES + LIVE + TEST),
+    *WATCHED,
 }
 SWEEPS_WATCHED = 4
 """Sweeps after which a campaign under way is looked at."""
@@ -122,9 +126,33 @@ def watch(campaign: Path) -> None:
     running.send_signal(signal.SIGSTOP)
     try:
         look(campaign, LIVE, "--window", "live")
+        look_at_page(campaign)
     finally:
         running.send_signal(signal.SIGCONT)
         running.wait()
+
+
+def look_at_page(campaign: Path) -> None:
+    """Take pictures of the page of `flexura watch` in Chromium, which has to be installed."""
+    sys.path.insert(0, str(ROOT))
+    from tests.browser import opened_browser
+
+    watcher = subprocess.Popen(
+        [*FLEXURA, "watch", str(campaign), "--json"], cwd=ROOT, stdout=subprocess.PIPE, text=True
+    )
+    try:
+        text = ""
+        while not text.rstrip().endswith("}"):
+            text += watcher.stdout.readline()  # type: ignore[union-attr]
+        with opened_browser() as browser:
+            for image, width in WATCHED.items():
+                browser.look(json.loads(text)["url"], width, dark=width > 1000)
+                browser.until("return document.querySelectorAll('svg path').length > 4")
+                time.sleep(1.0)
+                browser.picture(IMAGES / f"{image}.png")
+    finally:
+        watcher.send_signal(signal.SIGINT)
+        watcher.wait()
 
 
 def modal_test(folder: Path) -> None:

@@ -28,6 +28,7 @@ def asked_for() -> dict[str, set[str]]:
         "drawings": settings["options.extras_require"]["drawings"],
         "meshes": settings["options.extras_require"]["meshes"],
         "docs": settings["options.extras_require"]["docs"],
+        "notify": settings["options.extras_require"]["notify"],
         "onnx": settings["options.extras_require"]["onnx"],
         "soundcard": settings["options.extras_require"]["soundcard"],
         "dev": settings["options.extras_require"]["dev"],

@@ -10,6 +10,7 @@
 ``spectra``                auto and cross spectra of all channels, from segments or blocks
 ``estimators``             H1, H2 and Hv with coherence and variance, of one drive or several
 ``impacts``                blows found in a recording, and why some of them do not count
+``agreement``              whether runs that are averaged measured one and the same FRF
 ``levels``                 FRFs of weak and strong drives that differ by more than their scatter
 ``ringing``                responses that still ring where their record ends
 ``time_convention``        FRFs that follow exp(-jwt)

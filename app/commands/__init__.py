@@ -26,6 +26,9 @@
 ``thermometer``       a panel's temperature from its own patches
 ``report``            one HTML page
 ``view``              windows
+``watch``             a web page of running campaigns, messages
+``telling``           options that say how people are told
+``status``            how campaigns stand, in a line
 ``doctor``            this computer
 ``check_instrument``  an instrument's driver
 ``safe``              bring a rig to rest

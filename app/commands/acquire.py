@@ -12,6 +12,7 @@ import click
 from app.commands.bad_input import bad_input
 from app.commands.options import EXPERIMENT, out_folder, which_rig
 from app.commands.output import Output, output_options
+from app.commands.telling import telling_options
 
 if TYPE_CHECKING:
     from app.files.experiment_toml import AcquiredExperiment, RigKind
@@ -34,11 +35,21 @@ Examples:
 @which_rig
 @click.option("--test-shot", is_flag=True, help="One short sweep as things are, the oven left alone; no campaign.")
 @click.option("--again", is_flag=True, help="Repeat the legs for sweeps that were missed or failed.")
+@click.option("--watch", is_flag=True, help="Start flexura watch on it: its page, in a process of its own.")
+@telling_options
 @out_folder("Campaign folder (default: NAME-campaign beside EXPERIMENT).")
 @output_options("the summary")
 @bad_input
 def command(
-    experiment: Path, rig: "RigKind | None", test_shot: bool, again: bool, out: Path | None, output: Output
+    experiment: Path,
+    rig: "RigKind | None",
+    test_shot: bool,
+    again: bool,
+    watch: bool,
+    notify: tuple[str, ...],
+    notify_command: tuple[str, ...],
+    out: Path | None,
+    output: Output,
 ) -> None:
     """Run EXPERIMENT (a TOML file) on the rig, or take it up where it was interrupted.
 
@@ -51,12 +62,16 @@ def command(
     present temperature. The report shows level, clipping, coherence, noise and hum of every input, and the
     duration of the campaign. Every campaign begins with such a shot, and stops there if a cable is disconnected.
 
+    With --watch, or with --notify or --notify-command, flexura watch runs beside it until it has told how the
+    campaign ended. Whatever happens to that process, the campaign does not notice.
+
     Exit status 1 where sweeps are missing at the end, or the rig stopped the campaign; 3 where something could not
     be verified to be at rest (NOT AT REST: go there and switch it off).
     """
     from app.files.experiment_toml import read_acquired_experiment
 
     started = time.perf_counter()
+    _require_known(notify, notify_command, out)
     declared = read_acquired_experiment(experiment)
 
     from app.files.campaign_folder import ENDING
@@ -78,7 +93,8 @@ def command(
     if test_shot:
         _shoot(declared, kind, experiment, folder, output)
         return
-    ending = _run(declared, kind, experiment, folder, acquired, again, started, output)
+    with _watched(folder, watch, notify, notify_command, output):
+        ending = _run(declared, kind, experiment, folder, acquired, again, started, output)
     summary: dict[str, Any] = {"campaign": str(folder), "rig": kind, "sweeps": declared.protocol.count}
     with undisturbed():  # another Ctrl-C must not take the place of what is said here
         output.result(lambda: summary | ending.record)
@@ -87,6 +103,31 @@ def command(
         keep_unseen(folder / ENDING, ending.line)
     if ending.status:
         raise click.exceptions.Exit(ending.status)
+
+
+def _require_known(notify: tuple[str, ...], notify_command: tuple[str, ...], out: Path | None) -> None:
+    """Refuse what the watcher would refuse, before anything begins; what only it can find out, it says itself."""
+    if notify or notify_command:
+        from app.watch.notifiers import command_of
+        from app.watch.secrets import addresses
+
+        addresses(notify, [] if out is None else [out])
+        for text in notify_command:
+            command_of(text)
+
+
+@contextmanager
+def _watched(
+    folder: Path, watch: bool, notify: tuple[str, ...], notify_command: tuple[str, ...], output: Output
+) -> "Iterator[None]":
+    """Have the campaign watched by a process of its own, if that is asked for."""
+    if not (watch or notify or notify_command):
+        yield
+        return
+    from app.watch.beside import watched_beside
+
+    with watched_beside(folder, notify, notify_command, output.note):
+        yield
 
 
 def _run(

@@ -49,6 +49,7 @@ def _named(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> di
 @click.option(
     "--roving", metavar="NAME", help="A channel that is at node 1, 2, ... in the first, second, ... of FILES."
 )
+@click.option("--same-point", is_flag=True, help="All FILES are of the same points, whatever they are called.")
 @click.option(
     "--points",
     type=Existing("allowed: a CSV file"),
@@ -76,6 +77,7 @@ def command(
     unused: tuple[str, ...],
     rate: float | None,
     roving: str | None,
+    same_point: bool,
     points: Path | None,
     frf_units: tuple[str, str] | None,
     title: str,
@@ -93,7 +95,12 @@ def command(
     that take a campaign take its folder.
     """
     if what == "plate":
-        of_others: dict[str, object] = {"--kind": kind, "--rate": rate, "--roving": roving}
+        of_others: dict[str, object] = {
+            "--kind": kind,
+            "--rate": rate,
+            "--roving": roving,
+            "--same-point": same_point,
+        }
         of_others |= {"--drive": drive, "--response": response, "--unused": unused}
         _refuse("belongs to a test; of a plate channels are declared in plate.toml", of_others)
         from app.commands.new_plate import write_plate
@@ -106,6 +113,7 @@ def command(
             "--kind": kind,
             "--rate": rate,
             "--roving": roving,
+            "--same-point": same_point,
             "--points": points,
             "--frf-units": frf_units,
         }
@@ -124,7 +132,8 @@ def command(
     target = folder if folder.suffix == ".toml" else folder / NAME
     if target.exists():
         raise click.BadParameter(f"{target} is there already; name another or remove it", param_hint="--out")
-    _test(files, NewTest(kind, drive, response, unused, title, rate, roving, points, frf_units), target, output)
+    said = NewTest(kind, drive, response, unused, title, rate, roving, points, frf_units, same_point)
+    _test(files, said, target, output)
 
 
 def _campaign(
@@ -150,9 +159,18 @@ def _campaign(
 
 def _test(files: tuple[Path, ...], options: "NewTest", target: Path, output: Output) -> None:
     """Write the declaration of a modal test; at a terminal, ask for the sensitivities that are missing."""
-    from app.modal_test.new_declaration import new_test
+    from app.modal_test.new_declaration import PlacesUnknownError, new_test
 
-    declared, missing = new_test(files, options, target)
+    try:
+        declared, missing = new_test(files, options, target)
+    except PlacesUnknownError as unknown:
+        if not sys.stdin.isatty() or output.quiet:
+            raise
+        asked = f"{files[0].name} to {files[-1].name}: which channel was moved from point to point"
+        moved = click.prompt(asked, type=click.Choice([*unknown.channels, "none"]), err=True)
+        answer = {"same_point": True} if moved == "none" else {"roving": moved}
+        options = replace(options, **answer)
+        declared, missing = new_test(files, options, target)
     if missing and sys.stdin.isatty() and not output.quiet:
         given = {n: click.prompt(f"sensitivity of {n}, such as 100 mV/g", err=True) for n in missing}
         roles = {name: declared.channels[name].role for name in missing}

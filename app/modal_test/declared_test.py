@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.channel import UNITS
+from analysis.estimation.agreement import SAME, agreement
 from analysis.estimation.estimators import FrfEstimate, estimate
 from analysis.estimation.excitation import leaks
 from analysis.estimation.impacts import Blows, find_blows
@@ -189,6 +190,7 @@ def _estimated(
     if len({len(part.frequency) for part in parts}) > 1:
         raise ValueError("its sample rate is not that of the other files; resample them to one")
     found = estimate(pooled(parts), test.estimator)
+    notes += _require_one_frf(files, parts)
     notes += _level_notes(files, parts, every)
     if leaking and found.averages < 10:
         notes.append(
@@ -196,6 +198,28 @@ def _estimated(
             "segments.seconds"
         )
     return found, rate, notes, leaking
+
+
+def _require_one_frf(files: list[tuple[str, SignalsOfFile]], parts: list[Spectra]) -> list[str]:
+    """Refuse to average files that measured different FRFs; say where they agree badly."""
+    found = agreement(parts)
+    if found is None:
+        return []
+    first, names = files[0][1], [name for name, _ in files]
+    shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+    if found.different.size:
+        worst = found.different[np.argmin(found.between[found.different])]
+        raise ValueError(
+            f"{shown} are declared at the same places, but do not agree: {first.responses[worst]} by "
+            f"{max(found.between[worst], 0.0):.2f} (1: the same FRF, 0: unrelated; allowed: {SAME:g} or more)."
+            f" Are they of several points? Then {PLACES}. Or did the structure change between them? Then make a "
+            "test of each"
+        )
+    return [
+        f"{shown}: {first.responses[worst]} agrees between files by {found.between[worst]:.2f} only (1: the same "
+        "FRF); look for a point that was missed, a sensor that came loose, a structure that changed, or noise"
+        for worst in found.doubtful
+    ]
 
 
 def _level_notes(files: list[tuple[str, SignalsOfFile]], parts: list[Spectra], every: list[Blows]) -> list[str]:

@@ -51,6 +51,8 @@ class NewTest:
     roving : str or None
         Channel that is at node 1 in the first file, at 2 in the second; of files with one FRF ``response`` or
         ``reference``.
+    same_point : bool
+        Whether all files are of the same points, whatever they are called.
     points : Path or None
         Table of nodes with their places.
     frf_units : (str, str) or None
@@ -66,6 +68,7 @@ class NewTest:
     roving: str | None = None
     points: Path | None = None
     frf_units: tuple[str, str] | None = None
+    same_point: bool = False
 
 
 def guessed_channels(file: Path, columns: Columns, said: NewTest) -> dict[str, dict[str, Any]]:

@@ -1,13 +1,25 @@
 """Nodes and directions of channels, as the file gives them, or numbered."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from app.files.measurements.columns import Columns
 
 OF_MATRIX = re.compile(r".*\[([1-9]\d*),([1-9]\d*)\]")
 """``H[3,2]``, response and reference of an FRF in an array of three axes."""
+
+OF_POINT = re.compile(
+    r"(?:^|[^a-z])(?:points?|pts?|p|nodes?|n|pos(?:ition)?|dof|loc(?:ation)?|place)[ _-]*\d+$", re.I
+)
+"""Names of files that say where: ``point3``, ``hammer_p12``; not ``hit3``, ``run3``, which say when."""
+
+
+def of_points(files: Sequence[Path]) -> bool:
+    """Whether the names of several files, each another one, say at which points they were measured."""
+    stems = [file.name.partition(".")[0] for file in files]
+    return len(set(stems)) > 1 and all(OF_POINT.search(stem) for stem in stems)
 
 
 def guessed_places(channels: Mapping[str, Mapping[str, Any]], columns: Columns) -> dict[str, dict[str, Any]]:

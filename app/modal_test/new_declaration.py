@@ -22,7 +22,7 @@ from app.modal_test.guessed_channels import (
     lacking_calibration,
 )
 from app.modal_test.guessed_kind import guessed_kind, guessed_segments
-from app.modal_test.guessed_places import guessed_places
+from app.modal_test.guessed_places import guessed_places, of_points
 from app.modal_test.points_table import points_of_table
 
 TEST_HEAD = """What this test is; see the guide, "A modal test". Correct what was guessed:
@@ -32,6 +32,24 @@ at: node and direction, "5:+z"; [points] gives nodes their places in metres"""
 
 CAMPAIGN_HEAD = """A recorded campaign, after the example that comes with Flexura: replace its numbers by yours
 (guide, "A recorded campaign"), and put one TDMS file for each temperature into sweeps/."""
+
+
+class PlacesUnknownError(ResultFileError):
+    """Files are called after points, and nothing says which channel was moved from one to the next.
+
+    Attributes
+    ----------
+    channels : tuple of str
+        Those that may have been.
+    """
+
+    def __init__(self, files: Sequence[Path], channels: tuple[str, ...]) -> None:
+        first, last = files[0].name, files[-1].name
+        super().__init__(
+            f"{first} to {last} are called after points: name the channel that was moved from one to the next, "
+            f"--roving {channels[0]} (one of {', '.join(channels)}), or say --same-point"
+        )
+        self.channels = channels
 
 
 def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalTest, dict[str, str]]:
@@ -55,6 +73,8 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     ------
     ResultFileError
         For files that cannot be read, and channels named that are not there.
+    PlacesUnknownError
+        For files called after points, where nothing says what was moved.
     CampaignFileError
         Where what was said and guessed makes no test.
     """
@@ -78,6 +98,8 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
             f"{files[0]}: none of its channels is called like a drive; name it with --drive NAME=SENSITIVITY. It "
             f"holds: {', '.join(list(columns.values)[:20])}{frfs}"
         )
+    if not groups:
+        _require_places(files, columns, channels, kind, said)
     channels = guessed_places(channels, columns)
     table: dict[str, Any] = {"format": FORMAT, "title": said.title or _called(target), "kind": kind}
     table |= guessed_rate(columns, said, roles) | {"channels": channels}
@@ -109,6 +131,16 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     write_text(target, toml_text(table, TEST_HEAD))
     missing = {name: lacking_calibration(one, columns.units.get(name)) for name, one in channels.items()}
     return declared, {name: lack for name, lack in missing.items() if lack}
+
+
+def _require_places(
+    files: Sequence[Path], columns: Columns, channels: Mapping[str, Mapping[str, Any]], kind: str, said: NewTest
+) -> None:
+    """Refuse to average files of several points as if they were of one."""
+    if said.roving or said.same_point or columns.places or not of_points(files):
+        return
+    moved = tuple(name for name, one in channels.items() if one["role"] in ("drive", "response"))
+    raise PlacesUnknownError(files, moved if kind != "frf" else ("reference", "response"))
 
 
 def _called(target: Path) -> str:

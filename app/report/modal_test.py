@@ -46,6 +46,15 @@ def sections_of_test(run: Path) -> tuple[str, str, list[Section]]:
             "Measured FRFs and what poles and residues add up to; lines: modes, dotted where weak or unconfirmed.",
         ),
     ]
+    known = [one for one in frfs.transfers if one.coherence is not None]
+    if known:
+        medians = [float(np.median(one.coherence)) for one in known if one.coherence is not None]
+        worst = int(np.argmin(medians))
+        facts.append(
+            ("coherence", f"median {np.median(medians):.3g}, least {medians[worst]:.3g}: {known[worst].name}")
+        )
+        words = "Of every FRF, those drawn above dark: 1 where the drive alone explains the response."
+        measured.append(Picture("coherence", "Can the FRFs be trusted?", coherences(frfs), words))
     if frfs.notes:
         measured.append(Listing("\n".join(frfs.notes)))
     found: list[Item] = [
@@ -96,6 +105,22 @@ def overlay(frfs: FrfSet, modes: Modes) -> Figure:
         axis.set_title(frfs.transfers[number].name, fontsize=9)
     legend_below(figure)
     frequency_axis(axes.ravel()[-1])
+    return figure
+
+
+def coherences(frfs: FrfSet) -> Figure:
+    """Draw the coherence of every FRF that has one; that of those which `overlay` draws in the foreground."""
+    chosen = set(np.unique(np.linspace(0, len(frfs.transfers) - 1, SHOWN).astype(int)).tolist())
+    figure, axes = panels(1, 1, height=2.6)
+    axis = axes if not isinstance(axes, np.ndarray) else axes.ravel()[0]
+    for number, one in enumerate(frfs.transfers):
+        if one.coherence is not None:
+            front = number in chosen
+            color, width = (MEASURED, 1.0) if front else ("0.75", 0.6)
+            axis.plot(frfs.frequency, one.coherence, color=color, lw=width, zorder=2.0 + front)
+    axis.set_ylim(-0.02, 1.02)
+    axis.set_ylabel("coherence")
+    frequency_axis(axis)
     return figure
 
 

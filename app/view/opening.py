@@ -11,7 +11,7 @@ from app.view.theme import Theme
 from app.view.window import Window
 
 if TYPE_CHECKING:
-    from app.view.live.watched import Watched
+    from app.watch.watched import Watched
 
 Kind = Literal["live", "recorded"]
 
@@ -64,7 +64,7 @@ def window_of(viewed: Viewed, kind: Kind | None, theme: Theme) -> Window:
 def _watched(viewed: Viewed) -> "Watched | None":
     if viewed.campaign is None or not is_campaign_folder(viewed.campaign):
         return None
-    from app.view.live.watched import Watched
+    from app.watch.watched import Watched
 
     found = Watched(viewed.campaign)
     return found if found.protocol is not None else None

@@ -8,13 +8,13 @@ from PySide6.QtWidgets import QApplication
 
 from analysis.progress import Progress
 from app.view.export import picture
-from app.view.live.watched import AT_A_TIME, KEPT
 from app.view.live.window import LiveWindow
 from app.view.recorded.fields_page import FieldsPage
 from app.view.recorded.modes_page import ModesPage
 from app.view.recorded.window import RecordedWindow
 from app.view.test_run.window import TestWindow
 from app.view.window import Window
+from app.watch.watched import AT_A_TIME, KEPT
 
 PATIENCE = 600.0
 """Seconds that a twin may take to be reduced."""

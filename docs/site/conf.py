@@ -39,6 +39,7 @@ CONTENTS = {
         "docs/guide/bring-your-own-instrument",
         "docs/adding-an-effect",
         "docs/view",
+        "docs/watch",
         "docs/guide/command-line",
         "docs/guide/library",
         "docs/guide/file-formats",

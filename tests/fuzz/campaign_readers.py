@@ -82,7 +82,7 @@ def _trial(root: Path, name: str) -> object:
 
 
 def _window(root: Path, name: str) -> object:
-    from app.view.live.watched import Watched
+    from app.watch.watched import Watched
 
     window = _live_window(root / "live")
     window._watched, window._logged = Watched(root / "live"), 0  # another window would take ten times as long
@@ -93,9 +93,9 @@ def _window(root: Path, name: str) -> object:
 @lru_cache(maxsize=1)
 def _live_window(folder: Path) -> Any:
     from app.view.application import application
-    from app.view.live.watched import Watched
     from app.view.live.window import LiveWindow
     from app.view.theme import LIGHT
+    from app.watch.watched import Watched
 
     application()
     return LiveWindow(Watched(folder), LIGHT)

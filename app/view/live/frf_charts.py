@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from app.view.chart import Chart
-from app.view.live.watched import KEPT, Watched
 from app.view.theme import Theme
+from app.watch.watched import KEPT, Watched
 
 
 class FrfChart(Chart):

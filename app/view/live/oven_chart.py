@@ -5,9 +5,9 @@ import pyqtgraph
 
 from app.files.events import seconds
 from app.view.chart import Chart
-from app.view.live.course import programme_line, set_point_line
-from app.view.live.watched import Watched
 from app.view.theme import Theme
+from app.watch.course import programme_line, set_point_line
+from app.watch.watched import Watched
 
 MARKS = {"finished": "o", "rejected": "x", "missing": "t"}
 

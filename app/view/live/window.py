@@ -22,15 +22,14 @@ from app.terminal.campaign_progress import duration
 from app.view.live.frf_charts import CoherenceChart, FrfChart
 from app.view.live.oven_chart import OvenChart
 from app.view.live.sweep_charts import LevelChart, SignalChart, SpectrumChart
-from app.view.live.watched import Watched
 from app.view.theme import Theme
 from app.view.window import Window
+from app.watch.watched import Watched
+from app.watch.words import in_words, local
 
 INTERVAL = 250
 """Milliseconds between two looks at the folder."""
 UNDER_WAY = ("running", "pausing", "paused")
-QUIET = frozenset({"event", "time", "date", "leg", "step"})
-"""Parts of an event that the log leaves out."""
 
 
 class LiveWindow(Window):
@@ -156,10 +155,7 @@ class LiveWindow(Window):
             for chart in (self.signals, self.spectrum, self.levels):
                 chart.show_repeat(watched.latest)
         for event in watched.events[self._logged :]:
-            rest = ", ".join(
-                f"{key} {_words(value)}" for key, value in event.items() if key not in QUIET and value != []
-            )
-            self.log.appendPlainText(f"{event['date'][11:19]}  {event['event']}: {rest}")
+            self.log.appendPlainText(f"{self._time(event['date'])}  {in_words(event)}")
         self._logged = len(watched.events)
         done, total, left = watched.progress
         self.bar.setMaximum(max(total, 1))
@@ -169,6 +165,10 @@ class LiveWindow(Window):
             last = watched.readings[-1]
             plate = f"plate {last.plate_c:.2f} °C, " if last.plate_c == last.plate_c else ""
             self.stage.setText(f"{last.stage}: {plate}air {last.air_c:.2f} °C")
+
+    def _time(self, date: str) -> str:
+        """Return a date as it is read here; that of a simulated rig as its own clock has it."""
+        return f"{date[11:19]} simulated" if self._watched.simulated else local(date)
 
     def _show_state(self) -> None:
         theme, state = self.theme, self._watched.state(self._clock())
@@ -187,7 +187,3 @@ class LiveWindow(Window):
         trouble = "; ".join(f"{name}: {what}" for name, what in self._watched.problems.items())
         self.statusBar().setStyleSheet(f"color: {theme.warning};")
         self.statusBar().showMessage(trouble)
-
-
-def _words(value: object) -> str:
-    return "; ".join(str(part) for part in value) if isinstance(value, list) else str(value)

@@ -201,7 +201,7 @@ def test_the_report_of_a_test_stands_on_its_own_files(tmp_path: Path, beam: Beam
     result = typed("report", tmp_path / "run", "--json")
     assert result.exit_code == 0, result.output
     told = json.loads(result.stdout)
-    assert told["figures"] == ["frfs", "stabilization", "shapes", "auto-mac"]
+    assert told["figures"] == ["frfs", "coherence", "stabilization", "shapes", "auto-mac"]
     assert told["sections"] == ["Measurement", "Modes", "Shapes", "Provenance"]
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert "accelerance [m/s2/N]" in page

@@ -27,11 +27,11 @@ from app.files.sweep_file import Source
 from app.stages.acquire import acquire_campaign
 from app.view.application import application
 from app.view.folder import Viewed
-from app.view.live.watched import Watched
 from app.view.live.window import LiveWindow
 from app.view.opening import window_of
 from app.view.recorded.window import RecordedWindow
 from app.view.theme import DARK, LIGHT
+from app.watch.watched import Watched
 from drivers.ni.modules import NI_9234
 from drivers.ni.output_modules import NI_9260
 from drivers.ni.thermocouple_modules import NI_9211
@@ -79,7 +79,7 @@ class Acquisition:
         modules = {1: NI_9234, 2: NI_9260, 3: NI_9211}
         self.parts = simulated_parts(experiment.cards, experiment.oven, self.plate, modules=modules, seed=3)
         source = Source("mine.toml", "0" * 64)
-        acquired = {"rig": "simulated", **experiment.model_dump(mode="json")}
+        acquired = {**experiment.model_dump(mode="json"), "rig": "simulated"}
         session = Session(self.parts.rig(), experiment.limits, campaign_log(self.folder))
         try:
             self.outcome = acquire_campaign(session, experiment, self.folder, source, acquired, unobserved)
@@ -135,7 +135,7 @@ def test_a_campaign_is_paused_taken_up_and_watched_to_its_end(
     qtbot.waitUntil(lambda: len(window.frfs.curves) == 6, timeout=WAIT)
     assert window.bar.value() == 6
     assert window.windowTitle() == "campaign – complete, 6 of 6 sweeps – Flexura"
-    for words in ("paused", "continued", "finished: place 34 °C up 1 V"):
+    for words in ("paused", "continued", "finished: 34 °C up 1 V"):
         assert words in window.log.toPlainText()
     assert not window.stop.isEnabled()
     campaign = load_campaign(acquisition.folder)

@@ -1,5 +1,6 @@
 """A campaign's folder as it grows: read-only, and never stopped by what is damaged in it."""
 
+from collections.abc import Sized
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -16,10 +17,12 @@ from analysis.protocol.sweep import SweepSettings
 from app.files import events, latest_repeat, readings
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import SWEEPS, read_protocol, sweep_paths
+from app.files.campaign_kind import PROTOCOL
 from app.files.control import requested
 from app.files.events import parse_event, seconds
 from app.files.latest_repeat import LatestRepeat, load_latest
 from app.files.readings import ReadingLine, parse_reading
+from app.files.same_experiment import REWIRED
 from app.files.sweep_file import read_sweep_file
 from app.files.tail import Tail
 
@@ -28,7 +31,11 @@ KEPT = 24
 AT_A_TIME = 4
 """Sweeps read in one look, so that the window never waits long."""
 SILENT = 60.0
-"""Seconds without a sign from the runner after which it counts as gone, the length of a sweep aside."""
+"""Seconds without a sign from the runner, beyond those that it may need, after which it counts as silent."""
+WATCHDOG = "watchdog.log"
+"""What the watchdog said that nobody may have been there to read: a date, then a sentence."""
+ENDS_TROUBLE = frozenset({"recovered", "finished", "sweep begun", "begun", "resumed"})
+"""Events after which an earlier trouble is over; so it is after a ramp."""
 State = Literal["not begun", "running", "pausing", "paused", "silent", "stopped", "complete"]
 
 
@@ -64,6 +71,8 @@ class Watched:
     ----------
     folder : Path
         A campaign folder.
+    kept : int
+        Finished sweeps of which the FRFs are kept, the last ones.
 
     Attributes
     ----------
@@ -71,7 +80,11 @@ class Watched:
     experiment : Experiment
     protocol : AcquisitionProtocol or None
         None for a campaign that was imported.
+    simulated : bool
+        Whether its rig is simulated: dates are those of the rig's own, virtual clock.
     events : list of dict
+    said : list of (str, str)
+        What the watchdog said: date, ISO 8601, and sentence.
     readings : list of ReadingLine
     sweeps : dict of int to MeasuredSweep
         The last ones, by step.
@@ -85,52 +98,83 @@ class Watched:
         If the frozen protocol cannot be read.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, kept: int = KEPT) -> None:
+        self.folder, self._kept = folder, kept
         frozen, self.experiment = read_protocol(folder)
         self.protocol = _protocol(folder, frozen.get("acquired"))
+        self.simulated = (frozen.get("acquired") or {}).get("rig") == "simulated"
         self.events: list[dict[str, Any]] = []
+        self.said: list[tuple[str, str]] = []
         self.readings: list[ReadingLine] = []
         self.sweeps: dict[int, MeasuredSweep] = {}
         self.latest: LatestRepeat | None = None
         self.problems: dict[str, str] = {}
-        self._tails = {name: Tail(folder / name) for name in (events.NAME, readings.NAME)}
+        self._tails = {name: Tail(folder / name) for name in (events.NAME, readings.NAME, WATCHDOG)}
         self._seen: set[str] = set()
         self._latest_time = 0.0
 
     def look(self) -> bool:
         """Read what is new; return whether anything is."""
-        before = len(self.events), len(self.readings), len(self._seen), self._latest_time, len(self.problems)
-        for number, line in enumerate(self._tails[events.NAME].lines()):
-            self._take_event(line, number)
+        before = self._amounts()
+        for line in self._tails[events.NAME].lines():
+            self._take_event(line)
         found = (parse_reading(line) for line in self._tails[readings.NAME].lines())
         self.readings += [reading for reading in found if reading is not None]
+        told = (_told(line) for line in self._tails[WATCHDOG].lines())
+        self.said += [one for one in told if one is not None]
         self._look_at_latest()
         self._look_at_sweeps()
-        return before != (
-            len(self.events),
-            len(self.readings),
-            len(self._seen),
-            self._latest_time,
-            len(self.problems),
-        )
+        return before != self._amounts()
+
+    def _amounts(self) -> tuple[float, ...]:
+        grown: tuple[Sized, ...] = (self.events, self.readings, self.said, self._seen, self.problems)
+        return (*(len(one) for one in grown), self._latest_time)
 
     def state(self, now: float) -> State:
         """Return where the campaign is; `now` is the time of day, s since 1970."""
-        if not self.events:
-            return "not begun"
-        last: dict[str, Any] = next((e for e in reversed(self.events) if e.get("event") == "oven"), {})
+        last: dict[str, Any] = next(
+            (e for e in reversed(self.events) if e.get("event") in ("oven", "begun", "resumed")), {}
+        )
         if last.get("command") == "safe":
             return "complete" if last.get("purpose") == "the end" else "stopped"
-        longest = self.protocol.sweep_seconds if self.protocol is not None else 0.0
-        if now - self._sign() > SILENT + 2.0 * longest:
+        if now - self.last_sign > self.patience:
             return "silent"
+        if not self.events:
+            return "not begun"
         resting = next(
             (e["event"] for e in reversed(self.events) if e.get("event") in ("paused", "continued")), ""
         )
         if resting == "paused":
             return "paused"
         return "pausing" if requested(self.folder) == "pause" else "running"
+
+    @property
+    def patience(self) -> float:
+        """Longest time without a sign from a runner that is well, s: a sweep, an interval, and a margin.
+
+        While the rig is in trouble, it tries for `limits.lost_after` to regain cards, oven or readings.
+        """
+        if self.protocol is None:
+            return SILENT
+        needed = self.protocol.sweep_seconds + self.protocol.programme.poll_interval
+        return SILENT + needed + (self.protocol.limits.lost_after if self.trouble is not None else 0.0)
+
+    @property
+    def trouble(self) -> str | None:
+        """What the rig is trying to overcome now; None where nothing is wrong."""
+        for event in reversed(self.events):
+            if event["event"] == "trouble":
+                return str(event.get("what", ""))
+            if event["event"] in ENDS_TROUBLE or event.get("command") in ("ramp", "safe"):
+                return None
+        return None
+
+    @property
+    def last_sign(self) -> float:
+        """Time of the last sign of the runner, s since 1970; that of its protocol before there is another."""
+        names = (events.NAME, readings.NAME, latest_repeat.NAME)
+        last = max((self._changed(self.folder / name) for name in names), default=0.0)
+        return last or self._changed(self.folder / PROTOCOL)
 
     def events_of(self, kind: str) -> list[dict[str, Any]]:
         """Return every event of a kind."""
@@ -143,18 +187,15 @@ class Watched:
         left = self.readings[-1].seconds_left if self.readings else float("nan")
         return len(done), self.protocol.count if self.protocol is not None else len(done), left
 
-    def _take_event(self, line: str, number: int) -> None:
+    def _take_event(self, line: str) -> None:
         try:
             event = parse_event(line)
+            if event["event"] == REWIRED and self.events:  # it is written before the rig and its clock are known
+                event.setdefault("date", self.events[-1]["date"])
             seconds(event["date"])
             self.events.append(event)
         except (ValueError, KeyError, TypeError):
             self.problems[events.NAME] = f"a line that is no event: {line[:60]!r}"
-
-    def _sign(self) -> float:
-        """Time of the last sign of the runner, s since 1970."""
-        names = (events.NAME, readings.NAME, latest_repeat.NAME)
-        return max((self._changed(self.folder / name) for name in names), default=0.0)
 
     @staticmethod
     def _changed(path: Path) -> float:
@@ -171,7 +212,7 @@ class Watched:
 
     def _look_at_sweeps(self) -> None:
         """Read the newest sweeps not seen yet, a few at a time; those that would not be shown are left unread."""
-        new = [path for path in sweep_paths(self.folder)[-KEPT:] if path.name not in self._seen]
+        new = [path for path in sweep_paths(self.folder)[-self._kept :] if path.name not in self._seen]
         for path in new[: -AT_A_TIME - 1 : -1]:
             self._seen.add(path.name)
             sweep, wrong = read_sweep_file(path, f"{SWEEPS}/{path.name}")
@@ -191,8 +232,18 @@ class Watched:
                     np.array(h)[:, band],
                     np.array(coherence)[:, band],
                 )
-        for step in sorted(self.sweeps)[:-KEPT]:
+        for step in sorted(self.sweeps)[: -self._kept]:
             del self.sweeps[step]
+
+
+def _told(line: str) -> tuple[str, str] | None:
+    """Take a line of the watchdog's apart; None for what is none."""
+    date, sentence = line[:25], line[26:].strip()
+    try:
+        seconds(date)
+    except ValueError:
+        return None
+    return (date, sentence) if sentence else None
 
 
 def _protocol(folder: Path, acquired: dict[str, Any] | None) -> AcquisitionProtocol | None:
@@ -203,6 +254,12 @@ def _protocol(folder: Path, acquired: dict[str, Any] | None) -> AcquisitionProto
             SweepSettings.model_validate(acquired["sweep"]),
             Programme.model_validate(acquired["programme"]),
             Limits.model_validate(acquired["limits"]),
+            settling=_settling(acquired.get("cards") or {}),
         )
-    except (KeyError, ValidationError) as error:
+    except (KeyError, TypeError, ValueError, ValidationError) as error:
         raise CampaignFileError(folder, []) from error
+
+
+def _settling(cards: dict[str, Any]) -> float:
+    """Silence before every repeat, s, as `drivers.ni.wiring` has it; 0 for what has no IEPE sensors."""
+    return min(max(float(cards.get("iepe_settling", 5.0)), 0.0), 60.0) if cards.get("iepe") else 0.0

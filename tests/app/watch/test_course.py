@@ -5,7 +5,7 @@ from analysis.protocol.limits import Limits
 from analysis.protocol.programme import Programme, Settling
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.sweep import SweepSettings
-from app.view.live.course import programme_line, set_point_line
+from app.watch.course import programme_line, set_point_line
 
 PROTOCOL = AcquisitionProtocol(
     SweepSettings(

@@ -1,0 +1,103 @@
+"""``flexura watch``: a web page of running campaigns, and messages."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from app.commands.bad_input import bad_input
+from app.commands.options import PATH
+from app.commands.output import Output, output_options
+from app.commands.telling import telling_options
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.watch.notifiers import Notifier
+
+EXAMPLES = """\b
+Examples:
+  flexura watch my-campaign
+  flexura watch left-rig right-rig --notify 'ntfy://$TOPIC' --notify @messages.txt
+  flexura watch my-campaign --notify-command 'notify-send --urgency critical Flexura'
+  flexura watch my-campaign --host 0.0.0.0 --token-file ~/.flexura-token
+"""
+
+
+@click.command(name="watch", epilog=EXAMPLES, short_help="A web page of running campaigns; messages.")
+@click.argument("campaigns", type=PATH, nargs=-1, required=True, metavar="CAMPAIGN...")
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at; others need a token.")
+@click.option("--port", type=click.IntRange(1, 65535), help="Port (default: the first free one from 8750 on).")
+@click.option(
+    "--token-file", type=PATH, metavar="FILE", help="Token that the page asks for; made, mode 600, if not there."
+)
+@telling_options
+@click.option("--wait", is_flag=True, help="Wait for campaigns that have not begun yet.")
+@click.option(
+    "--beside", is_flag=True, hidden=True, help="End with the campaign, once the standard input has ended."
+)
+@output_options("the page's address")
+@bad_input
+def command(
+    campaigns: tuple[Path, ...],
+    host: str,
+    port: int | None,
+    token_file: Path | None,
+    notify: tuple[str, ...],
+    notify_command: tuple[str, ...],
+    wait: bool,
+    beside: bool,
+    output: Output,
+) -> None:
+    """Show CAMPAIGNs, as flexura acquire records them, on a web page for any browser or telephone.
+
+    Temperatures, set-point and limits, progress and expected end, the last FRF and its coherence, what clips, the
+    state of the rig, the log in words. The page needs no internet, and only reads: a campaign is paused or stopped
+    in its terminal or with flexura view. /metrics has the numbers for Prometheus, /status.json for scripts.
+
+    It is served to this computer only; with --host to others, who need the token of --token-file or of the
+    variable FLEXURA_WATCH_TOKEN.
+
+    --notify and --notify-command tell when a campaign has finished or stopped, when something is NOT AT REST, a
+    sweep was given up, a limit is approached, or nothing was written for longer than a sweep and a margin. It ends
+    with Ctrl-C; campaigns do not notice.
+    """
+    from app.watch.secrets import SecretError, page_token
+    from app.watch.server import is_loopback
+    from app.watch.watcher import require_acquired
+    from app.watch.watching import Page, Watching, leave_streams, left_behind
+
+    for one in campaigns:
+        if not (wait and not one.exists()):
+            require_acquired(one)
+    token = page_token(token_file, campaigns)
+    if token is None and not is_loopback(host):
+        raise SecretError(
+            f"--host {host}: others than this computer need a token; name its file, --token-file FILE, or set "
+            "FLEXURA_WATCH_TOKEN"
+        )
+    notifiers = _notifiers(notify, notify_command, campaigns)
+    watching = Watching(campaigns, Page(host, port, token), notifiers, output.note)
+    record: dict[str, Any] = {"url": watching.url, "campaigns": [str(one) for one in campaigns]}
+    output.result(lambda: record | {"token": token is not None})
+    needs = ", with its token" if token is not None else ""
+    output.summary(f"the page: {watching.url}{needs}; Ctrl-C ends it, campaigns go on")
+    left = left_behind() if beside else None
+    if beside:
+        leave_streams()
+    watching.run(left)
+
+
+def _notifiers(
+    notify: "Sequence[str]", notify_command: "Sequence[str]", campaigns: "Sequence[Path]"
+) -> "list[Notifier]":
+    """Return the notifiers, their addresses checked; SecretError for what is wrong with them."""
+    from app.watch.notifiers import AppriseNotifier, command_of
+    from app.watch.secrets import SecretError, addresses
+
+    commands = [command_of(text) for text in notify_command]
+    apprise = [AppriseNotifier(url, place) for place, url in enumerate(addresses(notify, campaigns), 1)]
+    for one in apprise:
+        if wrong := one.check():
+            raise SecretError(f"--notify: {one.name}: {wrong}")
+    return [*apprise, *commands]

@@ -1,0 +1,22 @@
+"""A running campaign seen from outside: its folder is read, never written.
+
+===================  ==================================================================================
+``watched``          the folder as it grows: events, readings, last sweeps, whether it is silent
+``course``           the temperature programme and the set-point as lines over time
+``words``            events in sentences, times of day where the reader is
+``status``           how a campaign stands, in fields and in a line, with its exit status
+``charts``           what the page draws: temperatures, last FRF, levels, log
+``news``             what people are told, and how often at most
+``secrets``          addresses of messages and the page's token: environment, or files of mode 600
+``notifiers``        Apprise and commands, in processes that are ended if they hang
+``apprise_process``  the process that sends a message through Apprise
+``watcher``          several campaigns, looked at again and again
+``metrics``          their state for Prometheus
+``server``           the page's server: a few addresses, read only
+``watching``         the process of ``flexura watch``
+``beside``           that process, started by ``flexura acquire``
+===================  ==================================================================================
+
+``page.html``, ``page.css`` and ``page.js`` are the page. The window of `app.view.live` reads the folder through
+``watched``, too.
+"""

@@ -1,0 +1,83 @@
+"""What people are told of a campaign, and how often at most."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+
+from app.watch.news import THEN_EVERY, BoundedNews, News, NewsOfCampaign
+from app.watch.status import CampaignStatus
+
+CALM = CampaignStatus(
+    name="one",
+    folder="/one",
+    state="running",
+    air=20.0,
+    plate=20.0,
+    coldest=-10.0,
+    hottest=70.0,
+    lowest=0.0,
+    highest=60.0,
+    total=9,
+)
+
+
+def kinds(*statuses: CampaignStatus) -> list[str]:
+    news = NewsOfCampaign()
+    return [one.kind for status in statuses for one in news.of(status)]
+
+
+def test_each_thing_is_told_once() -> None:
+    unsafe = replace(CALM, state="stopped", unsafe=("the oven: hot",))
+    assert kinds(CALM, CALM, replace(CALM, state="complete"), replace(CALM, state="complete")) == ["finished"]
+    assert kinds(CALM, unsafe, unsafe) == ["not at rest", "stopped"]
+    assert kinds(CALM, *[replace(CALM, missing=2)] * 3) == ["sweep given up"]
+    assert kinds(CALM, *[replace(CALM, state="silent")] * 3, CALM, replace(CALM, state="silent")) == ["silent"] * 2
+    assert kinds(CALM, *[replace(CALM, state="gone")] * 3, CALM) == ["silent"]
+
+
+def test_what_happened_before_is_no_news_but_what_is_wrong_now_is() -> None:
+    assert kinds(replace(CALM, state="complete", missing=3)) == []
+    assert kinds(replace(CALM, state="stopped")) == []
+    assert kinds(replace(CALM, state="silent")) == ["silent"]
+    assert kinds(replace(CALM, state="stopped", unsafe=("the drive",))) == ["not at rest"]
+
+
+@pytest.mark.parametrize(("name", "start", "end"), [("air", 60.0, 70.0), ("plate", 0.0, -10.0)])
+def test_a_limit_is_approached_half_way_from_the_programme_s_end(name: str, start: float, end: float) -> None:
+    def at(share: float) -> CampaignStatus:
+        return replace(CALM, **{name: start + share * (end - start)})
+
+    assert kinds(CALM, at(0.0), at(0.45)) == []
+    assert kinds(CALM, at(0.55), at(0.9), at(1.2), at(0.4)) == ["limit approached"]
+    assert kinds(CALM, at(0.55), at(0.1), at(0.55)) == ["limit approached"] * 2
+
+
+def test_sweeps_given_up_say_how_many() -> None:
+    news = NewsOfCampaign()
+    news.of(CALM)
+    (told,) = news.of(replace(CALM, missing=3))
+    assert told.text.startswith("3 sweeps were given up; ")
+    assert told.title == "Flexura, one: sweep given up"
+
+
+def test_messages_of_a_kind_become_ever_rarer_and_none_is_lost_for_good() -> None:
+    now = [0.0]
+    bounded = BoundedNews(lambda: now[0])
+    told = []
+    for second in range(0, 12 * 3600, 30):  # a sweep given up every half minute, all night
+        now[0] = float(second)
+        bounded.take(News("sweep given up", "/one", "title", f"at {second}"))
+        told += [(second, one.text) for one in bounded.due()]
+    assert [second for second, _ in told[:4]] == [0, 30, 60, 60 + THEN_EVERY]
+    assert len(told) <= 10
+    assert all(text == f"at {second}" for second, text in told)  # each is the latest
+    gaps = [later - earlier for (earlier, _), (later, _) in pairwise(told[2:])]
+    assert all(longer > shorter for shorter, longer in pairwise(gaps))
+    bounded.take(News("not at rest", "/one", "title", "hot"))
+    assert [one.text for one in bounded.due() if one.kind == "not at rest"] == ["hot"]
+    now[0] += 30 * 86_400.0
+    bounded.due()
+    bounded.take(News("sweep given up", "/one", "title", "a month later"))
+    now[0] += 1.0
+    assert [one.text for one in bounded.due()] == ["a month later"]
