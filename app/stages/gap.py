@@ -192,15 +192,9 @@ def compute(
         named = FittedTwin(*parts, {**given, **claimed}, found.declared)
         last = corrected_twin(frf, plain.updated, model, protocol, named)
         found, pairing = paired_report(campaign, plain, twin, found, pairing, last)
-<<<<<<< HEAD
         bare = found.plain
         unnamed = FittedTwin(bare.state, bare.laws, bare.sigma_gain, given, bare.declared)
         fitted = unnamed if found.verdict == "unknown" else named
-=======
-        if found.verdict == "unknown":
-            fitted = fit_twin(steady, plain.updated, model, protocol, executor, given, floor=floor)
-        else:
-            fitted = named
         compared = told = None
         if pairing is None or pairing.fits:
             around = HeldEffects.around(model)
@@ -210,7 +204,6 @@ def compute(
             if describing:
                 told, why = description(compared, found, executor, report)
                 found = replace(found, notes=(*found.notes, *why))
->>>>>>> gap
     corrected = corrected_twin(frf, plain.updated, model, protocol, fitted)
     return GapComparison(frf, plain, twin, given, found, corrected, pairing, compared, description=told)
 

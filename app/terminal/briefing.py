@@ -160,13 +160,11 @@ def _unknown(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
         f"More: {LONG}",
     ]
     parts = [
-<<<<<<< HEAD
-        ("What is seen", (seen, *_scatter(record), *_places(record["where"]["regions"]))),
+        (
+            "What is seen",
+            (seen, *_scatter(record), *_places(record["where"]["regions"]), *description_words(record)),
+        ),
         ("The plate", _material(best.twin.laws, open_=record.get("scatter") is None)),
-=======
-        ("What is seen", (seen, *_places(record["where"]["regions"]), *description_words(record))),
-        ("The plate", _material(best.twin.laws, open_=True)),
->>>>>>> gap
         *_known(best.twin.declared, _unseen(record)),
         ("Next", (*plan_words(record), *steps)),
     ]
