@@ -7,6 +7,7 @@
 ``fading``         when the filters are changed, and how without a click
 ``renderer``       audio and temperature in, one signal per actuator out
 ``programme``      temperature over time
+``heard``            sound at listeners: volts in, pascals out
 ``field``          contrast of the simulated field meanwhile
 =================  =============================================================================
 """

@@ -11,16 +11,20 @@ from app.commands.options import RUN_WITH_FILTERS, SOUND, following_method, laws
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
+    from analysis.focusing.panel import Panel
     from analysis.material import MaterialLaws
     from analysis.rendering.programme import TemperatureProgramme
     from app.files.exports.shipment import Shipment
+    from app.sound.listeners import ListenersOfPanel
     from app.sound.rendering import Rendering
     from app.sound.trace import Trace
+    from app.twins.panel_twin import PanelTwin
 
 
 EXAMPLES = """\b
 Examples:
   flexura render music.wav plate-run --temperature 20:45
+  flexura render music.wav plate-run --temperature 20:60 --heard
   flexura render music.flac plate-run --temperature readings.csv --method network
 """
 
@@ -42,6 +46,7 @@ Examples:
     show_default=True,
     help="Samples filtered at a time, after which a new temperature is heeded.",
 )
+@click.option("--heard", is_flag=True, help="Write the sound at the panel's listeners, too, and at two ears.")
 @picture
 @laws_of_twin
 @out_folder("Folder for the results (default: RUN).")
@@ -53,6 +58,7 @@ def command(
     temperature: str,
     method: str | None,
     block: int,
+    heard: bool,
     picture: bool,
     twin: Path | None,
     out: Path | None,
@@ -63,7 +69,10 @@ def command(
     SOUND is WAV, FLAC or what else libsndfile reads, at the sample rate of the filters; channels are averaged. RUN
     is a run folder with laws.h5 and filters.h5 or compensation.h5 (default: the current folder). Writes
     SOUND-rendered.wav, one channel per actuator in volts, and SOUND-rendered.csv: temperature and contrast of the
-    twin's field along the way, with the filters in use and with those of the beginning kept.
+    twin's field along the way, with the filters in use and with those of the beginning kept. --heard computes the
+    sound at the listeners of the panel's file, in pascals, as WAV: SOUND-heard.wav, one channel per listener, and
+    SOUND-binaural.wav, at the ears of the first (a rigid sphere for a head); SOUND-heard-kept.wav and
+    SOUND-binaural-kept.wav with the filters of the beginning kept.
     """
     from app.files.exports.shipment import shipment
     from app.files.run_folder import run_folder
@@ -85,8 +94,10 @@ def command(
         course = programme(temperature, opened.seconds)
         covered(sent, laws, course)
         with run_folder(given, out or given) as folder, output.progress() as report:
-            trace = Trace(panel_twin(sent.panel, laws, report), sent.panel, laws, sent.filters)
-            done = render(opened, sent, course, folder, block, trace, report)
+            model = panel_twin(sent.panel, laws, report)
+            trace = Trace(model, sent.panel, laws, sent.filters)
+            listeners = listening(model, sent.panel, laws) if heard else None
+            done = render(opened, sent, course, folder, block, trace, report, listeners=listeners)
         channels = opened.channels
     if picture:
         from app.report.sound import along_the_way
@@ -94,9 +105,57 @@ def command(
 
         saved(done.trace.with_suffix(".png"), lambda: along_the_way(trace.moments))
     output.result(lambda: record(sent, done, trace, block))
-    for note in (*origin.notes, *sent.notes, *notes(channels, trace), *beyond_rated(sent, done)):
+    for note in (
+        *origin.notes,
+        *sent.notes,
+        *notes(channels, trace),
+        *beyond_rated(sent, done),
+        *told(sent, done),
+    ):
         output.note(note)
     output.summary(f"{led(origin.extent)}{summary(sent, done, trace)}")
+
+
+def listening(model: "PanelTwin", panel: "Panel", laws: "MaterialLaws") -> "ListenersOfPanel":
+    """Return the listeners of a panel.
+
+    Parameters
+    ----------
+    model : PanelTwin
+    panel : Panel
+    laws : MaterialLaws
+        Of the panel's plate.
+
+    Returns
+    -------
+    ListenersOfPanel
+
+    Raises
+    ------
+    ResultFileError
+        For a grid too coarse for the wavelength.
+    """
+    from app.files.bad_file import ResultFileError
+    from app.sound.listeners import ListenersOfPanel
+
+    try:
+        return ListenersOfPanel.of(model, panel, laws)
+    except ValueError as error:
+        raise ResultFileError(f"--heard: the panel's grid: {error}") from error
+
+
+def told(sent: "Shipment", done: "Rendering") -> list[str]:
+    """Say what is in the files of the sound at the listeners; nothing where there are none."""
+    if not done.heard:
+        return []
+    names = ", ".join(one.name for one in sent.panel.listeners)
+    low, high = sent.panel.filters.edges
+    level = 20.0 * math.log10(max(done.loudest, 1e-9) / math.sqrt(2.0) / 2e-5)
+    return [
+        f"{done.heard[0].name}: pascals (1 Pa per unit) at {names}, up to {done.loudest:.3g} Pa, "
+        f"{level:.0f} dB SPL of a sine as large; known from {low:g} to {high:g} Hz; "
+        f"{done.heard[2].name}: at the ears of a rigid sphere that looks straight at the panel's plane"
+    ]
 
 
 def covered(sent: "Shipment", laws: "MaterialLaws", course: "TemperatureProgramme") -> None:
@@ -146,6 +205,8 @@ def record(sent: "Shipment", done: "Rendering", trace: "Trace", block: int) -> d
     return {
         "sound": str(done.sound),
         "trace": str(done.trace),
+        "heard": [str(path) for path in done.heard],
+        "loudest_pa": done.loudest,
         "method": sent.method,
         "seconds": done.seconds,
         "changes": done.changes,

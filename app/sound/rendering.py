@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.progress import Progress
+from analysis.rendering.heard import LENGTH
 from analysis.rendering.programme import TemperatureProgramme
 from analysis.rendering.renderer import Renderer
 from app.files.bad_file import ResultFileError
@@ -17,6 +19,7 @@ from app.files.exports.shipment import Shipment
 from app.files.room import RESULTS, require_room
 from app.files.sound_file import Sound
 from app.files.wav_file import WavFile, WavFileError, create_wav
+from app.sound.listeners import PARTS, HeardFiles, ListenersOfPanel
 from app.sound.trace import Trace
 
 LOOKS = 60
@@ -41,6 +44,11 @@ class Rendering:
         Largest value of each actuator, V or N.
     processing : float
         Seconds of processor time in filters and fades, in one thread.
+    heard : tuple of Path
+        WAV of the sound at the listeners and at two ears, in pascals (`app.sound.listeners.PARTS`); empty if not
+        asked for.
+    loudest : float
+        Largest pressure at a listener, Pa.
     """
 
     sound: Path
@@ -49,6 +57,8 @@ class Rendering:
     changes: int
     largest: Real
     processing: float
+    heard: tuple[Path, ...] = ()
+    loudest: float = 0.0
 
     @property
     def real_time_factor(self) -> float:
@@ -65,6 +75,7 @@ def render(
     trace: Trace,
     report: Progress = lambda _stage, _share: None,
     clock: Callable[[], float] = time.thread_time,
+    listeners: ListenersOfPanel | None = None,
 ) -> Rendering:
     """Filter a file; both results are written whole, or not at all.
 
@@ -85,6 +96,8 @@ def render(
         Called with the stage's name and the share done.
     clock : callable, optional
         Returns seconds; processor time of the thread by default.
+    listeners : ListenersOfPanel, optional
+        Whose sound is written, too.
 
     Returns
     -------
@@ -96,14 +109,25 @@ def render(
         For what is wrong with the sound, or a folder that cannot be written.
     """
     stem = f"{sound.path.stem}-rendered"
-    names = (f"{stem}.wav", f"{stem}.csv")
-    work = _Work(Renderer(shipment.filters, float(programme.at(0.0)), block), clock)
+    names: tuple[str, ...] = (f"{stem}.wav", f"{stem}.csv")
+    if listeners is not None:
+        names += tuple(f"{sound.path.stem}-{part}.wav" for part in PARTS)
+    first = float(programme.at(0.0))
+    work = _Work(Renderer(shipment.filters, first, block), clock)
     frames = sound.frames + shipment.filters.banks.shape[2] - 1
     actuators = len(shipment.filters.banks)
-    require_room(folder, 4.0 * actuators * frames + RESULTS, "--out")
+    channels = 0 if listeners is None else 2 * (len(listeners.names) + 2)
+    require_room(folder, 4.0 * (actuators + channels) * (frames + LENGTH) + RESULTS, "--out")
     try:
-        with written_together(folder, names) as (wav_path, trace_path):
-            with create_wav(wav_path, sound.sample_rate, actuators, frames, shipment.stamp) as file:
+        with written_together(folder, names) as (wav_path, trace_path, *heard_paths):
+            with (
+                ExitStack() as stack,
+                create_wav(wav_path, sound.sample_rate, actuators, frames, shipment.stamp) as file,
+            ):
+                if listeners is not None:
+                    kept = Renderer(shipment.filters, first, block)
+                    files = HeardFiles.opened(stack, listeners, first, tuple(heard_paths), frames, shipment.stamp)
+                    work.heard = (files, kept)
                 work.whole(sound, programme, file, frames, trace, report)
             with trace_path.open("w", encoding="utf-8", newline="") as text:
                 trace.write(text)
@@ -116,6 +140,8 @@ def render(
         work.renderer.changes,
         work.largest,
         work.processing,
+        tuple(folder / name for name in names[2:]),
+        0.0 if work.heard is None else work.heard[0].loudest,
     )
 
 
@@ -126,6 +152,7 @@ class _Work:
         self.renderer, self.clock = renderer, clock
         self.processing = 0.0
         self.largest = np.zeros(len(renderer.filters.banks))
+        self.heard: tuple[HeardFiles, Renderer] | None = None
 
     def whole(
         self,
@@ -145,12 +172,17 @@ class _Work:
             temperature = float(programme.at(now))
             out = self._block(samples, temperature)[:, : frames - written]
             file.write(out)
+            if self.heard is not None:
+                files, kept = self.heard
+                files.take(out, kept.process(samples)[:, : frames - written], temperature)
             written += out.shape[1]
             recent.append(samples)
             if now - looked >= spacing and now < sound.seconds:
                 trace.look(now, temperature, self.renderer.temperature, np.concatenate(recent))
                 recent, looked = [], now
                 report("Sound", min(now / sound.seconds, 1.0))
+        if self.heard is not None:
+            self.heard[0].finish()
         report("Sound", 1.0)
 
     def _block(self, samples: Real, temperature: float) -> Real:

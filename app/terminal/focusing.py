@@ -23,8 +23,7 @@ CAPTION = (
 )
 SOUND_CAPTION = (
     "± sound: third-octave ripple at the listeners, and level, dB of the sound wanted; contrast: mean and worst "
-    "line; uncut: worst line of the filters before they are cut; area: normalised by area; "
-    "peak: any audio within ±1"
+    "line; uncut: worst line of filters before they are cut; area: normalised by area; peak: any audio within ±1"
 )
 WORST_LINE = 0.03
 """Contrast that taps may lose on the worst line before it is said."""

@@ -9,7 +9,11 @@ from click.testing import CliRunner
 from scipy.io import wavfile
 
 from app.files.compensation_file import load_compensation
+from app.files.filter_files import load_panel
+from app.files.laws_file import load_laws
 from app.main import flexura
+from app.sound.listeners import ListenersOfPanel
+from app.twins.panel_twin import panel_twin
 
 soundfile = pytest.importorskip("soundfile")
 RATE = 4_000
@@ -191,3 +195,42 @@ def test_the_renderer_s_blocks_do_not_matter(small_run, sound, tmp_path):
         )
         found.append(wavfile.read(out / "noise-rendered.wav")[1])
     np.testing.assert_allclose(*found, atol=1e-6 * np.abs(found[0]).max())
+
+
+def test_the_sound_at_listeners_is_the_panels_response_to_the_volts_in_pascals(small_run, sound, signal, tmp_path):
+    out = tmp_path / "out"
+    result = flex("render", sound, small_run.folder, "--temperature", 31.3, "--out", out, "--heard", "--json")
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    names = ["noise-heard.wav", "noise-heard-kept.wav", "noise-binaural.wav", "noise-binaural-kept.wav"]
+    assert told["heard"] == [str(out / name) for name in names]
+    assert "pascals (1 Pa per unit) at axis" in result.stderr
+    heard, kept, ears, _ = (wavfile.read(out / name)[1] for name in names)
+    volts = wavfile.read(out / "noise-rendered.wav")[1]
+    np.testing.assert_array_equal(heard, kept)  # at a steady temperature they are the same filters
+    assert told["loudest_pa"] == pytest.approx(np.abs(heard).max())
+    panel, laws = load_panel(small_run.folder / "filters.h5"), load_laws(small_run.folder / "laws.h5")
+    known = panel.plate.grown(laws)
+    twin = panel_twin(panel, known, lambda _stage, _share: None)
+    count = 40_000
+    every = np.fft.rfftfreq(count, 1.0 / RATE)
+    band = (every > panel.filters.band[0]) & (every < panel.filters.band[1])
+    transfer = ListenersOfPanel.of(twin, panel, known).response(31.3, every[band])
+    exact = np.einsum("lfn,fn->fl", transfer, np.fft.rfft(volts, count, axis=0)[band])
+    for found, expected in ((heard[:, None], exact[:, :1]), (ears, exact[:, 1:])):
+        spectrum = np.fft.rfft(found, count, axis=0)[band]
+        error = np.linalg.norm(spectrum - expected) / np.linalg.norm(expected)
+        assert error < 0.01
+    np.testing.assert_allclose(ears[:, 0], ears[:, 1], atol=0.3 * np.abs(ears).max())  # it looks at the panel
+    comment = (out / names[0]).read_bytes()
+    place = comment.index(b"ICMT") + 8
+    assert json.loads(comment[place : comment.index(b"\0", place)])["unit"] == "Pa"
+
+
+def test_filters_that_follow_sound_more_even_than_those_of_the_beginning(small_run, sound, tmp_path):
+    result = flex("render", sound, small_run.folder, "--temperature", "20:55", "--out", tmp_path, "--heard")
+    assert result.exit_code == 0, result.output
+    heard, kept = (wavfile.read(tmp_path / f"noise-{name}.wav")[1] for name in ("heard", "heard-kept"))
+    assert heard.shape == kept.shape
+    np.testing.assert_allclose(heard[:400], kept[:400], atol=1e-3 * np.abs(heard).max())
+    assert np.abs(heard - kept)[-20_000:].max() > 0.05 * np.abs(heard).max()

@@ -1,0 +1,145 @@
+"""Sound at listeners while a panel is driven and its temperature moves: volts in, pascals out."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from analysis.arrays import Complex, Real
+from analysis.focusing.panel import Filters
+from analysis.rendering.convolution import Past, partitions
+
+LENGTH = 16_384
+"""Samples of a response: 0.37 s at 44.1 kHz, in which a mode of 100 Hz and a loss factor of 6 % falls by 60 dB."""
+EARLY = 2_048
+"""Samples of a response before its time 0, for the ringing of its band's edges."""
+CHUNK = 4_096
+"""Samples convolved at a time; also those over which a new response fades in."""
+STEP = 0.5
+"""K between two responses of the panel: resonances of polypropylene move by half a percent."""
+
+PanelResponse = Callable[[float, Real], Complex]
+"""From temperature, °C, and frequency (F,), Hz, to pressure (L, F, N), Pa/V."""
+
+
+@dataclass
+class HeardRenderer:
+    """Convolves the drive of a panel with its responses at L listeners.
+
+    Attributes
+    ----------
+    response : callable
+        See `PanelResponse`.
+    settings : Filters
+        Of the panel: the response is known within `twin_band`, and faded out between the edges and its ends.
+    temperature : float
+        Of the panel at first, °C.
+    """
+
+    response: PanelResponse
+    settings: Filters
+    temperature: float
+    _waiting: list[Real] = field(default_factory=list, repr=False)
+    _held: int = 0
+    _skipped: int = 0
+    _wanted: float = field(init=False, repr=False)
+    _spectra: Complex = field(init=False, repr=False)
+    _past: list[Past] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._wanted = self.temperature
+        self._spectra = self._partitions(self.temperature)
+        self._past = [Past(CHUNK, self._spectra.shape[1]) for _ in range(len(self._spectra))]
+
+    @property
+    def ringing(self) -> int:
+        """Samples of sound after the end of the drive."""
+        return LENGTH - EARLY
+
+    def take(self, drive: Real, temperature: float) -> list[Real]:
+        """Add drive and return the sound that is ready.
+
+        Parameters
+        ----------
+        drive : (N, n) ndarray, V
+        temperature : float
+            Of the panel, °C.
+
+        Returns
+        -------
+        list of (L, n) ndarray
+            Pa; n up to `CHUNK`.
+        """
+        self._wanted = temperature
+        self._waiting.append(drive)
+        self._held += drive.shape[1]
+        ready = []
+        while self._held >= CHUNK:
+            whole = np.concatenate(self._waiting, axis=1)
+            self._waiting, self._held = [whole[:, CHUNK:]], self._held - CHUNK
+            ready.append(self._chunk(whole[:, :CHUNK]))
+        return [part for part in map(self._in_time, ready) if part.shape[1]]
+
+    def rest(self) -> list[Real]:
+        """Return what is still heard after the last drive; its last samples are those of `ringing`."""
+        left, actuators = self._held + self.ringing + self._skipped, len(self._past)
+        missing = -(-(self._held + self.ringing + EARLY) // CHUNK) * CHUNK - self._held
+        parts = self.take(np.zeros((actuators, missing)), self._wanted)
+        whole = np.concatenate(parts, axis=1)
+        return [whole[:, :left]]
+
+    def _in_time(self, sound: Real) -> Real:
+        """Leave out the samples before time 0."""
+        gone = min(EARLY - self._skipped, sound.shape[1])
+        self._skipped += gone
+        return sound[:, gone:]
+
+    def _chunk(self, drive: Real) -> Real:
+        for past, samples in zip(self._past, drive, strict=True):
+            past.take(samples)
+        sound = self._through(self._spectra)
+        if abs(self._wanted - self.temperature) >= STEP:
+            self.temperature, self._spectra = self._wanted, self._partitions(self._wanted)
+            share = (np.arange(CHUNK) + 0.5) / CHUNK
+            sound = sound + share * (self._through(self._spectra) - sound)
+        return sound
+
+    def _through(self, spectra: Complex) -> Real:
+        parts = [past.through(own) for past, own in zip(self._past, spectra, strict=True)]
+        return np.asarray(np.sum(parts, axis=0))
+
+    def _partitions(self, temperature: float) -> Complex:
+        """Return transformed responses (N, P, L, CHUNK + 1)."""
+        found = impulse_responses(self.response, self.settings, temperature)
+        return np.array([partitions(found[:, n], CHUNK) for n in range(found.shape[1])])
+
+
+def impulse_responses(response: PanelResponse, settings: Filters, temperature: float) -> Real:
+    """Responses of L listeners to impulses of N actuators.
+
+    Parameters
+    ----------
+    response : callable
+        See `PanelResponse`.
+    settings : Filters
+    temperature : float
+        °C.
+
+    Returns
+    -------
+    (L, N, `LENGTH`) ndarray
+        Pa/V per sample, time 0 at sample `EARLY`.
+    """
+    (lowest, highest), (foot, head) = settings.twin_band, settings.edges
+    every = np.fft.rfftfreq(LENGTH, 1.0 / settings.sample_rate)
+    inside = (every >= lowest) & (every <= highest)
+    lines = every[inside]
+    gain = np.clip((lines - lowest) / (foot - lowest), 0.0, 1.0) * np.clip(
+        (highest - lines) / (highest - head), 0.0, 1.0
+    )
+    gain = np.sin(0.5 * np.pi * gain) ** 2
+    known = response(temperature, np.asarray(lines, dtype=float))
+    late = np.exp(-2j * np.pi * lines * EARLY / settings.sample_rate)
+    spectrum = np.zeros((len(known), known.shape[2], len(every)), dtype=complex)
+    spectrum[:, :, inside] = (known * (gain * late)[None, :, None]).transpose(0, 2, 1)
+    return np.asarray(np.fft.irfft(spectrum, LENGTH))
