@@ -3,14 +3,15 @@
 Each function does what the verb of the same name does, and calls the same stage. What a function needs is imported
 when it is first asked for, so that ``import flexura`` costs little. See ``docs/guide/library.md``.
 
-================  ==================================================================
-``campaigns``     `load`, `frf`, `identify`, `update`, `update_modes`, `gap`: a plate over temperature
-``whole_run``     `run`: all of it, and the report
-``panels``        `focus`, `compensate`: filters that follow the temperature
-``panel_files``   laws, twin files, panels and run folders that these two take
-``figures``       `plot`: figures of all these results
-``own_packages``  Flexura's own packages are imported, not others of the same name
-================  ==================================================================
+====================  ==============================================================
+``campaigns``         `load`, `frf`, `identify`, `update`, `update_modes`, `gap`: a plate over temperature
+``whole_run``         `run`: all of it, and the report
+``panels``            `focus`, `compensate`: filters that follow the temperature
+``panel_files``       laws, twin files, panels and run folders that these two take
+``figures``           `plot`: figures of all these results
+``shipped_examples``  `example`: those that come with it
+``own_packages``      Flexura's own packages are imported, not others of the same name
+====================  ==============================================================
 """
 
 from importlib import import_module
@@ -24,9 +25,22 @@ if TYPE_CHECKING:
     from flexura.campaigns import frf, gap, identify, load, update, update_modes
     from flexura.figures import plot
     from flexura.panels import compensate, focus
+    from flexura.shipped_examples import example
     from flexura.whole_run import run
 
-__all__ = ["compensate", "focus", "frf", "gap", "identify", "load", "plot", "run", "update", "update_modes"]
+__all__ = [
+    "compensate",
+    "example",
+    "focus",
+    "frf",
+    "gap",
+    "identify",
+    "load",
+    "plot",
+    "run",
+    "update",
+    "update_modes",
+]
 
 _MODULES = {
     "load": "campaigns",
@@ -39,6 +53,7 @@ _MODULES = {
     "compensate": "panels",
     "plot": "figures",
     "run": "whole_run",
+    "example": "shipped_examples",
 }
 
 

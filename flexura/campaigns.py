@@ -55,7 +55,7 @@ def identify(
     actuator: str | None = None,
     mains: float = 50.0,
     out: File | None = None,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> identify_stage.IdentifiedCampaign:
     """Identify modes in every sweep and follow them over temperature, as ``flexura identify``.
 
@@ -76,8 +76,8 @@ def identify(
         Hz.
     out : path, optional
         Run folder for frf.h5, modes.h5 and modes.csv; nothing is written where it is left out.
-    progress : bool
-        Draw progress bars on the error stream, where that is a terminal.
+    progress : bool, optional
+        Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def update(
     effects: File | None = None,
     mains: float = 50.0,
     out: File | None = None,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> update_stage.Updating:
     """Fit E, nu and eta of the twin at every temperature, and laws through them, as ``flexura update``.
 
@@ -121,8 +121,8 @@ def update(
         Hz.
     out : path, optional
         Run folder for frf.h5 and laws.h5; nothing is written where it is left out.
-    progress : bool
-        Draw progress bars on the error stream, where that is a terminal.
+    progress : bool, optional
+        Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
 
     Returns
     -------
@@ -150,7 +150,7 @@ def gap(
     effects: File | None = None,
     mains: float = 50.0,
     out: File | None = None,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> gap_stage.GapComparison:
     """Compare a campaign with its twin and name the effects that the twin lacks, as ``flexura gap``.
 
@@ -165,8 +165,8 @@ def gap(
         Hz.
     out : path, optional
         Run folder for gap.json, gap.h5, frf.h5, twin.toml and laws; nothing is written where it is left out.
-    progress : bool
-        Draw progress bars on the error stream, where that is a terminal.
+    progress : bool, optional
+        Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
 
     Returns
     -------
@@ -188,7 +188,7 @@ def gap(
 
 
 def update_modes(
-    plate: File, table: File | None = None, *, out: File | None = None, progress: bool = False
+    plate: File, table: File | None = None, *, out: File | None = None, progress: bool | None = None
 ) -> update_modes_stage.UpdatingByModes:
     """Fit E, nu and eta of the twin to natural frequencies and damping, as ``flexura update MODES.csv --plate``.
 
@@ -200,8 +200,8 @@ def update_modes(
         Modes as CSV; those that the declaration states where it is left out.
     out : path, optional
         Run folder for laws.h5; nothing is written where it is left out.
-    progress : bool
-        Draw progress bars on the error stream, where that is a terminal.
+    progress : bool, optional
+        Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
 
     Returns
     -------
@@ -233,7 +233,7 @@ def _run(out: File | None) -> Path | None:
 
 
 @contextmanager
-def computing(*, shown: bool) -> Iterator[Progress]:
+def computing(*, shown: bool | None) -> Iterator[Progress]:
     """Yield a progress callable, BLAS held to one thread: the matrices are small and many."""
     with threadpool_limits(1), bars(shown=shown) as report:
         yield report

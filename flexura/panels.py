@@ -26,7 +26,7 @@ def focus(
     temperature: Sequence[float] | None = None,
     method: Method = "stif",
     out: File | None = None,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> focus_stage.FocusedPanel:
     """Design filters of a panel over temperature, as ``flexura focus``.
 
@@ -48,8 +48,8 @@ def focus(
         How filters are designed: ``stif``, ``time-reversal``, ``modal-control`` or ``none``.
     out : path, optional
         Run folder for filters.h5; wants laws and panel as paths, whose SHA-256 the file keeps.
-    progress : bool
-        Draw progress bars on the error stream, where that is a terminal.
+    progress : bool, optional
+        Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
 
     Returns
     -------
@@ -114,7 +114,7 @@ def compensate(
     method: Method | None = None,
     device: str = "cpu",
     out: File | None = None,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> compensate_stage.CompensatedPanel:
     """Train networks that give filters at any temperature, and judge them and their rivals.
 
@@ -147,8 +147,8 @@ def compensate(
         Where networks are trained: ``cpu``, or a device of torch, ``cuda``, ``cuda:1``.
     out : path, optional
         Run folder for compensation.h5; wants laws and panel as paths, whose SHA-256 the file keeps.
-    progress : bool
-        Draw progress bars on the error stream, where that is a terminal.
+    progress : bool, optional
+        Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
 
     Returns
     -------

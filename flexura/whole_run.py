@@ -29,7 +29,7 @@ def run(
     options: Mapping[str, Any] | None = None,
     force: bool = False,
     workers: bool = False,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> RunRecord:
     """Do all stages with a campaign, from import to report, as ``flexura run``; those up to date are skipped.
 
@@ -51,8 +51,8 @@ def run(
     workers : bool
         Build models and draw figures in worker processes. They import the calling script: its own work must then
         stand below ``if __name__ == "__main__":``.
-    progress : bool
-        Draw progress bars on the error stream, where that is a terminal.
+    progress : bool, optional
+        Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
 
     Returns
     -------

@@ -28,6 +28,7 @@ def asked_for() -> dict[str, set[str]]:
         "drawings": settings["options.extras_require"]["drawings"],
         "meshes": settings["options.extras_require"]["meshes"],
         "docs": settings["options.extras_require"]["docs"],
+        "notebooks": settings["options.extras_require"]["notebooks"],
         "notify": settings["options.extras_require"]["notify"],
         "onnx": settings["options.extras_require"]["onnx"],
         "soundcard": settings["options.extras_require"]["soundcard"],

@@ -24,7 +24,7 @@ Examples:
   flexura identify plate --band 100 800 --json > modes.json
   flexura identify plate --twin plate-run
   flexura identify plate --export frfs.uff --temperature 20
-  flexura identify frfs.uff --shared-poles --out plate-run --damping viscous
+  flexura identify frfs.uff --shared-poles --out plate-run
   flexura identify test.toml --out beam-run
 """
 
@@ -34,9 +34,8 @@ Examples:
 @click.option(
     "--damping",
     type=click.Choice(["hysteretic", "viscous"]),
-    default="hysteretic",
-    show_default=True,
-    help="How a pole is read: sqrt(Re k) and Im k / Re k with k = -pole^2, or |pole| and twice the damping ratio.",
+    help="How a pole is read: viscous, |pole| and the damping ratio (default of a test and of FRFS.uff, as other "
+    "programs print it), or hysteretic, sqrt(Re k) and Im k / Re k with k = -pole^2 (default of a campaign).",
 )
 @click.option(
     "--method",
@@ -66,7 +65,7 @@ Examples:
 @bad_input
 def command(
     campaign: Path,
-    damping: "Damping",
+    damping: "Damping | None",
     method: "Method",
     band: tuple[float, float] | None,
     shared_poles: bool,
@@ -99,9 +98,10 @@ def command(
         raise click.BadParameter(
             "chooses the sweep that --export writes; add --export", param_hint="--temperature"
         )
+    of_campaign = (campaign.is_dir() and not declares_test(campaign)) or declares_plate(campaign)
+    damping = damping or ("hysteretic" if of_campaign else "viscous")
     chosen = {"damping": damping, "method": method, "band": band, "actuator": actuator}
     options = partial(_wanted, mains, temperature=temperature, **chosen)
-    of_campaign = (campaign.is_dir() and not declares_test(campaign)) or declares_plate(campaign)
     if actuator is not None and not of_campaign:
         raise click.BadParameter("only a campaign has actuators that drive in turn", param_hint="--actuator")
     if declares_test(campaign):

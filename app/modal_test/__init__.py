@@ -15,6 +15,7 @@
 ``guessed_unnamed``     those of columns without names
 ``guessed_kind``        kind of test and segments, by its drive
 ``guessed_places``      nodes and directions of its channels
+``edit_journal``        the journal of those changes: undo, redo
 ``edits``               modes dropped or added by hand, and the record of it
 ``points_table``        places of nodes from a table
 ``records``             for machines and for people

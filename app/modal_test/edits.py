@@ -17,10 +17,12 @@ from analysis.identification.settings import Settings
 from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp
+from app.modal_test.edit_journal import EditJournal
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import TestModes, load_test, shaped_test, write_run
 from app.modal_test.saved import load_stabilization
 from app.modal_test.without_windows import rebuilt, without_windows
+from app.terminal.end_signals import held_back
 
 BY_HAND = "added by hand"
 OUT_BY_HAND = "dropped by hand"
@@ -98,6 +100,16 @@ def add_mode(run: Path, frequency: float) -> str:
     return _saved(run, found, f"mode at {place:.3f} Hz, begun at {frequency:.3f} Hz, {BY_HAND}")
 
 
+def undo_edit(run: Path) -> str:
+    """Take the last change by hand back; return which. ResultFileError where there is none."""
+    return EditJournal(run).undo()
+
+
+def redo_edit(run: Path) -> str:
+    """Make the change that was taken back last again; return which. ResultFileError where there is none."""
+    return EditJournal(run).redo()
+
+
 def edits_of(run: Path) -> list[str]:
     """Everything that was changed by hand in a run, the first change first.
 
@@ -131,7 +143,11 @@ def _saved(run: Path, found: TestModes, done: str) -> str:
         settings: dict[str, Any] = read_stamp(file)["settings"]
     settings[EDITS] = [*settings.get(EDITS, ()), done]
     frfs = replace(found.frfs, notes=(*found.frfs.notes, done))
-    write_run(run, replace(found, frfs=frfs), settings)
+    journal = EditJournal(run)
+    journal.begin()
+    with held_back():
+        write_run(run, replace(found, frfs=frfs), settings)
+        journal.made(done)
     return done
 
 

@@ -20,6 +20,7 @@ from app.files.modes_file import load_modes, load_shapes, save_modes
 from app.files.provenance import provenance
 from app.files.uff58 import write_frfs
 from app.files.uff_modes import write_modes
+from app.modal_test.edit_journal import forget_edits
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.saved import load_frfs, save_frfs, save_stabilization, write_modes_table
 from app.modal_test.without_windows import rebuilt, without_windows
@@ -147,6 +148,7 @@ def save_test(run: Path, found: TestModes, wanted: "Wanted") -> None:
     wanted : Wanted
         With which they were found.
     """
+    forget_edits(run)
     write_run(run, found, {"test": found.frfs.title} | wanted.record())
 
 

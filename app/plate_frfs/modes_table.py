@@ -88,9 +88,25 @@ def modes_of_table(path: Path) -> list[ModesAtTemperature]:
             f"{path}: all its modes are weak; identify with a wider band, or correct their status"
         )
     try:
-        return _by_temperature(found, "damping_ratio" in places and "loss_factor" not in places)
+        return _by_temperature(found, _are_viscous(found))
     except ValueError as error:
         raise ResultFileError(f"{path}: {error}") from error
+
+
+def _are_viscous(rows: list[Row]) -> bool:
+    """Whether frequencies are those of viscous modes, |pole| / 2 pi: so they are beside damping ratios.
+
+    Where there are loss factors, too, they tell: 2 zeta beside viscous frequencies, Im k / Re k beside hysteretic
+    ones (`analysis.identification.reading`), which is larger by a share of 1.5 zeta^2.
+    """
+    zeta = np.array([row.get("damping_ratio", np.nan) for row in rows])
+    loss = np.array([row.get("loss_factor", np.nan) for row in rows])
+    if np.isnan(loss).all():
+        return bool(np.isfinite(zeta).any())
+    both = np.isfinite(zeta) & np.isfinite(loss) & (np.abs(zeta) < 0.7)
+    zeta, loss = zeta[both], loss[both]
+    hysteretic = 2.0 * zeta * np.sqrt(1.0 - zeta**2) / (1.0 - 2.0 * zeta**2)
+    return bool(zeta.size and np.abs(loss - 2.0 * zeta).sum() < np.abs(loss - hysteretic).sum())
 
 
 def is_table_of_modes(path: Path) -> bool:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,15 @@ def saved(target: Path, draw: Callable[[], Figure]) -> None:
         draw().savefig(path, format="png", dpi=100, metadata={"Software": None})
 
 
+class DrawnFigure(Figure):
+    """A figure that a notebook shows by itself, without the window system of matplotlib."""
+
+    def _repr_png_(self) -> bytes:
+        picture = BytesIO()
+        self.savefig(picture, format="png", dpi=100)
+        return picture.getvalue()
+
+
 def panels(
     rows: int, columns: int, width: float = 10.0, height: float = 4.0, **options: Any
 ) -> tuple[Figure, Any]:
@@ -61,7 +71,7 @@ def panels(
     axes : Axes or ndarray of Axes
         As `Figure.subplots` returns them.
     """
-    figure = Figure(figsize=(width, height))
+    figure = DrawnFigure(figsize=(width, height))
     return figure, figure.subplots(rows, columns, **options)
 
 

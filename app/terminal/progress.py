@@ -5,14 +5,25 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from analysis.progress import Progress
+from app.terminal.notebook import bars_in_cell, in_notebook
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
 
 
 @contextmanager
-def progress(*, shown: bool = True) -> Iterator[Progress]:
-    """Yield a callable (stage, share done) that draws one bar a stage, with the time left, on a terminal."""
+def progress(*, shown: bool | None = True) -> Iterator[Progress]:
+    """Yield a callable (stage, share done) that draws one bar a stage, on a terminal with the time left.
+
+    Parameters
+    ----------
+    shown : bool or None
+        None: in a notebook only.
+    """
+    if in_notebook() and shown is not False:
+        with bars_in_cell() as in_cell:
+            yield in_cell
+        return
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
     from rich.progress import Progress as Bars

@@ -3,11 +3,12 @@
 from collections.abc import Container, Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
+from PySide6.QtGui import QKeyEvent, QKeySequence
+from PySide6.QtWidgets import QAbstractItemView, QApplication, QHeaderView, QTableWidget, QTableWidgetItem
 
 
 class ModeTable(QTableWidget):
-    """Table whose rows can be chosen.
+    """Table whose rows can be chosen; Ctrl+C copies all of it.
 
     Parameters
     ----------
@@ -36,6 +37,23 @@ class ModeTable(QTableWidget):
         header.setStretchLastSection(True)
         self.currentCellChanged.connect(self._chosen)
         self.cellClicked.connect(lambda row, _: self.chosen.emit(row))  # also the one that is marked already
+
+    @property
+    def text(self) -> str:
+        """All of it, headings and rows, as spreadsheets take it: tabs and lines."""
+        columns = range(self.columnCount())
+        heads = [self.horizontalHeaderItem(column) for column in columns]
+        rows = [[self.item(row, column) for column in columns] for row in range(self.rowCount())]
+        return (
+            "\n".join("\t".join("" if c is None else c.text() for c in cells) for cells in (heads, *rows)) + "\n"
+        )
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Copy the whole table, where Qt would copy one cell."""
+        if event.matches(QKeySequence.StandardKey.Copy):
+            QApplication.clipboard().setText(self.text)
+        else:
+            super().keyPressEvent(event)
 
     def show_rows(self, rows: Sequence[Sequence[str]]) -> None:
         """Show other rows, none of them marked."""

@@ -1,19 +1,18 @@
 # %% [markdown]
 # # Analyse a campaign
 #
-# From a recorded campaign to filters that follow the temperature. Run it as a script
-# (`python analyse_a_campaign.py [CAMPAIGN]`), or open it as a notebook in any editor that knows `# %%` cells.
-# The example's recording comes with the project; the results go to `analysed`.
+# From a recorded campaign to filters that follow the temperature. The example's recording comes with Flexura: put
+# the path of your own in its place. Results go to the folder `analysed`. The same exists as a script
+# (`analyse_a_campaign.py`) and as a notebook (`analyse_a_campaign.ipynb`).
 
 # %%
-import sys
 from pathlib import Path
 
 import flexura
 
-EXAMPLES = Path(__file__).resolve().parents[1]
-recording = Path(sys.argv[1]) if len(sys.argv) > 1 else EXAMPLES / "pp-plate"
+recording = flexura.example("pp-plate")
 results = Path("analysed")
+results.mkdir(exist_ok=True)
 
 # %% [markdown]
 # ## Measurement
@@ -21,9 +20,13 @@ results = Path("analysed")
 
 # %%
 campaign = flexura.load(recording)
+print(campaign)
+
+# %%
 frf = flexura.frf(campaign)
-print(campaign, frf, sep="\n")
-results.mkdir(exist_ok=True)
+print(frf)
+
+# %%
 flexura.plot(frf).savefig(results / "waterfall.png")
 
 # %% [markdown]
@@ -32,6 +35,8 @@ flexura.plot(frf).savefig(results / "waterfall.png")
 # %%
 modes = flexura.identify(campaign, band=(100.0, 500.0), out=results)
 print(modes)
+
+# %%
 first = modes.tracked.modes[0]
 for frequency, loss in zip(
     first.reading("hysteretic").frequency_hz[first.real],
@@ -47,9 +52,15 @@ for frequency, loss in zip(
 # %%
 updating = flexura.update(campaign, out=results)
 print(updating)
+
+# %%
 modulus = updating.laws.at([20.0]).youngs_modulus[0]
 print(f"E at 20 °C: {modulus / 1e9:.3f} GPa")
+
+# %%
 flexura.plot(updating, "laws").savefig(results / "laws.png")
+
+# %%
 flexura.plot(updating, "overlays").savefig(results / "overlays.png")
 
 # %% [markdown]
@@ -58,4 +69,6 @@ flexura.plot(updating, "overlays").savefig(results / "overlays.png")
 # %%
 filters = flexura.focus(results, temperature=[0.0, 20.0, 40.0, 60.0], out=results)
 print(filters)
+
+# %%
 flexura.plot(filters).savefig(results / "before.png")

@@ -2,7 +2,8 @@
 # # Close a gap
 #
 # A simulated plate has something that its twin lacks. `flexura.gap` says what, and gives a twin that has it.
-# Run it as a script, or open it as a notebook in any editor that knows `# %%` cells. Results go to `puzzle-run`.
+# Results go to the folder `puzzle-run`. The same exists as a script (`close_a_gap.py`) and as a notebook
+# (`close_a_gap.ipynb`).
 
 # %%
 import subprocess
@@ -11,7 +12,6 @@ from pathlib import Path
 
 import flexura
 
-EXAMPLES = Path(__file__).resolve().parents[1]
 recording, results = Path("puzzle"), Path("puzzle-run")
 
 # %% [markdown]
@@ -19,7 +19,7 @@ recording, results = Path("puzzle"), Path("puzzle-run")
 # `[simulation.effects]` of the experiment's file holds the secret; the campaign does not tell it.
 
 # %%
-acquire = ["acquire", str(EXAMPLES / "hidden-effect.toml"), "--out", str(recording), "--quiet"]
+acquire = ["acquire", str(flexura.example("hidden-effect.toml")), "--out", str(recording), "--quiet"]
 subprocess.run([sys.executable, "-m", "flexura", *acquire], check=True)
 campaign = flexura.load(recording)
 print(campaign)
@@ -37,10 +37,16 @@ print(plain)
 # %%
 gap = flexura.gap(campaign, out=results)
 print(gap)
+
+# %%
 for effect in gap.report.effects:
     values = ", ".join(f"{p.name} {p.value:.3g} ± {p.sigma:.2g} {p.unit}" for p in effect.parameters)
     print(f"{effect.name} (probability {effect.probability:.3f}): {values}")
+
+# %%
 flexura.plot(gap).savefig(results / "residual.png")
+
+# %%
 flexura.plot(gap, "laws").savefig(results / "corrected-laws.png")
 
 # %% [markdown]

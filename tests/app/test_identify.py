@@ -94,8 +94,16 @@ def test_deviations_without_end_are_none_in_json_and_in_the_table(capsys: pytest
         assert "∞" in capsys.readouterr().out
 
 
-def test_default_reading_is_hysteretic(uff: Path, cases: list[SyntheticFrf]) -> None:
+def test_frfs_are_read_as_other_programs_read_them_by_default(uff: Path, cases: list[SyntheticFrf]) -> None:
     printed = json.loads(typed("identify", str(uff), "--json").stdout)
+    for mode, pole in zip(printed["frfs"][0]["modes"], cases[0].poles, strict=True):
+        f, zeta = np.abs(pole) / (2 * np.pi), -pole.real / np.abs(pole)
+        assert mode["frequency_hz"] == pytest.approx(f, abs=4.5 * mode["sigma_frequency_hz"])
+        assert mode["damping_ratio"] == pytest.approx(zeta, abs=4.5 * mode["sigma_damping_ratio"])
+
+
+def test_the_hysteretic_reading_is_there_on_demand(uff: Path, cases: list[SyntheticFrf]) -> None:
+    printed = json.loads(typed("identify", str(uff), "--damping", "hysteretic", "--json").stdout)
     k = -(cases[0].poles ** 2)
     for mode, stiffness in zip(printed["frfs"][0]["modes"], k, strict=True):
         f, eta = np.sqrt(stiffness.real) / (2 * np.pi), stiffness.imag / stiffness.real

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pyqtgraph
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from analysis.shapes.assurance import mac
@@ -35,6 +36,8 @@ class TestModesPage(QWidget):
     theme : Theme
     drop, add : callable
         Called with the frequency, Hz, of a mode to remove or to add.
+    undo, redo : QAction
+        Of the window; they say what they would take back or make again.
     """
 
     __test__ = False
@@ -46,6 +49,8 @@ class TestModesPage(QWidget):
         theme: Theme,
         drop: Callable[[float], None],
         add: Callable[[float], None],
+        undo: QAction,
+        redo: QAction,
     ) -> None:
         super().__init__()
         self._held, self._cursors, self._theme = held, cursors, theme
@@ -54,6 +59,11 @@ class TestModesPage(QWidget):
         self.table.show_rows(mode_rows(held.modes, held.shapes))
         self.dropping, self.adding = QPushButton("Drop the selected mode"), QPushButton("Add a mode at the cursor")
         self.dropping.clicked.connect(lambda: drop(float(held.places[self.selected])))
+        self.undoing, self.redoing = QPushButton("Undo"), QPushButton("Redo")
+        for button, action in ((self.undoing, undo), (self.redoing, redo)):
+            button.clicked.connect(action.trigger)
+            button.setEnabled(action.isEnabled())
+            button.setToolTip(action.toolTip())
         self.adding.clicked.connect(lambda: add(cursors.frequency))
         self.dropping.setEnabled(bool(held.modes.real.sum() > 1))
         self.cmif = Chart("test-cmif", "how many modes act: CMIF", FREQUENCY, "dB re the largest", theme)
@@ -91,9 +101,11 @@ class TestModesPage(QWidget):
         left, buttons, grid = QVBoxLayout(), QHBoxLayout(), QGridLayout(self)
         buttons.addWidget(self.dropping)
         buttons.addWidget(self.adding)
+        buttons.addWidget(self.undoing)
+        buttons.addWidget(self.redoing)
         buttons.addStretch()
+        left.addLayout(buttons)  # above what grows and shrinks: a second click meets the same button
         left.addWidget(self.table, stretch=1)
-        left.addLayout(buttons)
         if self._held.frfs.notes:
             last = QLabel(self._held.frfs.notes[-1])
             last.setWordWrap(True)

@@ -1,5 +1,6 @@
 """The window on a modal test."""
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -8,7 +9,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QMessageBox, QTabWidget, QWidget
 
 from app.files.bad_file import ResultFileError
-from app.modal_test.edits import add_mode, drop_mode
+from app.modal_test.edit_journal import FOLDER, EditJournal
+from app.modal_test.edits import add_mode, drop_mode, redo_edit, undo_edit
 from app.view.cursors import Cursors
 from app.view.test_run.frf_page import TestFrfPage
 from app.view.test_run.held import HeldTest
@@ -53,14 +55,19 @@ class TestWindow(Window):
         self.bind("Logarithmic frequencies", "L", lambda: self.frfs.axis.toggle())
         self.bind("Mode before", "[", lambda: self.modes.step(-1))
         self.bind("Mode after", "]", lambda: self.modes.step(1))
+        self._undo = self.bind("Undo the last change of the modes", "Ctrl+Z", self.undo, self._file)
+        self._redo = self.bind("Redo it", "Ctrl+Shift+Z", self.redo, self._file)
         self.build()
 
     def content(self) -> QWidget:
         """Return both pages."""
+        self._name_changes()
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
         self.frfs = TestFrfPage(self.held, self.cursors, self.theme)
-        self.modes = TestModesPage(self.held, self.cursors, self.theme, self.drop, self.add)
+        self.modes = TestModesPage(
+            self.held, self.cursors, self.theme, self.ask_and_drop, self.add, self._undo, self._redo
+        )
         self.tabs.addTab(self.frfs, "FRFs")
         self.tabs.addTab(self.modes, "Modes")
         self.tabs.setCurrentIndex(self._number)
@@ -68,6 +75,32 @@ class TestWindow(Window):
         for page in (self.frfs, self.modes):
             self.adopt(page)
         return self.tabs
+
+    def ask_and_drop(self, frequency: float) -> None:
+        """Drop the mode nearest to a frequency, Hz, once that is confirmed."""
+        answer = QMessageBox.question(
+            self,
+            "Drop the mode?",
+            f"The mode at {frequency:.3f} Hz is taken out of {self.held.run}; the other modes stay as they are. "
+            "Ctrl+Z takes it back.",
+        )
+        if answer == QMessageBox.StandardButton.Yes:
+            self.drop(frequency)
+
+    def undo(self) -> None:
+        """Take the last change by hand back."""
+        self._change(lambda run, _: f"undone: {undo_edit(run)}", math.nan)
+
+    def redo(self) -> None:
+        """Make the change that was taken back last again."""
+        self._change(lambda run, _: f"made again: {redo_edit(run)}", math.nan)
+
+    def _name_changes(self) -> None:
+        """Say in the menu what undo and redo would do."""
+        journal = EditJournal(self.held.run)
+        for action, word, what in ((self._undo, "Undo", journal.undone), (self._redo, "Redo", journal.redone)):
+            action.setEnabled(what is not None)
+            action.setToolTip(f"{word}: {what}" if what is not None else f"{word}: nothing")
 
     def drop(self, frequency: float) -> None:
         """Drop the mode nearest to a frequency, Hz, and show what is left."""
@@ -88,7 +121,7 @@ class TestWindow(Window):
         finally:
             QApplication.restoreOverrideCursor()
         self.build()
-        self.statusBar().showMessage(f"{message}; recorded in {self.held.run}")
+        self.statusBar().showMessage(f"{message}; recorded in {self.held.run / FOLDER}")
 
     def _remember(self, number: int) -> None:
         self._number = number

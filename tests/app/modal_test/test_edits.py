@@ -1,5 +1,6 @@
 """Modes of a test dropped and added by hand, on a beam whose modes are known."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,8 @@ from analysis.identification.settings import Settings
 from app.files.bad_file import ResultFileError
 from app.files.modes_file import load_modes
 from app.files.uff58 import write_frfs
-from app.modal_test.edits import add_mode, drop_mode, edits_of
+from app.modal_test import edit_journal
+from app.modal_test.edits import add_mode, drop_mode, edits_of, redo_edit, undo_edit
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import identify_test, load_test, save_test
 from app.modal_test.without_windows import freed
@@ -128,3 +130,65 @@ def test_a_mode_whose_own_damping_the_window_hides_is_weak(run: Path) -> None:
     assert judged.status[first] == "weak"
     assert judged.reason[first].endswith("without the window's its damping ratio is known to 60 % only")
     assert judged.status[last] == "kept"
+
+
+def files_of(run: Path) -> dict[str, bytes]:
+    return {name: (run / name).read_bytes() for name in edit_journal.FILES}
+
+
+def test_every_change_is_undone_and_made_again_to_the_last_byte(run: Path) -> None:
+    states = [files_of(run)]
+    told = [drop_mode(run, F[1])]
+    states.append(files_of(run))
+    told.append(drop_mode(run, F[0]))
+    states.append(files_of(run))
+    assert [undo_edit(run), undo_edit(run)] == told[::-1]
+    assert files_of(run) == states[0]
+    with pytest.raises(ResultFileError, match="no change by hand that could be undone"):
+        undo_edit(run)
+    assert [redo_edit(run), redo_edit(run)] == told
+    assert files_of(run) == states[2]
+    with pytest.raises(ResultFileError, match="no change by hand that could be made again"):
+        redo_edit(run)
+    journal = [json.loads(line) for line in (run / "edits" / "journal.jsonl").read_text().splitlines()]
+    assert [line["did"] for line in journal] == ["made"] * 2 + ["undone"] * 2 + ["made again"] * 2
+    assert all(line["date"].endswith("+00:00") for line in journal)
+
+
+def test_a_change_after_an_undo_takes_the_place_of_what_was_undone(run: Path) -> None:
+    drop_mode(run, F[1])
+    undo_edit(run)
+    told = drop_mode(run, F[2])
+    with pytest.raises(ResultFileError, match="made again"):
+        redo_edit(run)
+    assert undo_edit(run) == told
+    assert frequencies(run) == pytest.approx(list(F), rel=1e-4)
+
+
+def test_a_journal_of_other_results_is_not_used(run: Path, tmp_path: Path) -> None:
+    drop_mode(run, F[1])
+    typed("identify", tmp_path / "beam.uff", "--shared-poles", "--out", run, "--quiet")
+    assert not (run / "edits").exists()
+    drop_mode(run, F[1])
+    before = files_of(run)
+    (run / "edits" / "journal.jsonl").write_text("no journal\n")
+    with pytest.raises(ResultFileError, match="no change by hand"):
+        undo_edit(run)
+    assert files_of(run) == before
+    drop_mode(run, F[0])
+    undo_edit(run)
+    assert files_of(run) == before
+    (run / "modes.h5").write_bytes(
+        (run / "edits" / "1" / "modes.h5").read_bytes()[:-1] + b"x"
+    )  # replaced by others
+    with pytest.raises(ResultFileError):
+        undo_edit(run)
+
+
+def test_a_table_that_people_change_leaves_the_journal_alone(run: Path) -> None:
+    whole = (run / "modes.csv").read_bytes()
+    drop_mode(run, F[1])
+    with (run / "modes.csv").open("r+b") as file:
+        file.write(b"mine")
+    undo_edit(run)
+    assert (run / "modes.csv").read_bytes() == whole

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import flexura
+from analysis.identification.reading import Damping, read_poles
 from app.files.bad_file import ResultFileError
 from app.plate_frfs.modes_table import modes_of_table
 
@@ -151,3 +152,32 @@ def test_units_decimal_commas_and_viscous_modes_are_understood(tmp_path: Path) -
     assert one.loss_factor[0] == pytest.approx(k.imag / k.real)
     assert np.isnan(one.loss_factor[1])
     assert np.isnan(one.sigma).all()
+
+
+@pytest.mark.parametrize("zeta", [0.002, 0.02, 0.15])
+@pytest.mark.parametrize("columns", [("damping_ratio",), ("damping_ratio", "loss_factor"), ("loss_factor",)])
+@pytest.mark.parametrize("damping", ["viscous", "hysteretic"])
+def test_a_table_is_read_by_the_reading_that_it_was_written_with(
+    tmp_path: Path, zeta: float, columns: tuple[str, ...], damping: Damping
+) -> None:
+    """The same poles, whatever is written of them: frequency and loss factor of the complex stiffness."""
+    if columns == ("damping_ratio",) and damping == "hysteretic":
+        pytest.skip(
+            "a damping ratio alone stands beside undamped natural frequencies, as other programs print them"
+        )
+    if columns == ("loss_factor",) and damping == "viscous":
+        pytest.skip("a loss factor alone stands beside frequencies of hysteretic damping")
+    poles = 2.0 * np.pi * np.array([80.0, 210.0]) * (-zeta + 1j * np.sqrt(1.0 - zeta**2))
+    reading = read_poles(poles, np.full((2, 2, 2), 1e-6), damping)
+    lines = [",".join(("temperature", "frequency", *columns))]
+    lines += [
+        ",".join(
+            f"{value:.9g}" for value in (20.0, reading.frequency_hz[n], *(getattr(reading, c)[n] for c in columns))
+        )
+        for n in range(2)
+    ]
+    (tmp_path / "modes.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (found,) = modes_of_table(tmp_path / "modes.csv")
+    k = -((poles / (2.0 * np.pi)) ** 2)
+    np.testing.assert_allclose(found.frequency, np.sqrt(k.real), rtol=1e-7)
+    np.testing.assert_allclose(found.loss_factor, k.imag / k.real, rtol=1e-6)

@@ -11,6 +11,9 @@ import pytest
 
 pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
 
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QMessageBox
+
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.tracked_modes import TrackedModes
 from app.files.bad_file import ResultFileError
@@ -18,6 +21,7 @@ from app.files.modes_file import load_modes, load_shapes, save_modes
 from app.files.provenance import provenance
 from app.files.uff58 import write_frfs
 from app.modal_test.edits import edits_of
+from app.modal_test.records import MODE_HEADINGS
 from app.view.application import application
 from app.view.folder import viewed
 from app.view.opening import window_of
@@ -129,8 +133,54 @@ def test_the_nyquist_plane_shows_the_peak_nearest_to_the_cursor(window: TestWind
     assert size.max() == pytest.approx(np.abs(window.held.frfs.h[0][near]).max())
 
 
-def test_a_mode_dropped_and_added_from_the_window_is_recorded(window: TestWindow) -> None:
+@pytest.fixture
+def answers(monkeypatch: pytest.MonkeyPatch) -> list[QMessageBox.StandardButton]:
+    """Answers to the questions that follow, the next one last."""
+    given: list[QMessageBox.StandardButton] = []
+    monkeypatch.setattr(QMessageBox, "question", lambda *_: given.pop())
+    return given
+
+
+def test_a_mode_is_dropped_after_a_question_and_comes_back_by_undo(
+    window: TestWindow, answers: list[QMessageBox.StandardButton], qtbot: Any
+) -> None:
+    before = (window.held.run / "modes.h5").read_bytes()
+    window.tabs.setCurrentIndex(1)
     window.modes.table.selectRow(1)
+    answers.append(QMessageBox.StandardButton.No)
+    window.modes.dropping.click()
+    assert (window.held.run / "modes.h5").read_bytes() == before
+    assert not window.modes.undoing.isEnabled()
+    place = window.modes.dropping.mapTo(window, window.modes.dropping.rect().topLeft())
+    answers.append(QMessageBox.StandardButton.Yes)
+    window.modes.dropping.click()
+    qtbot.waitUntil(lambda: window.modes.dropping.isVisible())
+    assert window.modes.table.rowCount() == 2
+    assert window.modes.dropping.mapTo(window, window.modes.dropping.rect().topLeft()) == place
+    assert "dropped by hand" in window.modes.undoing.toolTip()
+    qtbot.keyClick(window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert "undone: mode at 26" in window.statusBar().currentMessage()
+    assert (window.held.run / "modes.h5").read_bytes() == before
+    assert window.modes.table.rowCount() == 3
+    window.modes.redoing.click()
+    assert window.modes.table.rowCount() == 2
+
+
+def test_the_table_is_copied_whole(window: TestWindow, qtbot: Any) -> None:
+    window.tabs.setCurrentIndex(1)
+    window.modes.table.setFocus()
+    qtbot.keyClick(window.modes.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    rows = [line.split("\t") for line in QApplication.clipboard().text().splitlines()]
+    assert rows[0] == list(MODE_HEADINGS)
+    assert [float(row[0]) for row in rows[1:]] == pytest.approx(list(F), rel=1e-3)
+    assert {len(row) for row in rows} == {len(MODE_HEADINGS)}
+
+
+def test_a_mode_dropped_and_added_from_the_window_is_recorded(
+    window: TestWindow, answers: list[QMessageBox.StandardButton]
+) -> None:
+    window.modes.table.selectRow(1)
+    answers.append(QMessageBox.StandardButton.Yes)
     window.modes.dropping.click()
     assert window.modes.table.rowCount() == 2
     assert "dropped by hand" in window.statusBar().currentMessage()

@@ -1,0 +1,19 @@
+"""The examples that come with Flexura, wherever it is installed."""
+
+from pathlib import Path
+
+from app.files.shipped import shipped
+
+
+def example(name: str) -> Path:
+    """Return the path of a shipped example, such as ``"pp-plate"`` or ``"hidden-effect.toml"``.
+
+    It is for reading: ``flexura examples NAME`` copies one to work on. Raises ValueError with all names for one
+    that is not there.
+    """
+    folder = shipped("")
+    found = (folder / name).resolve()
+    if not name or not found.is_relative_to(folder.resolve()) or not found.exists():
+        there = sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []
+        raise ValueError(f"no example {name!r}; there are: {', '.join(there) or 'none, in this installation'}")
+    return found
