@@ -46,6 +46,7 @@
 ``order``                  backward elimination and residual terms by BIC
 ``bic``                    the criterion, and its penalty for one pole
 ``resolution``             pairs of poles that the frequency resolution cannot separate
+``principal_frfs``         a few sums of many FRFs, on which the poles are searched
 ``moving``                 pairs of poles that are one mode with another frequency in every FRF
 ``added_columns``          fall of the misfit if columns are added to a model
 ``missing``                poles found in the residual and added

@@ -15,6 +15,7 @@ from analysis.identification.missing import residual
 from analysis.identification.modes import Modes, Rejected
 from analysis.identification.order import drop_unresolved, drop_unsupported, eliminate
 from analysis.identification.pole_search import PoleFit, fit
+from analysis.identification.principal_frfs import MANY, principal_frfs
 from analysis.identification.settings import Settings
 from analysis.identification.vector_fitting import start_poles
 
@@ -64,16 +65,20 @@ def identify(measured: Measured, settings: Settings | None = None) -> Modes:
     if alone.any():
         measured = measured.without(alone)
         lines = measured.lines()
-    found, started = _widest_search(measured, lines, settings)
+    several = measured if len(measured.h) <= MANY else principal_frfs(measured).measured
+    found, started = _widest_search(several, several.lines(), settings)
     rejected = [_left_out(f, "a tone on this line alone: no resonance") for f in left_out]
     if settings.mains is not None:
+        lines = several.lines()
         clean = fit(lines, found.poles[~_hums(lines, found, settings.mains)], found.terms, max_iterations=0)
         spoilt = harmonic_lines(lines.frequency, residual(lines, clean), lines.spacing, settings.mains)
         if spoilt.any():
             rejected += [_left_out(f, _hum(f, settings.mains, lines.spacing)) for f in lines.frequency[spoilt]]
-            measured = measured.without(spoilt)
-            lines = measured.lines()
-            found = settle(measured, lines, clean, settings)
+            measured, several = measured.without(spoilt), several.without(spoilt)
+            found = settle(several, several.lines(), clean, settings)
+    lines = measured.lines()
+    if several is not measured:
+        found = fit(lines, found.poles, found.terms, max_iterations=0)
     weighed, last = last_fit(measured, lines, found)
     separate = drop_unresolved(weighed, last)  # on averaged lines they looked further apart
     if separate is not last:

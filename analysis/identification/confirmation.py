@@ -20,6 +20,7 @@ from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.order import eliminate
 from analysis.identification.pole_search import fit
+from analysis.identification.principal_frfs import MANY, principal_frfs
 
 SHIFT = 0.05
 """Share of the band that is cut off at its lower, then at its upper end."""
@@ -65,12 +66,9 @@ def confirmed(measured: Measured, modes: Modes) -> Modes:
     ValueError
         If fewer than 8 lines are left.
     """
-    lines = weighed(measured, modes)
-    prior = DampingPrior.estimated(modes.poles, np.sqrt(modes.covariance[:, 1, 1]), lines.band)
-    blocks = averaged(replace(lines, damping=prior))
     lost: list[list[str]] = [[] for _ in modes.poles]
     tried = np.zeros(len(modes.poles), dtype=int)
-    for part in _parts(blocks):
+    for part in _parts(measured, modes):
         expected = modes.real & _expected(part, modes)
         tried += expected
         found = _found_again(part.lines, modes)
@@ -100,8 +98,19 @@ def weighed(measured: Measured, modes: Modes) -> Lines:
     return kept.weighed(kept.h - modes.synthesis(kept.frequency), modes.poles)
 
 
-def _parts(blocks: Lines) -> Iterator[PartOfData]:
-    """Yield the band cut at either end, every second line, and every second channel."""
+def _blocks(measured: Measured, modes: Modes) -> Lines:
+    """Averaged lines of the FRFs, or of their principal FRFs where they are many."""
+    if len(measured.h) > MANY:
+        sums = principal_frfs(measured)
+        measured, modes = sums.measured, sums.modes(modes)
+    lines = weighed(measured, modes)
+    prior = DampingPrior.estimated(modes.poles, np.sqrt(modes.covariance[:, 1, 1]), lines.band)
+    return averaged(replace(lines, damping=prior))
+
+
+def _parts(measured: Measured, modes: Modes) -> Iterator[PartOfData]:
+    """Yield the band cut at either end, every second line, and every second FRF."""
+    blocks = _blocks(measured, modes)
     f = blocks.frequency
     cut = SHIFT * (f[-1] - f[0])
     low, high = f[0] + cut, f[-1] - cut
@@ -112,10 +121,14 @@ def _parts(blocks: Lines) -> Iterator[PartOfData]:
         description = f"on the {which} half of the lines, every other one"
         for part in _part(blocks, place % 2 == half, None, description):
             yield replace(part, least_lines=LINES_OF_PEAK)
-    if len(blocks.h) > 1:
-        row = np.arange(len(blocks.h))
+    if len(measured.h) > 1:
+        row = np.arange(len(measured.h))
         for half, which in enumerate(("first", "second")):
-            yield from _part(blocks, None, row % 2 == half, f"in the {which} half of the FRFs, every other one")
+            rows, description = row % 2 == half, f"in the {which} half of the FRFs, every other one"
+            if len(measured.h) > MANY:
+                yield from _part(_blocks(measured.rows(rows), modes.of_rows(rows)), None, None, description)
+            else:
+                yield from _part(blocks, None, rows, description)
 
 
 def _part(

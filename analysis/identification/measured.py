@@ -49,6 +49,10 @@ class Measured:
         variance = None if self.variance is None else self.variance[:, ~spoilt]
         return replace(self, frequency=self.frequency[~spoilt], h=self.h[:, ~spoilt], variance=variance)
 
+    def rows(self, which: NDArray[np.bool_]) -> "Measured":
+        """Return some of the FRFs (K,)."""
+        return replace(self, h=self.h[which], variance=None if self.variance is None else self.variance[which])
+
     def lines(self) -> Lines:
         """Lines weighted by the variance if it is known, by the roughness along frequency otherwise."""
         deviation = np.sqrt(self.variance) if self.known and self.variance is not None else roughness(self.h)

@@ -125,6 +125,10 @@ class Modes:
         sure = [s == "kept" and w != "unconfirmed" for s, w in zip(self.status, words, strict=True)]
         return np.array(sure, dtype=bool)
 
+    def of_rows(self, which: NDArray[np.bool_]) -> "Modes":
+        """Return the modes of some of the FRFs (K,)."""
+        return replace(self, residues=self.residues[which], coefficients=self.coefficients[which])
+
     def left_out(self, frequency: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which lines (F,), Hz, were left out of the fit: tones and mains hum among `rejected`."""
         gone = np.array([abs(r.pole) / (2.0 * np.pi) for r in self.rejected if complex(r.pole).real == 0.0])

@@ -20,6 +20,9 @@ WINDOW = 10.0
 FEWEST = 24
 """Lines compared at least."""
 
+MOST = 12
+"""FRFs compared, those that show the poles best: the others tell little and take as long."""
+
 STEPS = 8
 """Most steps of the search for the pole of one FRF, which starts between the two."""
 
@@ -52,8 +55,11 @@ def one_that_moves(
     f, others = lines.frequency[near], np.delete(np.arange(len(poles)), group)
     none = np.zeros((count, 0), complex)
     h = lines.h[:, near] - synthesis(f, poles[others], residues[:, others], NONE, none)
+    signal = (np.abs(residues[:, group]).sum(axis=1)[:, None] / lines.deviation[:, near]).mean(axis=1)
+    strongest = np.argsort(signal)[::-1][:MOST]
+    h, count = h[strongest], len(strongest)
     shared = own = 0.0
-    for row, deviation in zip(h, lines.deviation[:, near], strict=True):
+    for row, deviation in zip(h, lines.deviation[strongest][:, near], strict=True):
         one = Lines(f, row[None], deviation[None])
         start = shared_poles.mean()[None]
         shared += project(one, shared_poles, COMPLEX_E_F_G, derivatives=False).misfit

@@ -10,7 +10,7 @@ CALM = 1.5
 """Largest ratio of mean noise power to the estimate from its median, in a window that holds noise alone."""
 
 LARGEST_SHARE = 1.0
-"""Largest error of a line beyond the noise around it, relative to the response of the model."""
+"""Largest error of a line beyond the noise around it, relative to the response, that of the model or measured."""
 
 LONGEST = 2.0
 """Largest lag at which errors count as correlated, in half widths."""
@@ -55,7 +55,8 @@ def deviation_from_residual(
     least = np.maximum(1e-4 * np.median(power, axis=1, keepdims=True), rounding)
     floor = running_median(power, width, "reflect") / np.log(2.0)
     smooth = uniform_filter1d(power, width, axis=1, mode="reflect")
-    limited = np.minimum(smooth, CALM * floor + LARGEST_SHARE**2 * np.abs(h - left) ** 2)
+    response = np.minimum(np.abs(h - left), np.abs(h)) ** 2  # a model that overshoots must not excuse itself
+    limited = np.minimum(smooth, CALM * floor + LARGEST_SHARE**2 * response)
     deviation: NDArray[np.float64] = np.sqrt(np.maximum(limited, np.maximum(least, np.finfo(float).tiny)))
     return deviation
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
 from analysis.identification.measured import Measured
+from analysis.identification.principal_frfs import MANY, principal_frfs
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.vector_fitting import start_poles
 
@@ -52,6 +53,8 @@ def stabilization_chart(measured: Measured, terms: ResidualTerms, orders: Sequen
     -------
     StabilizationChart
     """
+    if len(measured.h) > MANY:
+        measured = principal_frfs(measured).measured
     lines = averaged(measured.lines())
     low, high = float(lines.frequency[0]), float(lines.frequency[-1])
     before: tuple[NDArray[np.float64], NDArray[np.float64]] = (np.zeros(0), np.zeros(0))

@@ -27,7 +27,7 @@ GUESSES = (
 )
 """Roles by what channels are commonly called; all else is a response."""
 
-SPECTRA = r"spec|corr|psd|csd|(?<![a-z])[gs](xy|yx)(?![a-z])"
+SPECTRA = r"spec|corr|psd|csd|(?<![a-z])[gs](xy|yx)(?![a-z])|^[gs]\d+(_\d+)?$"
 """What complex values are called that are no FRFs, if the file also has some of another name."""
 
 RATE_NAMES = r"(?<![a-z])fs(?![a-z])|rate(?![a-z])|sampling|abtast"
