@@ -3,7 +3,9 @@
 The misfit is the paper's eq. (12), each line weighted by its variance. The estimates are those of
 `analysis.gap.fitting.fit` with no effects, every sweep with laws of its own. Start values are found here: every
 sweep is fitted alone on few lines, gain included, outwards from a middle sweep so that each starts from its
-neighbour, input by input; then the gains of an input are averaged into one.
+neighbour, input by input; then the gains of an input are averaged into one. Where the twin of a plate with
+tolerances leaves clearly more than noise, the fit is repeated beside the scatter of resonances
+(`analysis.gap.imperfect`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 from analysis.effect_card import Values
 from analysis.experiment import Protocol
 from analysis.frf import Frf
+from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.preparation import apart
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
@@ -24,6 +27,8 @@ from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.misfit import sweep_powers
 from analysis.gap.fitting.sheet import fitted_sheet
 from analysis.gap.fitting.state import GapState
+from analysis.gap.imperfect.whole_campaign import beside_scatter
+from analysis.gap.search.context import SearchContext
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox
 from analysis.progress import Progress
@@ -43,6 +48,9 @@ LINES_OF_A_MODE = 2.0
 """Fewest lines within a resonance's half-power width, at the middle of the box's loss factors."""
 OFF_THE_TREND = 3.0
 """A misfit this many times the neighbour's is taken for a wrong minimum: the sweep starts from the grid."""
+CLEARLY = 1.5
+"""chi2 per number, beyond the twin's own error, above which a fit leaves what is not noise: then the scatter of
+resonances is a part of the model, or the stated deviations would be those of a twin that lacks nothing."""
 
 
 def update(
@@ -104,8 +112,17 @@ def update(
         sweeps = apart(frf, _sharpest(material_of(alone), declared or {}), protocol)
         joint = model if tolerant is None else tolerant
         fit = fit_gap(joint, sweeps, start, (), pool)
+        if joint.tolerance_cards and _lacks_something(sweeps, fit):
+            report("beside what is missing", 0.5)
+            noise = NoiseCheck.as_stated(sweeps.compressed)
+            fit = beside_scatter(SearchContext(joint, sweeps, noise, pool), fit)
     report("common gain", 1.0)
     return _summary(frf, joint, sweeps, fit, alone, sheet)
+
+
+def _lacks_something(sweeps: GapSweeps, fit: GapFit) -> bool:
+    """Whether a fit leaves clearly more than noise and the twin's own numerical error."""
+    return float(fit.chi2.sum()) - sweeps.allowed > CLEARLY * sweeps.numbers
 
 
 def _fitted_alone(

@@ -15,7 +15,7 @@ PATH = click.Path(path_type=Path)
 
 
 def _shipped(path: Path) -> str:
-    """Say how an example is got that comes with Flexura and is not in the current folder; empty for anything else."""
+    """Say how to get an example of Flexura that is not in the current folder; empty for anything else."""
     from app.files.shipped import shipped
 
     if path.parts[:1] != ("examples",) or ".." in path.parts or not shipped(str(Path(*path.parts[1:]))).exists():

@@ -133,9 +133,7 @@ class ImperfectSearch:
 
     def __init__(self, plain: SearchContext, baseline: GapFit) -> None:
         self.plain = plain
-        self._baseline = _settled(
-            plain, baseline.state, baseline.predicted, baseline.residual, baseline.determined
-        )
+        self._baseline = settled(plain, baseline.state, baseline.predicted, baseline.residual, baseline.determined)
 
     def run(self) -> ImperfectResult:
         """Add effects while there is evidence for one more, then leave out and exchange each."""
@@ -187,7 +185,7 @@ class ImperfectSearch:
             values = {name: known.get(name, cards[name].zero(state.effects[name])) for name in names}
             fit = context.fit(at.fit.state.with_effects(values), names)
         residual = context.sweeps.weights.undone(fit.residual)
-        return _settled(self.plain, fit.state, fit.predicted, residual, fit.determined)
+        return settled(self.plain, fit.state, fit.predicted, residual, fit.determined)
 
 
 @dataclass(frozen=True)
@@ -258,13 +256,29 @@ class _Neighbours:
         linear = cast(LinearisedCampaign, plain.model)
         here = plain.seen_by(linear.placed(places or {}))
         fit = here.weighted(weights).fit(state, tuple(state.effects))
-        return _settled(here, fit.state, self.at.fit.predicted, weights.undone(fit.residual), fit.determined)
+        return settled(here, fit.state, self.at.fit.predicted, weights.undone(fit.residual), fit.determined)
 
 
-def _settled(
+def settled(
     plain: SearchContext, state: GapState, predicted: Complex, residual: Complex, determined: float
 ) -> Imperfect:
-    """Fit again, weighted by the scatter that the last fit leaves, until this does not change."""
+    """Fit again, weighted by the scatter that the last fit leaves, until this does not change.
+
+    Parameters
+    ----------
+    plain : SearchContext
+        Unweighted.
+    state : GapState
+        Of a fit, with the effects to be fitted.
+    predicted, residual : (T, K, n) complex ndarray
+        Of that fit; the residual in units of the noise.
+    determined : float
+        As `GapFit.determined`.
+
+    Returns
+    -------
+    Imperfect
+    """
     names, last = tuple(state.effects), np.full(3, -np.inf)
     for _ in range(ROUNDS):
         shape = DiscrepancyShape.of(plain.sweeps, predicted, plain.loss_factors(state))

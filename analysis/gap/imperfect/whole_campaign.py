@@ -9,7 +9,7 @@ from analysis.gap.fitting.gap_fit import GapFit, Uncertainty
 from analysis.gap.fitting.normal_equations import WhitenedSweep, whiten_all
 from analysis.gap.fitting.schur_complement import SchurComplement, schur_complement
 from analysis.gap.imperfect.discrepancy import DiscrepancyShape
-from analysis.gap.imperfect.search import Imperfect
+from analysis.gap.imperfect.search import Imperfect, settled
 from analysis.gap.search.context import SearchContext
 from analysis.twin_model import Tangent
 
@@ -32,7 +32,7 @@ def over_all_sweeps(context: SearchContext, baseline: GapFit, few: Imperfect) ->
         Its residual and chi2 are in units of the noise; its standard deviations contain the discrepancy.
     """
     if few.context.sweeps.count == context.sweeps.count:
-        return _stated(context, few.shape, few, few.fit)
+        return stated(context, few.shape, few, few.fit)
     groups, kept = context.sweeps.groups, context.coarse_groups
     places = few.context.sweeps.original_places(context.sweeps)
     begun = baseline.state.restricted(kept, places)
@@ -44,15 +44,30 @@ def over_all_sweeps(context: SearchContext, baseline: GapFit, few: Imperfect) ->
         fit = context.weighted(shape.weights(few.scatter)).fit(state, few.effects)
         state, predicted = fit.state, fit.predicted
     shape = DiscrepancyShape.of(context.sweeps, predicted, context.loss_factors(state))
-    return _stated(context, shape, few, fit)
+    return stated(context, shape, few, fit)
 
 
-def _stated(context: SearchContext, shape: DiscrepancyShape, few: Imperfect, fit: GapFit) -> GapFit:
+def stated(context: SearchContext, shape: DiscrepancyShape, few: Imperfect, fit: GapFit) -> GapFit:
     """State a fit in units of the noise, with standard deviations that contain the discrepancy.
 
     Laws belong to one temperature each, and share its error with the other lines and channels only; what is common
     to the campaign shares it with all sweeps. The part of the laws' error that is not noise is common to all
     temperatures.
+
+    Parameters
+    ----------
+    context : SearchContext
+        Unweighted, of the sweeps that were fitted.
+    shape : DiscrepancyShape
+        Of these sweeps.
+    few : Imperfect
+        Gives the scatter.
+    fit : GapFit
+        Weighted.
+
+    Returns
+    -------
+    GapFit
     """
     tangents: list[Tangent] = [(name, parameter, fit.state.on[name]) for name, parameter in fit.free.names]
     white = whiten_all(context.model, context.sweeps, fit.state, tangents, context.executor)
@@ -87,3 +102,22 @@ def _head(
         WhitenedSweep(weights.weigh(w.white, sweep), w.predicted).equations() for sweep, w in enumerate(white)
     ]
     return schur_complement(context.sweeps, equations, fit.state)
+
+
+def beside_scatter(context: SearchContext, fit: GapFit) -> GapFit:
+    """Fit a twin again beside the scatter of resonances that it leaves, and state it so.
+
+    Parameters
+    ----------
+    context : SearchContext
+        Unweighted.
+    fit : GapFit
+        Beside noise alone.
+
+    Returns
+    -------
+    GapFit
+        As of `over_all_sweeps`.
+    """
+    found = settled(context, fit.state, fit.predicted, fit.residual, fit.determined)
+    return stated(context, found.shape, found, found.fit)
