@@ -126,7 +126,8 @@ def command(
     start = start_of(twin, loaded.experiment, effects)
     started = time.perf_counter()
     with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
-        found = gap.compute(loaded, mains, report, start=start, folder=effects, run=run)
+        further = plan or after is not None
+        found = gap.compute(loaded, mains, report, start=start, folder=effects, run=run, further=further)
         if earlier is not None and after is not None:
             found = gap.after(found, earlier, after[1], mains, report)
         if plan:
