@@ -21,7 +21,9 @@ Examples:
 
 def _hours(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> dict[str, float]:
     """Split ``KIND=HOURS``."""
-    from analysis.gap.plan.measurement import KINDS
+    if not values:
+        return {}
+    from analysis.gap.plan.measurement import KINDS  # the import takes a second, and few ask for it
 
     found = {}
     for value in values:
@@ -37,8 +39,6 @@ def _hours(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> di
 
 @click.command(name="gap", epilog=EXAMPLES, short_help="Name the effect that the twin lacks.")
 @click.argument("campaign", type=CAMPAIGN)
-@effects_of_twin
-@own_effects
 @click.option("--plan", is_flag=True, help="Say which measurement would settle what stays open.")
 @click.option(
     "--experiment",
@@ -60,6 +60,8 @@ def _hours(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> di
     metavar="CAMPAIGN RUN",
     help="An earlier campaign and its run folder, whose plan this one follows: both decide what was open.",
 )
+@effects_of_twin
+@own_effects
 @run_out
 @mains
 @output_options("what gap.json holds")
@@ -99,7 +101,6 @@ def command(
     """
     from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign
-    from app.files.next_experiment import rig_table
     from app.files.room import room_of
     from app.files.run_folder import run_folder
     from app.terminal.briefing import briefing
@@ -114,14 +115,19 @@ def command(
         from app.stages.answer import open_before
 
         open_before(after[1])
-    rig = rig_table(campaign, experiment) if plan else None
+    rig = None
+    if plan:
+        from app.files.next_experiment import rig_table
+
+        rig = rig_table(campaign, experiment)
     from app.stages import gap  # the import takes a second: a wrong folder is reported before it
     from app.twins.campaign_model import start_of
 
     start = start_of(twin, loaded.experiment, effects)
     started = time.perf_counter()
     with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
-        found = gap.compute(loaded, mains, report, start=start, folder=effects, run=run)
+        further = plan or after is not None
+        found = gap.compute(loaded, mains, report, start=start, folder=effects, run=run, further=further)
         if earlier is not None and after is not None:
             found = gap.after(found, earlier, after[1], mains, report)
         if plan:

@@ -38,7 +38,7 @@ def description(
         Why not.
     """
     twin = compared.twin
-    if found.verdict not in OPEN:
+    if found.verdict not in OPEN:  # nothing is left
         return None, ()
     free = free_curves.free_effects(compared.experiment)
     wider = replace(compared.model, twin=replace(twin, library={**twin.library, **free}))

@@ -40,7 +40,7 @@ from app.files.provenance import provenance, sha256
 from app.files.twin_file import write_twin
 from app.stages.answer import with_answer
 from app.stages.compared import Compared
-from app.stages.description import description
+from app.stages.description import OPEN, description
 from app.stages.drift_notes import untimed
 from app.stages.gap_notes import missing_words, roughness
 from app.stages.gap_pairing import paired_report, pairing_before
@@ -80,7 +80,8 @@ class GapComparison:
     pairing : Pairing or None
         Of measured modes with the twin's, before and after; None where either is not known.
     compared : Compared or None
-        What further stages take: sweeps, twin and fit with all that was found. None where this is no fit.
+        What further stages take: sweeps, twin and fit with all that was found. None where this is no fit, and
+        where it was not wanted.
     plan : Plan or None
         Of the next experiment; None unless it was asked for.
     description : Description or None
@@ -130,6 +131,7 @@ def compute(
     run: Path | None = None,
     plain: Updating | None = None,
     describing: bool = True,
+    further: bool = False,
 ) -> GapComparison:
     """Compare a campaign with its twin.
 
@@ -152,6 +154,8 @@ def compute(
         What `updated_twin` gives for the same campaign, mains and run, where that is known.
     describing : bool
         Whether what no effect explains is described, which takes a minute.
+    further : bool
+        Whether a plan or an answer will be wanted: `GapComparison.compared` is then there.
 
     Returns
     -------
@@ -196,7 +200,8 @@ def compute(
         unnamed = FittedTwin(bare.state, bare.laws, bare.sigma_gain, given, bare.declared)
         fitted = unnamed if found.verdict == "unknown" else named
         compared = told = None
-        if pairing is None or pairing.fits:
+        describing = describing and found.verdict in OPEN
+        if (describing or further) and (pairing is None or pairing.fits):
             around = HeldEffects.around(model)
             compared = Compared.again(
                 campaign.experiment, steady, plain.updated, twin, around, found, executor, floor.carried

@@ -3,10 +3,11 @@
 from collections.abc import Mapping
 from typing import Any
 
-from analysis.gap.plan.decision import NOTHING
 from app.terminal.effect_words import title, titles_of
 
 Record = Mapping[str, Any]
+NOTHING = "nothing"
+"""Name in ``gap.json`` of the answer that it was none of the effects."""
 SHOWN = 6
 """Measurements in the table, the best first."""
 
