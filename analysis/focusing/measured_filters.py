@@ -62,7 +62,10 @@ def focus_measured(
     places = [partial(answer, t) for t in range(len(temperature))]
     kept = (float(temperature[near]), places[near])
     design = TapDesign.of(panel, delay)
-    return design_and_assess(panel, measured.space, method, design, temperature, places, kept, report, workers)
+    heard = sound if panel.filters.aim == "listeners" else SoundAim.judging(panel, measured.grid)
+    return design_and_assess(
+        panel, measured.space, method, design, temperature, places, kept, report, workers, heard
+    )
 
 
 def compare_measured(measured: MeasuredPanel) -> MethodComparison:

@@ -163,8 +163,9 @@ def focus(
     places = [partial(answer, float(here)) for here in temperature]
     kept = partial(answer, reference)
     design = tap_design(method, model, panel, laws)
+    heard = sound if panel.filters.aim == "listeners" else SoundAim.judging(panel, model.space.grid)
     return design_and_assess(
-        panel, model.space, method, design, temperature, places, (reference, kept), report, workers
+        panel, model.space, method, design, temperature, places, (reference, kept), report, workers, heard
     )
 
 
@@ -178,6 +179,7 @@ def design_and_assess(
     kept: tuple[float, Callable[[], Answer]],
     report: Progress,
     workers: int,
+    sound: SoundAim | None,
 ) -> Focusing:
     """Design taps for each temperature; assess them and those of the reference temperature.
 
@@ -197,6 +199,8 @@ def design_and_assess(
         Called with the stage and the share done.
     workers : int
         Threads that design filters.
+    sound : SoundAim or None
+        Of the listeners, to be judged.
 
     Returns
     -------
@@ -204,7 +208,6 @@ def design_and_assess(
     """
     settings, lines = panel.filters, panel.filters.frequency
     band, asked = settings.in_band(lines), space.asked(panel.target.displacement)
-    sound = SoundAim.judging(panel, space.grid)
 
     def response(taps: Real) -> Complex:
         return np.asarray(design.bank(taps[None], np.zeros(1)).response(lines[band])[0])

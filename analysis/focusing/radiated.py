@@ -13,7 +13,7 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import PanelModel
 from analysis.focusing.performance import area_normalised
 from analysis.focusing.responses import responses
-from analysis.focusing.sound_aim import SoundAim
+from analysis.focusing.sound_aim import TOLERANCE, SoundAim
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from analysis.radiation.measures import (
@@ -54,6 +54,9 @@ class RadiatedSound:
         Paper eq. (9), literal.
     peak : (T, N) ndarray
         Largest drive that audio within ±1 can cause, V or N.
+    zones : (T, F) ndarray, optional
+        Acoustic contrast, dB: mean square pressure at the listeners played to over that at the others, in which
+        every actuator is `TOLERANCE` off; None without others.
     pressure_sigma : (T, L, F) ndarray, optional
         Standard deviation by the noise of measured transfers, Pa.
     power_sigma : (T, F) ndarray, optional
@@ -68,6 +71,7 @@ class RadiatedSound:
     polar: Real
     contrast: Real
     peak: Real
+    zones: Real | None = None
     pressure_sigma: Real | None = None
     power_sigma: Real | None = None
 
@@ -95,6 +99,8 @@ class Radiation:
         Area of the target over that of the plate.
     following, kept : RadiatedSound
         With the filters of each temperature, and with those of the reference at all of them.
+    zone_bound : (T, F) ndarray, optional
+        Largest acoustic contrast of any filters, with the same tolerance, dB.
     """
 
     temperature: Real
@@ -107,6 +113,7 @@ class Radiation:
     area_share: float
     following: RadiatedSound
     kept: RadiatedSound
+    zone_bound: Real | None = None
 
     @property
     def middles(self) -> Real:
@@ -132,14 +139,6 @@ class Radiation:
     def line_levels(self, sound: RadiatedSound) -> Real:
         """Level (T, l, F) at every line, dB of the wanted one."""
         return np.asarray(20.0 * np.log10(np.maximum(np.abs(self.relative(sound)), 1e-10)))
-
-    def acoustic_contrast(self, sound: RadiatedSound) -> Real | None:
-        """Mean square pressure at the listeners played to over that at others (T, F), dB; None without others."""
-        if self._loud.all():
-            return None
-        squares = np.abs(sound.pressure) ** 2
-        loud, quiet = (squares[:, chosen].mean(axis=1) for chosen in (self._loud, ~self._loud))
-        return np.asarray(10.0 * np.log10(np.maximum(loud, 1e-30) / np.maximum(quiet, 1e-30)))
 
     def area_contrast(self, sound: RadiatedSound) -> Real:
         """Contrast of the field, normalised by area (T, F)."""
@@ -253,13 +252,14 @@ class _Work:
     variances: list[tuple[Real, Real]]
     pressures: list[tuple[Complex, Complex]]
     sigmas: list[tuple[Real, Real]]
+    zones: list[tuple[Real, Real, Real]]
 
     @classmethod
     def of(cls, panel: Panel, space: FieldSpace, bank: FirBank, reference: float) -> "_Work":
         aim = SoundAim.of(panel, space.grid, "listeners")
         nearest = int(np.argmin(np.abs(bank.temperature - reference)))
         filters = bank.response(panel.filters.frequency[aim.band])
-        return cls(panel, space, aim, bank, nearest, filters, [], [], [], [])
+        return cls(panel, space, aim, bank, nearest, filters, [], [], [], [], [])
 
     def take(self, amplitude: Complex, variance: Real | None = None) -> None:
         """Add the next temperature: `amplitude` (N, F, r), and of measured transfers the variance (N, F, K)."""
@@ -270,6 +270,8 @@ class _Work:
         self.fields.append((fields[0], fields[1]))
         pressures = [np.einsum("lfn,fn->lf", heard, one) for one in both]
         self.pressures.append((pressures[0], pressures[1]))
+        if not self.aim.loud.all():
+            self.zones.append(_zones(heard, self.aim.loud, both))
         if variance is not None:
             spread = [driven_variance(variance, one) for one in both]
             self.variances.append((spread[0], spread[1]))
@@ -290,6 +292,7 @@ class _Work:
             area_share=self.space.grid.target_share,
             following=self._sound(0, peak_drive(bank.taps)),
             kept=self._sound(1, peak_drive(kept)),
+            zone_bound=np.array([three[2] for three in self.zones]) if self.zones else None,
         )
 
     def _sound(self, which: int, peak: Real) -> RadiatedSound:
@@ -316,6 +319,7 @@ class _Work:
             polar=polar,
             contrast=target / np.maximum(energy, np.finfo(float).tiny),
             peak=np.asarray(peak),
+            zones=np.array([three[which] for three in self.zones]) if self.zones else None,
             pressure_sigma=np.array([pair[which] for pair in self.sigmas]) if self.sigmas else None,
             power_sigma=sigma,
         )
@@ -351,3 +355,24 @@ class _Work:
         levels = third_octave_levels(far, lines)
         levels = levels - levels[:, front : front + 1]
         return far[:, front], levels.reshape(len(whole), 2, len(DEGREES), -1)
+
+
+def _zones(heard: Complex, loud: Mask, filters: tuple[Complex, Complex]) -> tuple[Real, Real, Real]:
+    """Acoustic contrast (F,) of both filters (F, N), and its bound, dB, from the transfers (L, F, N)."""
+    forms = []
+    for chosen in (loud, ~loud):
+        part = heard[chosen]
+        form = np.einsum("lfn,lfm->fnm", part.conj(), part) / len(part)
+        spread = np.einsum("fnn->fn", form).real
+        forms.append(form + TOLERANCE**2 * spread[:, :, None] * np.eye(spread.shape[1]))
+    played, others = forms
+    ratios = [
+        np.einsum("fn,fnm,fm->f", one.conj(), played, one).real
+        / np.maximum(np.einsum("fn,fnm,fm->f", one.conj(), others, one).real, 1e-300)
+        for one in filters
+    ]
+    values, vectors = np.linalg.eigh(others)
+    root = vectors / np.sqrt(np.maximum(values, 1e-300))[:, None, :]
+    bound = np.linalg.eigvalsh(root.conj().swapaxes(1, 2) @ played @ root)[:, -1]
+    own, kept, largest = (np.asarray(10.0 * np.log10(np.maximum(one, 1e-30))) for one in (*ratios, bound))
+    return own, kept, largest

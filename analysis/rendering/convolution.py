@@ -51,6 +51,15 @@ class Past:
 
     def through(self, filters: Complex) -> Real:
         """Return what `filters` (P, N, block + 1) make of the latest block: (N, block)."""
-        product = (filters * self._spectra[:, None]).sum(axis=0)
-        filtered: Real = np.fft.irfft(product, 2 * self.block)[:, self.block :]
-        return filtered
+        return latest(self.product(filters), self.block)
+
+    def product(self, filters: Complex) -> Complex:
+        """Return the spectrum (N, block + 1) of that, to be added to others before `latest`."""
+        product: Complex = (filters * self._spectra[:, None]).sum(axis=0)
+        return product
+
+
+def latest(spectra: Complex, block: int) -> Real:
+    """Return samples (N, block) of the latest block, from spectra (N, block + 1)."""
+    filtered: Real = np.fft.irfft(spectra, 2 * block)[:, block:]
+    return filtered

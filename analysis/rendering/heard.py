@@ -7,16 +7,16 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.focusing.panel import Filters
-from analysis.rendering.convolution import Past, partitions
+from analysis.rendering.convolution import Past, latest, partitions
 
 LENGTH = 16_384
 """Samples of a response: 0.37 s at 44.1 kHz, in which a mode of 100 Hz and a loss factor of 6 % falls by 60 dB."""
 EARLY = 2_048
 """Samples of a response before its time 0, for the ringing of its band's edges."""
-CHUNK = 4_096
+CHUNK = 8_192
 """Samples convolved at a time; also those over which a new response fades in."""
-STEP = 0.5
-"""K between two responses of the panel: resonances of polypropylene move by half a percent."""
+STEP = 1.0
+"""K between two responses of the panel. Resonances of polypropylene move by a percent, a tenth of their width."""
 
 PanelResponse = Callable[[float, Real], Complex]
 """From temperature, °C, and frequency (F,), Hz, to pressure (L, F, N), Pa/V."""
@@ -105,8 +105,8 @@ class HeardRenderer:
         return sound
 
     def _through(self, spectra: Complex) -> Real:
-        parts = [past.through(own) for past, own in zip(self._past, spectra, strict=True)]
-        return np.asarray(np.sum(parts, axis=0))
+        parts = [past.product(own) for past, own in zip(self._past, spectra, strict=True)]
+        return latest(np.asarray(np.sum(parts, axis=0)), CHUNK)
 
     def _partitions(self, temperature: float) -> Complex:
         """Return transformed responses (N, P, L, CHUNK + 1)."""

@@ -22,6 +22,7 @@
 ``focusing``        contrast and spot error (paper Figs. 4, 13, 15 and 17)
 ``paper``           our figures beside the paper's
 ``modal_test``      a test at many places
+``players``         sound at a listener, to be played on the page
 ``radiation``       sound at listeners, its direction, and what of the panel radiates
 ``sound``           contrast along a piece of sound, readings of the thermometer
 ``studies``         figures of the paper's studies, our numbers beside the paper's

@@ -10,7 +10,7 @@ from html import escape
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+POLICY = "default-src 'none'; img-src data:; media-src data:; style-src 'unsafe-inline'"
 """What browsers hold the page to: it can fetch nothing, nor run anything."""
 LARGEST_SVG = 500_000
 """Bytes beyond which a figure (a map, ten thousand lines) goes in as PNG: a page has some twenty."""
@@ -197,6 +197,22 @@ class Absent:
 
 
 @dataclass(frozen=True)
+class Player:
+    """A short piece of sound: what it is, a WAV file in base64, and how it is to be heard."""
+
+    text: str
+    data: str
+    caption: str
+
+    def html(self) -> str:
+        """Return the player, with its sound inside the page."""
+        sound = f'<audio controls preload="none" src="data:audio/wav;base64,{self.data}"></audio>'
+        return (
+            f"<figure><h3>{escape(self.text)}</h3>{sound}<figcaption>{escape(self.caption)}</figcaption></figure>"
+        )
+
+
+@dataclass(frozen=True)
 class Listing:
     """Machine-written text, kept as it is."""
 
@@ -207,7 +223,7 @@ class Listing:
         return f"<pre>{escape(self.text)}</pre>"
 
 
-Item = PageTable | Picture | DrawnPicture | Paragraph | VerdictBox | Words | Absent | Listing
+Item = PageTable | Picture | DrawnPicture | Paragraph | VerdictBox | Words | Absent | Player | Listing
 
 
 @dataclass(frozen=True)

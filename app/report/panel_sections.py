@@ -7,6 +7,7 @@ from app.files.filter_files import load_focusing, load_pareto, load_uncorrected
 from app.files.radiation_file import load_radiation
 from app.report import focusing, paper, radiation
 from app.report.page import Item, PageTable, Paragraph, Picture
+from app.report.players import players
 
 
 def focusing_section(run: Path, rows: list[paper.PaperRow]) -> list[Item]:
@@ -131,4 +132,5 @@ def radiation_section(run: Path) -> list[Item]:
             radiation.polar(found),
             "Far away, in third-octave bands, relative to the normal of the panel.",
         ),
+        *players(run),
     ]

@@ -44,6 +44,17 @@ class ListenersOfPanel:
     def of(cls, twin: PanelTwin, panel: Panel, laws: MaterialLaws) -> "ListenersOfPanel":
         """Prepare the responses of a panel whose plate obeys laws.
 
+        Parameters
+        ----------
+        twin : PanelTwin
+        panel : Panel
+        laws : MaterialLaws
+            Of the panel's plate.
+
+        Returns
+        -------
+        ListenersOfPanel
+
         Raises
         ------
         ValueError
@@ -65,8 +76,8 @@ class ListenersOfPanel:
             inside = float(np.clip(temperature, *laws.temperature_range))
             (constants,) = constants_at(laws, np.array([inside]))
             amplitude = twin.amplitudes(*constants, lines)
-            found: Complex = np.einsum("lfr,nfr->lfn", kernels[len(lines)], amplitude)
-            return found
+            by_line = kernels[len(lines)].transpose(1, 2, 0)
+            return np.asarray((amplitude.transpose(1, 0, 2) @ by_line).transpose(2, 0, 1), dtype=complex)
 
         names = tuple(one.name for one in panel.listeners)
         return cls(names, names[first], response, panel)
@@ -141,7 +152,15 @@ class HeardFiles:
         return cls(*pair, files)
 
     def take(self, followed: Real, kept: Real, temperature: float) -> None:
-        """Write what is heard of the drives (N, n), V, at a temperature of the panel, °C."""
+        """Write what is heard of a piece of drive.
+
+        Parameters
+        ----------
+        followed, kept : (N, n) ndarray, V
+            Of the filters that follow, and of the first ones.
+        temperature : float
+            Of the panel, °C.
+        """
         self._write(0, self.following.take(followed, temperature))
         self._write(1, self.kept.take(kept, temperature))
 

@@ -11,6 +11,7 @@ from rich.table import Table
 from analysis.arrays import Real
 from analysis.focusing.panel import Panel
 from analysis.focusing.radiated import DEGREES, RadiatedSound, Radiation
+from analysis.focusing.sound_aim import TOLERANCE
 from analysis.radiation.radiator import Radiator
 
 LOST_LEVEL = 1.0
@@ -46,6 +47,8 @@ def record(panel: Panel, found: Radiation, seconds: float) -> dict[str, Any]:
         "reference_temperature_c": found.reference_temperature,
         "third_octaves_hz": found.middles.tolist(),
         "polar_degrees": DEGREES.tolist(),
+        "acoustic_contrast_definition": f"dB, each actuator {100 * TOLERANCE:g} % off, independent of the others",
+        "acoustic_contrast_bound_db": [] if found.zone_bound is None else found.zone_bound.mean(axis=1).tolist(),
         "following": _sound(found, found.following),
         "kept": _sound(found, found.kept),
         "seconds": seconds,
@@ -53,7 +56,7 @@ def record(panel: Panel, found: Radiation, seconds: float) -> dict[str, Any]:
 
 
 def _sound(found: Radiation, sound: RadiatedSound) -> dict[str, Any]:
-    zones, lines = found.acoustic_contrast(sound), found.line_levels(sound)
+    zones, lines = sound.zones, found.line_levels(sound)
     said = {
         "ripple_db": found.ripple(sound),
         "level_db": lines.mean(axis=(1, 2)),
@@ -97,7 +100,7 @@ def _sigma_db(found: Radiation, sound: RadiatedSound, sigma: Real) -> Real:
 
 def show(panel: Panel, found: Radiation) -> None:
     """Print a table of the temperatures; it leads with what the aim wants."""
-    zones = found.acoustic_contrast(found.following) is not None
+    zones = found.following.zones is not None
     who = ", ".join(name for name, loud in zip(found.names, found.loud, strict=True) if loud)
     table = Table(
         title=f"sound at {who}, {panel.sound.mounting}; aim: {panel.filters.aim}",
@@ -111,7 +114,7 @@ def show(panel: Panel, found: Radiation) -> None:
     )
     heard = ["ripple", "dB", "line"]
     motion = ["contrast", "worst"]
-    between = ["zones dB", "worst"] if zones else []
+    between = ["zones dB", "bound"] if zones else []
     first = [*motion, *heard] if panel.filters.aim == "field" else [*between, *heard, *motion]
     rest = between if panel.filters.aim == "field" else []
     unit = "V" if panel.patch else "N"
@@ -119,12 +122,14 @@ def show(panel: Panel, found: Radiation) -> None:
     for heading in (*headings, "ripple", "contrast"):
         table.add_column(heading, justify="right")
     sound, kept = found.following, found.kept
-    lines, contrast = found.line_levels(sound), found.acoustic_contrast(sound)
+    lines, contrast, bound = found.line_levels(sound), sound.zones, found.zone_bound
     for t, temperature in enumerate(found.temperature):
         cells = {
             "heard": [f"{found.ripple(sound)[t]:.2f}", f"{lines[t].mean():.1f}", f"{lines[t].min():.1f}"],
             "motion": [f"{sound.contrast[t].mean():.3f}", f"{sound.contrast[t].min():.3f}"],
-            "zones": [] if contrast is None else [f"{contrast[t].mean():.1f}", f"{contrast[t].min():.1f}"],
+            "zones": []
+            if contrast is None or bound is None
+            else [f"{contrast[t].mean():.1f}", f"{bound[t].mean():.1f}"],
         }
         order = ("motion", "heard", "zones") if panel.filters.aim == "field" else ("zones", "heard", "motion")
         level = found.rated_level(sound)[t]
@@ -190,8 +195,11 @@ def summary(panel: Panel, found: Radiation, target: Path, seconds: float) -> str
     t, own, kept = found.temperature, found.ripple(found.following), found.ripple(found.kept)
     span = f"{t[0]:g} °C" if len(t) == 1 else f"{t[0]:g} to {t[-1]:g} °C"
     mean = found.following.contrast.mean(axis=1)
-    zones = found.acoustic_contrast(found.following)
-    between = "" if zones is None else f", {zones.mean(axis=1).min():.1f} dB between zones"
+    zones, bound = found.following.zones, found.zone_bound
+    between = ""
+    if zones is not None and bound is not None:
+        worst = int(zones.mean(axis=1).argmin())
+        between = f", {zones[worst].mean():.1f} dB between zones (bound {bound[worst].mean():.1f} dB)"
     return (
         f"{span}: third-octave ripple up to ± {own.max():.1f} dB at the listeners, up to ± {kept.max():.1f} dB "
         f"with the filters of {found.reference_temperature:g} °C{between}; contrast {mean.min():.2f} to "

@@ -1,6 +1,8 @@
 """``flexura render`` on a small panel."""
 
+import base64
 import csv
+import io
 import json
 
 import numpy as np
@@ -8,10 +10,12 @@ import pytest
 from click.testing import CliRunner
 from scipy.io import wavfile
 
+from app.files.bad_file import ResultFileError
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_panel
 from app.files.laws_file import load_laws
 from app.main import flexura
+from app.report.players import players
 from app.sound.listeners import ListenersOfPanel
 from app.twins.panel_twin import panel_twin
 
@@ -234,3 +238,21 @@ def test_filters_that_follow_sound_more_even_than_those_of_the_beginning(small_r
     assert heard.shape == kept.shape
     np.testing.assert_allclose(heard[:400], kept[:400], atol=1e-3 * np.abs(heard).max())
     assert np.abs(heard - kept)[-20_000:].max() > 0.05 * np.abs(heard).max()
+
+
+def test_the_report_plays_both_pieces_from_within(small_run, sound, tmp_path):
+    assert players(tmp_path) == []
+    flex("render", sound, small_run.folder, "--temperature", "20:55", "--out", tmp_path, "--heard")
+    before, after = players(tmp_path)
+    assert "kept" in before.text
+    assert "follow" in after.text
+    pieces = [wavfile.read(io.BytesIO(base64.b64decode(one.data)))[1] for one in (before, after)]
+    assert max(np.abs(piece).max() for piece in pieces) == pytest.approx(0.9 * 32_767, rel=0.02)
+    assert not np.array_equal(*pieces)
+    assert after.html().startswith("<figure><h3>after")
+    assert 'src="data:audio/wav;base64,' in after.html()
+    (tmp_path / "noise-heard.wav").write_bytes(b"RIFF and then nothing")
+    with pytest.raises(
+        ResultFileError, match=r"noise-heard.wav: cannot be read as sound .* flexura render --heard"
+    ):
+        players(tmp_path)
