@@ -37,6 +37,7 @@ VERBS = {
     "check-instrument": "check_instrument",
     "simulate-daq": "simulate_daq",
     "demo": "demo",
+    "examples": "examples",
     "completion": "completion",
 }
 

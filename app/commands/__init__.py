@@ -33,6 +33,7 @@
 ``safe``              bring a rig to rest
 ``simulate_daq``      simulated cards on a port
 ``blind_trial``       accuracy of the gap workflow on hidden effects
+``examples``          examples copied to the current folder
 ``completion``        completion on the Tab key
 ====================  ===================================================================
 """

@@ -77,7 +77,7 @@ def command(
     from app.files.campaign_folder import ENDING
     from app.files.campaign_kind import is_campaign_folder
     from app.files.same_experiment import require_ours
-    from app.rig.doctor import require_room
+    from app.rig.doctor import require_port, require_room
     from app.terminal.end_signals import undisturbed
     from app.terminal.streams import keep_unseen
 
@@ -88,6 +88,8 @@ def command(
     if test_shot or kind == "simulated" or not is_campaign_folder(folder):
         require_ours(folder, {"acquired": acquired})  # checked before a twin is built
         require_room(declared, folder)
+        if kind != "simulated" and not (test_shot or is_campaign_folder(folder)):
+            require_port(declared, experiment)
     # a campaign killed on a real rig may have left it on: checked once the rig is open, as that brings it to rest
     _advise(declared, kind, output)
     if test_shot:

@@ -14,6 +14,15 @@ PATH = click.Path(path_type=Path)
 """A file or folder that is written, or may be missing."""
 
 
+def _shipped(path: Path) -> str:
+    """Say how an example is got that comes with Flexura and is not in the current folder; else empty."""
+    from app.files.shipped import shipped
+
+    if path.parts[:1] != ("examples",) or ".." in path.parts or not shipped(str(Path(*path.parts[1:]))).exists():
+        return ""
+    return "it comes with Flexura: flexura examples --all copies all of them to the folder examples"
+
+
 class Existing(click.Path):
     """A file or folder that is read: reported if missing, before slow imports.
 
@@ -52,7 +61,7 @@ class Existing(click.Path):
         path = Path(os.fspath(value))
         if not os.path.exists(path):  # noqa: PTH110 (Path.exists raises for too long a name or without permission)
             option = f"{param.opts[0]} " if isinstance(param, click.Option) else ""
-            raise click.ClickException(f"{option}{path}: does not exist; {self.onward}")
+            raise click.ClickException(f"{option}{path}: does not exist; {_shipped(path) or self.onward}")
         return path
 
 

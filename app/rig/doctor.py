@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from app.files.acquired_campaign import SPARE
+from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_folder import sweep_paths
 from app.files.campaign_kind import is_campaign_folder
@@ -17,7 +18,15 @@ from app.rig.assembly import rig_places
 from app.terminal.campaign_progress import duration
 from drivers.ni.wiring import Wiring
 from drivers.rig.occupancy import in_use
-from drivers.rig.survey import Finding, FindingState, look_at_cards, look_at_oven, look_at_ports, look_at_sound
+from drivers.rig.survey import (
+    Finding,
+    FindingState,
+    look_at_cards,
+    look_at_oven,
+    look_at_ports,
+    look_at_sound,
+    serial_ports,
+)
 from drivers.soundcard.settings import SoundCard
 
 EARLIEST = datetime(2025, 1, 1, tzinfo=UTC)
@@ -59,11 +68,6 @@ def examine(experiment: AcquiredExperiment | None, folder: Path) -> Iterator[Fin
     yield _clock(folder)
 
 
-def campaign_bytes(experiment: AcquiredExperiment) -> float:
-    """Estimate the size of a campaign whose every sweep needs one repetition, bytes."""
-    return 2.0 * sweep_bytes(experiment) * experiment.protocol.count
-
-
 def sweep_bytes(experiment: AcquiredExperiment) -> float:
     """Return the size of a finished sweep, bytes."""
     samples = experiment.sweep.record * experiment.sample_rate * experiment.sweep.repeats
@@ -75,12 +79,41 @@ def require_room(experiment: AcquiredExperiment, folder: Path) -> None:
     there = _nearest(folder)
     if not there.is_dir():
         raise CampaignFileError(folder, [Problem("", "", f"{there} is a file", "a folder", "use --out")])
-    left = experiment.protocol.count - (len(sweep_paths(folder)) if is_campaign_folder(folder) else 0)
-    free, needed = shutil.disk_usage(there).free, left * sweep_bytes(experiment) + (SPARE if left else 0.0)
+    free, (needed, what) = shutil.disk_usage(there).free, _needed(experiment, folder)
     if free < needed:
         seen = f"{free / 1e6:.0f} MB free at {there}"
-        allowed = f"{needed / 1e6:.0f} MB for the {left} sweeps to be made"
+        allowed = f"{needed / 1e6:.0f} MB {what}"
         raise CampaignFileError(folder, [Problem("", "", seen, allowed, "make room, or use --out")])
+
+
+def require_port(experiment: AcquiredExperiment, file: Path) -> None:
+    """Refuse an oven whose serial port does not exist, before anything is opened; for a first start only.
+
+    Nothing was asked of the rig then, and nothing has to be brought to rest. A rig that a killed campaign may have
+    left on is another matter: it must be reached, or people told.
+
+    Raises
+    ------
+    ResultFileError
+        With the ports that there are.
+    """
+    place = experiment.oven.place
+    if not place or "://" in place or Path(place).exists():
+        return
+    ports = [str(port.device) for port in serial_ports()]
+    if place.upper() not in (port.upper() for port in ports):
+        raise ResultFileError(
+            f"{file}: oven.port = {place!r}: this computer has no such port; there are: "
+            f"{', '.join(ports) or 'none'} (flexura doctor lists them). Nothing was asked of oven or cards"
+        )
+
+
+def _needed(experiment: AcquiredExperiment | None, folder: Path) -> tuple[float, str]:
+    """Return the bytes that a campaign still needs, as doctor and acquire both say it, and what for."""
+    if experiment is None:
+        return PLENTY, "for a campaign of some size"
+    left = experiment.protocol.count - (len(sweep_paths(folder)) if is_campaign_folder(folder) else 0)
+    return left * sweep_bytes(experiment) + (SPARE if left else 0.0), f"for the {left} sweeps to be made"
 
 
 def _nearest(folder: Path) -> Path:
@@ -92,8 +125,8 @@ def look_at_disk(experiment: AcquiredExperiment | None, folder: Path) -> Finding
     """Look whether a folder's disk has room for an experiment's campaign."""
     there = _nearest(folder)
     free = shutil.disk_usage(there).free
-    needed = PLENTY if experiment is None else 1e8 + campaign_bytes(experiment)
-    seen = f"{free / 1e9:.1f} GB free at {there}, {needed / 1e9:.2f} GB wanted"
+    needed, what = _needed(experiment, folder)
+    seen = f"{free / 1e6:.0f} MB free at {there}, {needed / 1e6:.0f} MB needed {what}"
     if not there.is_dir():
         return Finding("disk", FindingState.BAD, f"{there} is a file", "choose another folder with --out")
     if not os.access(there, os.W_OK):

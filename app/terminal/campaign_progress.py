@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import datetime
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
@@ -46,8 +47,11 @@ def campaign_screen(clock_is_virtual: bool, *, shown: bool = True) -> Iterator[O
             )
             if not console.is_terminal and moment.done != last:
                 last = moment.done
+                now = datetime.now().astimezone().strftime("%Y-%m-%d %H:%M:%S %z")  # this goes into a log
                 console.print(
-                    f"{moment.done} of {moment.total} sweeps, {moment.stage}, {moment.temperature:.2f} °C, {left}"
+                    f"{now} {moment.done} of {moment.total} sweeps, {moment.stage}, {moment.temperature:.2f} °C, "
+                    f"{left}",
+                    soft_wrap=True,
                 )
 
         yield show

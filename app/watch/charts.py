@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from app.files.events import seconds
-from app.watch.course import programme_line, set_point_line
+from app.watch.course import set_point_line
 from app.watch.watched import MeasuredSweep, Watched
 from app.watch.words import in_words, plain
 
@@ -80,9 +80,9 @@ def _temperatures(watched: Watched) -> dict[str, Any]:
     commands = watched.events_of("oven")
     line = set_point_line(commands, [seconds(c["date"]) for c in commands], time, air, float(time[-1]))
     programme: list[list[float | None]] = []
-    if watched.protocol is not None:
-        at, planned = programme_line(watched.protocol, float(air[0]))
-        programme = _pairs(at + time[0], planned)
+    if (planned := watched.course) is not None:
+        since, course = planned
+        programme = _pairs(course.time + since, course.temperature)
     order = np.argsort(time, kind="stable")  # a clock may be set back
     time, air, plate = thinned(time[order], air[order], plate[order])
     return {

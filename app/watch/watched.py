@@ -1,5 +1,6 @@
 """A campaign's folder as it grows: read-only, and never stopped by what is damaged in it."""
 
+import math
 from collections.abc import Sized
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +26,7 @@ from app.files.readings import ReadingLine, parse_reading
 from app.files.same_experiment import REWIRED
 from app.files.sweep_file import read_sweep_file
 from app.files.tail import Tail
+from app.watch.course import Course, course
 
 KEPT = 24
 """FRFs shown at once."""
@@ -186,6 +188,25 @@ class Watched:
         done = {event.get("step") for kind in ("finished", "missing") for event in self.events_of(kind)}
         left = self.readings[-1].seconds_left if self.readings else float("nan")
         return len(done), self.protocol.count if self.protocol is not None else len(done), left
+
+    @property
+    def course(self) -> tuple[float, Course] | None:
+        """When the campaign was begun or continued last, s since 1970, and its programme from then on."""
+        places = [n for n, event in enumerate(self.events) if event["event"] in ("begun", "resumed")]
+        if self.protocol is None or not places:
+            return None
+        since, before = seconds(self.events[places[-1]]["date"]), self.events[: places[-1]]
+        first = next((one for one in self.readings if seconds(one.date) >= since), None)
+        if first is None:
+            return None
+        done = {int(e["step"]) for e in before if e["event"] in ("finished", "missing") and "step" in e}
+        ramps = [event for event in before if event["event"] == "oven"]
+        begun = {int(event["leg"]) for event in ramps if event.get("purpose") == "leg"}
+        ramping = int(ramps[-1]["leg"]) if ramps and ramps[-1].get("purpose") == "leg" else None
+        here = (
+            first.air_c if math.isnan(first.plate_c) or self.protocol.programme.watch == "air" else first.plate_c
+        )
+        return seconds(first.date), course(self.protocol, here, done, begun, ramping)
 
     def _take_event(self, line: str) -> None:
         try:

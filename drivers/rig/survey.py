@@ -15,6 +15,8 @@ from drivers.soundcard.card import NOT_STARTED, backend
 from drivers.soundcard.settings import SoundCard, channel_number
 
 if TYPE_CHECKING:
+    from serial.tools.list_ports_common import ListPortInfo
+
     from drivers.ni.connection import Device
 
 
@@ -135,11 +137,16 @@ def look_at_sound(settings: SoundCard, *, needed: bool, sound: Any = None) -> Fi
     return Finding(what, FindingState.GOOD, seen)
 
 
-def look_at_ports() -> Iterator[Finding]:
-    """Yield every serial port."""
+def serial_ports() -> "list[ListPortInfo]":
+    """Return every serial port of this computer, by name."""
     from serial.tools import list_ports
 
-    ports = sorted(list_ports.comports(), key=lambda port: str(port.device))
+    return sorted(list_ports.comports(), key=lambda port: str(port.device))
+
+
+def look_at_ports() -> Iterator[Finding]:
+    """Yield every serial port."""
+    ports = serial_ports()
     if not ports:
         step = (
             "connect the oven's cable or its USB adapter, and install the adapter's driver, if an oven is needed"

@@ -157,9 +157,26 @@ def test_laws_that_do_not_reach_over_the_sweeps_are_refused(
     assert "simulation.laws.temperature = -10 to 54 °C" in capsys.readouterr().err
 
 
+def test_a_mistyped_port_is_no_alarm_where_nothing_was_ever_begun(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = experiment(tmp_path, (r"^port = .*", 'port = "/dev/ttyNONE7"'))
+    with pytest.raises(SystemExit) as left:
+        main(["acquire", str(file), "--rig", "real"])
+    assert left.value.code == 2
+    said = capsys.readouterr().err
+    assert "oven.port = '/dev/ttyNONE7': this computer has no such port; there are: " in said
+    assert "Nothing was asked of oven or cards" in said
+    assert "NOT AT REST" not in said
+    assert not (tmp_path / "mine-campaign").exists()
+
+
 def test_the_real_rig_is_refused_where_there_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its port exists, and nothing answers there: whether the oven is at rest is not known."""
     monkeypatch.setattr(rest, "ATTEMPTS", 1)
-    result = run("acquire", experiment(tmp_path), "--rig", "ni", "--json")
+    silent = tmp_path / "port"
+    silent.touch()
+    result = run("acquire", experiment(tmp_path, (r"^port = .*", f'port = "{silent}"')), "--rig", "ni", "--json")
     assert result.exit_code == 3
     told = json.loads(result.stdout)
     assert "the rig cannot be opened" in told["why"]
@@ -349,7 +366,7 @@ def test_a_test_shot_tells_what_can_be_said_before_a_campaign(
     assert result.exit_code == 0, result.output
     told = {row["what"]: row for row in json.loads(result.stdout)["findings"]}
     assert told["campaign"]["seen"].startswith("4 sweeps, about ")
-    assert "GB wanted" in told["disk"]["seen"]
+    assert " MB needed for the " in told["disk"]["seen"]
     assert "of the range, coherence 1.000" in told["input of drive"]["seen"]
     assert [name for name in told if name.startswith("input of ")][1:]
     assert "ready for" in result.stderr

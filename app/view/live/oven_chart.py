@@ -6,7 +6,7 @@ import pyqtgraph
 from app.files.events import seconds
 from app.view.chart import Chart
 from app.view.theme import Theme
-from app.watch.course import programme_line, set_point_line
+from app.watch.course import set_point_line
 from app.watch.watched import Watched
 
 MARKS = {"finished": "o", "rejected": "x", "missing": "t"}
@@ -58,11 +58,10 @@ class OvenChart(Chart):
             commands, [60.0 * minutes(c["date"]) for c in commands], 60.0 * time, air, 60.0 * float(time[-1])
         )
         self._set_point.setData(line[0] / 60.0, line[1], connect="finite")
-        if watched.protocol is not None:
-            planned = programme_line(watched.protocol, float(air[0]))
-            self._programme.setData((planned[0] + 60.0 * time[0]) / 60.0, planned[1])
-            asked = _crossings(watched, *planned)
-            self._asked.setData((asked[0] + 60.0 * time[0]) / 60.0, asked[1])
+        if (planned := watched.course) is not None:
+            since, course = planned
+            self._programme.setData((since - origin + course.time) / 60.0, course.temperature)
+            self._asked.setData((since - origin + course.asked_at) / 60.0, course.asked)
         for kind, item in self._marks.items():
             happened = watched.events_of(kind)
             at = [minutes(event["date"]) for event in happened]
@@ -78,17 +77,3 @@ def _temperature(watched: Watched, event: dict[str, object]) -> float:
                 if point.step == event.get("step"):
                     return point.temperature
     return float("nan")
-
-
-def _crossings(watched: Watched, time: np.ndarray, temperature: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where the programme meets each set-point."""
-    if watched.protocol is None:
-        return np.empty(0), np.empty(0)
-    at, value = [], []
-    for number, leg in enumerate(watched.protocol.legs):
-        begun, ended = 3 * number + 2, 3 * number + 3
-        for point in leg.set_points:
-            share = (point.temperature - temperature[begun]) / (temperature[ended] - temperature[begun])
-            at.append(time[begun] + share * (time[ended] - time[begun]))
-            value.append(point.temperature)
-    return np.array(at), np.array(value)

@@ -5,7 +5,7 @@ from analysis.protocol.limits import Limits
 from analysis.protocol.programme import Programme, Settling
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.sweep import SweepSettings
-from app.watch.course import programme_line, set_point_line
+from app.watch.course import course, set_point_line
 
 PROTOCOL = AcquisitionProtocol(
     SweepSettings(
@@ -28,11 +28,30 @@ PROTOCOL = AcquisitionProtocol(
 
 @pytest.mark.parametrize("start", [5.0, 25.0])
 def test_the_programme_lasts_as_long_as_its_estimate(start: float) -> None:
-    time, temperature = programme_line(PROTOCOL, start)
-    assert time[-1] == pytest.approx(PROTOCOL.seconds(start))
-    assert temperature[0] == start
-    assert (temperature.min(), temperature.max()) == (min(start, 18.0), 42.0)
-    assert (np.diff(time) >= 0.0).all()
+    found = course(PROTOCOL, start)
+    assert found.time[-1] == pytest.approx(PROTOCOL.seconds(start))
+    assert found.temperature[0] == start
+    assert (found.temperature.min(), found.temperature.max()) == (min(start, 18.0), 42.0)
+    assert (np.diff(found.time) >= 0.0).all()
+    assert found.asked.tolist() == [20.0, 30.0, 40.0, 40.0, 30.0, 20.0]
+    assert np.interp(found.asked_at, found.time, found.temperature) == pytest.approx(found.asked)
+
+
+def test_a_campaign_that_is_continued_has_the_rest_of_its_programme_before_it() -> None:
+    """Two of the three sweeps up are there: from the room to one lead before the third, soak, then on."""
+    found = course(PROTOCOL, 22.0, done={0, 1}, begun={0})
+    corners = [22.0, 38.0, 38.0, 42.0, 42.0, 42.0, 18.0, 18.0]
+    assert found.temperature.tolist() == corners
+    minutes = np.cumsum([0.0, 16.0 / 2.0, 10.0, 4.0, 0.0, 10.0, 24.0, 0.0])
+    assert found.time / 60.0 == pytest.approx(minutes)
+    assert found.asked.tolist() == [40.0, 40.0, 30.0, 20.0]
+    assert found.asked_at[0] / 60.0 == pytest.approx(8.0 + 10.0 + 2.0)
+
+
+def test_an_oven_that_is_still_on_its_ramp_goes_on() -> None:
+    found = course(PROTOCOL, 33.0, done={0, 1}, begun={0}, ramping=0)
+    assert found.temperature[:2].tolist() == [33.0, 42.0]
+    assert found.time[1] == pytest.approx(9.0 * 60.0)
 
 
 def test_a_set_point_ramps_from_the_air_holds_and_ends_at_rest() -> None:

@@ -1,0 +1,74 @@
+"""Examples are copied from wherever Flexura is installed, and what lacks them says how to get them."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from app.files import shipped
+
+Flexura = Callable[..., tuple[int, str, str]]
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {
+        str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file() and p.suffix != ".pyc"
+    }
+
+
+def test_they_are_listed_with_what_they_are(run_flexura: Flexura) -> None:
+    status, out, _ = run_flexura("examples", "--json")
+    found = {row["name"]: row["about"] for row in json.loads(out)}
+    assert status == 0
+    assert set(found) == {p.name for p in (ROOT / "examples").iterdir() if not p.name.startswith((".", "_"))}
+    assert all(len(about) > 8 for about in found.values()), found
+    assert "Seven sweeps" in found["simulated-rig.toml"]
+
+
+def test_a_file_and_a_folder_are_copied_and_nothing_is_overwritten(
+    run_flexura: Flexura, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run_flexura("examples", "quick-rig.toml")[0] == 0
+    assert run_flexura("examples", "examples/pp-plate/", "-q") == (0, "", "")
+    assert (tmp_path / "quick-rig.toml").read_bytes() == (ROOT / "examples" / "quick-rig.toml").read_bytes()
+    assert files(tmp_path / "pp-plate") == files(ROOT / "examples" / "pp-plate")
+    status, _, err = run_flexura("examples", "pp-plate")
+    assert status == 2
+    assert "pp-plate: is there already; name another folder with --out" in err
+    assert run_flexura("examples", "pp-plate", "--out", "other")[0] == 0
+    assert files(tmp_path / "other" / "pp-plate") == files(ROOT / "examples" / "pp-plate")
+
+
+def test_with_all_the_commands_of_help_can_be_typed(
+    run_flexura: Flexura, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, _, err = run_flexura("identify", "examples/pp-plate")
+    assert status == 2
+    assert "it comes with Flexura: flexura examples --all" in err
+    assert run_flexura("examples", "--all", "-q")[0] == 0
+    assert files(tmp_path / "examples") == files(ROOT / "examples")
+
+
+@pytest.mark.parametrize("name", ["none", "../setup.cfg", "/etc/passwd", "", "pp-plate/sweeps", "..", "."])
+def test_no_other_name_copies_anything(
+    run_flexura: Flexura, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, out, err = run_flexura("examples", name)
+    assert (status, out) == (2, "")
+    assert "pp-plate" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_installation_without_them_says_so(
+    run_flexura: Flexura, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shipped, "CLONE", tmp_path / "none")
+    monkeypatch.setattr(shipped, "INSTALLED", tmp_path / "none")
+    status, _, err = run_flexura("examples", "pp-plate")
+    assert status == 2
+    assert "none here" in err
