@@ -1,6 +1,7 @@
 """``flexura export``: filters in the formats of other programs."""
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,9 @@ if TYPE_CHECKING:
     from app.files.exports.cost import Cost
     from app.files.exports.shipment import Shipment
 
-FORMS = ("c", "onnx", "npz", "wav", "csv")
+FORMS = ("c", "onnx", "npz", "wav", "csv", "tdms", "mat")
+OF_SWEEPS = ("tdms", "mat", "csv")
+"""Forms of a campaign's raw sweeps."""
 
 
 class _PrefixName(click.ParamType[str]):
@@ -41,11 +44,12 @@ Examples:
   flexura export plate-run --to c --number int16 --out firmware
   flexura export rear-run --to c --prefix rear_door --out firmware
   flexura export plate-run --to wav --temperature 20 --temperature 45
+  flexura export my-campaign --to tdms --out for-labview
 """
 
 
-@click.command(name="export", epilog=EXAMPLES, short_help="Write filters for a target: C, ONNX, NPZ, WAV, CSV.")
-@click.argument("run", type=RUN_WITH_FILTERS, required=False)
+@click.command(name="export", epilog=EXAMPLES, short_help="Write filters, or raw sweeps, for other programs.")
+@click.argument("run", metavar="[RUN|CAMPAIGN]", type=RUN_WITH_FILTERS, required=False)
 @click.option("--to", "form", type=click.Choice(FORMS), required=True, help="What is written.")
 @following_method
 @click.option(
@@ -67,7 +71,7 @@ Examples:
     multiple=True,
     help="°C, for npz, wav and csv; repeat for more (default: every 5 °C).",
 )
-@out_folder("Folder for the files (default: RUN).")
+@out_folder("Folder for the files (default: RUN; of sweeps NAME-FORM beside CAMPAIGN).")
 @output_options("files, bytes and operations")
 @bad_input
 def command(
@@ -86,7 +90,17 @@ def command(
     folder unless given. c: a C99 header and one file that allocate nothing, with the update for a new temperature
     and the convolution. onnx: temperature in, taps out. npz and csv: taps at some temperatures, npz with all that
     gives them at any other. wav: impulse responses, a file per temperature. Every file says what it was made from.
+
+    Of a CAMPAIGN, recorded, imported or acquired, the raw sweeps are written, a file each: tdms, as flexura import
+    reads them; mat; csv. Of one that is running or was interrupted, those that are finished.
     """
+    if run is not None and _is_campaign(run):
+        given = {"--method": method, "--prefix": prefix, "--temperature": temperatures}
+        given["--number"] = None if number == "float32" else number
+        _sweeps(run, form, given, out, output)
+        return
+    if form not in FORMS[:5]:
+        raise click.UsageError(f"--to {form} is for the sweeps of a campaign; {run or Path()} holds filters")
     if number == "int16" and form != "c":
         raise click.UsageError(f"--number int16 is for --to c; {form} holds floats")
     if prefix is not None and form != "c":
@@ -118,6 +132,37 @@ def command(
     for note in sent.notes:
         output.note(note)
     output.summary(summary(sent, written, cost))
+
+
+def _is_campaign(folder: Path) -> bool:
+    from app.files.campaign_kind import is_campaign_folder, is_recorded_campaign
+
+    return is_campaign_folder(folder) or is_recorded_campaign(folder)
+
+
+def _sweeps(campaign: Path, form: str, given: Mapping[str, object], out: Path | None, output: Output) -> None:
+    """Write the raw sweeps of a campaign."""
+    if form not in OF_SWEEPS:
+        raise click.UsageError(f"--to {form} is for filters; sweeps of a campaign: {', '.join(OF_SWEEPS)}")
+    wrong = next((name for name, value in given.items() if value), None)
+    if wrong is not None:
+        raise click.UsageError(f"{wrong} is for filters; {campaign} holds sweeps")
+    from analysis.campaign import Campaign
+    from app.files.campaign import load_campaign
+    from app.files.run_folder import writable_folder
+    from app.files.sweeps_out import write_sweeps
+    from app.terminal.campaign_extent import led
+
+    loaded = load_campaign(campaign)
+    if not isinstance(loaded, Campaign):
+        raise click.UsageError(f"{campaign} holds FRFs and no sweeps; flexura identify --export writes FRFs")
+    folder = out or campaign.resolve().with_name(f"{campaign.resolve().name}-{form}")
+    writable_folder(folder, "--out")
+    with output.progress() as report:
+        written = write_sweeps(loaded, folder, form, report)
+    total = sum(path.stat().st_size for path in written)
+    output.result(lambda: {"files": [str(path) for path in written], "bytes": total, "sweeps": len(loaded.sweeps)})
+    output.summary(f"{led(loaded.extent)}{len(loaded.sweeps)} sweeps in {folder}, {total / 1e6:.1f} MB")
 
 
 def _temperatures(sent: "Shipment", given: tuple[float, ...]) -> "NDArray[np.float64]":

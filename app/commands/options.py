@@ -15,7 +15,7 @@ PATH = click.Path(path_type=Path)
 
 
 def _shipped(path: Path) -> str:
-    """Say how to get an example of Flexura that is not in the current folder; empty for anything else."""
+    """Say how an example is got that comes with Flexura and is not in the current folder; else empty."""
     from app.files.shipped import shipped
 
     if path.parts[:1] != ("examples",) or ".." in path.parts or not shipped(str(Path(*path.parts[1:]))).exists():
@@ -115,12 +115,6 @@ following_method = click.option(
 FOCUSING_METHODS = ("stif", "time-reversal", "modal-control", "none")
 FILTER_OPTIONS = (
     click.option(
-        "--aim",
-        type=click.Choice(("field", "volume", "listeners")),
-        help="What filters are chosen by: field, net volume or sound at listeners (default: the panel's).",
-    ),
-    click.option("--zone", help="Zone of listeners that is played to; the others are to be quiet (default: all)."),
-    click.option(
         "--design",
         type=click.Choice(("field", "inverse-fft")),
         help="Least squares of the field, or a cut inverse FFT as in the paper (default: the panel's).",
@@ -152,7 +146,7 @@ def filter_options(verb: Verb) -> Verb:
 
     @functools.wraps(verb)
     def designing(*args: Any, **options: Any) -> object:
-        names = ("aim", "zone", "design", "taps", "delay", "outside_weight", "thermometer_error", "level")
+        names = ("design", "taps", "delay", "outside_weight", "thermometer_error", "level")
         given = {name: options.pop(name) for name in names}
         return verb(*args, filters=given, **options)
 

@@ -59,6 +59,7 @@ Campaigns:
 ``uff_units``             what its data set 164 and its axes say of units
 ``uff_nodes``             coordinates in them
 ``uff_campaign``          FRFs of a campaign as universal files name them
+``sweeps_out``            raw sweeps for other programs
 ``campaign_export``       FRFs of a campaign for other programs
 ``plate_toml``            a declared plate with FRFs or modes of other programs
 ========================  ===============================================================================

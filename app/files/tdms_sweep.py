@@ -126,6 +126,13 @@ def _property_problems(name: str, properties: dict[str, Any], recorder: Recorder
             yield Problem(name, key, "nothing", allowed, remedy)
         elif not good(properties[key]):
             yield Problem(name, key, repr(properties[key]), allowed)
+    there = [key for key in PLATE if key in properties]
+    allowed, good = PROPERTIES["oven_temperature_start"]
+    for key in PLATE if there else ():
+        if key not in properties:
+            yield Problem(name, key, "nothing", f"{allowed}, as {there[0]} is there")
+        elif not good(properties[key]):
+            yield Problem(name, key, repr(properties[key]), allowed)
 
 
 def _is_integer(value: object) -> bool:
@@ -150,6 +157,8 @@ def _is_time(value: object) -> bool:
     return True
 
 
+PLATE = ("plate_temperature_start", "plate_temperature_end")
+"""Properties of the root, both or none: where a sensor was on the plate, its temperature counts."""
 PROPERTIES: dict[str, tuple[str, Callable[[object], bool]]] = {
     "oven_temperature_start": ("-80 to 200 (degrees Celsius)", _is_between(-80.0, 200.0)),
     "oven_temperature_end": ("-80 to 200 (degrees Celsius)", _is_between(-80.0, 200.0)),
@@ -200,4 +209,10 @@ def _sweep(
         drive=volts[DRIVE].astype(np.float32),
         responses=np.stack([volts[output.id].astype(np.float32) for output in experiment.outputs]),
         source=source,
+        plate_temperature_start=_of_plate(properties, PLATE[0]),
+        plate_temperature_end=_of_plate(properties, PLATE[1]),
     )
+
+
+def _of_plate(properties: dict[str, Any], key: str) -> float | None:
+    return float(properties[key]) if key in properties else None
