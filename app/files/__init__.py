@@ -57,6 +57,7 @@ Campaigns:
 ``uff58``                 FRFs in universal files: ``uff_sets``, ``uff58_text``
 ``uff_file``              one opened, its numbers written as pyuff reads them
 ``uff_units``             what its data set 164 and its axes say of units
+``uff_geometry``          what stands first in a universal file: header, units, nodes and lines between them
 ``uff_nodes``             coordinates in them
 ``uff_campaign``          FRFs of a campaign as universal files name them
 ``sweeps_out``            raw sweeps for other programs

@@ -24,7 +24,7 @@ from app.files.bad_file import ResultFileError
 from app.files.campaign_kind import EXPORTS
 from app.files.uff58_text import frf_text
 from app.files.uff_campaign import campaign_frfs, campaign_points
-from app.files.uff_nodes import nodes_text
+from app.files.uff_geometry import geometry_text
 
 MAT_HEAD = b"MATLAB 5.0 MAT-file, FRFs of a campaign, written by Flexura"
 """First bytes of a MAT file, instead of the time of day that scipy writes there."""
@@ -90,7 +90,7 @@ def stated_coherence(frf: Frf, sweep: int) -> Real:
 
 
 def _universal(experiment: Experiment, frf: Frf, wanted: list[int]) -> str:
-    parts = [nodes_text(campaign_points(experiment))]
+    parts = [geometry_text(experiment.title, campaign_points(experiment))]
     for sweep in wanted:
         transfers = campaign_frfs(experiment, frf, sweep)
         parts += [frf_text(one) for one in transfers]

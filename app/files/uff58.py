@@ -16,7 +16,7 @@ from app.files.measurements.columns import unused_name
 from app.files.measurements.formats import FORMATS
 from app.files.uff58_text import FRF_FUNCTION, QUANTITIES, frf_text
 from app.files.uff_file import opened_uff
-from app.files.uff_nodes import nodes_text
+from app.files.uff_geometry import geometry_text
 from app.files.uff_units import FileUnits, file_units, in_hertz, unit_of
 
 COHERENCE_FUNCTIONS = (6, 26)
@@ -139,9 +139,9 @@ def write_frfs(
     path : Path
     frfs : sequence of MeasuredTransfer
     points : mapping of int to (float, float, float), optional
-        m; nodes that are known, which go before the FRFs as a data set 15.
+        m; nodes that are known.
     """
-    write_text(path, nodes_text(points or {}) + "".join(frf_text(frf) for frf in frfs))
+    write_text(path, geometry_text(path.stem, points) + "".join(frf_text(frf) for frf in frfs))
 
 
 def _as_dict(data: Any) -> dict[str, Any]:

@@ -1,16 +1,16 @@
-"""Mode shapes in universal files: nodes (data set 15) and shapes at them (data set 55), for other programs."""
+"""Mode shapes in universal files: geometry, and shapes at its nodes (data set 55), for other programs."""
 
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import pyuff
-from pyuff.datasets.dataset_15 import prepare_15
 from pyuff.datasets.dataset_55 import prepare_55
 
 from analysis.identification.modes import Modes
 from analysis.shapes.participation import ModeShapes
 from app.files.atomic import atomic_path
+from app.files.uff_geometry import geometry_text
 
 STRUCTURAL, COMPLEX_MODES, THREE_TRANSLATIONS, DISPLACEMENT = 1, 3, 2, 8
 
@@ -27,20 +27,13 @@ def write_modes(
     shapes : ModeShapes
         Directions -1 to -3 turn the sign; a place without a direction counts as along z.
     points : mapping of int to (float, float, float)
-        m; nodes of which none is known are left out of data set 15. Without any, and without modes, the file is
-        empty.
+        m; nodes of which none is known are left out of the geometry.
     """
     nodes = sorted({int(place.partition(":")[0]) for place in shapes.places})
     with atomic_path(target) as partial:
-        partial.touch()  # without modes and places there is nothing to write
+        known = {node: points[node] for node in nodes if node in points}
+        partial.write_text(geometry_text(target.stem, known), encoding="ascii")
         file = pyuff.UFF(str(partial))
-        mode = "overwrite"
-        known = [node for node in nodes if node in points]
-        if known:
-            x, y, z = np.array([points[node] for node in known]).T
-            none = [0] * len(known)
-            file.write_sets(prepare_15(known, none, none, none, x.tolist(), y.tolist(), z.tolist()), mode)
-            mode = "add"
         frequency = modes.reading().frequency_hz
         for number, (pole, shape) in enumerate(zip(shapes.pole, shapes.shape, strict=True), start=1):
             motion = np.zeros((3, len(nodes)), dtype=complex)
@@ -67,6 +60,5 @@ def write_modes(
                     r2=motion[1],
                     r3=motion[2],
                 ),
-                mode,
+                "add",
             )
-            mode = "add"

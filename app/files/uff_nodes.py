@@ -1,6 +1,6 @@
-"""Coordinates of nodes in universal files: data set 15 is written, 15 and 2411 are read."""
+"""Coordinates of nodes in universal files, data sets 15 and 2411."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,27 +13,6 @@ NODE_SETS = (15, 2411)
 """Nodes in single and in double precision."""
 
 Position = tuple[float, float, float]
-
-
-def nodes_text(points: Mapping[int, Position]) -> str:
-    """Return a data set 15, delimiters included; empty without nodes.
-
-    Parameters
-    ----------
-    points : mapping of int to (float, float, float)
-        m.
-
-    Returns
-    -------
-    str
-    """
-    if not points:
-        return ""
-    systems = f"{0:10d}" * 3  # global coordinates, no colour
-    nodes = [
-        f"{node:10d}{systems}" + "".join(f"{value:13.5e}" for value in place) for node, place in points.items()
-    ]
-    return "\n".join([f"{-1:6d}", f"{15:6d}{'':74}", *nodes, f"{-1:6d}"]) + "\n"
 
 
 def read_nodes(path: Path) -> dict[int, Position]:

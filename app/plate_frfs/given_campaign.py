@@ -1,6 +1,7 @@
 """``plate.toml`` and the files that it names, to a campaign of FRFs."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from app.plate_frfs.channel_map import output_of, scale_of, source_of
 from app.plate_frfs.circumstances import circumstances
 from app.plate_frfs.common_lines import CommonLines, common_lines
 from app.plate_frfs.own_frfs import ENDINGS, PlacedFrf, own_frfs
+from app.plate_frfs.roving_hammer import PointsByNode, points_by_node
 from app.plate_frfs.source_files import FrfsOfFile, frfs_of_file, stated_coherence
 
 ROOM = 20.0
@@ -74,7 +76,8 @@ def read_plate(path: Path) -> FrfCampaign:
     read = _read_files(file.parent, said)
     try:
         experiment = declared_experiment(file, said, rest, _band(said, rest, read))
-        placed, notes = _placed(read, experiment)
+        nodes = points_by_node(rest)[1]
+        placed, notes = _placed(read, experiment, nodes)
         band = experiment.protocol.band if "protocol" in rest else said.measurement.band
         lines = common_lines([(one.name, one.frequency) for one in placed], band)
         sweeps = _sweeps(placed, experiment, lines)
@@ -153,7 +156,10 @@ def declared_experiment(
     CampaignFileError
         With every key that is wrong.
     """
-    table = dict(rest)
+    try:
+        table = points_by_node(rest)[0]
+    except ValueError as error:
+        raise CampaignFileError(file.parent, [Problem(file.name, "", str(error), "")]) from error
     acquisition = dict(table.get("acquisition", {}))
     loads = any(
         patch.get("role") == "sensor" and patch.get("quantity", "voltage") == "voltage"
@@ -181,19 +187,25 @@ def declared_experiment(
     return checked(file, table, Experiment)
 
 
-def _placed(read: Read, experiment: Experiment) -> tuple[list[PlacedFrf], list[str]]:
+def _placed(read: Read, experiment: Experiment, nodes: PointsByNode) -> tuple[list[PlacedFrf], list[str]]:
     """All FRFs with their ends and circumstances, and notes."""
     placed: list[PlacedFrf] = []
     notes: list[str] = []
+    if nodes.roving:
+        notes.append(
+            f"the hammer moved: {len(nodes.names)} points with one gain; by reciprocity {', '.join(nodes.fixed)} "
+            f"drives and the hammer's points answer"
+        )
     for path, said, found in read:
         if found is None:
             placed += own_frfs(path, experiment)
             continue
         notes += found.notes
         require_convention(found.transfers)
+        said = nodes.said_of(said, found)
         unused: list[str] = []
         for frf in found.transfers:
-            one = _one(path, found, frf, said, experiment, notes)
+            one = _one(path, found, frf, said, experiment, notes, roving=nodes.roving)
             if one is None:
                 unused.append(frf.name)
             else:
@@ -203,7 +215,7 @@ def _placed(read: Read, experiment: Experiment) -> tuple[list[PlacedFrf], list[s
             raise ValueError(f"{found.file}: none of frf.sensors ({keys}) is in it; it holds: {found.names}")
         if unused:
             more = f" and {len(unused) - 3} more" if len(unused) > 3 else ""
-            notes.append(f"{found.file}: {', '.join(unused[:3])}{more} not in frf.sensors, left out")
+            notes.append(f"{found.file}: {', '.join(unused[:3])}{more} not declared, left out")
     return placed, notes
 
 
@@ -214,13 +226,16 @@ def _one(
     said: FrfsOfPlate,
     experiment: Experiment,
     notes: list[str],
+    *,
+    roving: bool,
 ) -> PlacedFrf | None:
-    belongs = output_of(found, frf, said, experiment)
+    ends = replace(frf, response=frf.reference, reference=frf.response) if roving else frf
+    belongs = output_of(found, ends, said, experiment)
     if belongs is None:
         return None
     output, star = belongs
     at = circumstances(found, path, frf.name, star, said)
-    source = source_of(found, frf, said, experiment, at.drive)
+    source = source_of(found, ends, said, experiment, "" if roving else at.drive)
     if not np.abs(frf.h).any():
         raise ValueError(f"{found.file}: FRF {frf.name!r} is zero on every line, a dead channel; leave it out")
     scale, assumed = scale_of(found.file, frf, experiment.outputs[output], experiment.inputs[source])

@@ -1,0 +1,112 @@
+"""What stands first in a universal file: header, units, nodes and lines between them (151, 164, 15, 2411, 82).
+
+Some programs refuse files without header and units; lines make a cloud of nodes a structure on their screens.
+"""
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+Position = tuple[float, float, float]
+
+SI_UNITS = 1
+LONGEST = 1.5
+"""Length of a line, over the median, beyond which it is not drawn: it would cross a hole or close a bay."""
+FLAT = 1e-6
+"""Smallest extent across, over that along, of nodes that do not lie on one line."""
+
+
+def geometry_text(title: str, points: Mapping[int, Position] | None = None) -> str:
+    """Return the data sets that go before functions or modes, delimiters included.
+
+    Parameters
+    ----------
+    title : str
+        Of the model.
+    points : mapping of int to (float, float, float), optional
+        Nodes, m.
+
+    Returns
+    -------
+    str
+        Nodes in single precision (15), which every program reads, and again with all digits (2411).
+    """
+    parts = [_header(title), _units()]
+    if points:
+        parts += [_nodes(points), _nodes_double(points)]
+        parts += [_trace(number, line) for number, line in enumerate(lines_between(points), start=1)]
+    return "".join(parts)
+
+
+def lines_between(points: Mapping[int, Position]) -> list[list[int]]:
+    """Return nodes to be joined, in this order: those of one line along it, others by the edges of triangles.
+
+    Parameters
+    ----------
+    points : mapping of int to (float, float, float)
+
+    Returns
+    -------
+    list of list of int
+        Empty for fewer than two places.
+    """
+    nodes = sorted(points)
+    place = np.array([points[node] for node in nodes])
+    if len(np.unique(place, axis=0)) < 2:
+        return []
+    centred = place - place.mean(axis=0)
+    _, size, axes = np.linalg.svd(centred, full_matrices=False)
+    if len(size) < 2 or size[1] <= FLAT * size[0]:
+        return [[nodes[n] for n in np.argsort(centred @ axes[0], kind="stable")]]
+    from scipy.spatial import Delaunay  # slow import
+
+    flat = centred @ axes[:2].T
+    triangles = Delaunay(flat).simplices
+    edges = {tuple(sorted((int(t[a]), int(t[b])))) for t in triangles for a, b in ((0, 1), (1, 2), (2, 0))}
+    length = {edge: float(np.linalg.norm(flat[edge[0]] - flat[edge[1]])) for edge in edges}
+    longest = LONGEST * float(np.median(list(length.values())))
+    return [[nodes[a], nodes[b]] for a, b in sorted(edges) if length[(a, b)] <= longest]
+
+
+def _header(title: str) -> str:
+    """Return a data set 151 without dates: equal input gives equal files."""
+    none = f"{'NONE':10}{'NONE':10}"
+    lines = [
+        f"{title[:80] or 'NONE':80}",
+        f"{'NONE':80}",
+        f"{'Flexura':80}",
+        f"{none}{0:10d}{0:10d}{0:10d}",
+        none,
+        f"{'Flexura':80}",
+        none,
+    ]
+    return _set(151, lines)
+
+
+def _units() -> str:
+    factors = "".join(f"{value:25.16e}" for value in (1.0, 1.0, 1.0)), f"{273.15:25.16e}"
+    return _set(164, [f"{SI_UNITS:10d}{'SI: m, N, K':20}{2:10d}", *(one.replace("e", "D") for one in factors)])
+
+
+def _nodes(points: Mapping[int, Position]) -> str:
+    systems = f"{0:10d}" * 3  # global coordinates, no colour
+    return _set(15, [f"{n:10d}{systems}" + "".join(f"{c:13.5e}" for c in place) for n, place in points.items()])
+
+
+def _nodes_double(points: Mapping[int, Position]) -> str:
+    lines = []
+    for node, place in points.items():
+        lines += [f"{node:10d}{1:10d}{1:10d}{11:10d}", "".join(f"{c:25.16e}" for c in place).replace("e", "D")]
+    return _set(2411, lines)
+
+
+def _trace(number: int, nodes: Sequence[int]) -> str:
+    written = [f"{node:10d}" for node in nodes]
+    starts = [*range(0, len(written), 8), len(written)]
+    rows = ["".join(written[a:b]) for a, b in pairwise(starts)]
+    return _set(82, [f"{number:10d}{len(nodes):10d}{0:10d}", f"{'NONE':80}", *rows])
+
+
+def _set(kind: int, lines: Sequence[str]) -> str:
+    return "\n".join([f"{-1:6d}", f"{kind:6d}{'':74}", *lines, f"{-1:6d}"]) + "\n"

@@ -1,0 +1,56 @@
+"""What stands first in a universal file, read back by pyuff."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyuff
+
+from app.files.uff_geometry import geometry_text, lines_between
+from app.files.uff_nodes import read_nodes
+
+GRID = {1 + i + 4 * j: (0.1 * i, 0.07 * j, 0.012345678901) for i in range(4) for j in range(3)}
+
+
+def sets(path: Path, text: str) -> list[dict]:
+    path.write_text(text, encoding="ascii")
+    read = pyuff.UFF(str(path)).read_sets()
+    return read if isinstance(read, list) else [read]
+
+
+def test_header_and_units_stand_first_without_nodes(tmp_path: Path) -> None:
+    header, units = sets(tmp_path / "a.uff", geometry_text("a plate"))
+    assert (header["type"], header["model_name"].strip()) == (151, "a plate")
+    assert (units["type"], units["units_code"], units["length"], units["force"]) == (164, 1, 1.0, 1.0)
+
+
+def test_every_set_is_read_and_nodes_keep_their_digits(tmp_path: Path) -> None:
+    path = tmp_path / "a.uff"
+    read = sets(path, geometry_text("a plate", GRID))
+    assert [one["type"] for one in read][:4] == [151, 164, 15, 2411]
+    assert {one["type"] for one in read[4:]} == {82}
+    found = read_nodes(path)
+    assert list(found) == list(GRID)
+    np.testing.assert_array_equal(np.array(list(found.values())), np.array(list(GRID.values())))
+
+
+def test_lines_join_neighbours_of_a_grid() -> None:
+    """17 sides of its cells and a diagonal of each; none over a cell."""
+    lines = lines_between(GRID)
+    assert len(lines) == 17 + 6
+    longest = max(np.linalg.norm(np.subtract(GRID[a], GRID[b])) for a, b in lines)
+    assert longest == pytest.approx(np.hypot(0.1, 0.07))
+
+
+def test_nodes_of_one_line_are_joined_along_it(tmp_path: Path) -> None:
+    beam = {node: (0.1 * x, 0.2 * x, 0.0) for node, x in ((1, 3), (2, 0), (7, 2), (9, 1))}
+    (line,) = lines_between(beam)
+    assert line in ([2, 9, 7, 1], [1, 7, 9, 2])
+    read = sets(tmp_path / "a.uff", geometry_text("beam", {n: (0.01 * n, 0.0, 0.0) for n in range(1, 20)}))
+    assert [int(n) for n in read[-1]["nodes"]] in ([*range(1, 20)], [*range(19, 0, -1)])
+
+
+@pytest.mark.parametrize("points", [{}, {3: (0.0, 0.0, 0.0)}, {1: (0.1, 0.0, 0.0), 2: (0.1, 0.0, 0.0)}])
+def test_fewer_than_two_places_have_no_line(points: dict, tmp_path: Path) -> None:
+    assert lines_between(points) == []
+    assert {one["type"] for one in sets(tmp_path / "a.uff", geometry_text("x", points))} >= {151, 164}
