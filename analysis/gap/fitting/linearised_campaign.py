@@ -100,7 +100,20 @@ class LinearisedCampaign:
     def frf(
         self, laws: LocalLaws, frequency: Real, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
     ) -> Complex:
-        """Transfer of one sweep, of the twin."""
+        """Transfer of one sweep by the twin, see `TwinModel.frf`.
+
+        Parameters
+        ----------
+        laws : LocalLaws
+        frequency : (F,) ndarray
+            Hz.
+        effects : mapping
+        point : SweepPoint, optional
+
+        Returns
+        -------
+        (K, F) complex ndarray
+        """
         return self.model.frf(laws, frequency, effects, point)
 
     def linearise(
@@ -111,7 +124,21 @@ class LinearisedCampaign:
         point: SweepPoint | None = None,
         tangents: Sequence[Tangent] = (),
     ) -> Linearisation:
-        """Transfer of one sweep and its derivatives, of the twin."""
+        """Transfer of one sweep and its derivatives by the twin, see `TwinModel.linearise`.
+
+        Parameters
+        ----------
+        laws : LocalLaws
+        frequency : (F,) ndarray
+            Hz.
+        effects : mapping
+        point : SweepPoint, optional
+        tangents : sequence of Tangent
+
+        Returns
+        -------
+        Linearisation
+        """
         return self.model.linearise(laws, frequency, effects, point, tangents)
 
     def placed(self, places: Mapping[str, Values]) -> "LinearisedCampaign":

@@ -85,7 +85,18 @@ class Linearised(Protocol):
     """A model of whole sweeps that needs no twin to be linearised."""
 
     def equations(self, sweeps: GapSweeps, state: GapState, tangents: Sequence[Tangent]) -> list[SweepEquations]:
-        """Do what `linearise_all` does."""
+        """Do what `linearise_all` does.
+
+        Parameters
+        ----------
+        sweeps : GapSweeps
+        state : GapState
+        tangents : sequence of Tangent
+
+        Returns
+        -------
+        list of SweepEquations
+        """
         ...
 
 

@@ -97,7 +97,7 @@ def beside_discrepancy(context: SearchContext, baseline: GapFit) -> BesideDiscre
 def _decided(
     context: SearchContext, found: ImperfectResult, before: GapFit, after: GapFit, tried: Sequence[HeldOut]
 ) -> tuple[bool, str]:
-    share = explained_beside(context, before, after)
+    share = _explained(context, before, after)
     failed = next((one for one in tried if one.gain is None or one.gain <= 0.0), None)
     if failed is not None:
         return False, f"what was found does not hold on {failed.what}, which was left out"
@@ -106,7 +106,7 @@ def _decided(
     return True, f"{100 * share:.0f} % of the gap is explained"
 
 
-def explained_beside(context: SearchContext, before: GapFit, after: GapFit) -> float:
+def _explained(context: SearchContext, before: GapFit, after: GapFit) -> float:
     """Share of the excess over the noise that effects explain."""
     excess = context.excess(before)
     return 1.0 - max(context.excess(after), 0.0) / excess if excess > 0.0 else 0.0
