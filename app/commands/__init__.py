@@ -27,7 +27,7 @@
 ``report``            one HTML page
 ``view``              windows
 ``watch``             a web page of running campaigns, messages
-``telling``           options that say how people are told
+``telling``           which campaigns are watched, and how people are told
 ``status``            how campaigns stand, in a line
 ``doctor``            this computer
 ``check_instrument``  an instrument's driver

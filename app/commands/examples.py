@@ -30,7 +30,6 @@ def command(name: str | None, everything: bool, out: Path | None, output: Output
     Commands of the guide and of --help name examples as examples/NAME: with --all they can be typed as they stand.
     Nothing that is there is overwritten.
     """
-    from app.files.run_folder import writable_folder
     from app.files.shipped import described, shipped, shipped_names
 
     if name is not None and everything:
@@ -51,6 +50,8 @@ def command(name: str | None, everything: bool, out: Path | None, output: Output
         source, target = shipped(found), folder / found
     if target.exists():
         raise click.ClickException(f"{target}: is there already; name another folder with --out, or remove it")
+    from app.files.run_folder import writable_folder
+
     writable_folder(folder, "--out")
     if source.is_dir():
         shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))

@@ -22,6 +22,8 @@ Examples:
   flexura new test frfs.mat --frf-units mm/s N --points points.csv
   flexura new plate frfs/*.uff --plate 0.4 0.3 0.003 0.33 --out my-plate
   flexura new campaign --plate 0.4 0.3 0.003 0.33 --out my-plate
+  flexura new experiment --plate 0.3 0.2 0.003 0.16 --oven watlow-f4t --port /dev/ttyUSB0
+  flexura new panel --plate 0.3 0.2 0.003 0.16 --out door.toml
   flexura new campaign my-plate/sweeps/*.tdms --drive Voltage_0 --unused Room --out my-plate
 """
 
@@ -33,7 +35,7 @@ def _named(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> di
 
 
 @click.command(name="new", epilog=EXAMPLES, short_help="Write a declaration to start from.")
-@click.argument("what", type=click.Choice(["test", "campaign", "plate"]))
+@click.argument("what", type=click.Choice(["test", "campaign", "plate", "experiment", "panel"]))
 @click.argument("files", nargs=-1, type=Existing("allowed: files of signals or FRFs"))
 @click.option(
     "--kind",
@@ -63,7 +65,11 @@ def _named(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> di
     nargs=4,
     type=click.FloatRange(min=0.0, min_open=True),
     metavar="LX LY THICKNESS MASS",
-    help="Of a campaign or a plate: m and kg.",
+    help="Of all but a test: m and kg.",
+)
+@click.option("--oven", metavar="KIND", help="Of an experiment: its controller, such as watlow-f4t.")
+@click.option(
+    "--port", help="Of an experiment: where its oven is reached, COM3, /dev/ttyUSB0, socket://HOST:PORT."
 )
 @out_folder("Folder of the declaration, or its name ending in .toml (default: beside FILES, or here).")
 @output_options("what was declared")
@@ -82,45 +88,41 @@ def command(
     frf_units: tuple[str, str] | None,
     title: str,
     plate: tuple[float, float, float, float] | None,
+    oven: str | None,
+    port: str | None,
     out: Path | None,
     output: Output,
 ) -> None:
-    """Write the declaration of a test (test.toml), of a campaign (campaign.toml) or of a plate (plate.toml).
+    """Write a declaration to start from: test.toml, campaign.toml, plate.toml, experiment.toml or panel.toml.
 
     FILES hold the signals or FRFs of a test; of a campaign they are TDMS files in a recorder's own layout, one per
     sweep, or none for Flexura's layout. Channels are taken from the first file, and their roles are guessed if not
     given. Test channels in volts need a sensitivity; at a terminal you are asked for it. The declaration is yours
     to correct; flexura identify, or flexura import, reads it. Of a plate FILES hold FRFs of other programs, in
     any format of a test, or are a test.toml or frf.h5; what they do not say is left as lines to complete. Verbs
-    that take a campaign take its folder.
+    that take a campaign take its folder. An experiment gets the terminals and the port of the devices that are
+    connected to this computer; at a terminal you are asked for plate and oven.
     """
+    if what != "experiment":
+        _refuse("belongs to an experiment", {"--oven": oven, "--port": port})
+    of_tests: dict[str, object] = {"--kind": kind, "--rate": rate, "--roving": roving, "--same-point": same_point}
+    channels: dict[str, object] = {"--drive": drive, "--response": response, "--unused": unused}
+    of_frfs: dict[str, object] = {"--points": points, "--frf-units": frf_units}
+    if what in ("experiment", "panel"):
+        _refuse(f"does not belong to a new {what}", of_tests | channels | of_frfs | {"FILES": files})
+        _from_nothing(what, plate, title, oven, port, out or Path(), output)
+        return
     if what == "plate":
-        of_others: dict[str, object] = {
-            "--kind": kind,
-            "--rate": rate,
-            "--roving": roving,
-            "--same-point": same_point,
-        }
-        of_others |= {"--drive": drive, "--response": response, "--unused": unused}
-        _refuse("belongs to a test; of a plate channels are declared in plate.toml", of_others)
+        _refuse("belongs to a test; of a plate channels are declared in plate.toml", of_tests | channels)
         from app.commands.new_plate import write_plate
 
         beside = files[0].parent if files else Path()
         write_plate(files, plate, frf_units, points, title, out or beside, output)
         return
     if what == "campaign":
-        of_tests = {
-            "--kind": kind,
-            "--rate": rate,
-            "--roving": roving,
-            "--same-point": same_point,
-            "--points": points,
-            "--frf-units": frf_units,
-        }
-        _refuse("belongs to a test; in a campaign it is declared in campaign.toml", of_tests)
+        _refuse("belongs to a test; in a campaign it is declared in campaign.toml", of_tests | of_frfs)
         if not files:
-            named = {"--drive": drive, "--response": response, "--unused": unused}
-            _refuse("names a channel of the recorder's TDMS files: name these, too", named)
+            _refuse("names a channel of the recorder's TDMS files: name these, too", channels)
         _campaign(files, (drive, response, unused), title, plate, out or Path(), output)
         return
     _refuse("belongs to a campaign; a test has --points POINTS.csv for its nodes", {"--plate": plate})
@@ -134,6 +136,42 @@ def command(
         raise click.BadParameter(f"{target} is there already; name another or remove it", param_hint="--out")
     said = NewTest(kind, drive, response, unused, title, rate, roving, points, frf_units, same_point)
     _test(files, said, target, output)
+
+
+def _from_nothing(
+    what: str,
+    plate: tuple[float, float, float, float] | None,
+    title: str,
+    oven: str | None,
+    port: str | None,
+    out: Path,
+    output: Output,
+) -> None:
+    """Write an experiment or a panel; at a terminal, ask for what was not said."""
+    from app.rig.new_declarations import NewExperiment, new_experiment, new_panel
+
+    target = out if out.suffix == ".toml" else out / f"{what}.toml"
+    if sys.stdin.isatty() and not output.quiet:
+        if plate is None:
+            names = ("length along x, m", "length along y, m", "thickness, m", "mass, kg")
+            usual = (0.24, 0.19, 0.003, 0.12996)
+            asked = click.FloatRange(min=0.0, min_open=True)
+            lx, ly, thickness, mass = (
+                click.prompt(f"plate: {name}", default=value, type=asked, err=True)
+                for name, value in zip(names, usual, strict=True)
+            )
+            plate = (lx, ly, thickness, mass)
+        if what == "experiment" and oven is None:
+            oven = click.prompt("oven: kind of controller", default="eurotherm-2400", err=True)
+    if what == "experiment":
+        missing = new_experiment(target, NewExperiment(plate, title, oven, port))
+    else:
+        missing = new_panel(target, plate, title)
+    output.result(lambda: {"declaration": str(target), "missing": missing})
+    for one in missing:
+        output.note(one)
+    then = f"doctor {target}" if what == "experiment" else f"focus RUN --panel {target}"
+    output.summary(f"{target}: complete it, then: flexura {then}")
 
 
 def _campaign(

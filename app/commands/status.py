@@ -8,6 +8,7 @@ import click
 from app.commands.bad_input import bad_input
 from app.commands.options import PATH
 from app.commands.output import Output, output_options
+from app.commands.telling import require_campaigns
 
 EXAMPLES = """\b
 Examples:
@@ -30,6 +31,7 @@ def command(campaigns: tuple[Path, ...], output: Output) -> None:
     nothing was written for longer than a sweep and a margin; 5: under way, or not begun. Of several campaigns the
     first of 3, 4, 1, 5, 0 that occurs.
     """
+    require_campaigns(campaigns)
     from app.watch.watcher import WatchedFolder, names, require_acquired
 
     for one in campaigns:

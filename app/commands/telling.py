@@ -1,6 +1,7 @@
-"""Options that say how people are told what becomes of a campaign."""
+"""Campaigns that are watched, and options that say how people are told what becomes of them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TypeVar
 
 import click
@@ -20,6 +21,18 @@ _COMMAND = click.option(
     metavar="COMMAND",
     help="Tell a command: program and arguments, no shell; the message is on its standard input.",
 )
+
+
+def require_campaigns(folders: Sequence[Path], *, wait: bool = False) -> None:
+    """Refuse folders that hold no campaign, before slow imports; with `wait`, they need not be there yet."""
+    from app.files.campaign_kind import PROTOCOL, is_campaign_folder
+
+    for folder in folders:
+        there = folder.exists()
+        if not is_campaign_folder(folder) and (there or not wait):
+            held = "is no campaign of flexura acquire" if there else "does not exist"
+            allowed = f"allowed: a folder with {PROTOCOL}, as flexura acquire makes it"
+            raise click.ClickException(f"{folder}: {held}; {allowed}")
 
 
 def telling_options(verb: Verb) -> Verb:

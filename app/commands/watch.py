@@ -8,7 +8,7 @@ import click
 from app.commands.bad_input import bad_input
 from app.commands.options import PATH
 from app.commands.output import Output, output_options
-from app.commands.telling import telling_options
+from app.commands.telling import require_campaigns, telling_options
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -62,6 +62,7 @@ def command(
     sweep was given up, a limit is approached, or nothing was written for longer than a sweep and a margin. It ends
     with Ctrl-C; campaigns do not notice.
     """
+    require_campaigns(campaigns, wait=wait)
     from app.watch.secrets import SecretError, page_token
     from app.watch.server import is_loopback
     from app.watch.watcher import require_acquired

@@ -5,6 +5,7 @@
 ``simulated_rig``       the simulated ones, around the twin
 ``plate_transfer``      transfer of the simulated plate at a steady temperature, from the twin
 ``simulated_plate``     volts in, volts out, while the temperature drifts
+``new_declarations``    an experiment and a panel to start from
 ``doctor``              this computer: cards, ports, oven, disk, clock
 ``first_shot``          one short sweep before a campaign
 ``watched_campaign``    files through which a window follows and pauses a running campaign

@@ -146,16 +146,7 @@ def names(folders: Sequence[Path]) -> tuple[str, ...]:
 
 
 def require_acquired(folder: Path) -> None:
-    """Refuse what no rig writes.
-
-    Raises
-    ------
-    CampaignFileError, ResultFileError
-        If it is no campaign, or one that was imported.
-    """
-    if not is_campaign_folder(folder):
-        held = "does not exist" if not folder.exists() else "is no campaign of flexura acquire"
-        raise ResultFileError(f"{folder}: {held}; allowed: a folder with {PROTOCOL}, as flexura acquire makes it")
+    """Refuse a campaign that no rig writes: ResultFileError for one that was imported."""
     protocol, _ = read_protocol(folder)
     if "acquired" not in protocol:
         raise ResultFileError(f"{folder}: was imported, no rig writes it; flexura view shows it")

@@ -17,6 +17,7 @@ ABSENT = {
         ("run", "import", "identify", "update", "gap", "focus", "compensate", "report", "view"), "nowhere"
     ),
     **dict.fromkeys(("acquire", "safe", "doctor", "check-instrument", "simulate-daq"), "nowhere.toml"),
+    **dict.fromkeys(("watch", "status", "examples"), "nowhere"),
     "new": "test nowhere.csv",
     "export": "nowhere --to c",
     "radiation": "nowhere",

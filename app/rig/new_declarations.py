@@ -1,0 +1,187 @@
+"""Declarations to start from: an experiment with the instruments of this computer in it, a focusing panel."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from app.files.atomic import write_text
+from app.files.bad_file import ResultFileError
+from app.files.experiment_toml import read_acquired_experiment
+from app.files.panel_file import SECTION_2, read_panel
+from app.files.settings_toml import read_table
+from app.files.shipped import shipped
+from app.files.toml_text import toml_text
+from drivers.ni.errors import DaqError
+from drivers.rig.survey import serial_ports
+
+if TYPE_CHECKING:
+    from drivers.ni.connection import Device
+
+EXPERIMENT_HEAD = """An experiment, after paper-protocol.toml of the examples, whose comments say more.
+Put your own plate, patches, terminals, oven and limits into it (guide, "Connecting real hardware"), then:
+    flexura doctor FILE, flexura acquire FILE --rig simulated, flexura acquire FILE --test-shot"""
+PANEL_HEAD = """A focusing panel, after section2-panel.toml of the examples, whose comments say more.
+Put your own patches and target into it (guide, "Designing and exporting filters"), then:
+    flexura focus RUN --panel FILE"""
+Plate = tuple[float, float, float, float]
+"""Length along x and y, thickness, m, and mass, kg."""
+
+
+@dataclass(frozen=True)
+class NewExperiment:
+    """What is known of an experiment.
+
+    Attributes
+    ----------
+    plate : Plate or None
+        None for that of the example.
+    title : str
+    oven : str or None
+        Kind of its controller.
+    port : str or None
+        Where it is reached.
+    """
+
+    plate: Plate | None = None
+    title: str = ""
+    oven: str | None = None
+    port: str | None = None
+
+
+def new_experiment(
+    target: Path, said: NewExperiment, devices: "Callable[[], Sequence[Device]] | None" = None
+) -> list[str]:
+    """Write an experiment's file; return what is still to be completed by hand.
+
+    Parameters
+    ----------
+    target : Path
+    said : NewExperiment
+    devices : callable, optional
+        Lists the devices of the NI driver; that of this computer unless given.
+
+    Returns
+    -------
+    list of str
+        A sentence each.
+
+    Raises
+    ------
+    ResultFileError
+        If the file is there already.
+    CampaignFileError
+        If what was said makes no experiment.
+    """
+    _require_free(target)
+    table, missing = read_table(shipped("paper-protocol.toml")), []
+    table["rig"] = "real"
+    table["title"] = said.title or target.stem
+    if said.plate is None:
+        missing.append("[plate] is the example's: weigh and measure yours")
+    else:
+        _put_plate(table, said.plate)
+    missing.append("[[patch]]: places and sizes are the example's, scaled to the plate")
+    missing += _put_terminals(table["cards"], devices)
+    missing += _put_oven(table["oven"], said)
+    missing.append("[limits] and [amplifier]: what your patch, glue and amplifier are rated for")
+    _write(target, toml_text(table, EXPERIMENT_HEAD), read_acquired_experiment)
+    return missing
+
+
+def new_panel(target: Path, plate: Plate | None, title: str) -> list[str]:
+    """Write a panel's file, its patches and target where the example has them, in shares of the lengths.
+
+    Parameters
+    ----------
+    target : Path
+    plate : Plate or None
+        None for that of the example.
+    title : str
+
+    Returns
+    -------
+    list of str
+        What is still to be completed by hand, a sentence each.
+
+    Raises
+    ------
+    ResultFileError
+        If the file is there already, or what was said makes no panel.
+    """
+    _require_free(target)
+    table, missing = read_table(SECTION_2), []
+    table["title"] = title or target.stem
+    if plate is None:
+        missing.append("[plate] is the example's: weigh and measure yours")
+    else:
+        _put_plate(table, plate)
+    missing.append(
+        "[[patch]], [target], [filters]: the example's; plate.boundary is " + table["plate"]["boundary"]
+    )
+    _write(target, toml_text(table, PANEL_HEAD), read_panel)
+    return missing
+
+
+def _require_free(target: Path) -> None:
+    if target.exists():
+        raise ResultFileError(f"{target}: is there already; name another with --out, or remove it")
+
+
+def _write(target: Path, text: str, read: Callable[[Path], object]) -> None:
+    """Write a declaration that can be read; one that cannot is not left behind."""
+    write_text(target, text)
+    try:
+        read(target)
+    except BaseException:
+        target.unlink(missing_ok=True)
+        raise
+
+
+def _put_plate(table: dict[str, Any], plate: Plate) -> None:
+    """Put a plate in the place of the example's; patches stay at their shares of its lengths."""
+    before = table["plate"]["length_x"], table["plate"]["length_y"]
+    table["plate"] |= dict(zip(("length_x", "length_y", "thickness", "mass"), plate, strict=True))
+    for patch in table["patch"]:
+        patch["center"] = [
+            round(place * now / was, 6) for place, now, was in zip(patch["center"], plate, before, strict=False)
+        ]
+
+
+def _put_terminals(cards: dict[str, Any], devices: "Callable[[], Sequence[Device]] | None") -> list[str]:
+    """Name terminals that exist, where a driver lists any: an output, two inputs of one module."""
+    try:
+        found = (devices or _devices)()
+    except DaqError as error:
+        return [f"[cards]: terminals are the example's; the NI driver says: {error.said}"]
+    output = next((device for device in found if device.outputs), None)
+    inputs = next((device for device in found if len(device.inputs) > 1), None)
+    if output is None or inputs is None:
+        return ["[cards]: terminals are the example's; no device with an output and two inputs is connected"]
+    cards |= {"output": output.outputs[0], "drive_input": inputs.inputs[0], "responses": [inputs.inputs[1]]}
+    return [f"[cards]: found {output.product} and {inputs.product}; check which terminal is wired to what"]
+
+
+def _devices() -> "Sequence[Device]":
+    from drivers.ni.connection import Connection
+
+    with Connection() as connection:
+        return connection.devices()
+
+
+def _put_oven(oven: dict[str, Any], said: NewExperiment) -> list[str]:
+    ports, missing = [str(port.device) for port in serial_ports()], []
+    if said.oven is not None and said.oven != oven["kind"]:
+        for key in ("address", "baud_rate", "decimals"):  # of the example's controller
+            del oven[key]
+        oven["kind"] = said.oven
+    elif said.oven is None:
+        missing.append(f"oven.kind is the example's, {oven['kind']}: flexura check-instrument --help names all")
+    if said.port is not None:
+        oven["port"] = said.port
+    elif len(ports) == 1:
+        oven["port"] = ports[0]
+        missing.append(f"oven.port: {ports[0]}, the only one of this computer")
+    else:
+        missing.append(f"oven.port is the example's; this computer has: {', '.join(ports) or 'none'}")
+    return [*missing, "oven.minimum, maximum, max_rate: what plate, glue and oven stand"]
