@@ -12,7 +12,7 @@ from analysis.gap.plan.information import Information, LinearisedCampaign
 from analysis.gap.plan.measurement import Measurement, Reach, campaigns, hand_tools, placed
 from analysis.gap.plan.planned_sweeps import planned_sweeps, with_noise_of
 from analysis.gap.plan.question import Question, open_questions
-from analysis.gap.plan.ranking import Expected, Plan, ranked
+from analysis.gap.plan.ranking import Expected, Plan, ranked, weights
 from analysis.gap.plan.separation import separation
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
@@ -90,10 +90,10 @@ def plan(
     )
     recorded = here.information()
     before = _separations(questions, recorded, recorded)
-    found, notes = [], []
+    found, notes, counted = [], [], weights(questions)
     for tool in hand_tools(compared.experiment):
         after = _separations(questions, here.information(sharper=tool.sharper), recorded, tool.readings)
-        found.append(Expected(tool, before, after))
+        found.append(Expected(tool, before, after, counted))
     wanted = list(_campaigns(compared, questions, reach))
     for done, group in enumerate(wanted):
         report("plan", (done + 1) / (len(wanted) + 1))
@@ -106,7 +106,7 @@ def plan(
             continue
         for one, information in zip(group, told, strict=True):
             both = recorded.beside(information.turned(one.turned))
-            found.append(Expected(one, before, _separations(questions, both, recorded, one.readings)))
+            found.append(Expected(one, before, _separations(questions, both, recorded, one.readings), counted))
     timed = [replace(one, measurement=_timed(one.measurement, hours)) for one in found]
     report("plan", 1.0)
     return ranked(questions, timed, notes)

@@ -7,6 +7,9 @@ from analysis.gap.plan.measurement import Measurement
 from analysis.gap.plan.question import Question
 from analysis.gap.plan.separation import ENOUGH
 
+BLIND = 0.2
+"""Weight of a blind spot: nobody saw the effect; of one that was found only the name is open."""
+
 
 @dataclass(frozen=True)
 class Expected:
@@ -17,17 +20,20 @@ class Expected:
     measurement : Measurement
     before, after : tuple of float
         Separation of the answers to each question by the recorded campaign, and with the measurement, sigma.
+    weights : tuple of float
+        Of the questions.
     """
 
     measurement: Measurement
     before: tuple[float, ...]
     after: tuple[float, ...]
+    weights: tuple[float, ...]
 
     @property
     def gain(self) -> float:
-        """Separation that it adds, each question counted up to `ENOUGH`, sigma."""
-        pairs = zip(self.before, self.after, strict=True)
-        return sum(max(min(after, ENOUGH) - min(before, ENOUGH), 0.0) for before, after in pairs)
+        """Separation that it adds, each question counted up to `ENOUGH`, and by its weight, sigma."""
+        rows = zip(self.weights, self.before, self.after, strict=True)
+        return sum(weight * max(min(after, ENOUGH) - min(before, ENOUGH), 0.0) for weight, before, after in rows)
 
     @property
     def per_hour(self) -> float:
@@ -67,6 +73,11 @@ class Plan:
     def winner(self) -> Expected | None:
         """The measurement to be made next; None where none adds anything."""
         return self.ranked[0] if self.ranked and self.ranked[0].gain > 0.0 else None
+
+
+def weights(questions: Sequence[Question]) -> tuple[float, ...]:
+    """Return what each question counts."""
+    return tuple(BLIND if one.rival is None else 1.0 for one in questions)
 
 
 def ranked(questions: Sequence[Question], expected: Sequence[Expected], notes: Sequence[str] = ()) -> Plan:

@@ -11,7 +11,7 @@ from analysis.gap.plan.information import LinearisedCampaign
 from analysis.gap.plan.measurement import Measurement, thinned, widened
 from analysis.gap.plan.planned_sweeps import laws_at, planned_sweeps
 from analysis.gap.plan.question import Question
-from analysis.gap.plan.ranking import Expected, ranked
+from analysis.gap.plan.ranking import Expected, ranked, weights
 from analysis.gap.plan.separation import ENOUGH, separation
 
 TEMPERATURES = tuple(np.arange(2.0, 39.0, 6.0))
@@ -149,10 +149,10 @@ def test_what_settles_a_question_comes_before_what_is_only_quick():
     plan = ranked(
         [question],
         [
-            Expected(quick, (0.0,), (3.0,)),
-            Expected(sure, (0.0,), (30.0,)),
-            Expected(far, (0.0,), (2.0,)),
-            Expected(near, (0.0,), (2.5,)),
+            Expected(quick, (0.0,), (3.0,), (1.0,)),
+            Expected(sure, (0.0,), (30.0,), (1.0,)),
+            Expected(far, (0.0,), (2.0,), (1.0,)),
+            Expected(near, (0.0,), (2.5,), (1.0,)),
         ],
     )
     assert [one.measurement.key for one in plan.ranked] == ["both_ramps", "scale", "further_sensor"]
@@ -160,7 +160,17 @@ def test_what_settles_a_question_comes_before_what_is_only_quick():
     assert plan.winner is not None
     assert plan.winner.gain == ENOUGH
     assert plan.winner.settles == (0,)
-    assert ranked([question], [Expected(quick, (7.0,), (9.0,))]).winner is None
+    assert ranked([question], [Expected(quick, (7.0,), (9.0,), (1.0,))]).winner is None
+
+
+def test_the_name_of_what_was_found_counts_more_than_what_nobody_saw():
+    open_name, blind = Question("taper", "draught", {"tx": 0.01}), Question("lag")
+    both, turned = Measurement("both_ramps", "both", 2.0), Measurement("turned_plate", "turn", 2.0)
+    count = weights([open_name, blind])
+    expected = [Expected(both, (2.0, 0.0), (2.0, 99.0), count), Expected(turned, (2.0, 0.0), (9.0, 0.0), count)]
+    plan = ranked([open_name, blind], expected)
+    assert plan.winner is not None
+    assert plan.winner.measurement is turned
 
 
 def test_temperatures_are_thinned_and_widened_by_whole_steps():
