@@ -30,9 +30,11 @@ def write_plate(
     """
     from app.plate_frfs.new_plate import SaidOfPlate, new_plate
 
-    declaration, missing = new_plate(files, SaidOfPlate(plate, units, points, title), folder)
-    output.result(lambda: {"declaration": str(declaration), "missing": missing})
+    declaration, missing, notes = new_plate(files, SaidOfPlate(plate, units, points, title), folder)
+    output.result(lambda: {"declaration": str(declaration), "missing": missing, "notes": notes})
     named = declaration.parent if declaration.name == "plate.toml" else declaration
+    for note in notes:
+        output.note(note)
     if missing:
         output.note(f"to be completed, each a line that begins with #: {', '.join(missing)}")
     first = "complete it" if missing else "check it"

@@ -23,6 +23,7 @@ from app.modal_test.points_table import points_of_table
 from app.plate_frfs.circumstances import circumstances
 from app.plate_frfs.modes_table import is_table_of_modes
 from app.plate_frfs.own_frfs import ENDINGS
+from app.plate_frfs.placed_nodes import placed_nodes
 from app.plate_frfs.source_files import UNIVERSAL, FrfsOfFile, frfs_of_file
 
 HEAD = """What plate the FRFs are of; see the guide, "From another program's FRFs to E, nu and eta".
@@ -91,7 +92,7 @@ class KeyLine:
 Section = tuple[str, list[KeyLine]]
 
 
-def new_plate(files: Sequence[Path], said: SaidOfPlate, target: Path) -> tuple[Path, list[str]]:
+def new_plate(files: Sequence[Path], said: SaidOfPlate, target: Path) -> tuple[Path, list[str], list[str]]:
     """Write ``plate.toml`` into the folder `target`, or as the file of that name.
 
     Parameters
@@ -106,6 +107,8 @@ def new_plate(files: Sequence[Path], said: SaidOfPlate, target: Path) -> tuple[P
     file : Path
     missing : list of str
         Keys to be completed by hand, with their tables.
+    notes : list of str
+        What is to be checked.
 
     Raises
     ------
@@ -122,20 +125,22 @@ def new_plate(files: Sequence[Path], said: SaidOfPlate, target: Path) -> tuple[P
     title = said.title or (folder.name if file.name == NAME else file.stem)
     if files[0].suffix.lower() in ENDINGS:
         _write(file, _as_recorded(files[0], named, title))
-        return file, []
+        return file, [], []
+    notes: list[str] = []
     if is_table_of_modes(files[0]):
         sections = [_plate(said), *(("[[modes]]", [KeyLine("file", one)]) for one in named)]
     else:
         found = frfs_of_file(files[0], _bare(files[0], said.units))
-        sections, frf = _sections(files[0], found, said)
+        places, notes = _places(files[0], said)
+        sections, frf = _sections(files[0], found, said, places)
         sections += [("[[frf]]", [KeyLine("file", one), *frf]) for one in named]
-    lines = [*(f"# {line}" for line in HEAD.splitlines()), "", f'format = "{FORMAT}"']
+    lines = [*(f"# {line}" for line in (*HEAD.splitlines(), *notes)), "", f'format = "{FORMAT}"']
     lines.append(KeyLine("title", title).text)
     for heading, keys in sections:
         lines += ["", heading, *(key.text for key in keys)]
     _write(file, "\n".join(lines) + "\n")
     missing = [f"{heading} {key.key}" for heading, keys in sections for key in keys if key.value is None]
-    return file, list(dict.fromkeys(missing))
+    return file, list(dict.fromkeys(missing)), notes
 
 
 def _as_recorded(source: Path, named: Sequence[str], title: str) -> str:
@@ -166,17 +171,21 @@ def _common_start(words: Sequence[str]) -> str:
     return first[:same]
 
 
-def _sections(path: Path, found: FrfsOfFile, said: SaidOfPlate) -> tuple[list[Section], list[KeyLine]]:
+def _sections(
+    path: Path, found: FrfsOfFile, said: SaidOfPlate, places: Mapping[str, Sequence[float]]
+) -> tuple[list[Section], list[KeyLine]]:
     """Return the tables of plate, drives, sensors and electronics, and the keys of ``[[frf]]``."""
-    places = _places(path, said)
     sections: list[Section] = [_plate(said)]
     drives: dict[str, str] = {}
     sensors: dict[str, str] = {}
     stars = _stars(found)
     volts = False
+    roving = _roving(found, said)
+    if roving:
+        sections.append(_roving_hammer(roving, places))
     for frf in found.transfers:
         reference, response = _quantity(frf, said, 1), _quantity(frf, said, 0)
-        if frf.reference not in drives:
+        if not roving and frf.reference not in drives:
             drives[frf.reference] = f"D{len(drives) + 1}"
             sections.append(_end(drives[frf.reference], reference, places.get(_node(frf.reference)), drives=True))
         key = stars.get(frf.name, frf.name if path.suffix.lower() not in UNIVERSAL else _node(frf.response))
@@ -195,6 +204,32 @@ def _sections(path: Path, found: FrfsOfFile, said: SaidOfPlate) -> tuple[list[Se
             )
         )
     return sections, _frf_lines(path, found, said, drives, sensors, stars=bool(stars))
+
+
+FEWEST_HITS = 3
+"""Points that drive from which, if they are more than those that answer, a hammer moved between them."""
+
+
+def _roving(found: FrfsOfFile, said: SaidOfPlate) -> list[str]:
+    """Return the nodes of a hammer that moved, in the order of the file; empty where it did not."""
+    forces = all(_quantity(one, said, 1) == "force" for one in found.transfers)
+    motions = {_quantity(one, said, 0) for one in found.transfers}
+    nodes = list(dict.fromkeys(_node(one.reference) for one in found.transfers))
+    responses = {one.response for one in found.transfers}
+    moved = forces and len(motions) == 1 and motions <= set(MOTIONS) and FEWEST_HITS <= len(nodes) > len(responses)
+    return nodes if moved and all(node.isdecimal() for node in nodes) else []
+
+
+def _roving_hammer(nodes: Sequence[str], places: Mapping[str, Sequence[float]]) -> Section:
+    """Return the table of a hammer that moved between nodes."""
+    known = all(node in places for node in nodes)
+    points = [[places[node][0], places[node][1]] for node in nodes] if known else None
+    example = "[[0.05, 0.05], [0.1, 0.05]]: m, x and y of every node, in this order"
+    return "[[drive]]", [
+        KeyLine("id", "hammer"),
+        KeyLine("points", points, "" if known else example),
+        KeyLine("nodes", [int(node) for node in nodes]),
+    ]
 
 
 def _plate(said: SaidOfPlate) -> Section:
@@ -297,13 +332,20 @@ def _is_temperature(name: str, found: FrfsOfFile) -> bool:
     return re.match(TEMPERATURE_NAMES, name, re.IGNORECASE) is not None and len(found.arrays[name]) > 1
 
 
-def _places(path: Path, said: SaidOfPlate) -> dict[str, Sequence[float]]:
-    """Places of nodes, m, by their numbers: of a table, or of the universal file."""
+def _places(path: Path, said: SaidOfPlate) -> tuple[Mapping[str, Sequence[float]], list[str]]:
+    """Places of nodes, m, by their numbers, and notes: of a table, or of the universal file, put on the plate."""
     if said.points is not None:
-        return {str(node): place for node, place in points_of_table(said.points).items()}
-    if path.suffix.lower() in UNIVERSAL:
-        return {str(node): place for node, place in read_nodes(path).items()}
-    return {}
+        return {str(node): place for node, place in points_of_table(said.points).items()}, []
+    if path.suffix.lower() not in UNIVERSAL:
+        return {}, []
+    given = {str(node): place for node, place in read_nodes(path).items()}
+    if said.plate is None:
+        return given, []
+    try:
+        placed = placed_nodes(given, said.plate[:2])
+    except ValueError as error:
+        raise ResultFileError(f"{path}: {error}") from error
+    return placed.places, [placed.note] if placed.note else []
 
 
 def _bare(path: Path, units: tuple[str, str] | None = None) -> FrfsOfPlate:

@@ -36,6 +36,12 @@ FORMATS = (
 """Every format that is read into columns."""
 
 
+CLOSED = {
+    "Polytec": (".svd", ".pvd", ".pvi"),
+    "MEscope": (".blk", ".vtprj", ".mesprj", ".shp"),
+}
+"""Endings of files that only their maker's program reads, by that program."""
+
 BEGINNINGS = {
     "lvm": rb"LabVIEW Measurement",
     "mat": rb"MATLAB ",
@@ -74,6 +80,12 @@ def format_of(path: Path) -> Format:
     for one in FORMATS:
         if path.suffix.lower() in one.endings:
             return one
+    for program, endings in CLOSED.items():
+        if path.suffix.lower() in endings:
+            raise ValueError(
+                f"a file of {program}, which only its own program reads; export as UFF 58 there (universal file, "
+                "with its geometry), and name that file"
+            )
     known = ", ".join(ending for one in FORMATS for ending in one.endings)
     raise ValueError(
         f"ending {path.suffix!r} is none of a measurement; allowed: {known}. Export it as one of these"

@@ -211,3 +211,27 @@ def test_a_hidden_mass_is_named_and_located(tmp_path: Path, run_flexura: Run) ->
     assert effect["name"] == "mass_at_place"
     assert found["mass"] == pytest.approx(HIDDEN, rel=0.01)
     assert np.hypot(found["x"] - PLACE[0], found["y"] - PLACE[1]) < 0.01
+
+
+def test_new_plate_writes_one_hammer_for_all_points(
+    tmp_path: Path, rows: NDArray[np.complex128], run_flexura: Run
+) -> None:
+    folder = of_two_accelerometers(tmp_path / "frfs", "", rows)
+    table = tmp_path / "points.csv"
+    where = {901: (0.04, 0.03), 902: (0.2, 0.16), **dict(zip(NODES, POINTS, strict=True))}
+    table.write_text("".join(f"{node},{x},{y},0.0\n" for node, (x, y) in where.items()), encoding="utf-8")
+    sizes = ("--plate", "0.3", "0.2", "0.003", "0.486", "--points", table)
+    status, _, said = run_flexura("new", "plate", folder / "frfs.uff", *sizes, "--out", tmp_path / "made")
+    assert status == 0, said
+    file = tmp_path / "made" / "plate.toml"
+    text = re.sub("# temperature = 20.0", "temperature = 20.0", file.read_text(encoding="utf-8"))
+    assert text.count("[[drive]]") == 1
+    file.write_text(
+        text.replace("mass = 0.486", 'mass = 0.486\nmaterial = { kind = "aluminium" }'), encoding="utf-8"
+    )
+    read = load_campaign(tmp_path / "made")
+    assert isinstance(read, FrfCampaign)
+    feet = [one.footprint for one in read.experiment.outputs if one.footprint]
+    assert [list(foot.point) for foot in feet] == POINTS
+    for sweep in read.sweeps:
+        np.testing.assert_allclose(sweep.h, rows[sweep.source], rtol=1e-9)

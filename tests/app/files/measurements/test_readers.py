@@ -252,3 +252,12 @@ def test_every_ending_belongs_to_one_format() -> None:
     endings = [ending for one in FORMATS for ending in one.endings]
     assert len(set(endings)) == len(endings)
     assert format_of(Path("A.WAV")).name == "wav"
+
+
+@pytest.mark.parametrize(
+    ("name", "program"), [("scan.svd", "Polytec"), ("frfs.blk", "MEscope"), ("A.SHP", "MEscope")]
+)
+def test_closed_formats_are_refused_with_the_next_step(name: str, program: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(b"\xd0\xcf\x11\xe0 compound file")
+    with pytest.raises(ResultFileError, match=f"a file of {program}, .*export as UFF 58"):
+        read_columns(tmp_path / name)
