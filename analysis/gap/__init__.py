@@ -5,6 +5,7 @@
 ``data``          preparation of the campaign: compressed sweeps, noise, temperature groups
 ``fitting``       laws, readings, gain and effects fitted to all sweeps, and the residual of a fit
 ``search``        score tests, refits and comparison of candidates; held-out data
+``imperfect``     effects named beside the scatter of resonances that no effect explains
 ``report``        result of the workflow
 ``verdict``       none, explained, partly explained or unknown
 ``plan``          which measurement would settle what a comparison left open

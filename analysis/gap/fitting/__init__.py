@@ -8,7 +8,7 @@
 ``sheet``               constants of an orthotropic sheet by direction
 ``bounded_step``        step inside bounds
 ``fit``                 Levenberg-Marquardt over all unknowns
-``linearised_campaign``  a campaign linearised once, for fits and score tests near it
+``linearised_sweeps``   a campaign linearised once, for fits and score tests near it
 ``misfit``              relative misfit over the lines
 ``whiteness``           correlation of neighbouring residuals
 ``residual_map``        residual over channel, frequency, temperature, ramp and level

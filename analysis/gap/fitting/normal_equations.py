@@ -81,7 +81,7 @@ class WhitenedSweep:
 
 
 @runtime_checkable
-class Linearised(Protocol):
+class CampaignEquations(Protocol):
     """A model of whole sweeps that needs no twin to be linearised."""
 
     def equations(self, sweeps: GapSweeps, state: GapState, tangents: Sequence[Tangent]) -> list[SweepEquations]:
@@ -125,7 +125,7 @@ def linearise_all(
     ValueError
         Where the model refuses the state: outside its box, or an effect outside its certified range.
     """
-    if isinstance(model, Linearised):
+    if isinstance(model, CampaignEquations):
         return model.equations(sweeps, state, tangents)
     laws = sweeps.smoothness.laws(state.laws)
     model = model.counted(laws, state.on)

@@ -14,7 +14,7 @@ import numpy as np
 from analysis.arrays import Complex, Real
 from analysis.effect_card import Values
 from analysis.gap.fitting.gap_fit import GapFit
-from analysis.gap.fitting.linearised_campaign import LinearisedCampaign
+from analysis.gap.fitting.linearised_sweeps import LinearisedSweeps
 from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.discrepancy import Discrepancy, DiscrepancyShape
 from analysis.gap.search.candidate import Candidate
@@ -199,7 +199,7 @@ class _Neighbours:
     @classmethod
     def of(cls, plain: SearchContext, at: Imperfect) -> "_Neighbours":
         plain.report("beside a discrepancy", min(0.2 * len(at.effects), 0.8))
-        linear = LinearisedCampaign.of(plain.model, plain.sweeps, at.fit.state, plain.executor)
+        linear = LinearisedSweeps.of(plain.model, plain.sweeps, at.fit.state, plain.executor)
         here = plain.seen_by(linear)
         return cls(at, here, here.weighted(at.context.sweeps.weights).score_test(at.fit))
 
@@ -253,7 +253,7 @@ class _Neighbours:
 
     def _settled(self, state: GapState, places: dict[str, Values] | None = None) -> Imperfect:
         plain, weights = self.plain, self.at.context.sweeps.weights
-        linear = cast(LinearisedCampaign, plain.model)
+        linear = cast(LinearisedSweeps, plain.model)
         here = plain.seen_by(linear.placed(places or {}))
         fit = here.weighted(weights).fit(state, tuple(state.effects))
         return settled(here, fit.state, self.at.fit.predicted, weights.undone(fit.residual), fit.determined)

@@ -24,7 +24,7 @@ Key = tuple[str, str, tuple[float, ...]]
 
 
 @dataclass(frozen=True)
-class LinearisedCampaign:
+class LinearisedSweeps:
     """Residual of every sweep as a linear function of everything that is fitted.
 
     It stands in for the twin in `fit_gap` and `score_test`, for the sweeps that it was made of, with any weights.
@@ -49,7 +49,7 @@ class LinearisedCampaign:
     places: Mapping[str, Values] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, model: TwinModel, sweeps: GapSweeps, state: GapState, executor: Executor) -> "LinearisedCampaign":
+    def of(cls, model: TwinModel, sweeps: GapSweeps, state: GapState, executor: Executor) -> "LinearisedSweeps":
         """Linearise unweighted sweeps by all declared quantities, all effects that are on, and all candidates.
 
         Parameters
@@ -62,7 +62,7 @@ class LinearisedCampaign:
 
         Returns
         -------
-        LinearisedCampaign
+        LinearisedSweeps
         """
         known = {**model.tolerance_cards, **model.cards}
         tangents: list[Tangent] = [(n, p.name, state.on[n]) for n in state.on for p in known[n].parameters]
@@ -92,7 +92,7 @@ class LinearisedCampaign:
             found[name] = replace(found[name], parameters=tuple(held))
         return found
 
-    def counted(self, laws: Sequence[LocalLaws], effects: Iterable[str]) -> "LinearisedCampaign":
+    def counted(self, laws: Sequence[LocalLaws], effects: Iterable[str]) -> "LinearisedSweeps":
         """Return itself: it is in units of where it was made."""
         del laws, effects
         return self
@@ -141,7 +141,7 @@ class LinearisedCampaign:
         """
         return self.model.linearise(laws, frequency, effects, point, tangents)
 
-    def placed(self, places: Mapping[str, Values]) -> "LinearisedCampaign":
+    def placed(self, places: Mapping[str, Values]) -> "LinearisedSweeps":
         """Return the same with effects that are off held at some places: values of their shapes, by effect."""
         return replace(self, places={**self.places, **places})
 

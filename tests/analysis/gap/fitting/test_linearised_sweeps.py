@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.fitting.fit import fit_gap
-from analysis.gap.fitting.linearised_campaign import LinearisedCampaign
+from analysis.gap.fitting.linearised_sweeps import LinearisedSweeps
 from analysis.gap.fitting.normal_equations import linearise_all
 from analysis.gap.fitting.state import starting_state
 from analysis.gap.search.score_test import score_test
@@ -20,7 +20,7 @@ def near(toy, pool):
     )[0]
     model = toy.Plate(2)
     fit = fit_gap(model, sweeps, starting_state(toy.updated(frf), sweeps.groups), (), pool)
-    return model, sweeps, fit, LinearisedCampaign.of(model, sweeps, fit.state, pool)
+    return model, sweeps, fit, LinearisedSweeps.of(model, sweeps, fit.state, pool)
 
 
 def test_where_it_is_made_it_is_the_twin(near, pool):
