@@ -204,7 +204,7 @@ def show(panel: Panel, focusing: Focusing) -> None:
         show_edge=False,
         padding=(0, 1, 0, 0),
     )
-    heard = focusing.direct.sound is not None and panel.filters.aim != "field"
+    heard = panel.filters.aim != "field"
     motion = (
         ("mean", "worst", "uncut", "area")
         if heard
@@ -261,7 +261,7 @@ def summary(panel: Panel, focusing: Focusing, target: Path, seconds: float) -> s
     t = focusing.temperature
     direct, fixed = focusing.direct.contrast.mean(axis=1), focusing.fixed.contrast.mean(axis=1)
     heard = ""
-    if focusing.direct.sound is not None and panel.filters.aim != "field":
+    if panel.filters.aim != "field" and focusing.direct.sound is not None:
         uneven = ripple(focusing.direct.sound[:, panel.loud], focusing.frequency).max()
         heard = f"third-octave ripple at most ± {uneven:.2f} dB at the listeners, "
     return (
