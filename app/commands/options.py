@@ -115,6 +115,12 @@ following_method = click.option(
 FOCUSING_METHODS = ("stif", "time-reversal", "modal-control", "none")
 FILTER_OPTIONS = (
     click.option(
+        "--aim",
+        type=click.Choice(("field", "volume", "listeners")),
+        help="What filters are chosen by: field, net volume or sound at listeners (default: the panel's).",
+    ),
+    click.option("--zone", help="Zone of listeners that is played to; the others are to be quiet (default: all)."),
+    click.option(
         "--design",
         type=click.Choice(("field", "inverse-fft")),
         help="Least squares of the field, or a cut inverse FFT as in the paper (default: the panel's).",
@@ -146,7 +152,7 @@ def filter_options(verb: Verb) -> Verb:
 
     @functools.wraps(verb)
     def designing(*args: Any, **options: Any) -> object:
-        names = ("design", "taps", "delay", "outside_weight", "thermometer_error", "level")
+        names = ("aim", "zone", "design", "taps", "delay", "outside_weight", "thermometer_error", "level")
         given = {name: options.pop(name) for name in names}
         return verb(*args, filters=given, **options)
 
