@@ -11,6 +11,7 @@ from analysis.gap.fitting.schur_complement import SchurComplement, schur_complem
 from analysis.gap.imperfect.discrepancy import DiscrepancyShape
 from analysis.gap.imperfect.search import Imperfect, settled
 from analysis.gap.search.context import SearchContext
+from analysis.gap.search.refit import at_few_temperatures
 from analysis.twin_model import Tangent
 
 
@@ -38,8 +39,8 @@ def over_all_sweeps(context: SearchContext, baseline: GapFit, few: Imperfect) ->
     begun = baseline.state.restricted(kept, places)
     state = baseline.state.corrected(groups, begun, few.fit.state, few.context.sweeps.groups)
     predicted = baseline.predicted
-    # the second time from where the resonances are with the effects
-    for _ in range(2):
+    # with effects a second time, from where they put the resonances
+    for _ in range(2 if few.effects else 1):
         shape = DiscrepancyShape.of(context.sweeps, predicted, context.loss_factors(state))
         fit = context.weighted(shape.weights(few.scatter)).fit(state, few.effects)
         state, predicted = fit.state, fit.predicted
@@ -105,7 +106,7 @@ def _head(
 
 
 def beside_scatter(context: SearchContext, fit: GapFit) -> GapFit:
-    """Fit a twin again beside the scatter of resonances that it leaves, and state it so.
+    """Fit a twin again beside the scatter of resonances that it leaves, found at a few temperatures.
 
     Parameters
     ----------
@@ -119,5 +120,10 @@ def beside_scatter(context: SearchContext, fit: GapFit) -> GapFit:
     GapFit
         As of `over_all_sweeps`.
     """
-    found = settled(context, fit.state, fit.predicted, fit.residual, fit.determined)
-    return stated(context, found.shape, found, found.fit)
+    sweeps, begun = at_few_temperatures(context, fit)
+    few = SearchContext(context.model, sweeps, context.noise, context.executor, context.report)
+    found = settled(few, begun.state, begun.predicted, begun.residual, begun.determined)
+    shape = DiscrepancyShape.of(context.sweeps, fit.predicted, context.loss_factors(fit.state))
+    again = context.weighted(shape.weights(found.scatter)).fit(fit.state, found.effects)
+    shape = DiscrepancyShape.of(context.sweeps, again.predicted, context.loss_factors(again.state))
+    return stated(context, shape, found, again)
