@@ -49,11 +49,11 @@ def lines_between(points: Mapping[int, Position]) -> list[list[int]]:
     Returns
     -------
     list of list of int
-        Empty for fewer than two places.
+        Empty for fewer than two places; nodes that are nowhere are joined to none.
     """
-    nodes = sorted(points)
+    nodes = sorted(node for node, place in points.items() if np.isfinite(place).all())
     place = np.array([points[node] for node in nodes])
-    if len(np.unique(place, axis=0)) < 2:
+    if not nodes or len(np.unique(place, axis=0)) < 2:
         return []
     centred = place - place.mean(axis=0)
     _, size, axes = np.linalg.svd(centred, full_matrices=False)

@@ -113,6 +113,7 @@ def test_without_the_true_effect_the_library_says_unknown(solve, effects):
     assert report.verdict == "unknown"
 
 
+@pytest.mark.slow
 def test_without_the_true_effect_its_look_alike_stands_in(solve):
     report, _ = solve(effects={"taper": {"tx": 0.01}}, left_out=("taper",))
     assert "draught" in names(report) or report.verdict == "unknown"
@@ -153,6 +154,7 @@ def test_three_distant_temperatures_are_enough_for_a_lag(solve):
     assert tau.value == pytest.approx(270.0, abs=max(4.0 * tau.sigma, 14.0))
 
 
+@pytest.mark.slow
 def test_what_asks_the_twin_for_too_much_on_held_out_data_does_not_hold(solve, monkeypatch):
     tried = held_out.fit_and_try
 
