@@ -12,10 +12,9 @@ from analysis.gap.search.unknown import noise_evidence, unknown_evidence
 
 @dataclass(frozen=True)
 class Judgement:
-    """A verdict, whether the effects found are claimed, and the reason as text."""
+    """A verdict, and the reason as text."""
 
     verdict: Verdict
-    claimed: bool
     reason: str
 
 
@@ -40,14 +39,14 @@ def judge(context: SearchContext, found: SearchResult, tried: HeldOut | None) ->
     silent = context.agrees(found.baseline)
     if not found.effects or tried is None:
         if silent:
-            return Judgement("none", False, "the twin agrees with the data to the noise, no effect adds to it")
-        return Judgement("unknown", False, "there is a gap, and no effect of the library explains it")
+            return Judgement("none", "the twin agrees with the data to the noise, no effect adds to it")
+        return Judgement("unknown", "there is a gap, and no effect of the library explains it")
     if not tried.holds:
         verdict: Verdict = "none" if silent else "unknown"
-        return Judgement(verdict, False, f"what was found does not hold on data left out ({tried.what})")
+        return Judgement(verdict, f"what was found does not hold on data left out ({tried.what})")
     if context.agrees(found.fit) and not _leaves_structure(context, found.fit):
-        return Judgement("explained", True, "with the effects named, twin and data agree to the noise")
-    return Judgement("unknown", False, "with the best effects, more than noise is left")
+        return Judgement("explained", "with the effects named, twin and data agree to the noise")
+    return Judgement("unknown", "with the best effects, more than noise is left")
 
 
 def _leaves_structure(context: SearchContext, fit: GapFit) -> bool:

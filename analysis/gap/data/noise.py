@@ -8,7 +8,7 @@ ratio differs between sweeps, the noise is unknown and the check raises an error
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,8 +102,7 @@ def check_noise(
     dof = int(sum(s.dof_within for s in sweeps))
     if dof < NOISE_DOF:
         note = "the lines are too far apart to check the stated noise; it is used unchecked"
-        ones = np.ones(local.shape[:2])
-        return NoiseCheck(ones[0], ones, dof * len(channels), np.zeros_like(local), (note,))
+        return replace(NoiseCheck.as_stated(sweeps), notes=(note,))
     known = freedom[0, 0] >= LEAST_FREEDOM * freedom.max()
     quiet = np.ones(local.shape, dtype=bool)
     quiet[..., known] = ~_standing_out((local / freedom)[..., known])

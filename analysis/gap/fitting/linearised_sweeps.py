@@ -198,19 +198,16 @@ class LinearisedSweeps:
         gains = state.log_gain - self.state.log_gain
         step = np.zeros(len(self.columns))
         first = GLOBAL + len(gains)
+        cards = {**self.model.tolerance_cards, **self.model.cards}
         for name, values in {**self.state.on, **state.on}.items():
-            for parameter in values:
+            # of an effect that is switched off only the amplitudes go to zero
+            moving = [p.name for p in cards[name].parameters if name in state.on or not p.shape]
+            for parameter in moving:
                 place = self._column((name, parameter, values))
                 if place >= 0:
                     now, then = (one.on.get(name, {}).get(parameter, 0.0) for one in (state, self.state))
-                    step[place - first] = (
-                        now - then if name in state.on or not self._shape(name, parameter) else 0.0
-                    )
+                    step[place - first] = now - then
         return np.concatenate([gains, step])
-
-    def _shape(self, effect: str, parameter: str) -> bool:
-        cards = self.model.cards if effect in self.model.cards else self.model.tolerance_cards
-        return any(p.name == parameter and p.shape for p in cards[effect].parameters)
 
 
 def _key(tangent: Tangent, state: GapState, model: TwinModel) -> Key:

@@ -82,7 +82,7 @@ def beside_discrepancy(context: SearchContext, baseline: GapFit) -> BesideDiscre
     BesideDiscrepancy
     """
     sweeps, begun = at_few_temperatures(context, baseline)
-    few = SearchContext(context.model, sweeps, context.noise, context.executor, context.report)
+    few = context.of(sweeps)
     found = ImperfectSearch(few, begun).run()
     context.report("beside a discrepancy", 0.8)
     before = over_all_sweeps(context, baseline, found.baseline)

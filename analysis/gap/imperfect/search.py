@@ -19,7 +19,7 @@ from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.discrepancy import Discrepancy, DiscrepancyShape
 from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext
-from analysis.gap.search.observability import Observability, observability
+from analysis.gap.search.observability import observability
 from analysis.gap.search.refit import absent
 from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import CLASS_NATS, LEAST_GAIN
@@ -76,11 +76,6 @@ class Imperfect:
         return self.scatter.frequency > FAR * half
 
     @property
-    def residual(self) -> Complex:
-        """Residual (T, K, n) in units of the noise."""
-        return self.context.sweeps.weights.undone(self.fit.residual)
-
-    @property
     def evidence(self) -> float:
         """Log evidence of twin and discrepancy, up to a constant common to all sets of effects."""
         found = self.fit.log_evidence - self.shape.penalty(self.context.sweeps, self.scatter)
@@ -100,10 +95,8 @@ class ImperfectResult:
     ----------
     baseline, final : Imperfect
         Without effects, and with those found.
-    first, last : ScoreTest
-        At both.
-    seen : tuple of Observability
-        Of every effect, at the baseline.
+    last : ScoreTest
+        At `final`.
     gains : mapping of str to float
         Log evidence of each effect found over the best twin without it, nats.
     rivals : mapping of str to mapping
@@ -112,9 +105,7 @@ class ImperfectResult:
 
     baseline: Imperfect
     final: Imperfect
-    first: ScoreTest
     last: ScoreTest
-    seen: tuple[Observability, ...]
     gains: dict[str, float]
     rivals: dict[str, dict[str, float]]
 
@@ -139,8 +130,7 @@ class ImperfectSearch:
         """Add effects while there is evidence for one more, then leave out and exchange each."""
         at = self._baseline
         near = _Neighbours.of(self.plain, at)
-        first, seen = near.screening, near.observability()
-        blind = {o.effect for o in seen if not o.observable}
+        blind = near.blind()
         while len(at.effects) < MOST_EFFECTS:
             better = self._better(at, near.extended(blind))
             if better is None:
@@ -157,10 +147,10 @@ class ImperfectSearch:
             rivals, swapped = near.contested(blind)
             better = self._better(at, swapped, CLASS_NATS)
             if better is None:
-                return ImperfectResult(self._baseline, at, first, near.screening, seen, gains, rivals)
+                return ImperfectResult(self._baseline, at, near.screening, gains, rivals)
             at, near = better, _Neighbours.of(self.plain, better)
         gains, (rivals, _) = near.gains(self._baseline), near.contested(blind)
-        return ImperfectResult(self._baseline, at, first, near.screening, seen, gains, rivals)
+        return ImperfectResult(self._baseline, at, near.screening, gains, rivals)
 
     def _better(self, at: Imperfect, tried: Sequence[Imperfect], least: float = LEAST_GAIN) -> Imperfect | None:
         """Fit the most promising sets with the twin, until one is better by `least` nats; None if none is."""
@@ -203,9 +193,10 @@ class _Neighbours:
         here = plain.seen_by(linear)
         return cls(at, here, here.weighted(at.context.sweeps.weights).score_test(at.fit))
 
-    def observability(self) -> tuple[Observability, ...]:
-        """Tell which effects the campaign shows beside noise; whether beside a discrepancy, evidence tells."""
-        return observability(self.plain.score_test(self.at.fit), self.plain.model.cards)
+    def blind(self) -> set[str]:
+        """Tell which effects the campaign does not show beside noise; whether beside more, evidence tells."""
+        seen = observability(self.plain.score_test(self.at.fit), self.plain.model.cards)
+        return {one.effect for one in seen if not one.observable}
 
     def extended(self, blind: Container[str]) -> list[Imperfect]:
         """Try sets with one effect more, those that fit best to first order.

@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from analysis.arrays import Complex
 from analysis.gap.data.line_weights import LineWeights
 from analysis.gap.fitting.gap_fit import GapFit, Uncertainty
 from analysis.gap.fitting.normal_equations import WhitenedSweep, whiten_all
 from analysis.gap.fitting.schur_complement import SchurComplement, schur_complement
+from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.discrepancy import DiscrepancyShape
 from analysis.gap.imperfect.search import Imperfect, settled
 from analysis.gap.search.context import SearchContext
@@ -33,42 +35,51 @@ def over_all_sweeps(context: SearchContext, baseline: GapFit, few: Imperfect) ->
         Its residual and chi2 are in units of the noise; its standard deviations contain the discrepancy.
     """
     if few.context.sweeps.count == context.sweeps.count:
-        return stated(context, few.shape, few, few.fit)
+        return _stated(context, few.shape, few, few.fit)
     groups, kept = context.sweeps.groups, context.coarse_groups
     places = few.context.sweeps.original_places(context.sweeps)
     begun = baseline.state.restricted(kept, places)
     state = baseline.state.corrected(groups, begun, few.fit.state, few.context.sweeps.groups)
-    predicted = baseline.predicted
     # with effects a second time, from where they put the resonances
-    for _ in range(2 if few.effects else 1):
+    return _fitted(context, few, state, baseline.predicted, times=2 if few.effects else 1)
+
+
+def beside_scatter(context: SearchContext, fit: GapFit) -> GapFit:
+    """Fit a twin again beside the scatter of resonances that it leaves, found at a few temperatures.
+
+    Parameters
+    ----------
+    context : SearchContext
+        Unweighted.
+    fit : GapFit
+        Beside noise alone.
+
+    Returns
+    -------
+    GapFit
+        As of `over_all_sweeps`.
+    """
+    sweeps, begun = at_few_temperatures(context, fit)
+    found = settled(context.of(sweeps), begun.state, begun.predicted, begun.residual, begun.determined)
+    return _fitted(context, found, fit.state, fit.predicted, times=1)
+
+
+def _fitted(context: SearchContext, few: Imperfect, state: GapState, predicted: Complex, *, times: int) -> GapFit:
+    """Fit all sweeps beside the scatter of a few, so many times, each from where the last put the resonances."""
+    for _ in range(times):
         shape = DiscrepancyShape.of(context.sweeps, predicted, context.loss_factors(state))
         fit = context.weighted(shape.weights(few.scatter)).fit(state, few.effects)
         state, predicted = fit.state, fit.predicted
     shape = DiscrepancyShape.of(context.sweeps, predicted, context.loss_factors(state))
-    return stated(context, shape, few, fit)
+    return _stated(context, shape, few, fit)
 
 
-def stated(context: SearchContext, shape: DiscrepancyShape, few: Imperfect, fit: GapFit) -> GapFit:
+def _stated(context: SearchContext, shape: DiscrepancyShape, few: Imperfect, fit: GapFit) -> GapFit:
     """State a fit in units of the noise, with standard deviations that contain the discrepancy.
 
     Laws belong to one temperature each, and share its error with the other lines and channels only; what is common
     to the campaign shares it with all sweeps. The part of the laws' error that is not noise is common to all
     temperatures.
-
-    Parameters
-    ----------
-    context : SearchContext
-        Unweighted, of the sweeps that were fitted.
-    shape : DiscrepancyShape
-        Of these sweeps.
-    few : Imperfect
-        Gives the scatter.
-    fit : GapFit
-        Weighted.
-
-    Returns
-    -------
-    GapFit
     """
     tangents: list[Tangent] = [(name, parameter, fit.state.on[name]) for name, parameter in fit.free.names]
     white = whiten_all(context.model, context.sweeps, fit.state, tangents, context.executor)
@@ -103,27 +114,3 @@ def _head(
         WhitenedSweep(weights.weigh(w.white, sweep), w.predicted).equations() for sweep, w in enumerate(white)
     ]
     return schur_complement(context.sweeps, equations, fit.state)
-
-
-def beside_scatter(context: SearchContext, fit: GapFit) -> GapFit:
-    """Fit a twin again beside the scatter of resonances that it leaves, found at a few temperatures.
-
-    Parameters
-    ----------
-    context : SearchContext
-        Unweighted.
-    fit : GapFit
-        Beside noise alone.
-
-    Returns
-    -------
-    GapFit
-        As of `over_all_sweeps`.
-    """
-    sweeps, begun = at_few_temperatures(context, fit)
-    few = SearchContext(context.model, sweeps, context.noise, context.executor, context.report)
-    found = settled(few, begun.state, begun.predicted, begun.residual, begun.determined)
-    shape = DiscrepancyShape.of(context.sweeps, fit.predicted, context.loss_factors(fit.state))
-    again = context.weighted(shape.weights(found.scatter)).fit(fit.state, found.effects)
-    shape = DiscrepancyShape.of(context.sweeps, again.predicted, context.loss_factors(again.state))
-    return stated(context, shape, found, again)

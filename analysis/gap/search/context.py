@@ -66,10 +66,13 @@ class SearchContext:
             self.fits.keep(effects, found)
         return found
 
+    def of(self, sweeps: GapSweeps) -> "SearchContext":
+        """Return a context of its own for other sweeps."""
+        return SearchContext(self.model, sweeps, self.noise, self.executor, self.report)
+
     def weighted(self, weights: LineWeights) -> "SearchContext":
         """Return a context of its own, in which every whitened number counts by its weights."""
-        sweeps = replace(self.sweeps, weights=weights)
-        return SearchContext(self.model, sweeps, self.noise, self.executor, self.report)
+        return self.of(replace(self.sweeps, weights=weights))
 
     def seen_by(self, model: TwinModel) -> "SearchContext":
         """Return a context of its own with another model of the same sweeps."""
