@@ -23,16 +23,16 @@ from analysis.gap.fitting.sheet import fitted_sheet
 from analysis.gap.fitting.state import starting_state
 from analysis.gap.fitting.whiteness import whiteness
 from analysis.gap.imperfect.discrepancy import Discrepancy
-from analysis.gap.imperfect.naming import BesideDiscrepancy, Surety, beside_discrepancy
+from analysis.gap.imperfect.naming import BesideDiscrepancy, SearchedBeside, Surety, beside_discrepancy
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect, PlainTwin, Verdict
 from analysis.gap.search.confidence import against, equivalents, probability
 from analysis.gap.search.confounding import signal_cosine, tangent_cosines
 from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.held_out import HeldOut, held_out, splits
 from analysis.gap.search.signatures import Signature, signatures
-from analysis.gap.search.stepwise import SearchResult, stepwise_search
+from analysis.gap.search.stepwise import SearchResult, screened, stepwise_search
 from analysis.gap.search.unknown import unknown_evidence
-from analysis.gap.thresholds import Z_FLOOR
+from analysis.gap.thresholds import FAR_FROM_NOISE, Z_FLOOR
 from analysis.gap.verdict import Judgement, judge
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
@@ -86,7 +86,7 @@ def find_gap(
     report: Progress = progress or (lambda stage, share: None)
     report("baseline", 0.0)
     sweeps, noise = prepare(frf, protocol, updated, floor=floor)
-    context, found = _searched(HeldEffects.around(model), updated, sweeps, noise, executor, report)
+    context, found, beside = _searched(HeldEffects.around(model), updated, sweeps, noise, executor, report)
     model, baseline = context.model, found.baseline
     tried: list[HeldOut] = []
     if found.effects:
@@ -98,7 +98,8 @@ def find_gap(
     judgement = judge(context, found, tried[0] if tried else None)
     conclusion = _concluded(context, found, tried, judgement)
     if judgement.verdict == "unknown":
-        conclusion = _beside(context, baseline, beside_discrepancy(context, baseline))
+        beside = beside or SearchedBeside.of(context, baseline)
+        conclusion = _beside(context, baseline, beside_discrepancy(context, beside))
     notes = [*noise.notes, *(floor.notes if floor is not None else ()), conclusion.reason]
     if float(np.exp(conclusion.final.state.laws[:, 2].min())) < sharpest(updated.material):
         notes.append("some resonances are sharper than the nodes resolve; the residual may show it")
@@ -160,20 +161,31 @@ def _searched(
     noise: NoiseCheck,
     executor: Executor,
     report: Progress,
-) -> tuple[SearchContext, SearchResult]:
+) -> tuple[SearchContext, SearchResult, SearchedBeside | None]:
     """Search, and again where an effect may replace a declared quantity that is beyond its tolerance.
 
-    Most are so without any effect, which saves a search.
+    Most are so without any effect, which saves a search. Where the twin is far from the noise the search begins
+    beside a discrepancy: it is cheap, and if it stays far, no effects come down to the noise.
     """
     context = SearchContext(model, sweeps, noise, executor, report)
     baseline = context.fit(starting_state(updated, sweeps.groups), ())
     released = _released(model, baseline)
     if released == model:
-        found = stepwise_search(context, baseline)
-        released = _released(model, found.fit)
+        beside = SearchedBeside.of(context, baseline) if _far(context, baseline) else None
+        if beside is not None and _far(context, beside.final):
+            found, last = screened(context, baseline), beside.final
+        else:
+            found = stepwise_search(context, baseline, None if beside is None else beside.final)
+            last = found.fit
+        released = _released(model, last)
         if released == model:
-            return context, found
+            return context, found, beside
     return _searched(released, updated, sweeps, noise, executor, report)
+
+
+def _far(context: SearchContext, fit: GapFit) -> bool:
+    """Whether a fit leaves clearly more than noise and the twin's own error."""
+    return context.excess(fit) - context.sweeps.allowed > FAR_FROM_NOISE * fit.dof
 
 
 def _released(model: HeldEffects, fit: GapFit) -> HeldEffects:
@@ -194,6 +206,7 @@ def _report(
     sweeps, noise, cards = context.sweeps, context.noise, context.model.tolerance_cards
     baseline, final, plain = conclusion.baseline, conclusion.final, conclusion.plain
     effects = conclusion.effects
+    before = _laws(updated, sweeps, plain)
     gap = context.z(found.baseline) > Z_FLOOR
     left = float(np.clip(context.excess(final) / context.excess(baseline), 0.0, 1.0)) if gap else None
     return GapReport(
@@ -207,11 +220,9 @@ def _report(
         unexplained=left,
         before=residual_map(sweeps, noise, baseline),
         after=residual_map(sweeps, noise, final),
-        laws_before=_laws(updated, sweeps, baseline),
-        laws_after=_laws(updated, sweeps, final),
-        plain=PlainTwin(
-            plain.state, _laws(updated, sweeps, plain), _sigma_gain(plain), plain.declared_quantities(cards)
-        ),
+        laws_before=before,
+        laws_after=before if conclusion.verdict == "unknown" else _laws(updated, sweeps, final),
+        plain=PlainTwin(plain.state, before, _sigma_gain(plain), plain.declared_quantities(cards)),
         state=final.state,
         sigma_gain=_sigma_gain(final),
         candidates=_candidates(context, found, effects[0].name if effects else None),

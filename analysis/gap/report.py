@@ -149,6 +149,7 @@ class GapReport:
         Share of the baseline's excess that is left; None where there was none.
     before, after : ResidualMap
     laws_before, laws_after : FittedLaws
+        Of the twins that are issued: for ``unknown`` both are those of `plain`, beside the discrepancy.
     plain : PlainTwin
         Without effects; beside a discrepancy, where one is left.
     state : GapState

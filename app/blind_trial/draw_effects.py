@@ -123,7 +123,7 @@ def of_size(yard: EffectSize, name: str, size: float, rng: np.random.Generator) 
         Values in the units of the effect's card.
     """
     card = yard.specimen.cards[name]
-    direction, shapes = _direction(card, rng)
+    direction, shapes = random_values(card, rng)
     most = min(
         WITHIN * (p.high if direction[p.name] > 0 else p.low) / direction[p.name]
         for p in card.amplitudes
@@ -154,7 +154,7 @@ def _values(direction: Values, shapes: Values, amount: float) -> dict[str, float
     return {**{p: amount * part for p, part in direction.items()}, **shapes}
 
 
-def _direction(card: EffectCard, rng: np.random.Generator) -> tuple[dict[str, float], dict[str, float]]:
+def random_values(card: EffectCard, rng: np.random.Generator) -> tuple[dict[str, float], dict[str, float]]:
     """Random amplitudes of about one prior standard deviation, and shapes in the inner part of their ranges."""
     drawn = {p.name: p.sigma * float(rng.standard_normal()) for p in card.amplitudes}
     for p in card.amplitudes:

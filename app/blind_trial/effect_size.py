@@ -20,11 +20,15 @@ from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import linearise_all
 from analysis.gap.fitting.schur_complement import schur_complement
 from analysis.gap.fitting.state import GapState, starting_state
+from analysis.gap.imperfect.discrepancy import Discrepancy, DiscrepancyShape
 from analysis.gap.search.score_test import score_test
 from app.blind_trial.expected_frf import expected_frf, true_updating
 from app.blind_trial.specimen import Specimen
 from simulation.effects.library import LIBRARY
 from simulation.reduction.effect_operators import EffectOperators
+
+QUIETER = 100.0
+"""Factor by which the noise is lower where scatter is computed: the signals have none, and some are below it."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +108,34 @@ class EffectSize:
         by_gains = float(head.gradient @ np.linalg.solve(head.matrix, head.gradient))
         chi2 = sum(e.chi2 for e in equations) - head.predicted_decrease - by_gains
         return float(np.sqrt(max(chi2, 0.0))) / self.sigma
+
+    def scatter(self, effects: Mapping[str, Values]) -> float | None:
+        """Scatter of the resonances that `effects` make, frequency and half loss factor together, relative.
+
+        None where they exceed the certified range of the plate's operators.
+        """
+        found = self._discrepancy(effects)
+        return None if found is None else float(np.hypot(found[1].frequency, found[1].damping))
+
+    def beside(self, effects: Mapping[str, Values]) -> "EffectSize":
+        """Return a yard in which sigma contains the scatter of the resonances that `effects` make."""
+        found = self._discrepancy(effects)
+        if found is None:
+            raise ValueError(f"{', '.join(effects)}: beyond what the plate is certified for")
+        shape, scatter = found
+        return replace(self, sweeps=replace(self.sweeps, weights=shape.weights(scatter)))
+
+    def _discrepancy(self, effects: Mapping[str, Values]) -> tuple[DiscrepancyShape, Discrepancy] | None:
+        try:
+            fit = self._fitted(self._with(self.signal(effects)))
+        except ValueError:
+            return None
+        loss = np.exp(fit.state.laws[self.sweeps.groups.of_sweep, 2])
+        shape = DiscrepancyShape.of(self.sweeps, fit.predicted, loss)
+        quiet = replace(
+            shape, by_frequency=QUIETER**2 * shape.by_frequency, by_amplitude=QUIETER**2 * shape.by_amplitude
+        )
+        return shape, quiet.scatter(self.sweeps, QUIETER * fit.residual, fit.determined)
 
     def left(self, signal: Complex) -> float:
         """Return the size of a signal, in sigma, after a full fit of laws, readings and gain to it."""

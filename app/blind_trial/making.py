@@ -1,6 +1,8 @@
 """Simulation of one campaign of a trial: drawn, its truth written, recorded on the simulated rig."""
 
+import copy
 import shutil
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
@@ -8,10 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from analysis.effect_card import Values
+from app.blind_trial.as_built import as_it_is
 from app.blind_trial.assignments import Assignment
 from app.blind_trial.draw_effects import DrawnEffects, draw_effects
 from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.experiments import any_declaration, declared, draw_experiments
+from app.blind_trial.nuisances import SCATTER, Nuisances, draw_nuisances
 from app.blind_trial.plates import OTHER_MESH, PlateKind
 from app.blind_trial.specimen import Specimen
 from app.blind_trial.wanted_effects import partners, wanted, ways
@@ -32,7 +37,13 @@ information as with 1 % on every tenth, and the twin's error of 0.1 % does not h
 
 
 def make_campaign(
-    assignment: Assignment, kind: PlateKind, stream: str, seed: int, truth: Path, folder: Path
+    assignment: Assignment,
+    kind: PlateKind,
+    stream: str,
+    seed: int,
+    truth: Path,
+    folder: Path,
+    built: PlateKind | None = None,
 ) -> None:
     """Simulate a campaign; its folder does not contain the truth.
 
@@ -47,30 +58,56 @@ def make_campaign(
     folder : Path
         Campaign folder; remains of an interrupted run are removed. With several inputs each has a folder of its
         own beside it, and this one holds the joined campaign.
+    built : PlateKind, optional
+        The plate as it is, with nuisances that nobody tells; by default as declared, without any.
     """
     rng = assignment.rng(stream, seed)
     possible = library(any_declaration(kind))
     names = tuple(name for name in LIBRARY if name in possible)
     first = wanted(assignment, names, stream, seed)
     legs, levels = ways(first, rng)
-    experiments = draw_experiments(rng, kind, f"trial {assignment.name}", legs, levels)
-    specimen = Specimen.of(experiments)
+    specimen = _specimen(kind, built, rng, f"trial {assignment.name}", legs, levels)
+    experiments = specimen.experiments
     share = float(np.exp(rng.uniform(*np.log(NOISE))))
     judging = effect_twin(declared(experiments), lambda stage, share: None).plate.operators
     with ThreadPoolExecutor(1) as executor:
         yard = EffectSize.of(specimen, judging, share, rng, executor)
-        hidden = draw_effects(assignment, first, partners(names, legs, levels), yard, rng)
-    write_json(truth, record(assignment, kind, specimen, hidden, yard))
-    record_on_rig(specimen, hidden, yard.noise, truth, folder)
+        untold = Nuisances()
+        if built is not None:
+            untold = draw_nuisances(SCATTER[assignment.ordinal % len(SCATTER)], first, yard, rng)
+            yard = yard.beside(untold.effects) if untold.effects else yard
+        others = tuple(name for name in partners(names, legs, levels) if name not in untold.effects)
+        hidden = draw_effects(assignment, first, others, yard, rng)
+    write_json(truth, record(assignment, kind, specimen, hidden, yard, untold))
+    record_on_rig(specimen, {**untold.effects, **hidden.effects}, yard.noise, truth, folder)
 
 
-def record_on_rig(specimen: Specimen, hidden: DrawnEffects, noise: float, truth: Path, folder: Path) -> None:
+def _specimen(
+    kind: PlateKind,
+    built: PlateKind | None,
+    rng: np.random.Generator,
+    title: str,
+    legs: tuple[str, ...],
+    levels: tuple[float, ...],
+) -> Specimen:
+    """Draw the experiments of a plate, and of the same plate as it is with the same numbers."""
+    again = copy.deepcopy(rng)
+    experiments = draw_experiments(rng, kind, title, legs, levels)
+    if built is None:
+        return Specimen.of(experiments)
+    return Specimen.of(experiments, built=as_it_is(draw_experiments(again, built, title, legs, levels), rng))
+
+
+def record_on_rig(
+    specimen: Specimen, hidden: Mapping[str, Values], noise: float, truth: Path, folder: Path
+) -> None:
     """Record the campaign of every input, and join them if there are several.
 
     Parameters
     ----------
     specimen : Specimen
-    hidden : DrawnEffects
+    hidden : mapping
+        Parameters by effect, nuisances included.
     noise : float
         On every input of the cards, V rms.
     truth : Path
@@ -84,7 +121,7 @@ def record_on_rig(specimen: Specimen, hidden: DrawnEffects, noise: float, truth:
     for source, experiment in enumerate(specimen.experiments):
         part = folder.with_name(f"{folder.name}-{specimen.declared.inputs[source].id}") if several else folder
         shutil.rmtree(part, ignore_errors=True)
-        rig = specimen.rig(source, hidden.effects, noise, truth)
+        rig = specimen.rig(source, hidden, noise, truth)
         acquired = experiment.model_dump(mode="json", exclude={"simulation"})
         session, file = Session(rig, experiment.limits), Source(truth.name, sha256(truth))
         acquire_campaign(session, experiment, part, file, acquired, unobserved)
@@ -94,7 +131,12 @@ def record_on_rig(specimen: Specimen, hidden: DrawnEffects, noise: float, truth:
 
 
 def record(
-    assignment: Assignment, kind: PlateKind, specimen: Specimen, hidden: DrawnEffects, yard: EffectSize
+    assignment: Assignment,
+    kind: PlateKind,
+    specimen: Specimen,
+    hidden: DrawnEffects,
+    yard: EffectSize,
+    untold: Nuisances,
 ) -> dict[str, Any]:
     """Return the content of a truth file.
 
@@ -106,13 +148,14 @@ def record(
     hidden : DrawnEffects
     yard : EffectSize
         Gives the noise, V rms, and the sweeps.
+    untold : Nuisances
 
     Returns
     -------
     dict
         Of JSON values.
     """
-    simulation, shown = specimen.simulations[0], yard.sweeps
+    shown = yard.sweeps
     return {
         "schema": SCHEMA,
         "number": assignment.number,
@@ -131,7 +174,10 @@ def record(
         "gain": dict(zip(kind.inputs, specimen.driven.tolist(), strict=True)),
         "noise": yard.noise,
         "seed": [one.seed for one in specimen.simulations],
-        "laws": simulation.laws.model_dump(mode="json"),
+        "laws": specimen.true_laws.model_dump(mode="json"),
+        "untold": untold.effects,
+        "scatter": untold.scatter,
+        "built": specimen.declared.plate.model_dump(mode="json", exclude_none=True),
         "plate": kind.record(),
         "mesh": asdict(OTHER_MESH),
     }

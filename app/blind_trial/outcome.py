@@ -6,6 +6,7 @@ from itertools import permutations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import TypeAdapter
 
 from analysis.gap.thresholds import CLASS_COSINE
@@ -13,6 +14,7 @@ from app.blind_trial.assignments import Kind
 from app.blind_trial.judging import REFUSED
 from app.files.bad_file import ResultFileError
 from app.files.parsed_text import parse_json, read_text
+from app.files.simulation_section import Laws
 from app.stages.gap import GAP
 
 Record = Mapping[str, Any]
@@ -75,6 +77,10 @@ class TrialOutcome:
     one_ramp : bool
     not_observable : frozenset of str
     seconds : float
+    scatter : float
+        Of the resonances, by nuisances that nobody told.
+    law_errors : mapping of str to tuple of float
+        Of the laws of the twin issued at the campaign's temperatures, in their stated standard deviations.
     """
 
     number: int
@@ -91,6 +97,8 @@ class TrialOutcome:
     one_ramp: bool = False
     not_observable: frozenset[str] = field(default_factory=frozenset)
     seconds: float = 0.0
+    scatter: float = 0.0
+    law_errors: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     @property
     def right_names(self) -> bool:
@@ -130,6 +138,8 @@ class TrialOutcome:
             "closure": self.closure,
             "closure_also": list(self.closure_also),
             "seconds": self.seconds,
+            "scatter": self.scatter,
+            "law_errors_sigma": {name: list(errors) for name, errors in self.law_errors.items()},
         }
 
     def is_there(self, named: Named) -> bool:
@@ -152,6 +162,7 @@ def outcome(truth: Record, verdict: Record | None) -> TrialOutcome:
         "cosine": truth["cosine"],
         "imitations": truth["imitations"],
         "one_ramp": len(truth["legs"]) == 1,
+        "scatter": truth["scatter"],
     }
     if verdict is None:
         return TrialOutcome(**known, verdict="refused")
@@ -168,7 +179,17 @@ def outcome(truth: Record, verdict: Record | None) -> TrialOutcome:
         ),
         not_observable=frozenset(verdict["not_observable"]),
         seconds=verdict["seconds"],
+        law_errors=_law_errors(truth["laws"], verdict["laws"]["final"]),
     )
+
+
+def _law_errors(truth: Record, stated: Record) -> dict[str, tuple[float, ...]]:
+    true = Laws.model_validate(truth).laws().at(np.array(stated["temperature_c"]))
+    found = {}
+    for name, unit in (("youngs_modulus", "_pa"), ("poisson_ratio", ""), ("loss_factor", "")):
+        value, sigma = (np.array(stated[f"{before}{name}{unit}"]) for before in ("", "sigma_"))
+        found[name] = tuple(((value - getattr(true, name)) / sigma).tolist())
+    return found
 
 
 def read_outcome(truth: Path, run: Path) -> TrialOutcome | None:

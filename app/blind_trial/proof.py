@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from app.blind_trial.calibration import claims, reliability
 from app.blind_trial.draw_effects import ALIKE
 from app.blind_trial.outcome import TrialOutcome
-from app.blind_trial.parameter_errors import coverage, errors
+from app.blind_trial.parameter_errors import NINETY, coverage, errors
 from app.blind_trial.proportion_interval import proportion_interval
 
 FAINT = (5.0, 8.0)
 """Sizes, sigma, between which an effect counts as one of 6 sigma."""
 PLAIN, CLEAR = 13.5, 27.0
 """Sizes, sigma, from which an effect counts as one of 15 or 30 sigma: the size reached may be a little less."""
+REFUSED = "refused"
 Test = Callable[[TrialOutcome], bool]
 
 
@@ -63,6 +64,7 @@ def figures(outcomes: Sequence[TrialOutcome]) -> tuple[Figure, ...]:
         *_pairs(outcomes),
         *_closure(outcomes),
         *_parameters(outcomes),
+        *_laws(outcomes),
         *_confidence(outcomes),
         *_blind_spots(outcomes),
     )
@@ -102,7 +104,11 @@ def strength(o: TrialOutcome) -> float:
 
 def _nulls(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     nulls = _kind(outcomes, "null")
-    yield share("nulls: a gap or an effect claimed", nulls, lambda o: o.verdict != "none", most=0.01)
+    yield share("nulls: an effect claimed", nulls, lambda o: bool(o.named) or o.verdict == REFUSED, most=0.005)
+    quiet = [o for o in nulls if not o.scatter]
+    yield share(
+        "nulls without nuisances: a gap or an effect claimed", quiet, lambda o: o.verdict != "none", most=0.01
+    )
 
 
 def _singles(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
@@ -159,6 +165,16 @@ def _parameters(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     low, high = proportion_interval(hits, count)
     held = hits / count if count else None
     yield Figure("true parameters within their 90 % intervals", held, low, high, count, (0.85, 0.95))
+
+
+def _laws(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
+    """Bands of the laws; the errors of one campaign at its temperatures are much alike, so it counts once."""
+    judged = [o for o in outcomes if o.law_errors]
+    for name in ("youngs_modulus", "poisson_ratio", "loss_factor"):
+        held = [float(np.mean(np.abs(o.law_errors[name]) <= NINETY)) for o in judged]
+        value = float(np.mean(held)) if held else None
+        low, high = proportion_interval(round(sum(held)), len(held))
+        yield Figure(f"true {name} within its 90 % band", value, low, high, len(held), (0.85, 0.95))
 
 
 def _confidence(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:

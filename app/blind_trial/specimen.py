@@ -17,7 +17,7 @@ from app.blind_trial.plates import OTHER_MESH
 from app.blind_trial.unlisted_effects import UNLISTED_EFFECTS
 from app.files.effect_cache import cached_operators
 from app.files.experiment_toml import AcquiredExperiment
-from app.files.simulation_section import Simulation
+from app.files.simulation_section import Laws, Simulation
 from app.rig.plate_transfer import Followed, PlateTransfer, TwinTransfer
 from app.rig.simulated_plate import TwinPlate
 from app.rig.simulated_rig import REFERENCE, parts_around
@@ -53,14 +53,14 @@ class Specimen:
     Attributes
     ----------
     experiments : (I,) tuple of AcquiredExperiment
-        One for each input.
+        One for each input, as recorded.
     simulations : (I,) tuple of Simulation
         Laws, the same in all, gain and seed.
     twin : Twin
         With all inputs. Its library contains the project's effects and the unlisted ones.
     laws : MaterialLaws
     declared : Experiment
-        As recorded, the declaration of `twin`.
+        As the plate is, the declaration of `twin`.
     """
 
     experiments: tuple[AcquiredExperiment, ...]
@@ -74,6 +74,7 @@ class Specimen:
         cls,
         experiments: Sequence[AcquiredExperiment],
         operators: EffectOperators | None = None,
+        built: Sequence[AcquiredExperiment] | None = None,
     ) -> "Specimen":
         """Make the specimen of one campaign.
 
@@ -83,6 +84,8 @@ class Specimen:
             With simulations, as of `draw_experiments`.
         operators : EffectOperators, optional
             Of `specimen_operators`, which gives them by default.
+        built : sequence of AcquiredExperiment, optional
+            The same with the plate as it is, where that differs from what `experiments` declare.
 
         Returns
         -------
@@ -93,16 +96,25 @@ class Specimen:
         ValueError
             For an experiment that simulates nothing.
         """
-        simulations = tuple(one.simulation for one in experiments if one.simulation is not None)
+        real = experiments if built is None else built
+        simulations = tuple(one.simulation for one in real if one.simulation is not None)
         if len(simulations) < len(experiments):
             raise ValueError("an experiment that simulates nothing has no specimen")
-        recorded = declared(experiments)
+        recorded = declared(real)
         if operators is None:
             operators = specimen_operators(recorded)
         laws = simulations[0].laws.laws()
         known = {**library(recorded), **UNLISTED_EFFECTS}
         twin = Twin.of(recorded, EffectPlate(operators), known).referred(laws.local(REFERENCE))
         return cls(tuple(experiments), simulations, twin, laws, recorded)
+
+    @property
+    def true_laws(self) -> Laws:
+        """Laws over the plate's own temperature, as drawn; `laws` are over what the thermometer reads."""
+        simulation = self.experiments[0].simulation
+        if simulation is None:
+            raise ValueError("an experiment that simulates nothing has no specimen")
+        return simulation.laws
 
     @property
     def driven(self) -> Real:

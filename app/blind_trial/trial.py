@@ -19,6 +19,7 @@ import numpy as np
 
 import analysis.gap.thresholds as frozen
 from analysis.progress import Progress
+from app.blind_trial.as_built import as_built
 from app.blind_trial.assignments import SHARES, STREAMS, Assignment, Kind, assignments
 from app.blind_trial.experiments import any_declaration
 from app.blind_trial.judging import is_judged, judge_campaign
@@ -48,6 +49,8 @@ class Trial:
     kinds : tuple of str
     stream : str
         ``trial`` or ``calibration``.
+    exact : bool
+        Whether plates are exactly as declared, without nuisances.
     """
 
     folder: Path
@@ -55,6 +58,7 @@ class Trial:
     seed: int
     kinds: tuple[Kind, ...]
     stream: str = "trial"
+    exact: bool = False
 
     @property
     def assignments(self) -> tuple[Assignment, ...]:
@@ -80,15 +84,29 @@ class Trial:
         words = [STREAMS[self.stream], self.seed, 0]
         return tuple(plate_kind(number, np.random.default_rng([*words, number])) for number in range(count))
 
-    def plate(self, assignment: Assignment) -> PlateKind:
-        """Return the plate of a campaign: plates are used in turn, with a shift of one per round of kinds."""
+    @property
+    def built(self) -> tuple[PlateKind | None, ...]:
+        """Every plate as it is, nobody tells how; None where it is as declared."""
+        if self.exact:
+            return (None,) * len(self.plates)
+        words = [STREAMS[self.stream], self.seed, 3]
+        return tuple(
+            as_built(kind, np.random.default_rng([*words, number])) for number, kind in enumerate(self.plates)
+        )
+
+    def plate(self, assignment: Assignment) -> tuple[PlateKind, PlateKind | None]:
+        """Return the plate of a campaign, as declared and as built.
+
+        Plates are used in turn, with a shift of one per round of kinds.
+        """
         plates, turn = self.plates, assignment.number // sum(SHARES.values())
-        return plates[(assignment.number + turn) % len(plates)]
+        place = (assignment.number + turn) % len(plates)
+        return plates[place], self.built[place]
 
     def record(self) -> dict[str, Any]:
         """Return the content of ``trial.json``."""
         thresholds = sha256(Path(str(frozen.__file__)))
-        settings = {"count": self.count, "kinds": list(self.kinds), "stream": self.stream}
+        settings = {"count": self.count, "kinds": list(self.kinds), "stream": self.stream, "exact": self.exact}
         return {"schema": SCHEMA, **provenance({"thresholds": thresholds}, settings, self.seed)}
 
 
@@ -123,7 +141,8 @@ def run_trial(trial: Trial, executor: Executor, report: Progress, announce: Call
     left = [a for a in trial.assignments if not is_judged(trial.run(a))]
     if not left:
         return
-    tasks = [(task, kind) for kind in trial.plates for task in (prepare_specimen, prepare_twin)]
+    tasks = [(prepare_twin, kind) for kind in trial.plates]
+    tasks += [(prepare_specimen, built or kind) for kind, built in zip(trial.plates, trial.built, strict=True)]
     report("plates", 0.0)
     for done, plate in enumerate(as_completed([executor.submit(task, kind) for task, kind in tasks]), 1):
         plate.result()
@@ -150,6 +169,7 @@ def prepare_twin(kind: PlateKind) -> None:
 def one_campaign(trial: Trial, assignment: Assignment) -> None:
     """Simulate a campaign and compare it; the comparison gets only the campaign's folder and the library."""
     truth, folder = trial.truth(assignment), trial.campaign(assignment)
-    make_campaign(assignment, trial.plate(assignment), trial.stream, trial.seed, truth, folder)
-    ablated = read_record(truth)["ablated"]
-    judge_campaign(folder, trial.run(assignment), [ablated] if ablated else [])
+    kind, built = trial.plate(assignment)
+    make_campaign(assignment, kind, trial.stream, trial.seed, truth, folder, built)
+    told = read_record(truth)
+    judge_campaign(folder, trial.run(assignment), [*filter(None, [told["ablated"]]), *told["untold"]])

@@ -67,29 +67,66 @@ class BesideDiscrepancy:
     reason: str
 
 
-def beside_discrepancy(context: SearchContext, baseline: GapFit) -> BesideDiscrepancy:
-    """Search beside a discrepancy, and decide what is named.
+@dataclass(frozen=True)
+class SearchedBeside:
+    """Result of a search beside a discrepancy, before it is decided what of it is named.
+
+    Attributes
+    ----------
+    few : SearchContext
+        Of a few temperatures, unweighted.
+    found : ImperfectResult
+        There.
+    baseline, final : GapFit
+        Of all sweeps, without and with the effects found; residuals in units of the noise.
+    """
+
+    few: SearchContext
+    found: ImperfectResult
+    baseline: GapFit
+    final: GapFit
+
+    @classmethod
+    def of(cls, context: SearchContext, baseline: GapFit) -> "SearchedBeside":
+        """Search beside a discrepancy.
+
+        Parameters
+        ----------
+        context : SearchContext
+            Of all sweeps, unweighted.
+        baseline : GapFit
+            Without effects.
+
+        Returns
+        -------
+        SearchedBeside
+        """
+        sweeps, begun = at_few_temperatures(context, baseline)
+        few = context.of(sweeps)
+        found = ImperfectSearch(few, begun).run()
+        context.report("beside a discrepancy", 0.8)
+        before = over_all_sweeps(context, baseline, found.baseline)
+        after = over_all_sweeps(context, baseline, found.final) if found.final.effects else before
+        return cls(few, found, before, after)
+
+
+def beside_discrepancy(context: SearchContext, searched: SearchedBeside) -> BesideDiscrepancy:
+    """Decide what is named beside a discrepancy.
 
     Parameters
     ----------
     context : SearchContext
         Of all sweeps, unweighted.
-    baseline : GapFit
-        Without effects.
+    searched : SearchedBeside
 
     Returns
     -------
     BesideDiscrepancy
     """
-    sweeps, begun = at_few_temperatures(context, baseline)
-    few = context.of(sweeps)
-    found = ImperfectSearch(few, begun).run()
-    context.report("beside a discrepancy", 0.8)
-    before = over_all_sweeps(context, baseline, found.baseline)
+    found, before, after = searched.found, searched.baseline, searched.final
     if not found.final.effects:
         return BesideDiscrepancy(found, before, before, (), {}, False, _said(found, "no effect stands out of it"))
-    after = over_all_sweeps(context, baseline, found.final)
-    tried = tried_elsewhere(few, found)
+    tried = tried_elsewhere(searched.few, found)
     claimed, reason = _decided(context, found, before, after, tried)
     return BesideDiscrepancy(found, before, after, tried, _sure(found), claimed, _said(found, reason))
 

@@ -78,13 +78,31 @@ class SearchResult:
         return tuple(self.fit.state.effects)
 
 
-def stepwise_search(context: SearchContext, baseline: GapFit) -> SearchResult:
-    """Find the effects that the twin of `baseline` lacks."""
+def screened(context: SearchContext, baseline: GapFit) -> SearchResult:
+    """Return what a search knows before its first step: nothing found, every candidate to first order."""
     context.report("screen", 0.0)
     first = context.score_test(baseline)
-    seen = observability(first, context.model.cards)
+    return SearchResult(baseline, baseline, (), first, first, observability(first, context.model.cards), {}, {})
+
+
+def stepwise_search(context: SearchContext, baseline: GapFit, begun: GapFit | None = None) -> SearchResult:
+    """Find the effects that the twin of `baseline` lacks.
+
+    Parameters
+    ----------
+    context : SearchContext
+    baseline : GapFit
+    begun : GapFit, optional
+        Near the noise, with effects found otherwise: if they leave noise alone, no effects are added one by one.
+
+    Returns
+    -------
+    SearchResult
+    """
+    known = screened(context, baseline)
+    first, seen = known.first, known.seen
     blind = tuple(o.effect for o in seen if not o.observable)
-    steps, path = _climb(context, baseline, first, blind)
+    steps, path = _begun(context, begun) or _climb(context, baseline, first, blind)
     fit, last = _supported(context, baseline, path)
     if len(fit.state.effects) > 1 and not _enough(context, baseline, fit):
         moved = relocated(context, baseline, fit)
@@ -103,6 +121,16 @@ def stepwise_search(context: SearchContext, baseline: GapFit) -> SearchResult:
     without = {name: dropped(context, baseline, fit, name) for name in fit.state.effects}
     rivals = {name: relative_evidence(context, fit, last, name, blind) for name in fit.state.effects}
     return SearchResult(baseline, fit, tuple(steps), first, last, seen, without, rivals)
+
+
+def _begun(
+    context: SearchContext, near: GapFit | None
+) -> tuple[list[Step], list[tuple[GapFit, ScoreTest]]] | None:
+    """Fit effects found otherwise to all sweeps; None unless they leave noise alone."""
+    if near is None or not 0 < len(near.state.effects) <= MOST_EFFECTS:
+        return None
+    fit = context.fit(near.state, tuple(near.state.effects))
+    return ([], [(fit, context.score_test(fit))]) if fit.plausible and context.agrees(fit) else None
 
 
 def _enough(context: SearchContext, baseline: GapFit, fit: GapFit) -> bool:

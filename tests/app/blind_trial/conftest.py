@@ -1,14 +1,18 @@
 """One plate with two patches and few modes, reduced once for all tests of the trial."""
 
 import dataclasses
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 from analysis.experiment import Experiment
 from analysis.material import MaterialBox
+from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.experiments import draw_experiments
 from app.blind_trial.plates import PlateKind, draw_plate
+from app.blind_trial.specimen import Specimen
 from app.files.experiment_toml import AcquiredExperiment
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.basis_training import BasisTraining
@@ -42,6 +46,13 @@ def operators(experiment: AcquiredExperiment) -> EffectOperators:
     """Operators of the specimen; they serve its twin, too."""
     declared: Experiment = experiment.recorded(experiment.sample_rate)
     return reduce_with_effects(declared, BOX, fineness=COARSE, training=ROUGH)[0]
+
+
+@pytest.fixture(scope="session")
+def yard(experiment: AcquiredExperiment, operators: EffectOperators) -> Iterator[EffectSize]:
+    with ThreadPoolExecutor(1) as executor:
+        specimen = Specimen.of([experiment], operators)
+        yield EffectSize.of(specimen, operators, 0.02, np.random.default_rng(0), executor)
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,5 @@
 """Sizes in sigma: nothing for what the baseline can do itself, the plain norm for what it cannot."""
 
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -11,16 +9,8 @@ from analysis.gap.thresholds import MODEL_ERROR, MODEL_ERROR_ALONG
 from app.blind_trial.draw_effects import answered, of_size
 from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.plates import PlateKind
-from app.blind_trial.specimen import Specimen
 from app.files.experiment_toml import AcquiredExperiment
 from simulation.reduction.effect_operators import EffectOperators
-
-
-@pytest.fixture(scope="module")
-def yard(experiment: AcquiredExperiment, operators: EffectOperators) -> Iterator[EffectSize]:
-    with ThreadPoolExecutor(1) as executor:
-        specimen = Specimen.of([experiment], operators)
-        yield EffectSize.of(specimen, operators, 0.02, np.random.default_rng(0), executor)
 
 
 def white(yard: EffectSize, signal: np.ndarray) -> float:

@@ -18,6 +18,13 @@ TRUTH: dict[str, Any] = {
     "cosine": None,
     "imitations": {},
     "legs": ["up"],
+    "scatter": 0.003,
+    "laws": {
+        "temperature": [-20.0, 0.0, 20.0, 40.0, 80.0],
+        "youngs_modulus": [3e9, 2.8e9, 2.4e9, 2.0e9, 1.6e9],
+        "poisson_ratio": [0.35, 0.36, 0.37, 0.38, 0.39],
+        "loss_factor": [0.04, 0.05, 0.06, 0.05, 0.04],
+    },
 }
 VERDICT: dict[str, Any] = {
     "verdict": "explained",
@@ -31,6 +38,17 @@ VERDICT: dict[str, Any] = {
         }
     ],
     "gap": {"held_out": {"closure": 0.93}, "held_out_also": [{"closure": 0.9}, {"closure": None}]},
+    "laws": {
+        "final": {
+            "temperature_c": [0.0, 20.0],
+            "youngs_modulus_pa": [2.82e9, 2.38e9],
+            "poisson_ratio": [0.362, 0.37],
+            "loss_factor": [0.05, 0.066],
+            "sigma_youngs_modulus_pa": [1e7, 2e7],
+            "sigma_poisson_ratio": [0.001, 0.001],
+            "sigma_loss_factor": [0.002, 0.002],
+        }
+    },
     "not_observable": ["high_pass"],
     "seconds": 31,
 }
@@ -49,6 +67,12 @@ def test_a_truth_beside_its_verdict(tmp_path: Path) -> None:
     assert found.named[0].parameters == {"mass": (1.1e-3, 2e-5)}
     assert (found.closure, found.closure_also, found.one_ramp) == (0.93, (0.9,), True)
     assert found.size == {"point_mass": 80.0}
+    assert found.scatter == 0.003
+    assert found.law_errors == {
+        "youngs_modulus": pytest.approx((2.0, -1.0)),
+        "poisson_ratio": pytest.approx((2.0, 0.0)),
+        "loss_factor": pytest.approx((0.0, 3.0)),
+    }
 
 
 def test_without_a_verdict_there_is_no_outcome(tmp_path: Path) -> None:
@@ -65,6 +89,7 @@ def test_without_a_verdict_there_is_no_outcome(tmp_path: Path) -> None:
         (TRUTH, {**VERDICT, "effects": 7}, "not what this trial wrote"),
         (TRUTH, {**VERDICT, "gap": [[]]}, "not what this trial wrote"),
         (TRUTH, {**VERDICT, "seconds": "long"}, "seconds"),
+        (TRUTH, {**VERDICT, "laws": {"final": {"temperature_c": [20.0]}}}, "youngs_modulus"),
         (TRUTH, "\x00", r"gap\.json: unreadable"),
     ],
 )

@@ -39,13 +39,22 @@ def value(rows: dict[str, Any], start: str) -> tuple[float | None, int]:
     return row.value, row.count
 
 
-def test_nulls_are_false_by_any_other_answer_than_none():
+def test_nulls_are_false_by_a_name_and_without_nuisances_by_a_gap():
     rows = table(
         campaign("null"), campaign("null", verdict="unknown"), campaign("null", named=(named("x"),)),
-        campaign("null", verdict="refused"),
+        campaign("null", verdict="refused"), campaign("null", verdict="unknown", scatter=0.003),
     )  # fmt: skip
-    assert value(rows, "nulls") == (0.75, 4)
+    assert value(rows, "nulls: an effect claimed") == (0.4, 5)
+    assert value(rows, "nulls without nuisances") == (0.75, 4)
     assert next(iter(rows.values())).met is False
+
+
+def test_the_laws_bands_count_once_for_each_campaign():
+    held, missed = (0.5, -1.6, 1.2, 0.1), (2.0, -1.7, 0.3, 1.8)
+    laws = [{"youngs_modulus": held, "poisson_ratio": one, "loss_factor": held} for one in (held, missed)]
+    rows = table(*(campaign("null", law_errors=one) for one in laws), campaign("null", verdict="refused"))
+    assert value(rows, "true youngs_modulus") == (1.0, 2)
+    assert value(rows, "true poisson_ratio") == (0.625, 2)
 
 
 def test_a_name_and_a_class_are_two_things():
@@ -174,6 +183,13 @@ def test_an_outcome_is_read_from_truth_and_verdict():
         "cosine": None,
         "imitations": {},
         "legs": ["up"],
+        "scatter": 0.0,
+        "laws": {
+            "temperature": [0.0, 20.0, 40.0, 60.0],
+            "youngs_modulus": [3e9] * 4,
+            "poisson_ratio": [0.4] * 4,
+            "loss_factor": [0.05] * 4,
+        },
     }
     effect = {"name": "x", "equivalent": ["y"], "probability": 0.9, "against": {"nothing": -9.0}}
     verdict = {
@@ -182,6 +198,13 @@ def test_an_outcome_is_read_from_truth_and_verdict():
         "gap": {"held_out": {"closure": 0.97}, "held_out_also": [{"closure": 0.92}, {"closure": None}]},
         "not_observable": ["thermal_lag"],
         "seconds": 4.0,
+        "laws": {
+            "final": {
+                "temperature_c": [20.0],
+                **{"youngs_modulus_pa": [3.1e9], "poisson_ratio": [0.4], "loss_factor": [0.05]},
+                **{"sigma_youngs_modulus_pa": [1e8], "sigma_poisson_ratio": [0.1], "sigma_loss_factor": [0.1]},
+            }
+        },
     }
     assert outcome(truth, verdict).named == ()  # hints of an unknown gap claim nothing
     found = outcome(truth, {**verdict, "verdict": "partly_explained"})

@@ -8,7 +8,6 @@ import pytest
 
 from analysis.frf import campaign_frf
 from analysis.sweep_point import SweepPoint
-from app.blind_trial.draw_effects import DrawnEffects
 from app.blind_trial.expected_frf import expected_frf
 from app.blind_trial.experiments import any_declaration, draw_experiments
 from app.blind_trial.making import record_on_rig
@@ -31,14 +30,14 @@ def test_recorded_and_computed_frfs_differ_by_the_noise(tmp_path: Path, driven: 
     experiments = draw_experiments(np.random.default_rng(6), kind, "plate", ("up",), (1.0, 2.0))
     specimen = Specimen.of(experiments, operators)
     softening = {"a": 0.02, "b": 0.1}  # weak: a resonance that folds over answers beyond the record's end
-    hidden = DrawnEffects({"amplitude_softening": softening}, {}, None, {})
+    hidden = {"amplitude_softening": softening}
     _, noise = expected_frf(specimen, 0.05, np.random.default_rng(7))
     truth, folder = tmp_path / "truth.json", tmp_path / "campaign"
     truth.write_text("{}", encoding="utf-8")
     record_on_rig(specimen, hidden, noise, truth, folder)
     campaign = load_campaign(folder)
     assert [one.id for one in campaign.experiment.inputs] == list(kind.inputs)
-    frf, transfer = campaign_frf(campaign), specimen.transfer(hidden.effects)
+    frf, transfer = campaign_frf(campaign), specimen.transfer(hidden)
     used = ~frf.excluded
     louder = specimen.gains / specimen.gains[0]
     away = []
