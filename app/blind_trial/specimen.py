@@ -180,4 +180,4 @@ def specimen_operators(experiment: Experiment, report: Progress | None = None) -
     """
     silent: Progress = report or (lambda stage, share: None)
     box = material_box(experiment.plate.material)
-    return cached_operators(experiment, box, silent, OTHER_MESH)
+    return cached_operators(experiment, box, silent, OTHER_MESH, exact=True)

@@ -66,6 +66,8 @@ def cached_operators(
     fineness: "Fineness | None" = None,
     basis: "Callable[[], PlateBasis | None]" = lambda: None,
     near: "Sheet | None" = None,
+    *,
+    exact: bool = False,
 ) -> "EffectOperators":
     """Operators of an experiment's plate, from the cache or made and kept there; about a minute where made.
 
@@ -82,6 +84,8 @@ def cached_operators(
         Asked only where they are made: returns what the plain reduction rests on, None where it is not known.
     near : (4,) tuple of float, optional
         Moduli of an orthotropic sheet about which they are made.
+    exact : bool
+        Whether patches are exactly as declared, as those of a simulated plate.
 
     Returns
     -------
@@ -95,10 +99,12 @@ def cached_operators(
     from simulation.reduction.effect_reduction import reduce_with_effects
 
     def made() -> "EffectOperators":
-        known = basis()
-        return reduce_with_effects(experiment, box, basis=known, fineness=fineness, near=near, progress=report)[0]
+        ops, _, _ = reduce_with_effects(
+            experiment, box, basis=basis(), fineness=fineness, near=near, exact=exact, progress=report
+        )
+        return ops
 
-    return _kept("effects", experiment, box, fineness, near, made)
+    return _kept("exact" if exact else "effects", experiment, box, fineness, near, made)
 
 
 def cached_departures(

@@ -10,7 +10,16 @@ from app.report.described import description_items
 from app.report.page import Item, PageTable, Paragraph, Picture, VerdictBox
 from app.report.pairing import pairing_items
 from app.terminal.effect_words import in_words, title, titles_of
-from app.terminal.gap import concluded, estimate, gap_closed, held_out_parts, named, verdict_words
+from app.terminal.gap import (
+    chi2_before_and_after,
+    claims,
+    concluded,
+    estimate,
+    gap_closed,
+    held_out_parts,
+    named,
+    verdict_words,
+)
 from app.terminal.pairing import no_fit_words
 from app.terminal.plan import HEADINGS, answer_words, plan_rows, plan_words
 
@@ -96,11 +105,14 @@ def verdict(record: Record) -> VerdictBox:
     if record["effects"]:
         headline += f" (hints: {found})" if record["verdict"] == "unknown" else f": {found}"
     share = record["unexplained"]["share"]
+    misfit = [
+        f"{100 * one['relative_misfit']:.2f} %" for one in ((before, after) if claims(record) else (before,))
+    ]
     sentences.append(
-        f"chi2 per degree of freedom {before['chi2_per_dof']:.3g} before, {after['chi2_per_dof']:.3g} after; "
-        f"misfit {100 * before['relative_misfit']:.2f} % and {100 * after['relative_misfit']:.2f} %."
+        f"chi2 per degree of freedom {' before, after '.join(chi2_before_and_after(record))}; "
+        f"misfit {' and '.join(misfit)}."
     )
-    if share is not None:
+    if share is not None and claims(record):
         sentences.append(f"{100 * (1.0 - share):.2f} % of the excess over the noise is gone.")
     sentences += [
         f"On data that the effects were not fitted to ({part['what']}), {gap_closed(part)} of the gap closes."
@@ -136,15 +148,15 @@ def _effects(record: Record) -> PageTable:
 
 def _agreement(record: Record) -> PageTable:
     found = record["gap"]
-    parts = [("all records", found["baseline"], found["final"])]
+    parts = [("all records", found["baseline"], found["final"] if claims(record) else None)]
     parts += [(f"held out: {part['what']}", part["baseline"], part["final"]) for part in held_out_parts(record)]
     rows = [
         (
             name,
             f"{before['chi2_per_dof']:.4g}",
-            f"{after['chi2_per_dof']:.4g}",
+            f"{after['chi2_per_dof']:.4g}" if after else "",
             f"{100 * before['relative_misfit']:.3f} %",
-            f"{100 * after['relative_misfit']:.3f} %",
+            f"{100 * after['relative_misfit']:.3f} %" if after else "",
         )
         for name, before, after in parts
     ]

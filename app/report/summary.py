@@ -12,7 +12,7 @@ from app.files.frf_file import load_frf
 from app.files.modes_file import load_modes
 from app.terminal.briefing import Worth
 from app.terminal.effect_words import found_words, titles_of
-from app.terminal.gap import concluded
+from app.terminal.gap import chi2_before_and_after, concluded
 from app.terminal.sheet import sheet_words
 
 
@@ -72,8 +72,7 @@ def _compared(path: Path) -> str:
     if record["effects"] and record["verdict"] != "unknown":
         titles = titles_of(record)
         words += ": " + "; ".join(found_words(effect, titles) for effect in record["effects"])
-    before, after = (record["gap"][when]["chi2_per_dof"] for when in ("baseline", "final"))
-    return f"{words}; chi2 per degree of freedom {before:.3g} to {after:.3g}"
+    return f"{words}; chi2 per degree of freedom {' to '.join(chi2_before_and_after(record))}"
 
 
 def _focused(path: Path) -> str:

@@ -19,15 +19,23 @@ def summary(record: Record, run: Path) -> str:
 
 def headline(record: Record) -> str:
     """Return verdict, effects found, and chi2 before and after, in one line."""
-    gap = record["gap"]
-    before, after = gap["baseline"]["chi2_per_dof"], gap["final"]["chi2_per_dof"]
     titles = titles_of(record)
     found = ", ".join(named(effect, titles) for effect in record["effects"])
     words = concluded(record)
     if record["effects"]:
         words += f": {found}" if record["verdict"] != "unknown" else f" (hints: {found})"
-    closed = "" if record["verdict"] == "none" else f" -> {after:.3g}"
-    return f"{words}; chi2 per dof {before:.3g}{closed}"
+    return f"{words}; chi2 per dof {' -> '.join(chi2_before_and_after(record))}"
+
+
+def claims(record: Record) -> bool:
+    """Whether effects are in the twin that is issued; else those in the record are hints."""
+    return record["verdict"] in ("explained", "partly_explained")
+
+
+def chi2_before_and_after(record: Record) -> list[str]:
+    """Chi2 per degree of freedom without effects and, where some are claimed, with them."""
+    parts = ("baseline", "final") if claims(record) else ("baseline",)
+    return [f"{record['gap'][part]['chi2_per_dof']:.3g}" for part in parts]
 
 
 def concluded(record: Record) -> str:
@@ -122,7 +130,7 @@ def _agreement(record: Record) -> Any:
         "Before and after" if found else "Twin and data", "data", "chi2 per dof", "", "misfit", "", "gap closed"
     )
     gap = record["gap"]
-    rows = [("all", gap["baseline"], gap["final"], "")]
+    rows = [("all", gap["baseline"], gap["final"] if claims(record) else None, "")]
     rows += [
         (f"held out: {part['what']}", part["baseline"], part["final"], gap_closed(part))
         for part in held_out_parts(record)
@@ -131,9 +139,9 @@ def _agreement(record: Record) -> Any:
         table.add_row(
             data,
             f"{before['chi2_per_dof']:.4g}",
-            f"-> {after['chi2_per_dof']:.4g}" if found else "",
+            f"-> {after['chi2_per_dof']:.4g}" if after else "",
             f"{100 * before['relative_misfit']:.2f} %",
-            f"-> {100 * after['relative_misfit']:.2f} %" if found else "",
+            f"-> {100 * after['relative_misfit']:.2f} %" if after else "",
             closed,
         )
     return table

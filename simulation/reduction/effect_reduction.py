@@ -41,7 +41,7 @@ from simulation.state.extreme_states import (
     laws_within,
     offset_states,
 )
-from simulation.state.patch_departures import footprint_slopes, patch_departures
+from simulation.state.patch_departures import footprint_slopes, patch_departures, patches_as_declared
 from simulation.state.plate_state import PlateState
 from simulation.state.sensor_offset import OFFSET_RANGE, can_move, offset_energies, unmoved
 from simulation.state.sheet_departures import ABOUT, SHEETS, Sheet
@@ -68,6 +68,7 @@ def reduce_with_effects(
     fineness: Fineness | None = None,
     training: BasisTraining | None = None,
     near: Sheet | None = None,
+    exact: bool = False,
     progress: Progress | None = None,
 ) -> tuple[EffectOperators, FullPlate, Real]:
     """Reduce an experiment's plate for all states that effects can cause.
@@ -84,6 +85,8 @@ def reduce_with_effects(
     near : (4,) tuple of float, optional
         Logarithms of an orthotropic sheet's moduli about which the operators are made, see
         `simulation.state.sheet_departures`; about the declared ones, and less exact, unless given.
+    exact : bool
+        Whether patches are exactly as declared; how their places change a plate takes half of the time.
     progress : callable, optional
         Called with the stage's name and the share done.
 
@@ -121,8 +124,19 @@ def reduce_with_effects(
         done[0] += 0.25 * CHUNK / model.space.mesh.cells
 
     places = np.array([disc.point for disc in attached]).reshape(-1, 2)
-    transducers = experiment.footprints
-    ops = project(full, vectors, model, places, probe, box, band, step, footprints=transducers, attached=attached)
+    ops = project(
+        full,
+        vectors,
+        model,
+        places,
+        probe,
+        box,
+        band,
+        step,
+        footprints=experiment.footprints,
+        attached=attached,
+        exact=exact,
+    )
     report(STAGE, 0.9)
     error = measured_error(full, ops, acting[: len(attached) + FEW])
     if full.shell.orthotropic:
@@ -345,6 +359,7 @@ def project(
     footprints: Sequence[Footprint] = (),
     attached: Sequence[Footprint] = (),
     uniform: bool = False,
+    exact: bool = False,
 ) -> EffectOperators:
     """Operators on given vectors; their error is not measured yet.
 
@@ -368,6 +383,8 @@ def project(
         The S of transducers, and the K discs at `places`.
     uniform : bool
         Whether all fields are uniform, without damaged spots and without offsets of the sensor beyond tolerances.
+    exact : bool
+        Whether patches are exactly as declared.
 
     Returns
     -------
@@ -380,7 +397,7 @@ def project(
         stacks: dict[str, Any] = {
             **plate_energies(p, executor, step, (bending, other)),
             **patch_energies(p, executor, bending),
-            **patch_departures(p, executor),
+            **(patches_as_declared(p) if exact else patch_departures(p, executor)),
             **(unmoved(vectors.shape[1]) if uniform else offset_energies(p, executor)),
             **(unspotted(p) if uniform else strains(p)),
             **(nowhere(vectors.shape[1]) if uniform else attachable(full, vectors, box, band)),

@@ -37,7 +37,15 @@ WAYS = ((STEP, 0.0, 0.0), (0.0, STEP, 0.0), (0.0, 0.0, STEP))
 
 def patch_departures(p: Projector, executor: Executor) -> dict[str, Real]:
     """Entries ``movable``, ``patch_zone``, ``patch_each`` and all after it of `EffectOperators`."""
-    found = [_of_patch(p, patch, executor) for patch in range(len(p.full.shell.patches))]
+    return _all_patches(p, [_of_patch(p, patch, executor) for patch in range(len(p.full.shell.patches))])
+
+
+def patches_as_declared(p: Projector) -> dict[str, Real]:
+    """Return the same entries, all zero: of patches that are exactly as declared."""
+    return _all_patches(p, [_unmoved(0, p.vectors.shape[1])] * len(p.full.shell.patches))
+
+
+def _all_patches(p: Projector, found: Sequence[dict[str, Real]]) -> dict[str, Real]:
     most = max((len(one["patch_zone"]) for one in found), default=0)
     empty = _unmoved(0, p.vectors.shape[1])
     names = [name for name in empty if name != "movable"]

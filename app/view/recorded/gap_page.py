@@ -12,7 +12,7 @@ from analysis.arrays import Real
 from app.files.gap_file import GapFigures, Signatures
 from app.terminal.description import description_words
 from app.terminal.effect_words import found_words, titles_of
-from app.terminal.gap import concluded
+from app.terminal.gap import chi2_before_and_after, concluded
 from app.terminal.plan import plan_words
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
 from app.view.map import Map
@@ -73,11 +73,8 @@ class GapPage(QWidget):
     def _lay_out(self, record: Record) -> None:
         words, titles = concluded(record).capitalize(), titles_of(record)
         found = "".join(f"<li>{escape(found_words(effect, titles))}</li>" for effect in record["effects"])
-        gap = record["gap"]
-        label = QLabel(
-            f"<h3>{words}</h3>χ² per degree of freedom {gap['baseline']['chi2_per_dof']:.3g} before, "
-            f"{gap['final']['chi2_per_dof']:.3g} after<ul>{found}</ul>{_further(record)}"
-        )
+        chi2 = " → ".join(chi2_before_and_after(record))
+        label = QLabel(f"<h3>{words}</h3>χ² per degree of freedom {chi2}<ul>{found}</ul>{_further(record)}")
         label.setWordWrap(True)
         label.setObjectName("verdict")
         side = QVBoxLayout()
