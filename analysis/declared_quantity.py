@@ -111,7 +111,7 @@ KINDS = {
     "attachment_place": "places of attachments",
     "plate_theory": "plate theory",
     "sheet_moduli": "ratios of moduli",
-    "transverse_shear": "transverse shear",
+    "sheet_transverse_shear": "transverse shear",
     "sheet_loss": "ratios of losses",
 }
 """How a budget names the quantities of a twin, by the first word of their names."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from analysis.sheet_orthotropy import Orthotropy
 
-MODULI, TRANSVERSE, LOSS = "sheet_moduli", "transverse_shear", "sheet_loss"
+MODULI, TRANSVERSE, LOSS = "sheet_moduli", "sheet_transverse_shear", "sheet_loss"
 """Names of the declared quantities of a sheet."""
 RATIOS = ((MODULI, "ratio"), (MODULI, "shear"), (LOSS, "ratio"), (LOSS, "shear"))
 """The logarithms r, s, p and q among them."""

@@ -16,6 +16,12 @@ def always(experiment: Experiment) -> bool:
     return True
 
 
+def isotropic(experiment: Experiment) -> bool:
+    """Whether the sheet is not declared by direction: then its moduli and losses are fitted in any case."""
+    material = experiment.plate.material
+    return material is None or material.departure is None
+
+
 @dataclass(frozen=True)
 class Effect:
     """One entry of the library.
@@ -31,8 +37,9 @@ class Effect:
         Experiment -> bool: whether the declaration is sufficient (a point mass needs its point).
     wants : str
         Object of "declare": what the declaration lacks where the effect is not possible, for messages.
-    of_the_rig : bool
-        Whether it is about instruments that a rig has or lacks: where it is not possible, nothing is missing.
+    nothing_missing : bool
+        Whether nothing is missing where it is not possible: it is about instruments that a rig lacks, or about
+        what is fitted in any case.
     needs_strain_energy : bool
         Whether `apply` looks at `Circumstances.strain_energy`: it is found so that the plate that `apply` makes of
         it has it. Each line of a spectrum may follow the energy of that line; nothing else may follow any.
@@ -42,5 +49,5 @@ class Effect:
     apply: Apply
     available: Callable[[Experiment], bool] = always
     wants: str = ""
-    of_the_rig: bool = False
+    nothing_missing: bool = False
     needs_strain_energy: bool = False

@@ -5,6 +5,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from analysis.experiment import Experiment
 from simulation.effects import (
     accelerometer_mass,
@@ -58,6 +60,7 @@ from simulation.effects import (
 from simulation.effects.effect import Effect
 from simulation.effects.user_folder import load_folder
 from simulation.state.plate_state import Circumstances, PlateState
+from simulation.tolerances import tolerances
 
 LIBRARY: Mapping[str, Effect] = MappingProxyType(
     {
@@ -131,13 +134,15 @@ def untried(experiment: Experiment, folder: Path | None = None) -> dict[str, str
     return {
         name: effect.wants or effect.card(experiment).needs
         for name, effect in _all(experiment, folder).items()
-        if not (effect.of_the_rig or effect.available(experiment))
+        if not (effect.nothing_missing or effect.available(experiment))
     }
 
 
 def _all(experiment: Experiment, folder: Path | None) -> dict[str, Effect]:
-    own = {} if folder is None else load_folder(folder, experiment, taken=LIBRARY)
-    return {**LIBRARY, **own}
+    if folder is None:
+        return dict(LIBRARY)
+    declared = tolerances(experiment, np.ones(len(experiment.patch)))
+    return {**LIBRARY, **load_folder(folder, experiment, taken={**LIBRARY, **declared})}
 
 
 def apply_all(

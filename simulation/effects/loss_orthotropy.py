@@ -5,7 +5,7 @@ from typing import Any
 
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
-from simulation.effects.effect import Effect
+from simulation.effects.effect import Effect, isotropic
 from simulation.state.plate_state import Circumstances, PlateState
 
 
@@ -53,4 +53,4 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     )
 
 
-EFFECT = Effect(card, apply)
+EFFECT = Effect(card, apply, isotropic, nothing_missing=True)

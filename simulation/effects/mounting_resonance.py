@@ -49,4 +49,4 @@ def available(experiment: Experiment) -> bool:
     return all(channel.quantity == "acceleration" for channel in experiment.outputs)
 
 
-EFFECT = Effect(card, apply, available, of_the_rig=True)
+EFFECT = Effect(card, apply, available, nothing_missing=True)

@@ -5,7 +5,7 @@ from typing import Any
 
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
-from simulation.effects.effect import Effect
+from simulation.effects.effect import Effect, isotropic
 from simulation.state.plate_state import Circumstances, PlateState
 
 
@@ -43,4 +43,4 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     return state.with_(transverse_shear=state.transverse_shear * (1.0 + values["delta"]))
 
 
-EFFECT = Effect(card, apply)
+EFFECT = Effect(card, apply, isotropic, nothing_missing=True)

@@ -173,6 +173,10 @@ def test_names_must_not_clash(experiment, tmp_path):
     with pytest.raises(ValueError, match="library has already"):  # also where this one takes no part
         library(experiment.model_copy(update={"cable": ()}), tmp_path)
     path.unlink()
+    path = write(tmp_path, name="plate_mass", file="heavy.py")  # a declared quantity
+    with pytest.raises(ValueError, match=r"heavy\.py: its effect is called 'plate_mass', which the library has"):
+        library(experiment, tmp_path)
+    path.unlink()
     write(tmp_path, file="one.py")
     write(tmp_path, file="two.py")
     with pytest.raises(ValueError, match=r"two\.py: its effect is called 'lacquer', as that of one\.py"):
