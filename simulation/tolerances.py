@@ -232,13 +232,17 @@ def _card(name: str, words: str, wanted: dict[str, tuple[str, float]]) -> Effect
 
 
 def _scaled(attribute: str, factor: float = 1.0, key: str = "share") -> Change:
-    return lambda away, values: {attribute: getattr(away, attribute) * (1.0 + factor * values[key])}
+    """Scale by an exponential: what a modulus, a thickness and lengths do together adds up, however large each is.
+
+    With shares added to 1, a fit along what they cannot tell apart bends, and takes three times the steps.
+    """
+    return lambda away, values: {attribute: getattr(away, attribute) * np.exp(factor * values[key])}
 
 
 def _scaled_of(attribute: str, place: int, count: int, factor: float, key: str) -> Change:
     def change(away: Any, values: Mapping[str, Any]) -> dict[str, Any]:
         unit = np.arange(count) == place
-        return {attribute: getattr(away, attribute) * (1.0 + unit * (factor * values[key]))}
+        return {attribute: getattr(away, attribute) * np.exp(unit * (factor * values[key]))}
 
     return change
 

@@ -95,6 +95,15 @@ class Departures:
         """Return the same with a step times its moves in place of them: for a derivative along them."""
         return replace(self, **{name: step * np.real(getattr(self, name)) for name in MOVES})
 
+    def without_steps_of_moves(self) -> "Departures":
+        """Return the same with its moves, of which an imaginary step is left out."""
+        return replace(self, **{name: np.real(getattr(self, name)) for name in MOVES})
+
+    @property
+    def stepped_moves(self) -> bool:
+        """Whether a move has an imaginary part."""
+        return any(np.iscomplexobj(getattr(self, name)) for name in MOVES)
+
     @property
     def stepped(self) -> bool:
         """Whether any value has an imaginary part."""

@@ -177,6 +177,11 @@ class MaterialSlopes:
             np.zeros((len(nothing), self.patches)),
         )
 
+    def by_along_moves(self, stepped: PlateState) -> Composite:
+        """Return nothing: patches of such a plate are where they were declared."""
+        nothing = np.zeros_like(self.stiffness_1)
+        return Composite(nothing, nothing, nothing, nothing, np.zeros((len(nothing), self.patches)))
+
     def _combined(self, c1: Any, c2: Any) -> Real:
         return np.asarray(np.imag(c1) / STEP * self.stiffness_1 + np.imag(c2) / STEP * self.stiffness_2)
 

@@ -120,3 +120,7 @@ class EffectSlopes:
     def by(self, stepped: PlateState) -> Composite:
         """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`."""
         return spots_slope(self.operators, self.fields.by(stepped), stepped, self.basis)
+
+    def by_along_moves(self, stepped: PlateState) -> Composite:
+        """Differentiate likewise what the moves of patches change."""
+        return self.fields.by_along_moves(stepped)

@@ -4,7 +4,7 @@ Each operator is transformed to these coordinates once, when the first parameter
 sums of small matrices.
 """
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -36,6 +36,9 @@ FIELDS = (
 )
 """Attributes of a state on which `Coefficients` depend, besides its laws."""
 
+EACH_PATCH = ("patch_each", "patch_thicker", "patch_mass")
+"""Coefficients of patches that are not as declared, besides their moves."""
+
 
 class LocalSlopes:
     """Derivatives of the composite at `value` by any parameter of its coefficients.
@@ -60,8 +63,7 @@ class LocalSlopes:
         if not (of_fields or stepped.departures.stepped_plate):
             nothing = np.zeros((m, m))
             return Composite(nothing, nothing, nothing, nothing, np.zeros((m, self._ops.coupling.shape[-1])))
-        there = Coefficients.of(stepped, self._ops)
-        d = Coefficients(**{entry.name: np.imag(getattr(there, entry.name)) / STEP for entry in fields(there)})
+        d = self._rates(stepped)
         plate = self._energies(d.bending, d.membrane, d.shear)
         plate_loss = self._energies(d.bending_loss, d.membrane_loss, d.shear_loss)
         if d.patch_loss.any():
@@ -82,6 +84,16 @@ class LocalSlopes:
             plate, plate_loss = plate + others.plate, plate_loss + others.plate_loss
             fixed, mass, coupling = fixed + others.fixed, mass + others.mass, coupling + others.coupling
         return Composite(plate, plate_loss, fixed, mass, coupling)
+
+    def by_along_moves(self, stepped: PlateState) -> Composite:
+        """Differentiate likewise what the moves of patches change: it follows the plate's moduli and d31."""
+        nothing = replace(self._value, **{name: np.zeros_like(getattr(self._value, name)) for name in EACH_PATCH})
+        found = of_patches(self._ops, self._patch_zones, self._rates(stepped), nothing)
+        return replace(found, fixed=np.zeros_like(found.fixed), mass=np.zeros_like(found.mass))
+
+    def _rates(self, stepped: PlateState) -> Coefficients:
+        there = Coefficients.of(stepped, self._ops)
+        return Coefficients(**{entry.name: np.imag(getattr(there, entry.name)) / STEP for entry in fields(there)})
 
     def _coupling(self, d: Coefficients) -> Real:
         found = coupling_of(self._ops, d) * self._value.columns

@@ -64,7 +64,14 @@ class LocalSolution:
         -------
         LocalSolution
         """
-        plate = LocalPlate.of(ops, whole, state, reach)
+        return cls._of(LocalPlate.of(ops, whole, state, reach), state, frequency)
+
+    def likewise(self, plate: LocalPlate) -> Self:
+        """Solve another plate in the same state over the same lines."""
+        return self._of(plate, self.state, self.frequency)
+
+    @classmethod
+    def _of(cls, plate: LocalPlate, state: PlateState, frequency: Real) -> Self:
         modal = _modal(plate, state)
         if any(one.acts for one in state.attached):
             if modal is not None and frequency.size == 1 and not modal.count:

@@ -16,6 +16,10 @@ class CompositeSlopes(Protocol):
         """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`."""
         ...
 
+    def by_along_moves(self, stepped: PlateState) -> Composite:
+        """Differentiate likewise what the moves of patches change."""
+        ...
+
 
 class LoadedPlate(Attachable, Protocol):
     """Loads and dampers of a reduced plate of r coordinates, besides its stiffness and its patches."""

@@ -79,3 +79,7 @@ class TransducerSlopes:
         half = (rows.T * here.masses) @ here.rows
         mass = local.mass + half + half.T + (here.rows.T * heavier) @ here.rows
         return replace(local, mass=mass, coupling=np.hstack([local.coupling, rows.T]))
+
+    def by_along_moves(self, stepped: PlateState) -> Composite:
+        """Differentiate likewise what the moves of patches change."""
+        return self.plate.by_along_moves(stepped)

@@ -14,6 +14,7 @@ from simulation.reduction.certified_lines import certified_lines
 from simulation.twin.derivatives import Derivatives
 from simulation.twin.instrumented_plate import InstrumentedPlate, Plate, steady
 from simulation.twin.local_solution import LocalSolution
+from simulation.twin.moved_patches import MovedPatches
 from simulation.twin.reading import SignalReading
 from simulation.twin.vicinity import Vicinity
 
@@ -96,8 +97,8 @@ class Twin(InstrumentedPlate[Plate]):
         If the temperature drifts while the sweep passes, the transfer at each frequency is that at the temperature
         then, to first order. A sweep of 2 s on a ramp of 1 K/min drifts by 0.03 K, which changes a resonance of
         polypropylene by 0.7 % of its peak; what the first order leaves is 2e-5 of it. The derivatives are those at
-        the mean temperature. Likewise the transfer is linear in the moves of patches, see `Departures`, and the
-        derivatives are those without them.
+        the mean temperature. Likewise the transfer is linear in the moves of patches, see `Departures`; its
+        derivatives contain them, but for those of effects that are off.
 
         Parameters
         ----------
@@ -138,7 +139,12 @@ class Twin(InstrumentedPlate[Plate]):
         derivatives = Derivatives.of(slopes, solved, self._reading(solved, here), vicinity.state, energy, scale)
         found = vicinity.linearisation(derivatives, tangents)
         if state.departures.moves:
-            found = replace(found, transfer=found.transfer + derivatives.by(vicinity.along_moves))
+            along = slopes.by(vicinity.along_moves(energy))
+            moved = MovedPatches.of(solved, slopes, along)
+            there = Derivatives.of(
+                moved, moved.solved, self._reading(moved.solved, here), vicinity.state, energy, scale
+            )
+            found = vicinity.along(found, derivatives, there, tangents)
         if not here.drifts:
             return found
         return replace(found, transfer=found.transfer + here.drift(lines) * found.by_temperature)

@@ -14,6 +14,7 @@ from analysis.twin_model import Linearisation, Tangent
 from simulation.reduction.composition import STEP
 from simulation.state.plate_state import PlateState
 from simulation.twin.derivatives import Derivatives
+from simulation.twin.moved_patches import SHARE
 from simulation.twin.states import StateEffects, States
 
 
@@ -30,6 +31,8 @@ class Vicinity:
         Values of those that are on.
     frequency : (F,) ndarray
         Hz.
+    moves_held : bool
+        Whether patches stay where they are while other parameters are stepped.
     """
 
     states: States
@@ -37,15 +40,52 @@ class Vicinity:
     laws: LocalLaws
     effects: StateEffects
     frequency: Real
+    moves_held: bool = False
 
     def state(self, energy: NDArray[np.generic]) -> PlateState:
         """Return the plate's state at relative strain energies (F,)."""
-        return self.states.at(self.point, self.laws, self.effects, self.frequency, energy)
+        found = self.states.at(self.point, self.laws, self.effects, self.frequency, energy)
+        return found.with_(departures=found.departures.without_steps_of_moves()) if self.moves_held else found
 
     def along_moves(self, energy: NDArray[np.generic]) -> PlateState:
         """Return the state with an imaginary step along the moves of its patches."""
         state = self.state(energy)
         return state.with_(departures=state.departures.along_moves(1j * STEP))
+
+    def along(
+        self, plain: Linearisation, here: Derivatives, moved: Derivatives, tangents: Sequence[Tangent]
+    ) -> Linearisation:
+        """Add to a linearisation what the moves of patches change.
+
+        Parameters
+        ----------
+        plain : Linearisation
+            Without them.
+        here, moved : Derivatives
+            Of the plate without them, and with a `SHARE` of them.
+        tangents : sequence of Tangent
+            Of `plain`; those of effects that are off are left as they are.
+
+        Returns
+        -------
+        Linearisation
+        """
+        held = replace(self, moves_held=True)
+        on = [k for k, (name, _, _) in enumerate(tangents) if name in self.effects]
+        after = held.linearisation(moved, [tangents[k] for k in on])
+        by_parameter = plain.by_parameter.copy()
+        for k, there in zip(on, after.by_parameter, strict=True):
+            stepped = replace(held, effects=self._stepped(tangents[k]))
+            moving = replace(stepped, moves_held=False).state(here.energy).departures.stepped_moves
+            before = here.by(stepped.state) if moving else plain.by_parameter[k]
+            by_parameter[k] += (there - before) / SHARE
+        rates = {
+            name: getattr(plain, name) + (getattr(after, name) - getattr(plain, name)) / SHARE
+            for name in ("by_material", "by_slope", "by_curvature", "by_temperature")
+        }
+        return Linearisation(
+            transfer=plain.transfer + here.by(self.along_moves), by_parameter=by_parameter, **rates
+        )
 
     def linearisation(self, derivatives: Derivatives, tangents: Sequence[Tangent]) -> Linearisation:
         """Differentiate the outputs by laws, temperature and the effects' parameters `tangents`."""

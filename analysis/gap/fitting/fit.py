@@ -22,6 +22,10 @@ LARGEST_STEP = np.array([0.3, 0.05, 0.7])
 BACKTRACKED = 0.4
 """Share to which a step that increased the objective is shortened before damping is tried."""
 
+BENT = 0.5
+"""Share of the predicted decrease below which a step is taken again along its curve: near-collinear unknowns
+(gain, d31 and permittivity; modulus, thickness and lengths) move far together, and their second order remains."""
+
 SHAPE_STEP = 0.25
 """Largest step of a shape parameter in one iteration, in standard deviations of its prior."""
 
@@ -146,24 +150,24 @@ def _descend(
     """Iterate from `best`: return the final point, whether it settled, and the number of linearisations."""
     damping, share, passes, done = 0.0, 1.0, 1, False
     while passes < most_steps:
-        step, local, predicted_decrease = _step(sweeps, best, free, damping, gain_free, laws_free)
+        step = _Step.of(sweeps, best, free, damping, gain_free, laws_free)
         # where the residual is many sigma, the tolerance grows: fractions of a nat need no other linearisation
         settled = target * max(1.0, best.objective / sweeps.numbers)
         if free.tolerances and best.objective > ROUGH * sweeps.numbers:
             settled = max(settled, FAR * best.objective)
-        if predicted_decrease < settled:
+        if step.predicted_decrease < settled:
             done = True
             break
-        if damping == 0.0 and best.objective - PREDICTION_MARGIN * predicted_decrease > enough:
+        if damping == 0.0 and best.objective - PREDICTION_MARGIN * step.predicted_decrease > enough:
             break
         passes += 1
-        trial = _try(
-            model,
-            sweeps,
-            _moved(model, sweeps, best.state, free, share * step, local.times(share)),
-            free,
-            executor,
-        )
+        trial = _try(model, sweeps, _moved(model, sweeps, best.state, free, step.times(share)), free, executor)
+        if trial is not None and share == 1.0 and damping == 0.0 and _bends(best, trial, step):
+            passes += 1
+            curved = _Step.of(sweeps, step.bent(best, trial), free, damping, gain_free, laws_free)
+            again = _try(model, sweeps, _moved(model, sweeps, best.state, free, curved), free, executor)
+            if again is not None and again.objective < trial.objective:
+                trial = again
         if trial is not None and trial.objective <= best.objective:
             fallen = best.objective - trial.objective
             best, damping, share = trial, (0.0 if damping < 1e-3 else damping / 10.0), 1.0
@@ -171,7 +175,7 @@ def _descend(
             if fallen < 0.3 * settled:
                 done = True
                 break
-        elif predicted_decrease < 10.0 * settled:
+        elif step.predicted_decrease < 10.0 * settled:
             done = True
             break
         elif share == 1.0 and damping == 0.0:
@@ -188,7 +192,7 @@ def _evaluate(
     model: TwinModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, executor: Executor
 ) -> _Trial:
     tangents: list[Tangent] = [(name, parameter, state.on[name]) for name, parameter in free.names]
-    equations = linearise_all(model, sweeps, state, tangents, executor)
+    equations = linearise_all(model, sweeps, state, tangents, executor, keep=True)
     readings = (state.away / sweeps.reading_sigma) ** 2
     prior, declared = free.penalties(free.read(state.on))
     errors = sweeps.smoothness.errors(state.tilt, state.bend)
@@ -208,33 +212,63 @@ def _try(
     return trial if np.isfinite(trial.objective) else None
 
 
-def _step(
-    sweeps: GapSweeps, at: _Trial, free: FreeParameters, damping: float, gain_free: bool, laws_free: bool
-) -> tuple[Real, LocalStep, float]:
-    """Return steps of gains and parameters, steps of the eliminated unknowns, and the predicted decrease."""
-    head = schur_complement(sweeps, at.equations, at.state, damping=damping, frozen=not laws_free)
-    values, gains = free.read(at.state.on), np.zeros(head.gains)
-    precision = np.concatenate([gains, free.precision])
-    matrix = head.matrix + np.diag(precision)
-    gradient = head.gradient - precision * np.concatenate([gains, values - free.centre])
-    reach = np.where(free.shapes, SHAPE_STEP * free.sigma, np.inf)
-    low = np.concatenate([gains - 0.5, np.maximum(free.low - values, -reach)])
-    high = np.concatenate([gains + 0.5, np.minimum(free.high - values, reach)])
-    moving = np.concatenate([head.seen & gain_free, ~free.shapes])
-    step = bounded_step(matrix, gradient, moving, low, high, damping)
-    standing = free.standing(values, step[head.gains :])
-    if standing.any():
-        moving = np.concatenate([head.seen & gain_free, ~free.shapes | standing])
+@dataclass(frozen=True)
+class _Step:
+    """A step of gains and parameters (I + P,), of each sweep's own columns (T, 10), and of the laws."""
+
+    common: Real
+    own: Real
+    local: LocalStep
+    predicted_decrease: float
+
+    @classmethod
+    def of(
+        cls,
+        sweeps: GapSweeps,
+        at: _Trial,
+        free: FreeParameters,
+        damping: float,
+        gain_free: bool,
+        laws_free: bool,
+    ) -> "_Step":
+        head = schur_complement(sweeps, at.equations, at.state, damping=damping, frozen=not laws_free)
+        values, gains = free.read(at.state.on), np.zeros(head.gains)
+        precision = np.concatenate([gains, free.precision])
+        matrix = head.matrix + np.diag(precision)
+        gradient = head.gradient - precision * np.concatenate([gains, values - free.centre])
+        reach = np.where(free.shapes, SHAPE_STEP * free.sigma, np.inf)
+        low = np.concatenate([gains - 0.5, np.maximum(free.low - values, -reach)])
+        high = np.concatenate([gains + 0.5, np.minimum(free.high - values, reach)])
+        moving = np.concatenate([head.seen & gain_free, ~free.shapes])
         step = bounded_step(matrix, gradient, moving, low, high, damping)
-    predicted_decrease = head.predicted_decrease + float(2.0 * gradient @ step - step @ matrix @ step)
-    return step, head.parts(head.follow(step)), predicted_decrease
+        standing = free.standing(values, step[head.gains :])
+        if standing.any():
+            moving = np.concatenate([head.seen & gain_free, ~free.shapes | standing])
+            step = bounded_step(matrix, gradient, moving, low, high, damping)
+        predicted_decrease = head.predicted_decrease + float(2.0 * gradient @ step - step @ matrix @ step)
+        follow = head.follow(step)
+        return cls(step, head.columns @ follow, head.parts(follow), predicted_decrease)
+
+    def times(self, share: float) -> "_Step":
+        return replace(self, common=share * self.common, local=self.local.times(share), own=share * self.own)
+
+    def bent(self, begun: _Trial, ended: _Trial) -> _Trial:
+        """Return where the step began, with equations that know where it ended."""
+        parts = zip(begun.equations, ended.equations, self.own, strict=True)
+        equations = [e.bent(np.concatenate([own, self.common]), then.residual) for e, then, own in parts]
+        return replace(begun, equations=equations)
 
 
-def _moved(
-    model: TwinModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, step: Real, local: LocalStep
-) -> GapState:
-    gains = len(state.log_gain)
-    values = free.read(state.on) + step[gains:]
+def _bends(begun: _Trial, ended: _Trial, step: _Step) -> bool:
+    """Whether a step fell short of what first order promised, so that a second look along it pays."""
+    if any(one.columns is None for one in begun.equations):
+        return False
+    return begun.objective - ended.objective < BENT * step.predicted_decrease
+
+
+def _moved(model: TwinModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, step: _Step) -> GapState:
+    gains, local = len(state.log_gain), step.local
+    values = free.read(state.on) + step.common[gains:]
     laws = clipped_laws(model.box, state.laws + np.clip(local.laws, -LARGEST_STEP, LARGEST_STEP))
     tilt, bend = sweeps.smoothness.deviations(local.errors)
     moved = replace(
@@ -243,7 +277,7 @@ def _moved(
         tilt=state.tilt + tilt,
         bend=state.bend + bend,
         away=state.away + local.away,
-        log_gain=state.log_gain + step[:gains],
+        log_gain=state.log_gain + step.common[:gains],
     )
     return moved.with_values(free.write(state.on, np.clip(values, free.low, free.high)))
 

@@ -7,7 +7,7 @@ of zeros.
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
@@ -25,6 +25,10 @@ VALUES, LAWS, TEMPERATURE, GLOBAL = slice(0, 3), slice(0, 9), 9, 10
 """Indices of the columns: laws without and with derivatives, unknown of a sweep, first unknown of the campaign."""
 
 
+MOST_KEPT = 2e7
+"""Complex numbers of columns that are kept: 320 MB."""
+
+
 @dataclass(frozen=True)
 class SweepEquations:
     """One sweep linearised.
@@ -39,17 +43,45 @@ class SweepEquations:
         Data less model in units of noise, real and imaginary part each; zero where left out.
     predicted : (K, n) complex ndarray
         Spline coefficients of the model, V/V.
+    columns : (10 + I + P, K, n) complex ndarray or None
+        J; None where it was not kept.
     """
 
     matrix: Real
     gradient: Real
     residual: NDArray[np.complex128] = field(repr=False)
     predicted: NDArray[np.complex128] = field(repr=False)
+    columns: NDArray[np.complex128] | None = field(repr=False, default=None)
 
     @property
     def chi2(self) -> float:
         """Sum of squares of the whitened residual."""
         return float((np.abs(self.residual) ** 2).sum())
+
+    def bent(self, step: Real, left: NDArray[np.complex128]) -> "SweepEquations":
+        """Return equations whose solution allows for what a step leaves beyond first order.
+
+        Parameters
+        ----------
+        step : (10 + I + P,) ndarray
+        left : (K, n) complex ndarray
+            Residual after it.
+
+        Returns
+        -------
+        SweepEquations
+            Their gradient is that of the residual plus its second order along the step.
+
+        Raises
+        ------
+        ValueError
+            Where the columns were not kept.
+        """
+        if self.columns is None:
+            raise ValueError("the columns of these equations were not kept")
+        second = left - self.residual + np.tensordot(step, self.columns, 1)
+        pull = np.tensordot(self.columns.conj(), second, 2).real
+        return replace(self, gradient=self.gradient + pull)
 
 
 @dataclass(frozen=True)
@@ -67,12 +99,13 @@ class WhitenedSweep:
     white: NDArray[np.complex128] = field(repr=False)
     predicted: NDArray[np.complex128] = field(repr=False)
 
-    def equations(self) -> SweepEquations:
-        """Form the normal equations."""
+    def equations(self, *, keep: bool = False) -> SweepEquations:
+        """Form the normal equations, and `keep` the columns."""
         flat = self.white.reshape(len(self.white), -1)
         real = np.concatenate([flat.real, flat.imag], axis=1)
         products = real @ real.T
-        return SweepEquations(products[:-1, :-1], products[:-1, -1], self.white[-1].copy(), self.predicted)
+        kept = self.white[:-1] if keep else None
+        return SweepEquations(products[:-1, :-1], products[:-1, -1], self.white[-1].copy(), self.predicted, kept)
 
     def after(self, step: Real) -> NDArray[np.complex128]:
         """Residual (K, n) after a step (10 + I + P,), to first order."""
@@ -101,7 +134,13 @@ class CampaignEquations(Protocol):
 
 
 def linearise_all(
-    model: TwinModel, sweeps: GapSweeps, state: GapState, tangents: Sequence[Tangent], executor: Executor
+    model: TwinModel,
+    sweeps: GapSweeps,
+    state: GapState,
+    tangents: Sequence[Tangent],
+    executor: Executor,
+    *,
+    keep: bool = False,
 ) -> list[SweepEquations]:
     """Linearise all sweeps at one state.
 
@@ -114,6 +153,8 @@ def linearise_all(
         The P parameters of effects by which to differentiate.
     executor : Executor
         Sweeps are linearised on it.
+    keep : bool
+        Whether the columns are kept, unless they take more than `MOST_KEPT`.
 
     Returns
     -------
@@ -130,8 +171,11 @@ def linearise_all(
     laws = sweeps.smoothness.laws(state.laws)
     model = model.counted(laws, state.on)
 
+    numbers = sweeps.rows.size * (GLOBAL + len(state.log_gain) + len(tangents))
+
     def linearised(sweep: int) -> SweepEquations:
-        return _whitened(model, sweeps, sweep, laws, state, tangents).equations()
+        found = _whitened(model, sweeps, sweep, laws, state, tangents)
+        return found.equations(keep=keep and numbers <= MOST_KEPT)
 
     return _for_all(linearised, sweeps, executor)
 
