@@ -111,13 +111,26 @@ def update(
         start = start.with_declared(declared or {})
         sweeps = apart(frf, _sharpest(material_of(alone), declared or {}), protocol)
         joint = model if tolerant is None else tolerant
-        fit = fit_gap(joint, sweeps, start, (), pool)
+        context = SearchContext(joint, sweeps, NoiseCheck.as_stated(sweeps.compressed), pool)
+        begun = _fitted_to_few(context, start) if joint.tolerance_cards else start
+        fit = fit_gap(joint, sweeps, begun, (), pool)
         if joint.tolerance_cards and _lacks_something(sweeps, fit):
             report("beside what is missing", 0.5)
-            noise = NoiseCheck.as_stated(sweeps.compressed)
-            fit = beside_scatter(SearchContext(joint, sweeps, noise, pool), fit)
+            fit = beside_scatter(context, fit)
     report("common gain", 1.0)
     return _summary(frf, joint, sweeps, fit, alone, sheet)
+
+
+def _fitted_to_few(context: SearchContext, start: GapState) -> GapState:
+    """Correct a start by a fit to a few temperatures, in which what is declared moves most; unchanged for few."""
+    groups, whole = context.coarse_groups, context.sweeps
+    if len(groups) == len(whole.groups.reference):
+        return start
+    few = whole.only_groups(groups)
+    begun = start.restricted(groups, few.original_places(whole))
+    found = fit_gap(context.model, few, begun, (), context.executor)
+    corrected = start.corrected(whole.groups, begun, found.state, few.groups)
+    return replace(corrected, tilt=start.tilt, bend=start.bend)
 
 
 def _lacks_something(sweeps: GapSweeps, fit: GapFit) -> bool:

@@ -49,7 +49,15 @@ class LinearisedSweeps:
     places: Mapping[str, Values] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, model: TwinModel, sweeps: GapSweeps, state: GapState, executor: Executor) -> "LinearisedSweeps":
+    def of(
+        cls,
+        model: TwinModel,
+        sweeps: GapSweeps,
+        state: GapState,
+        executor: Executor,
+        *,
+        candidates: bool = True,
+    ) -> "LinearisedSweeps":
         """Linearise unweighted sweeps by all declared quantities, all effects that are on, and all candidates.
 
         Parameters
@@ -59,6 +67,8 @@ class LinearisedSweeps:
         state : GapState
         executor : Executor
             Sweeps are linearised on it.
+        candidates : bool
+            Whether effects that are off take part.
 
         Returns
         -------
@@ -67,7 +77,7 @@ class LinearisedSweeps:
         known = {**model.tolerance_cards, **model.cards}
         tangents: list[Tangent] = [(n, p.name, state.on[n]) for n in state.on for p in known[n].parameters]
         for name, card in model.cards.items():
-            if name not in state.on:
+            if candidates and name not in state.on:
                 tangents += [(name, p.name, card.zero(site)) for site in card.sites for p in card.amplitudes]
         white = whiten_all(model, sweeps, state, tangents, executor)
         first = GLOBAL + len(state.log_gain)

@@ -40,6 +40,9 @@ whatever they gain to first order."""
 ROUNDS, SETTLED = 5, 0.1
 """Largest number of times that the scatter is estimated anew, and its relative change at which it is not."""
 
+TWIN_ROUNDS = 2
+"""The same for fits of the twin itself, which begin where first order has settled."""
+
 
 @dataclass(frozen=True)
 class Imperfect:
@@ -124,7 +127,11 @@ class ImperfectSearch:
 
     def __init__(self, plain: SearchContext, baseline: GapFit) -> None:
         self.plain = plain
-        self._baseline = settled(plain, baseline.state, baseline.predicted, baseline.residual, baseline.determined)
+        begun = settled_to_first_order(plain, baseline)
+        residual = begun.context.sweeps.weights.undone(begun.fit.residual)
+        self._baseline = settled(
+            plain, begun.fit.state, baseline.predicted, residual, begun.fit.determined, rounds=TWIN_ROUNDS
+        )
 
     def run(self) -> ImperfectResult:
         """Add effects while there is evidence for one more, then leave out and exchange each."""
@@ -175,7 +182,7 @@ class ImperfectSearch:
             values = {name: known.get(name, cards[name].zero(state.effects[name])) for name in names}
             fit = context.fit(at.fit.state.with_effects(values), names)
         residual = context.sweeps.weights.undone(fit.residual)
-        return settled(self.plain, fit.state, fit.predicted, residual, fit.determined)
+        return settled(self.plain, fit.state, fit.predicted, residual, fit.determined, rounds=TWIN_ROUNDS - 1)
 
 
 @dataclass(frozen=True)
@@ -250,8 +257,33 @@ class _Neighbours:
         return settled(here, fit.state, self.at.fit.predicted, weights.undone(fit.residual), fit.determined)
 
 
+def settled_to_first_order(plain: SearchContext, begun: GapFit) -> Imperfect:
+    """Fit beside the scatter that the fit leaves, on the campaign linearised at another fit.
+
+    Parameters
+    ----------
+    plain : SearchContext
+        Unweighted.
+    begun : GapFit
+        Of the same sweeps.
+
+    Returns
+    -------
+    Imperfect
+    """
+    linear = LinearisedSweeps.of(plain.model, plain.sweeps, begun.state, plain.executor, candidates=False)
+    here = plain.seen_by(linear)
+    return settled(here, begun.state, begun.predicted, begun.residual, begun.determined)
+
+
 def settled(
-    plain: SearchContext, state: GapState, predicted: Complex, residual: Complex, determined: float
+    plain: SearchContext,
+    state: GapState,
+    predicted: Complex,
+    residual: Complex,
+    determined: float,
+    *,
+    rounds: int = ROUNDS,
 ) -> Imperfect:
     """Fit again, weighted by the scatter that the last fit leaves, until this does not change.
 
@@ -265,13 +297,15 @@ def settled(
         Of that fit; the residual in units of the noise.
     determined : float
         As `GapFit.determined`.
+    rounds : int
+        Largest number of fits.
 
     Returns
     -------
     Imperfect
     """
     names, last = tuple(state.effects), np.full(3, -np.inf)
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         shape = DiscrepancyShape.of(plain.sweeps, predicted, plain.loss_factors(state))
         scatter = shape.scatter(plain.sweeps, residual, determined)
         context = plain.weighted(shape.weights(scatter))

@@ -11,7 +11,7 @@ from analysis.gap.fitting.normal_equations import WhitenedSweep, whiten_all
 from analysis.gap.fitting.schur_complement import SchurComplement, schur_complement
 from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.discrepancy import DiscrepancyShape
-from analysis.gap.imperfect.search import Imperfect, settled
+from analysis.gap.imperfect.search import Imperfect, settled_to_first_order
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.refit import at_few_temperatures
 from analysis.twin_model import Tangent
@@ -40,8 +40,7 @@ def over_all_sweeps(context: SearchContext, baseline: GapFit, few: Imperfect) ->
     places = few.context.sweeps.original_places(context.sweeps)
     begun = baseline.state.restricted(kept, places)
     state = baseline.state.corrected(groups, begun, few.fit.state, few.context.sweeps.groups)
-    # with effects a second time, from where they put the resonances
-    return _fitted(context, few, state, baseline.predicted, times=2 if few.effects else 1)
+    return _fitted(context, few, state, baseline.predicted)
 
 
 def beside_scatter(context: SearchContext, fit: GapFit) -> GapFit:
@@ -60,17 +59,15 @@ def beside_scatter(context: SearchContext, fit: GapFit) -> GapFit:
         As of `over_all_sweeps`.
     """
     sweeps, begun = at_few_temperatures(context, fit)
-    found = settled(context.of(sweeps), begun.state, begun.predicted, begun.residual, begun.determined)
-    return _fitted(context, found, fit.state, fit.predicted, times=1)
+    found = settled_to_first_order(context.of(sweeps), begun)
+    return _fitted(context, found, fit.state, fit.predicted)
 
 
-def _fitted(context: SearchContext, few: Imperfect, state: GapState, predicted: Complex, *, times: int) -> GapFit:
-    """Fit all sweeps beside the scatter of a few, so many times, each from where the last put the resonances."""
-    for _ in range(times):
-        shape = DiscrepancyShape.of(context.sweeps, predicted, context.loss_factors(state))
-        fit = context.weighted(shape.weights(few.scatter)).fit(state, few.effects)
-        state, predicted = fit.state, fit.predicted
+def _fitted(context: SearchContext, few: Imperfect, state: GapState, predicted: Complex) -> GapFit:
+    """Fit all sweeps beside the scatter of a few."""
     shape = DiscrepancyShape.of(context.sweeps, predicted, context.loss_factors(state))
+    fit = context.weighted(shape.weights(few.scatter)).fit(state, few.effects)
+    shape = DiscrepancyShape.of(context.sweeps, fit.predicted, context.loss_factors(fit.state))
     return _stated(context, shape, few, fit)
 
 
