@@ -30,7 +30,7 @@ from analysis.gap.search.confounding import signal_cosine, tangent_cosines
 from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.held_out import HeldOut, held_out, splits
 from analysis.gap.search.signatures import Signature, signatures
-from analysis.gap.search.stepwise import SearchResult, screened, stepwise_search
+from analysis.gap.search.stepwise import SearchResult, stepwise_search
 from analysis.gap.search.unknown import unknown_evidence
 from analysis.gap.thresholds import FAR_FROM_NOISE, Z_FLOOR
 from analysis.gap.verdict import Judgement, judge
@@ -98,7 +98,9 @@ def find_gap(
     judgement = judge(context, found, tried[0] if tried else None)
     conclusion = _concluded(context, found, tried, judgement)
     if judgement.verdict == "unknown":
-        beside = beside or SearchedBeside.of(context, baseline)
+        if beside is None:
+            few, part = context.at_few_temperatures(baseline.state)
+            beside = SearchedBeside.of(context, baseline.state, few, few.fit(part, ()))
         conclusion = _beside(context, baseline, beside_discrepancy(context, beside))
     notes = [*noise.notes, *(floor.notes if floor is not None else ()), conclusion.reason]
     if float(np.exp(conclusion.final.state.laws[:, 2].min())) < sharpest(updated.material):
@@ -168,19 +170,28 @@ def _searched(
     beside a discrepancy: it is cheap, and if it stays far, no effects come down to the noise.
     """
     context = SearchContext(model, sweeps, noise, executor, report)
-    baseline = context.fit(starting_state(updated, sweeps.groups), ())
-    released = _released(model, baseline)
+    start = starting_state(updated, sweeps.groups)
+    few, part = context.at_few_temperatures(start)
+    begun = few.fit(part, ())
+    released = _released(model, begun)
     if released == model:
-        beside = SearchedBeside.of(context, baseline) if _far(context, baseline) else None
+        beside = SearchedBeside.of(context, start, few, begun) if _far(few, begun) else None
         if beside is not None and _far(context, beside.final):
-            found, last = screened(context, baseline), beside.final
+            found, last = _nothing_found(beside), beside.final
         else:
+            baseline = context.fit(context.spread(start, few, begun.state), ())
             found = stepwise_search(context, baseline, None if beside is None else beside.final)
             last = found.fit
         released = _released(model, last)
         if released == model:
             return context, found, beside
     return _searched(released, updated, sweeps, noise, executor, report)
+
+
+def _nothing_found(beside: SearchedBeside) -> SearchResult:
+    """Return what a search beside noise alone would have found: nothing, for it was not made."""
+    baseline, found = beside.baseline, beside.found
+    return SearchResult(baseline, baseline, (), found.first, found.first, found.seen, {}, {})
 
 
 def _far(context: SearchContext, fit: GapFit) -> bool:

@@ -22,12 +22,12 @@ from analysis.frf import Frf
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.preparation import apart
 from analysis.gap.data.sweeps import GapSweeps
-from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.misfit import sweep_powers
 from analysis.gap.fitting.sheet import fitted_sheet
 from analysis.gap.fitting.state import GapState
-from analysis.gap.imperfect.whole_campaign import beside_scatter
+from analysis.gap.imperfect.search import settled_from_first_order
+from analysis.gap.imperfect.whole_campaign import over_all_sweeps
 from analysis.gap.search.context import SearchContext
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox
@@ -112,25 +112,19 @@ def update(
         sweeps = apart(frf, _sharpest(material_of(alone), declared or {}), protocol)
         joint = model if tolerant is None else tolerant
         context = SearchContext(joint, sweeps, NoiseCheck.as_stated(sweeps.compressed), pool)
-        begun = _fitted_to_few(context, start) if joint.tolerance_cards else start
-        fit = fit_gap(joint, sweeps, begun, (), pool)
-        if joint.tolerance_cards and _lacks_something(sweeps, fit):
-            report("beside what is missing", 0.5)
-            fit = beside_scatter(context, fit)
+        fit = _fitted(context, start, report) if joint.tolerance_cards else context.fit(start, ())
     report("common gain", 1.0)
     return _summary(frf, joint, sweeps, fit, alone, sheet)
 
 
-def _fitted_to_few(context: SearchContext, start: GapState) -> GapState:
-    """Correct a start by a fit to a few temperatures, in which what is declared moves most; unchanged for few."""
-    groups, whole = context.coarse_groups, context.sweeps
-    if len(groups) == len(whole.groups.reference):
-        return start
-    few = whole.only_groups(groups)
-    begun = start.restricted(groups, few.original_places(whole))
-    found = fit_gap(context.model, few, begun, (), context.executor)
-    corrected = start.corrected(whole.groups, begun, found.state, few.groups)
-    return replace(corrected, tilt=start.tilt, bend=start.bend)
+def _fitted(context: SearchContext, start: GapState, report: Progress) -> GapFit:
+    """Fit all sweeps within the tolerances, a few temperatures first; beside what is missing, if that is much."""
+    few, part = context.at_few_temperatures(start)
+    begun = few.fit(part, ())
+    if not _lacks_something(few.sweeps, begun):
+        return context.fit(context.spread(start, few, begun.state), ())
+    report("beside what is missing", 0.0)
+    return over_all_sweeps(context, start, settled_from_first_order(few, begun))
 
 
 def _lacks_something(sweeps: GapSweeps, fit: GapFit) -> bool:

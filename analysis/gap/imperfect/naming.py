@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.other_modes import tried_elsewhere
 from analysis.gap.imperfect.search import ImperfectResult, ImperfectSearch
 from analysis.gap.imperfect.whole_campaign import over_all_sweeps
@@ -13,7 +14,6 @@ from analysis.gap.search.confidence import equivalents, probability
 from analysis.gap.search.confounding import signal_cosine
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.held_out import HeldOut
-from analysis.gap.search.refit import at_few_temperatures
 from analysis.gap.thresholds import NAMED_SHARE
 
 
@@ -87,26 +87,28 @@ class SearchedBeside:
     final: GapFit
 
     @classmethod
-    def of(cls, context: SearchContext, baseline: GapFit) -> "SearchedBeside":
+    def of(cls, context: SearchContext, start: GapState, few: SearchContext, begun: GapFit) -> "SearchedBeside":
         """Search beside a discrepancy.
 
         Parameters
         ----------
         context : SearchContext
             Of all sweeps, unweighted.
-        baseline : GapFit
-            Without effects.
+        start : GapState
+            Of these, without effects.
+        few : SearchContext
+            Of a few temperatures, as of `SearchContext.at_few_temperatures`.
+        begun : GapFit
+            To these, without effects, beside noise.
 
         Returns
         -------
         SearchedBeside
         """
-        sweeps, begun = at_few_temperatures(context, baseline)
-        few = context.of(sweeps)
         found = ImperfectSearch(few, begun).run()
         context.report("beside a discrepancy", 0.8)
-        before = over_all_sweeps(context, baseline, found.baseline)
-        after = over_all_sweeps(context, baseline, found.final) if found.final.effects else before
+        before = over_all_sweeps(context, start, found.baseline)
+        after = over_all_sweeps(context, start, found.final) if found.final.effects else before
         return cls(few, found, before, after)
 
 

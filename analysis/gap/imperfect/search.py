@@ -19,7 +19,7 @@ from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.discrepancy import Discrepancy, DiscrepancyShape
 from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext
-from analysis.gap.search.observability import observability
+from analysis.gap.search.observability import Observability, observability
 from analysis.gap.search.refit import absent
 from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import CLASS_NATS, LEAST_GAIN
@@ -98,8 +98,10 @@ class ImperfectResult:
     ----------
     baseline, final : Imperfect
         Without effects, and with those found.
-    last : ScoreTest
-        At `final`.
+    first, last : ScoreTest
+        At `baseline` and at `final`, each beside its scatter.
+    seen : tuple of Observability
+        Of every effect, at `baseline` beside noise.
     gains : mapping of str to float
         Log evidence of each effect found over the best twin without it, nats.
     rivals : mapping of str to mapping
@@ -108,7 +110,9 @@ class ImperfectResult:
 
     baseline: Imperfect
     final: Imperfect
+    first: ScoreTest
     last: ScoreTest
+    seen: tuple[Observability, ...]
     gains: dict[str, float]
     rivals: dict[str, dict[str, float]]
 
@@ -127,17 +131,14 @@ class ImperfectSearch:
 
     def __init__(self, plain: SearchContext, baseline: GapFit) -> None:
         self.plain = plain
-        begun = settled_to_first_order(plain, baseline)
-        residual = begun.context.sweeps.weights.undone(begun.fit.residual)
-        self._baseline = settled(
-            plain, begun.fit.state, baseline.predicted, residual, begun.fit.determined, rounds=TWIN_ROUNDS
-        )
+        self._baseline = settled_from_first_order(plain, baseline)
 
     def run(self) -> ImperfectResult:
         """Add effects while there is evidence for one more, then leave out and exchange each."""
         at = self._baseline
         near = _Neighbours.of(self.plain, at)
-        blind = near.blind()
+        first, seen = near.screening, near.seen()
+        blind = {one.effect for one in seen if not one.observable}
         while len(at.effects) < MOST_EFFECTS:
             better = self._better(at, near.extended(blind))
             if better is None:
@@ -154,10 +155,10 @@ class ImperfectSearch:
             rivals, swapped = near.contested(blind)
             better = self._better(at, swapped, CLASS_NATS)
             if better is None:
-                return ImperfectResult(self._baseline, at, near.screening, gains, rivals)
+                return ImperfectResult(self._baseline, at, first, near.screening, seen, gains, rivals)
             at, near = better, _Neighbours.of(self.plain, better)
         gains, (rivals, _) = near.gains(self._baseline), near.contested(blind)
-        return ImperfectResult(self._baseline, at, near.screening, gains, rivals)
+        return ImperfectResult(self._baseline, at, first, near.screening, seen, gains, rivals)
 
     def _better(self, at: Imperfect, tried: Sequence[Imperfect], least: float = LEAST_GAIN) -> Imperfect | None:
         """Fit the most promising sets with the twin, until one is better by `least` nats; None if none is."""
@@ -200,10 +201,9 @@ class _Neighbours:
         here = plain.seen_by(linear)
         return cls(at, here, here.weighted(at.context.sweeps.weights).score_test(at.fit))
 
-    def blind(self) -> set[str]:
-        """Tell which effects the campaign does not show beside noise; whether beside more, evidence tells."""
-        seen = observability(self.plain.score_test(self.at.fit), self.plain.model.cards)
-        return {one.effect for one in seen if not one.observable}
+    def seen(self) -> tuple[Observability, ...]:
+        """Tell which effects the campaign shows beside noise; whether beside more, evidence tells."""
+        return observability(self.plain.score_test(self.at.fit), self.plain.model.cards)
 
     def extended(self, blind: Container[str]) -> list[Imperfect]:
         """Try sets with one effect more, those that fit best to first order.
@@ -257,8 +257,8 @@ class _Neighbours:
         return settled(here, fit.state, self.at.fit.predicted, weights.undone(fit.residual), fit.determined)
 
 
-def settled_to_first_order(plain: SearchContext, begun: GapFit) -> Imperfect:
-    """Fit beside the scatter that the fit leaves, on the campaign linearised at another fit.
+def settled_from_first_order(plain: SearchContext, begun: GapFit) -> Imperfect:
+    """Fit beside the scatter that the fit leaves, from where this settles on the campaign linearised at a fit.
 
     Parameters
     ----------
@@ -272,8 +272,9 @@ def settled_to_first_order(plain: SearchContext, begun: GapFit) -> Imperfect:
     Imperfect
     """
     linear = LinearisedSweeps.of(plain.model, plain.sweeps, begun.state, plain.executor, candidates=False)
-    here = plain.seen_by(linear)
-    return settled(here, begun.state, begun.predicted, begun.residual, begun.determined)
+    near = settled(plain.seen_by(linear), begun.state, begun.predicted, begun.residual, begun.determined)
+    residual = near.context.sweeps.weights.undone(near.fit.residual)
+    return settled(plain, near.fit.state, begun.predicted, residual, near.fit.determined, rounds=TWIN_ROUNDS)
 
 
 def settled(

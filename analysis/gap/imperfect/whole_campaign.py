@@ -4,28 +4,30 @@ from dataclasses import replace
 
 import numpy as np
 
-from analysis.arrays import Complex
 from analysis.gap.data.line_weights import LineWeights
+from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit, Uncertainty
 from analysis.gap.fitting.normal_equations import WhitenedSweep, whiten_all
 from analysis.gap.fitting.schur_complement import SchurComplement, schur_complement
 from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.discrepancy import DiscrepancyShape
-from analysis.gap.imperfect.search import Imperfect, settled_to_first_order
+from analysis.gap.imperfect.search import Imperfect
 from analysis.gap.search.context import SearchContext
-from analysis.gap.search.refit import at_few_temperatures
 from analysis.twin_model import Tangent
 
 
-def over_all_sweeps(context: SearchContext, baseline: GapFit, few: Imperfect) -> GapFit:
+def over_all_sweeps(context: SearchContext, start: GapState, few: Imperfect) -> GapFit:
     """Fit a twin to all sweeps beside the scatter that it leaves at a few temperatures.
+
+    What is common to all temperatures (gains, effects, declared quantities) is held as found at these: beside a
+    discrepancy that all sweeps share, further ones tell no more of it.
 
     Parameters
     ----------
     context : SearchContext
         Of all sweeps, unweighted.
-    baseline : GapFit
-        To these, without effects.
+    start : GapState
+        Of these, from whose part the fits to a few temperatures began.
     few : Imperfect
         The twin with the effects found, at a few temperatures.
 
@@ -36,37 +38,13 @@ def over_all_sweeps(context: SearchContext, baseline: GapFit, few: Imperfect) ->
     """
     if few.context.sweeps.count == context.sweeps.count:
         return _stated(context, few.shape, few, few.fit)
-    groups, kept = context.sweeps.groups, context.coarse_groups
-    places = few.context.sweeps.original_places(context.sweeps)
-    begun = baseline.state.restricted(kept, places)
-    state = baseline.state.corrected(groups, begun, few.fit.state, few.context.sweeps.groups)
-    return _fitted(context, few, state, baseline.predicted)
-
-
-def beside_scatter(context: SearchContext, fit: GapFit) -> GapFit:
-    """Fit a twin again beside the scatter of resonances that it leaves, found at a few temperatures.
-
-    Parameters
-    ----------
-    context : SearchContext
-        Unweighted.
-    fit : GapFit
-        Beside noise alone.
-
-    Returns
-    -------
-    GapFit
-        As of `over_all_sweeps`.
-    """
-    sweeps, begun = at_few_temperatures(context, fit)
-    found = settled_to_first_order(context.of(sweeps), begun)
-    return _fitted(context, found, fit.state, fit.predicted)
-
-
-def _fitted(context: SearchContext, few: Imperfect, state: GapState, predicted: Complex) -> GapFit:
-    """Fit all sweeps beside the scatter of a few."""
-    shape = DiscrepancyShape.of(context.sweeps, predicted, context.loss_factors(state))
-    fit = context.weighted(shape.weights(few.scatter)).fit(state, few.effects)
+    state = context.spread(start, few.context, few.fit.state)
+    white = whiten_all(context.model, context.sweeps, state, (), context.executor)
+    shape = DiscrepancyShape.of(
+        context.sweeps, np.array([w.predicted for w in white]), context.loss_factors(state)
+    )
+    sweeps = replace(context.sweeps, weights=shape.weights(few.scatter))
+    fit = fit_gap(context.model, sweeps, state, (), context.executor, gain_free=False)
     shape = DiscrepancyShape.of(context.sweeps, fit.predicted, context.loss_factors(fit.state))
     return _stated(context, shape, few, fit)
 
@@ -78,17 +56,23 @@ def _stated(context: SearchContext, shape: DiscrepancyShape, few: Imperfect, fit
     to the campaign shares it with all sweeps. The part of the laws' error that is not noise is common to all
     temperatures.
     """
-    tangents: list[Tangent] = [(name, parameter, fit.state.on[name]) for name, parameter in fit.free.names]
+    free = few.fit.free
+    tangents: list[Tangent] = [(name, parameter, fit.state.on[name]) for name, parameter in free.names]
     white = whiten_all(context.model, context.sweeps, fit.state, tangents, context.executor)
     residual = np.array([w.white[-1] for w in white])
-    noise = Uncertainty.of(_head(context, white, fit, LineWeights.equal(residual.shape)), fit.free, True)
-    together = Uncertainty.of(_head(context, white, fit, shape.weights(few.scatter)), fit.free, True)
+    noise = Uncertainty.of(_head(context, white, fit, LineWeights.equal(residual.shape)), free, True)
+    weighted = _head(context, white, fit, shape.weights(few.scatter))
+    together = Uncertainty.of(weighted, free, True)
     single = shape.within_a_sweep(context.sweeps).weights(few.scatter)
-    alone = Uncertainty.of(_head(context, white, fit, single), fit.free, True).alone
+    alone = Uncertainty.of(_head(context, white, fit, single), free, True).alone
     laws = np.sqrt(together.laws**2 - together.alone**2 + alone**2)
     ratio = laws / together.laws
     return replace(
         fit,
+        free=free,
+        information=weighted.without_gains().matrix,
+        prior=few.fit.prior,
+        declared=few.fit.declared,
         noise=noise,
         stated=replace(
             together,

@@ -66,6 +66,22 @@ class SearchContext:
             self.fits.keep(effects, found)
         return found
 
+    def at_few_temperatures(self, start: GapState) -> tuple["SearchContext", GapState]:
+        """Return a context of its own for a few temperatures, and a state of all sweeps there."""
+        groups = self.coarse_groups
+        if len(groups) == len(self.sweeps.groups.reference):
+            return self.of(self.sweeps), start
+        few = self.sweeps.only_groups(groups)
+        return self.of(few), start.restricted(groups, few.original_places(self.sweeps))
+
+    def spread(self, start: GapState, few: "SearchContext", found: GapState) -> GapState:
+        """Change a state of all sweeps as a fit to those of `few` changed its part there."""
+        if few.sweeps.count == self.sweeps.count:
+            return found
+        _, begun = self.at_few_temperatures(start)
+        changed = start.corrected(self.sweeps.groups, begun, found, few.sweeps.groups)
+        return replace(changed, tilt=start.tilt, bend=start.bend)
+
     def of(self, sweeps: GapSweeps) -> "SearchContext":
         """Return a context of its own for other sweeps."""
         return SearchContext(self.model, sweeps, self.noise, self.executor, self.report)

@@ -14,6 +14,9 @@ from analysis.gap.search.context import SearchContext
 from analysis.gap.search.stepwise import SearchResult
 from analysis.twin_model import Tangent
 
+MOST_MAPPED = 12
+"""Number of candidates that are mapped, for people to look at: each asks the twin for all sweeps."""
+
 
 @dataclass(frozen=True)
 class Signature:
@@ -34,10 +37,10 @@ class Signature:
 
 
 def signatures(context: SearchContext, found: SearchResult) -> tuple[Signature, ...]:
-    """Map the residual of the baseline with each effect alone, largest predicted gain first."""
+    """Map the residual of the baseline with each of the best effects alone, largest predicted gain first."""
     context.report("signatures", 0.0)
     fits = {r.effects[0]: r.fit for r in found.steps[0].refits if len(r.effects) == 1} if found.steps else {}
-    candidates = found.first.candidates()
+    candidates = found.first.candidates()[:MOST_MAPPED]
     screened = [c for c in candidates if fits.get(c.effects[0]) is None]
     left = dict(zip((c.effects[0] for c in screened), _first_order(context, found, screened), strict=True))
     left |= {name: fit.residual for name, fit in fits.items() if fit is not None}

@@ -78,13 +78,6 @@ class SearchResult:
         return tuple(self.fit.state.effects)
 
 
-def screened(context: SearchContext, baseline: GapFit) -> SearchResult:
-    """Return what a search knows before its first step: nothing found, every candidate to first order."""
-    context.report("screen", 0.0)
-    first = context.score_test(baseline)
-    return SearchResult(baseline, baseline, (), first, first, observability(first, context.model.cards), {}, {})
-
-
 def stepwise_search(context: SearchContext, baseline: GapFit, begun: GapFit | None = None) -> SearchResult:
     """Find the effects that the twin of `baseline` lacks.
 
@@ -99,8 +92,9 @@ def stepwise_search(context: SearchContext, baseline: GapFit, begun: GapFit | No
     -------
     SearchResult
     """
-    known = screened(context, baseline)
-    first, seen = known.first, known.seen
+    context.report("screen", 0.0)
+    first = context.score_test(baseline)
+    seen = observability(first, context.model.cards)
     blind = tuple(o.effect for o in seen if not o.observable)
     steps, path = _begun(context, begun) or _climb(context, baseline, first, blind)
     fit, last = _supported(context, baseline, path)
