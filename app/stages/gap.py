@@ -196,6 +196,8 @@ def compute(
         named = FittedTwin(*parts, {**given, **claimed}, found.declared)
         last = corrected_twin(frf, plain.updated, model, protocol, named)
         found, pairing = paired_report(campaign, plain, twin, found, pairing, last)
+        if pairing is not None and pairing.fits:
+            found = replace(found, notes=(*pairing.wrong_points, *found.notes))
         bare = found.plain
         unnamed = FittedTwin(bare.state, bare.laws, bare.sigma_gain, given, bare.declared)
         fitted = unnamed if found.verdict == "unknown" else named
