@@ -101,7 +101,7 @@ def _plain(name: str) -> str:
 def _renamed(
     groups: Mapping[str, list[Any]], names: Mapping[str, str], *, every: bool = True
 ) -> dict[str, list[Any]]:
-    """Give groups the names used in the declaration, and join those of one name; those of a plate, or every one."""
+    """Give groups the names used in the declaration, and join those of one name; of a plate's alone, or of all."""
     together: dict[str, set[Any]] = {}
     for name, members in groups.items():
         if not (every or name in names or OF_A_PLATE.fullmatch(name)):
