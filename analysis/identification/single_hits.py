@@ -22,9 +22,9 @@ from analysis.identification.variable_projection import project
 FEWEST = 3
 """Hits from which one may be left out: of two hits nobody knows which is right."""
 RESTS = 0.35
-"""Share of the expected below which a mode rests on the hit left out. In 40 simulated tests of five hits, 200 strong
-modes that all show kept 1.06 and more, 37 weak ones (BIC 50 to 300) 0.97 and more; one that a single hit shows keeps
-0.004 at most."""
+"""Share of the expected below which a mode rests on the hit left out. In 40 simulated tests of five hits, 200
+strong modes that all show kept 1.06 and more, 37 weak ones (BIC 50 to 300) 0.97 and more; one that a single hit
+shows keeps 0.004 at most."""
 
 
 @dataclass(frozen=True)
