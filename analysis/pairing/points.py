@@ -88,7 +88,8 @@ class PointComparison:
 
     def _cycles(self) -> list[list[int]]:
         """Points that stand at each other's places, each cycle once."""
-        found, seen = [], set()
+        found: list[list[int]] = []
+        seen: set[int] = set()
         for first in range(len(self.names)):
             cycle = [first]
             while (following := int(self.stands_at[cycle[-1]])) not in cycle:

@@ -132,7 +132,8 @@ def _attached(plate: LocalPlate, state: PlateState, frequency: Real, modal: Moda
     there = z[:, None] * np.einsum("km,mpf->kpf", rows, answers)
     system = np.moveaxis(there[:, count:], -1, 0) + np.eye(len(rows))
     forces = np.linalg.solve(system, np.moveaxis(there[:, :count], -1, 0))
-    return np.ascontiguousarray(answers[:, :count] - np.einsum("mkf,fkp->mpf", answers[:, count:], forces))
+    found = np.einsum("mkf,fkp->mpf", answers[:, count:], forces)
+    return np.asarray(np.subtract(answers[:, :count], found, out=found))  # in place: the largest array there is
 
 
 def _seats(plate: LocalPlate, state: PlateState) -> tuple[Real, Complex]:

@@ -65,8 +65,12 @@ class TransferSensitivity:
         -------
         TransferSensitivity
         """
-        field = np.einsum("mpf,pf->mf", solved.answers, drive)
-        adjoint = np.einsum("mpf,kpf->kmf", solved.answers, sense)
+        answers = solved.answers
+        field = np.einsum("mpf,pf->mf", answers, drive)
+        adjoint = np.empty((len(sense), *field.shape), complex)
+        for row, weights in zip(adjoint, sense, strict=True):
+            felt = np.flatnonzero(weights.any(axis=-1))  # a motion weighs its own port: one of a scan's hundreds
+            np.einsum("mpf,pf->mf", answers[:, felt], weights[felt], out=row)
         return cls(solved, state, drive, sense, field, adjoint)
 
     def by(self, local: Composite, stepped: PlateState) -> Complex:

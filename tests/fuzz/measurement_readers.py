@@ -80,7 +80,7 @@ MEASUREMENTS = (
         "measurements of extras",
         tuple(f"measured/a.{ending}" for ending in FILES_OF_EXTRAS),
         lambda root, name: read_columns(root / name),
-        0.1,
+        0.01,
     ),
     Reader("CSV, points", ("measured/points.csv",), lambda root, name: points_of_table(root / name), 0.005, True),
     Reader(
