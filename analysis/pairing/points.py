@@ -143,7 +143,12 @@ def compare_points(
     Returns
     -------
     PointComparison or None
-        None for fewer than `LEAST_POINTS` points or `LEAST_MODES` modes.
+        None for fewer than `LEAST_POINTS` points or `LEAST_MODES` modes, and where no majority of points agrees.
+
+    Raises
+    ------
+    ValueError
+        For residues of other shapes.
     """
     if measured.shape != computed.shape or len(measured) != len(names) or len(kinds) != len(names):
         raise ValueError(f"residues {measured.shape} and {computed.shape} of {len(names)} points; (K, N) wanted")

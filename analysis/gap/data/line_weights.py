@@ -33,7 +33,20 @@ class LineWeights:
     def weigh(
         self, white: NDArray[np.complex128], sweep: int, channels: slice = slice(None)
     ) -> NDArray[np.complex128]:
-        """Turn and weigh whitened numbers (..., K, n) of one sweep, or of some of its channels."""
+        """Turn and weigh whitened numbers.
+
+        Parameters
+        ----------
+        white : (..., K, n) complex ndarray
+        sweep : int
+            Theirs.
+        channels : slice
+            Of which they are; all unless given.
+
+        Returns
+        -------
+        (..., K, n) complex ndarray
+        """
         turned = white * self.direction[sweep, channels].conj()
         along, across = self.along[sweep, channels], self.across[sweep, channels]
         return np.asarray(along * turned.real + 1j * across * turned.imag)
