@@ -25,7 +25,7 @@ VALUES, LAWS, TEMPERATURE, GLOBAL = slice(0, 3), slice(0, 9), 9, 10
 """Indices of the columns: laws without and with derivatives, unknown of a sweep, first unknown of the campaign."""
 
 
-BLOCK = 4_000_000
+BLOCK = 2_000_000
 """Whitened numbers of one sweep that are held at once, about; with its copies each takes 100 bytes. All columns of
 a laser scan of 200 points are 30 million."""
 
