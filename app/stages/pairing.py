@@ -195,8 +195,8 @@ def paired_sweeps(
         pairs.append(pair_modes(float(frf.temperature[t]), modes.band, ModeList.measured(modes, rms), computed))
         sizes.append(rms)
     rows = list(measured.modes)
-    points = _points(experiment, pairs, sizes)
-    return PairedSweeps(tuple(pairs), updated.misfit[rows], updated.noise_floor[rows], measured.source, points)
+    compared = _points(experiment, pairs, sizes)
+    return PairedSweeps(tuple(pairs), updated.misfit[rows], updated.noise_floor[rows], measured.source, compared)
 
 
 def _points(experiment: Experiment, pairs: Sequence[ModePairs], rms: Sequence[Real]) -> PointComparison | None:
