@@ -27,6 +27,7 @@
 ``local_rational``     the same without repeats, from roughness along frequency
 ``estimation``         H1, H2, Hv and hammer tests: signals of any test to FRFs
 ``frf``                FRFs of a campaign, coherence and variance per line
+``labelled``           arrays with named axes, for xarray and pandas
 ``phase``              phase of an FRF as a curve that can be drawn
 ``drawn_lines``        curves with gaps, without points to which no line leads
 ``repeat_shift``       how far resonances move over the repeats of a sweep

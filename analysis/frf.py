@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from analysis.campaign import Campaign
 from analysis.channel import transfer_unit
 from analysis.frf_campaign import AnyCampaign, FrfCampaign, FrfSweep
+from analysis.labelled import Labelled, LabelledArrays
 from analysis.local_rational import rough_power
 from analysis.mains import mains_lines, other_fundamentals
 from analysis.noise_power import noise_power, single_repeat_power
@@ -25,7 +26,7 @@ which would then be half of all."""
 
 
 @dataclass(frozen=True)
-class Frf:
+class Frf(Labelled):
     """FRFs of a campaign, one row per sweep in the order recorded.
 
     Attributes
@@ -137,6 +138,27 @@ class Frf:
         """Say how a sweep was driven: ``10 V``, and ``2 N at hammer`` where there are several inputs."""
         where = f" at {self.sources[self.driven_by[sweep]]}" if self.sources else ""
         return f"{self.level[sweep]:g} {self.level_unit(sweep)}{where}"
+
+    def labelled(self) -> LabelledArrays:
+        """FRFs, variance and coherence over sweep, channel and frequency."""
+        lines = ("sweep", "channel", "frequency")
+        units = dict.fromkeys(self.units) or {self.unit(0): None}
+        levels = dict.fromkeys(self.level_unit(sweep) for sweep in range(len(self.temperature)))
+        driven = {} if not self.sources else {"drive": (("sweep",), np.array(self.sources)[self.driven_by])}
+        return LabelledArrays(
+            {"h": (lines, self.h), "variance": (lines, self.variance), "coherence": (lines, self.coherence)},
+            {
+                "temperature": (("sweep",), self.temperature),
+                "direction": (("sweep",), np.array(self.direction)),
+                "level": (("sweep",), self.level),
+                **driven,
+                "channel": (("channel",), np.array(self.channels)),
+                "frequency": (("frequency",), self.frequency),
+                "excluded": (("frequency",), self.excluded),
+            },
+            {"h": " or ".join(units), "temperature": "degC", "frequency": "Hz", "level": " or ".join(levels)},
+            self.notes,
+        )
 
     def _place(self, channel: int, sweep: int) -> int:
         return len(self.channels) * int(self.driven_by[sweep]) + channel

@@ -39,7 +39,7 @@ class Tolerances(Declared):
     attachment_place : float
         Of a string's or a cable's point along x and along y, m: felt where an effect acts there.
     sensitivity : float
-        Of a motion sensor, as a share; that of the drive is the gain, which is always free.
+        Of a motion sensor with all its points, as a share; that of the drive is the gain, which is always free.
     oven_offset : float
         Of the plate's temperature at room temperature, less the reading, K.
     oven_slope : float

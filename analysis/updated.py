@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.declared_quantity import DeclaredQuantity
+from analysis.labelled import Labelled, LabelledArrays
 from analysis.material import Material
 from analysis.sheet_material import SheetMaterial
 
@@ -14,7 +15,7 @@ GOOD_MISFIT = 1.3
 
 
 @dataclass(frozen=True)
-class Updated:
+class Updated(Labelled):
     """Result of model updating, one row per sweep in the order of the FRFs.
 
     Attributes
@@ -62,6 +63,17 @@ class Updated:
     declared: tuple[DeclaredQuantity, ...] = ()
     common: NDArray[np.float64] | None = None
     sheet: SheetMaterial | None = None
+
+    def labelled(self) -> LabelledArrays:
+        """E, nu and eta with their standard deviations, misfit and noise, over sweep."""
+        constants = {name: getattr(self.material, name) for name in vars(self.material)}
+        sigmas = {f"sigma_{name}": getattr(self.sigma, name) for name in vars(self.sigma)}
+        judged = {name: getattr(self, name) for name in ("misfit", "noise_floor", "chi2_per_dof", "settled")}
+        return LabelledArrays(
+            {name: (("sweep",), values) for name, values in (constants | sigmas | judged).items()},
+            {"temperature": (("sweep",), self.temperature)},
+            {"youngs_modulus": "Pa", "sigma_youngs_modulus": "Pa", "temperature": "degC"},
+        )
 
     @property
     def sharpest(self) -> Material:

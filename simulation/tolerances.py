@@ -10,6 +10,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from analysis.effect_card import EffectCard, Parameter
@@ -149,15 +150,8 @@ def _of_instruments(experiment: Experiment) -> Iterator[Effect]:
             own = given.of(f"acquisition.input_{kind}", usual * declared)
             share = own / declared if declared else 0.0
             yield from _quantity(f"input_{kind}", f"{kind} of the inputs", {"share": ("1", share)}, _scaled(kind))
-    outputs, placed = experiment.outputs, (*experiment.inputs, *experiment.outputs)
-    for k, output in enumerate(outputs):
-        if output.patch is None and len(outputs) > 1:  # of a single output it is the gain
-            yield from _quantity(
-                f"sensitivity {output.id}",
-                f"sensitivity of {output.id}",
-                {"share": ("1", given.sensitivity)},
-                _added_to("log_sensitivity", k, len(outputs), "share"),
-            )
+    yield from _sensitivities(experiment)
+    placed = (*experiment.inputs, *experiment.outputs)
     feet = [channel for channel in placed if channel.footprint is not None]
     if len(feet) > MOST_PLACED:  # a scan: its points are known by their grid
         return
@@ -175,8 +169,23 @@ def _of_instruments(experiment: Experiment) -> Iterator[Effect]:
                 f"transducer_mass {channel.id}",
                 f"mass of {channel.id}",
                 {"heavier": ("kg", given.of(f"sensor.{channel.id}.mass", given.transducer_mass))},
-                _added_to("added_mass", k, len(feet), "heavier"),
+                _added_to("added_mass", np.arange(len(feet)) == k, "heavier"),
             )
+
+
+def _sensitivities(experiment: Experiment) -> Iterator[Effect]:
+    """One of every instrument: a laser's points, or those of a hammer, were all measured by the same."""
+    outputs = [output.id for output in experiment.outputs]
+    if len(experiment.sensors) + len(experiment.sensor) < 2:  # of a single one it is the gain
+        return
+    for sensor in experiment.sensor:
+        own = [channel.id for channel in sensor.channels(experiment.plate)]
+        yield from _quantity(
+            f"sensitivity {sensor.id}",
+            f"sensitivity of {sensor.id}",
+            {"share": ("1", experiment.tolerances.sensitivity)},
+            _added_to("log_sensitivity", np.isin(outputs, own), "share"),
+        )
 
 
 def _of_attachments(experiment: Experiment) -> Iterator[Effect]:
@@ -247,9 +256,9 @@ def _scaled_of(attribute: str, place: int, count: int, factor: float, key: str) 
     return change
 
 
-def _added_to(attribute: str, place: int, count: int, key: str) -> Change:
+def _added_to(attribute: str, places: NDArray[np.bool_], key: str) -> Change:
     def change(away: Any, values: Mapping[str, Any]) -> dict[str, Any]:
-        return {attribute: getattr(away, attribute) + (np.arange(count) == place) * values[key]}
+        return {attribute: getattr(away, attribute) + places * values[key]}
 
     return change
 
@@ -266,11 +275,12 @@ def _stretched(attribute: str, length: float, sides: Sequence[float]) -> Change:
 
 
 def _enlarged(place: int, count: int, side: float) -> Change:
-    wider = _added_to("wider", place, count, "wider")
+    wider = _added_to("wider", np.arange(count) == place, "wider")
     area = _scaled_of("patch_area", place, count, 2.0 / side, "wider")
     return lambda away, values: {**wider(away, values), **area(away, values)}
 
 
 def _moved(along_x: str, along_y: str, place: int, count: int) -> Change:
-    x, y = _added_to(along_x, place, count, "dx"), _added_to(along_y, place, count, "dy")
+    here = np.arange(count) == place
+    x, y = _added_to(along_x, here, "dx"), _added_to(along_y, here, "dy")
     return lambda away, values: {**x(away, values), **y(away, values)}

@@ -32,6 +32,8 @@ def asked_for() -> dict[str, set[str]]:
         "notify": settings["options.extras_require"]["notify"],
         "onnx": settings["options.extras_require"]["onnx"],
         "soundcard": settings["options.extras_require"]["soundcard"],
+        "tables": settings["options.extras_require"]["tables"],
+        "mdf": settings["options.extras_require"]["mdf"],
         "dev": settings["options.extras_require"]["dev"],
     }
     return {

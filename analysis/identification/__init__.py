@@ -36,6 +36,7 @@
 ``noise``                  noise levels estimated from a residual, pooled over responses
 ``running_median``         a running median along frequency
 ``confirmation``           modes that are found again with other bands, lines or channels
+``single_hits``            modes that rest on one hit of several
 ``neighbouring_sweeps``    modes of a campaign that neighbouring sweeps show too
 ``damping_prior``          distribution of the modes' damping ratios, used as a prior
 ``parameters``             poles as parameters of a search, with bounds

@@ -98,8 +98,19 @@ def weighed(measured: Measured, modes: Modes) -> Lines:
     return kept.weighed(kept.h - modes.synthesis(kept.frequency), modes.poles)
 
 
-def _blocks(measured: Measured, modes: Modes) -> Lines:
-    """Averaged lines of the FRFs, or of their principal FRFs where they are many."""
+def averaged_lines(measured: Measured, modes: Modes) -> Lines:
+    """Average lines of the FRFs, or of their principal FRFs where they are many, weighted as in the fit.
+
+    Parameters
+    ----------
+    measured : Measured
+    modes : Modes
+        Identified from them: their residual tells the weights.
+
+    Returns
+    -------
+    Lines
+    """
     if len(measured.h) > MANY:
         sums = principal_frfs(measured)
         measured, modes = sums.measured, sums.modes(modes)
@@ -110,7 +121,7 @@ def _blocks(measured: Measured, modes: Modes) -> Lines:
 
 def _parts(measured: Measured, modes: Modes) -> Iterator[PartOfData]:
     """Yield the band cut at either end, every second line, and every second FRF."""
-    blocks = _blocks(measured, modes)
+    blocks = averaged_lines(measured, modes)
     f = blocks.frequency
     cut = SHIFT * (f[-1] - f[0])
     low, high = f[0] + cut, f[-1] - cut
@@ -126,7 +137,7 @@ def _parts(measured: Measured, modes: Modes) -> Iterator[PartOfData]:
         for half, which in enumerate(("first", "second")):
             rows, description = row % 2 == half, f"in the {which} half of the FRFs, every other one"
             if len(measured.h) > MANY:
-                yield from _part(_blocks(measured.rows(rows), modes.of_rows(rows)), None, None, description)
+                yield from _part(averaged_lines(measured.rows(rows), modes.of_rows(rows)), None, None, description)
             else:
                 yield from _part(blocks, None, rows, description)
 

@@ -7,12 +7,13 @@ from numpy.typing import NDArray
 
 from analysis.identification.modes import Modes
 from analysis.identification.reading import Damping, PoleReading, read_poles
+from analysis.labelled import Labelled, LabelledArrays
 
 ABSENT = "absent"
 
 
 @dataclass(frozen=True)
-class TrackedModes:
+class TrackedModes(Labelled):
     """One identification per sweep, and which pole of each belongs to which mode.
 
     Attributes
@@ -112,6 +113,31 @@ class TrackedModes:
     def synthesis(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Rebuild the FRFs of every sweep, (T, K, F), at `frequency` [Hz]."""
         return np.array([modes.synthesis(frequency) for modes in self.modes])
+
+    def labelled(self) -> LabelledArrays:
+        """Frequency, damping and status over sweep and mode, residues over channel, too; NaN where absent."""
+        read, of_modes = self.reading(), ("sweep", "mode")
+        return LabelledArrays(
+            {
+                "frequency": (of_modes, read.frequency_hz),
+                "sigma_frequency": (of_modes, read.sigma_frequency_hz),
+                "damping_ratio": (of_modes, read.damping_ratio),
+                "sigma_damping_ratio": (of_modes, read.sigma_damping_ratio),
+                "loss_factor": (of_modes, read.loss_factor),
+                "sigma_loss_factor": (of_modes, read.sigma_loss_factor),
+                "status": (of_modes, np.array(self.status).reshape(self.track.shape)),
+                "residue": (("sweep", "channel", "mode"), self.residues),
+            },
+            {
+                "temperature": (("sweep",), self.temperature),
+                "direction": (("sweep",), np.array(self.direction)),
+                "level": (("sweep",), self.level),
+                "mode": (("mode",), np.arange(1, self.track.shape[1] + 1)),
+                "channel": (("channel",), np.array(self.channels)),
+            },
+            {"frequency": "Hz", "sigma_frequency": "Hz", "temperature": "degC", "level": self.level_unit},
+            self.notes,
+        )
 
     def _present(self) -> list[tuple[int, int, int]]:
         return [(t, j, int(n)) for t, row in enumerate(self.track) for j, n in enumerate(row) if n >= 0]

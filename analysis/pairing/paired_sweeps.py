@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.pairing.assignment import ModePairs
+from analysis.pairing.points import PointComparison
 
 POOR = 0.5
 """Misfit from which a twin may be no fit; up to it, it has three quarters of the response's power."""
@@ -34,12 +35,15 @@ class PairedSweeps:
         Of these sweeps, shares of rms|H|.
     source : str
         ``modes.h5`` of the run folder, or ``identified`` for the comparison.
+    points : PointComparison or None
+        Of the shapes of all strong pairs, point by point; None for few points or modes.
     """
 
     sweeps: tuple[ModePairs, ...]
     misfit: NDArray[np.float64]
     noise: NDArray[np.float64]
     source: Source
+    points: PointComparison | None = None
 
     def __post_init__(self) -> None:
         if not (self.misfit.shape == self.noise.shape == (len(self.sweeps),)):
@@ -99,6 +103,12 @@ class Pairing:
     def fits(self) -> bool:
         """Whether the twin is a fit, with the effects found or without."""
         return self.before.fits or (self.after is not None and self.after.fits)
+
+    @property
+    def wrong_points(self) -> tuple[str, ...]:
+        """Sentences on sensors at wrong points or of wrong sign, by the twin with the effects found or without."""
+        points = (self.after or self.before).points
+        return () if points is None else points.said
 
     @property
     def said(self) -> str:

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from app.files.exports.cost import Cost
     from app.files.exports.shipment import Shipment
 
-FORMS = ("c", "onnx", "npz", "wav", "csv", "tdms", "mat")
-OF_SWEEPS = ("tdms", "mat", "csv")
+FORMS = ("c", "onnx", "npz", "wav", "csv", "tdms", "mat", "uff")
+OF_SWEEPS = ("tdms", "mat", "csv", "uff")
 """Forms of a campaign's raw sweeps."""
 
 
@@ -92,7 +92,8 @@ def command(
     gives them at any other. wav: impulse responses, a file per temperature. Every file says what it was made from.
 
     Of a CAMPAIGN, recorded, imported or acquired, the raw sweeps are written, a file each: tdms, as flexura import
-    reads them; mat; csv. Of one that is running or was interrupted, those that are finished.
+    reads them; mat; csv; uff, time responses of universal files. Of one that is running or was interrupted, those
+    that are finished.
     """
     if run is not None and _is_campaign(run):
         given = {"--method": method, "--prefix": prefix, "--temperature": temperatures}

@@ -42,7 +42,7 @@ Campaigns:
 ``far_limits``            limits of a campaign far beyond the oven's own
 ``settings_toml``         any settings, their faults in the words of the file
 ``drawing``               outlines in DXF and SVG files: ``dxf_curves``, ``svg_curves``
-``gmsh``                  meshes of Gmsh: ``gmsh_reader`` reads them
+``mesh_file``             meshes of other programs: ``mesh_reader`` reads them
 ``mesh_check``            a declared mesh, compared with its plate
 ``misplaced``             a geometry that cannot be, and where
 ``campaign_channels``     what is what in TDMS files of a recorder's own layout

@@ -22,14 +22,13 @@ from analysis.frf import Frf
 from app.files.atomic import atomic_path, write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaign_kind import EXPORTS
-from app.files.uff58_text import frf_text
+from app.files.uff58_text import DOUBLE_REAL, frf_text
 from app.files.uff_campaign import campaign_frfs, campaign_points
 from app.files.uff_geometry import geometry_text
 
 MAT_HEAD = b"MATLAB 5.0 MAT-file, FRFs of a campaign, written by Flexura"
 """First bytes of a MAT file, instead of the time of day that scipy writes there."""
 COHERENCE_FUNCTION = 6
-DOUBLE_REAL = 4
 
 
 def export_frfs(target: Path, experiment: Experiment, frf: Frf, sweep: int | None = None) -> list[Path]:

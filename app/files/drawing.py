@@ -14,7 +14,7 @@ from analysis.geometry.fault import GeometryError
 from analysis.geometry.loop import Loop
 from analysis.outline import MOST_POINTS, row_of
 from app.files.allowed_values import allowed_at
-from app.files.gmsh import METRES, MeshFile, mesh_of_file
+from app.files.mesh_file import METRES, MeshFile, mesh_of_file
 
 LARGEST = {".dxf": 5_000_000, ".svg": 1_000_000}
 """Bytes of a drawing: outlines are a page of numbers, which DXF wraps in much else."""
@@ -110,6 +110,7 @@ def _mesh(folder: Path, declared: Mapping[str, Any], patches: object) -> dict[st
     named = _checked(MeshFile, declared, key)
     items = [item for item in patches if isinstance(item, Mapping)] if isinstance(patches, list) else []
     names = {str(item.get("id")): f"patch {k + 1}" for k, item in enumerate(items)}
+    names |= {group: names.get(stands, stands) for group, stands in named.groups.items()}
     try:
         return mesh_of_file(folder / named.file, METRES[named.unit], names)
     except ImportError as error:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from analysis.pairing.assignment import ModePairs
 from analysis.pairing.mode_list import ModeList
 from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
+from analysis.pairing.points import PointComparison
 
 
 def pairing_record(pairing: Pairing | None) -> dict[str, Any] | None:
@@ -23,6 +24,8 @@ def pairing_record(pairing: Pairing | None) -> dict[str, Any] | None:
         "shown": pairing.before.worst,
         "sweeps": _sweeps(pairing.before),
         "sweeps_after": None if pairing.after is None else _sweeps(pairing.after),
+        "points": _points(pairing.before.points),
+        "points_after": None if pairing.after is None else _points(pairing.after.points),
     }
 
 
@@ -63,6 +66,21 @@ def _sweep(pairs: ModePairs, misfit: float, failing: bool) -> dict[str, Any]:
         "pairs": _pairs(pairs),
         "measured_only": _alone(pairs.measured, pairs.unpaired_measured),
         "computed_only": _alone(pairs.computed, pairs.missing),
+    }
+
+
+def _points(points: PointComparison | None) -> dict[str, Any] | None:
+    """Return the comparison of points; shapes with four digits."""
+    if points is None:
+        return None
+    return {
+        "names": list(points.names),
+        "comac": [round(float(one), 4) for one in points.comac],
+        "wrong": np.flatnonzero(points.wrong).tolist(),
+        "said": list(points.said),
+        "frequency_hz": points.frequency.tolist(),
+        "measured": np.round(points.measured.T, 4).tolist(),
+        "computed": np.round(points.computed.T, 4).tolist(),
     }
 
 

@@ -1,7 +1,7 @@
-"""Raw sweeps of a campaign for other programs: TDMS in the recorder's layout, MAT (version 5), CSV.
+"""Raw sweeps of a campaign for other programs: TDMS in the recorder's layout, MAT (version 5), CSV, UFF.
 
 A file for each sweep, named as in the campaign's folder. The folder of TDMS files is a recorded campaign with its
-``campaign.toml``, which ``flexura import`` reads back bit by bit. MAT and CSV have a table ``sweeps.csv`` beside
+``campaign.toml``, which ``flexura import`` reads back bit by bit. The others have a table ``sweeps.csv`` beside
 them: step, direction, level, temperatures and time of each file.
 """
 
@@ -23,6 +23,9 @@ from app.files.campaign_kind import DECLARATION
 from app.files.tdms_layout import TdmsLayout
 from app.files.tdms_sweep import PLATE
 from app.files.toml_text import toml_text
+from app.files.uff58_text import time_text
+from app.files.uff_campaign import campaign_points, direction_of
+from app.files.uff_geometry import geometry_text
 
 FORMAT = "recorded-campaign/1"
 TABLE = "sweeps.csv"
@@ -118,6 +121,25 @@ def _write_mat(path: Path, sweep: Sweep, experiment: Experiment) -> None:
     path.write_bytes(content.getvalue())
 
 
+def _write_uff(path: Path, sweep: Sweep, experiment: Experiment) -> None:
+    """Write header, nodes, and a time response (data set 58) of every channel, repeat after repeat.
+
+    Nodes are those of exported FRFs: outputs, then inputs.
+    """
+    layout, outputs = TdmsLayout.of(experiment, sweep.source), experiment.outputs
+    drive = experiment.inputs[sweep.source]
+    placed = [(len(outputs) + 1 + sweep.source, drive), *enumerate(outputs, start=1)]
+    parts = [geometry_text(experiment.title, campaign_points(experiment))]
+    parts += [
+        time_text(name, f"{node}:{direction_of(channel)}", channel.quantity, unit, one[repeat], 1.0 / layout.rate)
+        for repeat in range(len(sweep.drive))
+        for (node, channel), name, unit, one in zip(
+            placed, layout.channels, layout.units, _channels(sweep), strict=True
+        )
+    ]
+    path.write_text("".join(parts), encoding="utf-8", newline="\n")
+
+
 def _write_csv(path: Path, sweep: Sweep, experiment: Experiment) -> None:
     layout = TdmsLayout.of(experiment, sweep.source)
     repeats, samples = sweep.drive.shape
@@ -135,7 +157,7 @@ def _write_csv(path: Path, sweep: Sweep, experiment: Experiment) -> None:
 
 
 def _table(campaign: Campaign, names: list[str]) -> str:
-    """Return the table of all sweeps; those of MAT and CSV files."""
+    """Return the table of all sweeps, of files that do not say it themselves."""
     rows = [_properties(sweep, campaign.experiment) for sweep in campaign.sweeps]
     heads = list(dict.fromkeys(key for row in rows for key in row))
     stream = io.StringIO()
@@ -149,4 +171,5 @@ SWEEP_FORMS: dict[str, Callable[[Path, Sweep, Experiment], None]] = {
     "tdms": _write_tdms,
     "mat": _write_mat,
     "csv": _write_csv,
+    "uff": _write_uff,
 }

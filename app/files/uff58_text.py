@@ -1,4 +1,4 @@
-"""An FRF as the text of a data set 58, with all the digits that its columns hold.
+"""An FRF or a signal as the text of a data set 58, with all the digits that its columns hold.
 
 The format has 13 columns for a frequency and 20 for a value. Writers that fill the 13 with an exponent keep six
 digits, and lines 0.01953125 Hz apart come back 3 ppm off; a plain decimal in the same columns keeps ten or more.
@@ -6,14 +6,15 @@ digits, and lines 0.01953125 Hz apart come back 3 ppm off; a plain decimal in th
 
 import numpy as np
 
+from analysis.arrays import Real
 from analysis.estimation.transfer import MeasuredTransfer
 
-FRF_FUNCTION = 4
-FREQUENCY_TYPE = 18
+TIME_FUNCTION, FRF_FUNCTION = 1, 4
+TIME_TYPE, FREQUENCY_TYPE = 17, 18
 QUANTITIES = {3: "strain", 8: "displacement", 11: "velocity", 12: "acceleration", 13: "force", 15: "pressure"}
 GENERAL = 1
 """Of what the format has no number for: voltage, charge."""
-DOUBLE_COMPLEX = 6
+DOUBLE_REAL, DOUBLE_COMPLEX = 4, 6
 COLUMNS = 12
 """Of 13 for a frequency; one stays blank, so that numbers stand apart."""
 
@@ -50,6 +51,44 @@ def frf_text(frf: MeasuredTransfer) -> str:
         _axis(numbers.get(frf.reference_quantity, GENERAL), frf.units[1] or "NONE"),
         _axis(0, "NONE"),
         *_values(frf, even),
+        f"{-1:6d}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def time_text(name: str, place: str, quantity: str, unit: str, samples: Real, step: float) -> str:
+    """Return a data set 58 of a signal, delimiters included.
+
+    Parameters
+    ----------
+    name : str
+        Of the channel, in the first line of its head.
+    place : str
+        Node and direction, ``5:+3``.
+    quantity, unit : str
+        What it measures.
+    samples : (N,) ndarray
+    step : float
+        Between samples, s.
+
+    Returns
+    -------
+    str
+    """
+    numbers = {name: number for number, name in QUANTITIES.items()}
+    node, direction = (int(part) for part in place.split(":"))
+    values = [f"{value:20.12e}" for value in samples]
+    lines = [
+        f"{-1:6d}",
+        f"{58:6d}{'':74}",
+        *(f"{text[:80]:80}" for text in (name, "NONE", "NONE", "NONE", "NONE")),
+        f"{TIME_FUNCTION:5d}{0:10d}{0:5d}{0:10d} {name[:10]:10}{node:10d}{direction:4d} {'NONE':10}{0:10d}{0:4d}",
+        f"{DOUBLE_REAL:10d}{len(values):10d}{1:10d}{_narrow(0.0)}{_narrow(step)}{_narrow(0.0)}",
+        _axis(TIME_TYPE, "s"),
+        _axis(numbers.get(quantity, GENERAL), unit),
+        _axis(0, "NONE"),
+        _axis(0, "NONE"),
+        *("".join(values[n : n + 4]) for n in range(0, len(values), 4)),
         f"{-1:6d}",
     ]
     return "\n".join(lines) + "\n"

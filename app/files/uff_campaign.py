@@ -33,8 +33,8 @@ def campaign_frfs(experiment: Experiment, frf: Frf, sweep: int | None = None) ->
     return [
         MeasuredTransfer(
             name=f"{label} {sweep_name(frf, number)}",
-            response=f"{node}:{_direction(output)}",
-            reference=f"{len(outputs) + 1 + which}:{_direction(source)}",
+            response=f"{node}:{direction_of(output)}",
+            reference=f"{len(outputs) + 1 + which}:{direction_of(source)}",
             quantity=output.quantity,
             frequency=frf.frequency,
             h=h,
@@ -73,5 +73,6 @@ def nearest_sweep(frf: Frf, temperature: float) -> int:
     return int(np.argmin(np.abs(frf.temperature - temperature)))
 
 
-def _direction(channel: Channel) -> str:
+def direction_of(channel: Channel) -> str:
+    """Return the direction of a channel: ``+3`` out of the top face, ``+0`` of a patch."""
     return "+0" if channel.footprint is None else f"{3 * round(channel.footprint.along):+d}"

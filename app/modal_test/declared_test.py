@@ -8,15 +8,16 @@ import numpy as np
 
 from analysis.channel import UNITS
 from analysis.estimation.agreement import SAME, agreement
-from analysis.estimation.estimators import FrfEstimate, estimate
+from analysis.estimation.estimators import Estimator, FrfEstimate, estimate
 from analysis.estimation.excitation import leaks
 from analysis.estimation.impacts import Blows, find_blows
 from analysis.estimation.levels import of_hits, of_records
 from analysis.estimation.quantities import frf_name
 from analysis.estimation.ringing import ringing
 from analysis.estimation.segments import Segments
-from analysis.estimation.spectra import Spectra, pooled, welch
+from analysis.estimation.spectra import Spectra, of_blocks, pooled, welch
 from analysis.estimation.transfer import MeasuredTransfer
+from analysis.identification.single_hits import FEWEST, WithoutHit
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.measurements.columns import Columns
@@ -69,12 +70,15 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     notes: list[str] = []
     transfers, runs = _read_files(file.parent, test, hashes, notes, report)
     rates, cut = {0.0}, False
+    singles: list[list[Spectra]] = []
     test = _with_one_block([run for files in runs.values() for run in files], test, file.parent)
     for places, files in runs.items():
         try:
             found, rate, said, leaking = _estimated(files, test)
         except ValueError as error:
             raise ResultFileError(f"{file.parent / files[0][0]}: {error}") from error
+        if test.kind == "hammer":
+            singles.append(_single_hits(files, test))
         rates, cut = {rate}, cut or leaking
         notes += said
         transfers += _transfers(found, files[0][1], dict(places))
@@ -100,6 +104,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
             hashes=hashes,
             operator=test.operator,
             date="" if test.date is None else test.date.isoformat(),
+            without_hits=_without_hits(singles, test.estimator),
         )
     except ValueError as error:
         raise ResultFileError(f"{file}: {error}") from error
@@ -198,6 +203,34 @@ def _estimated(
             "segments.seconds"
         )
     return found, rate, notes, leaking
+
+
+def _single_hits(files: list[tuple[str, SignalsOfFile]], test: ModalTest) -> list[Spectra]:
+    """Spectra of every blow that counts, in the order of the files."""
+    found = []
+    for _, held in files:
+        blows = find_blows(held.recording, test.hammer.test(), held.full_scales, [*held.drives, *held.responses])
+        for drive, answer in zip(*blows.blocks(), strict=True):
+            found.append(of_blocks(drive[None], answer[None], held.recording.rate))
+    return found
+
+
+def _without_hits(singles: list[list[Spectra]], estimator: Estimator) -> tuple[WithoutHit, ...]:
+    """FRFs of all places without the first, the second, ... hit at each; none where they are too few at one."""
+    count = min((len(hits) for hits in singles), default=0)
+    if count < FEWEST:
+        return ()
+    found = []
+    for left_out in range(count):
+        rows, left, whole = [], 0.0, 0.0
+        for hits in singles:
+            kept = [one for number, one in enumerate(hits) if number != left_out]
+            h = estimate(pooled(kept), estimator).h
+            rows.append(h.reshape(-1, h.shape[-1]))
+            power = [float(np.trace(one.g_uu, axis1=1, axis2=2).real.sum()) for one in hits]
+            left, whole = left + sum(power) - power[left_out], whole + sum(power)
+        found.append(WithoutHit(f"hit {left_out + 1}", np.concatenate(rows), left / whole))
+    return tuple(found)
 
 
 def _require_one_frf(files: list[tuple[str, SignalsOfFile]], parts: list[Spectra]) -> list[str]:

@@ -13,6 +13,7 @@ from analysis.estimation.segments import Segments
 from analysis.estimation.time_convention import turns_backward
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.band import lines_inside
+from analysis.identification.single_hits import WithoutHit
 from app.files.bad_file import ResultFileError
 
 Position = tuple[float, float, float]
@@ -44,6 +45,8 @@ class FrfSet:
         SHA-256 of the files they came from.
     operator, date : str
         Who measured, and when, where the declaration says.
+    without_hits : tuple of WithoutHit
+        The same FRFs without each hit in turn, of hammer tests with three hits or more at every point.
     """
 
     title: str
@@ -57,6 +60,7 @@ class FrfSet:
     hashes: Mapping[str, str] = field(default_factory=dict)
     operator: str = ""
     date: str = ""
+    without_hits: tuple[WithoutHit, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         if not self.transfers:
@@ -217,4 +221,5 @@ def cut(frfs: FrfSet, band: tuple[float, float] | None) -> FrfSet:
         )
         for one in frfs.transfers
     )
-    return replace(frfs, transfers=parts)
+    hits = tuple(replace(one, h=one.h[:, inside]) for one in frfs.without_hits)
+    return replace(frfs, transfers=parts, without_hits=hits)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
+from analysis.identification.single_hits import confirmed_by_hits
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.progress import Progress
 from analysis.shapes.participation import ModeShapes, mode_shapes, residue_deviation
@@ -84,6 +85,7 @@ def identify_test(frfs: FrfSet, wanted: "Wanted", report: Progress) -> TestModes
         modes = wanted.identify(frfs.transfers)
     except ValueError as error:
         raise ResultFileError(f"{frfs.title}: {error}") from error
+    modes = confirmed_by_hits(Measured(frfs.frequency, frfs.h, frfs.variance), frfs.without_hits, modes)
     report("identify", 0.9)
     orders = np.unique(np.linspace(2, 2 * max(len(modes.poles), 3) + 2, 8).astype(int))
     chart = stabilization_chart(Measured(frfs.frequency, frfs.h), modes.terms, [int(n) for n in orders])

@@ -24,7 +24,6 @@ from app.files.values import read_value, write_value
 from app.modal_test.frf_set import FrfSet
 
 TEXTS = ("name", "response", "reference", "quantity", "reference_quantity")
-NUMBERS = ("window_rate", "temperature")
 COLUMNS = ("frequency_hz", "sigma_frequency_hz", "damping_ratio", "sigma_damping_ratio", "loss_factor")
 
 
@@ -52,8 +51,7 @@ def save_frfs(target: Path, frfs: FrfSet, made_from: Mapping[str, Any]) -> None:
     with atomic_hdf5(target) as file:
         stamp(file, made_from)
         file.create_dataset("test", data=json.dumps(record))  # an attribute holds 64 KiB only
-        for name in NUMBERS:
-            file.attrs[name] = getattr(frfs, name)
+        file.attrs["window_rate"], file.attrs["temperature"] = frfs.window_rate, frfs.temperature
         file["frequency"], file["h"] = frfs.frequency, frfs.h
         for name in ("variance", "coherence"):
             values = [getattr(t, name) for t in frfs.transfers]
@@ -96,7 +94,8 @@ def load_frfs(path: Path) -> FrfSet:
             title=str(record["title"]),
             transfers=transfers,
             points={int(node): (float(x), float(y), float(z)) for node, (x, y, z) in record["points"].items()},
-            **{name: float(file.attrs[name]) for name in NUMBERS},
+            window_rate=float(file.attrs["window_rate"]),
+            temperature=float(file.attrs["temperature"]),
             mains=None if record["mains"] is None else float(record["mains"]),
             segments=None if record.get("segments") is None else Segments(**record["segments"]),
             notes=tuple(str(note) for note in record["notes"]),

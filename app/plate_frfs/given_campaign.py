@@ -293,7 +293,7 @@ def _sweeps(placed: Sequence[PlacedFrf], experiment: Experiment, lines: CommonLi
                 some = next(iter(sweep.values()))
                 raise ValueError(
                     f"{some.name} at {some.at.temperature:g} °C ({some.at.direction}): no FRF of {missing[0]!r} "
-                    f"at this temperature, direction and level; every sweep needs all of {', '.join(names)}"
+                    f"at this temperature, direction and level; every sweep needs all of {_listed(names)}"
                 )
             made.append(_sweep([sweep[number] for number in range(len(names))], lines))
     return made
@@ -352,9 +352,14 @@ def _without_noise(sweeps: Sequence[FrfSweep], experiment: Experiment) -> list[s
     if not silent:
         return []
     return [
-        f"{', '.join(name for name in names if name in silent)}: the files give no noise (no coherence, or that "
+        f"{_listed([name for name in names if name in silent])}: the files give no noise (no coherence, or that "
         "of one average); it is estimated from the scatter of neighbouring lines"
     ]
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names for a message; of a scan's hundreds the first and the last."""
+    return ", ".join(names) if len(names) <= 12 else f"{', '.join(names[:3])} to {names[-1]} ({len(names)})"
 
 
 KNOWN = ("variance", "coherence")

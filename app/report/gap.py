@@ -23,34 +23,36 @@ Record = Mapping[str, Any]
 BEFORE, AFTER, ALIKE, OTHER = MODEL, BAND, "#7cc4cc", "0.75"
 BARS = 12
 """Candidates shown."""
+MAPPED = 8
+"""Channels whose residual is mapped, those with the largest."""
 LOUDEST = 100.0
 """Sigma at which the colours of the maps end at the latest."""
 
 
 def residual_maps(figures: GapFigures) -> Figure:
-    """Residual in sigma over frequency and temperature, per channel, before and after."""
-    channels = figures.before.channels
+    """Residual in sigma over frequency and temperature, per channel of the largest ones, before and after."""
+    names = figures.before.channels
+    # of a scan's hundreds those with the most beyond the noise
+    most = np.sort(np.argsort(-figures.before.excess.sum((0, 2)), kind="stable")[:MAPPED])
     figure, axes = panels(
-        len(channels), 2, width=10.5, height=0.7 + 2.3 * len(channels), sharex=True, sharey=True, squeeze=False
+        len(most), 2, width=10.5, height=0.7 + 2.3 * len(most), sharex=True, sharey=True, squeeze=False
     )
     top = float(np.clip(figures.before.sigma.max(), 3.0, LOUDEST))
     beyond_noise = mpl.colormaps["magma_r"](np.linspace(0.12, 1.0, 12))
     colors = LinearSegmentedColormap.from_list("gap", ["white", *beyond_noise])
     norm = LogNorm(1.0, top)
-    for row, channel in enumerate(channels):
+    for row, channel in enumerate(most.tolist()):
         for column, (title, seen) in enumerate((("before", figures.before), ("after", figures.after))):
-            temperature, sigma = seen.by_temperature(row)
+            temperature, sigma = seen.by_temperature(channel)
             cells = (seen.edges, _edges(temperature))
             place = axes[row, column]
             image = place.pcolormesh(*cells, np.maximum(sigma, 1.0), cmap=colors, norm=norm, rasterized=True)
             place.grid(visible=False)
-            place.set_title(f"{channel}, {title}")
+            place.set_title(f"{names[channel]}, {title}")
         axes[row, 0].set_ylabel("temperature [°C]")
     for place in axes[-1]:
         frequency_axis(place)
-    bar = figure.colorbar(
-        image, ax=axes, label="rms residual [σ of the noise]", shrink=min(1.0, 2.0 / len(channels))
-    )
+    bar = figure.colorbar(image, ax=axes, label="rms residual [σ of the noise]", shrink=min(1.0, 2.0 / len(most)))
     ticks = [t for t in (1, 2, 3, 5, 10, 20, 30, 50, 100) if t <= top]
     bar.set_ticks(ticks, labels=[f"{t}" for t in ticks])
     bar.minorticks_off()
@@ -80,7 +82,8 @@ def shares(figures: GapFigures) -> Figure:
     legend_below(figure)
     frequency_axis(axes[0])
     axes[1].set(xlabel="temperature [°C]", title="by temperature")
-    axes[2].set_xticks(np.arange(len(before.channels)), before.channels)
+    ticks = np.arange(0, len(before.channels), max(1, len(before.channels) // 6))
+    axes[2].set_xticks(ticks, [before.channels[k] for k in ticks])
     axes[2].set(xlabel="channel", title="by channel")
     for each in axes:
         each.axhline(0.0, color="0.3", lw=0.8)

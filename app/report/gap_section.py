@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from analysis.experiment import Experiment
 from app.files.gap_file import load_gap
 from app.report import gap
 from app.report.described import description_items
@@ -27,11 +28,11 @@ Record = Mapping[str, Any]
 SETTLED = ("none", "explained")
 
 
-def gap_section(path: Path) -> list[Item]:
-    """Read a run's gap.h5 and lay it out."""
+def gap_section(path: Path, experiment: Experiment | None = None) -> list[Item]:
+    """Read a run's gap.h5 and lay it out; of `experiment`, for the places of its points."""
     figures, record = load_gap(path)
     pairing = record.get("pairing")
-    items: list[Item] = [verdict(record), *pairing_items(pairing, "gap-pairing"), _agreement(record)]
+    items: list[Item] = [verdict(record), *pairing_items(pairing, "gap-pairing", experiment), _agreement(record)]
     if no_fit_words(pairing):
         return items
     if record["effects"]:

@@ -5,18 +5,22 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
 
+from analysis.experiment import Experiment, Plate
 from app.files.pairing_json import shown
 from app.report.page import Item, PageTable, Picture, VerdictBox
 from app.report.style import BAND, MODEL, frequency_axis, legend_below, panels
-from app.terminal.pairing import HEADINGS, likeness, no_fit_words, rows, title
+from app.terminal.pairing import HEADINGS, likeness, no_fit_words, point_rows, points_shown, rows, title
 
 Record = Mapping[str, Any]
 WIDEST = 10.0
 """Differences that are drawn, %."""
+MAPS = 6
+"""Plates drawn, one of them for the CoMAC."""
 
 
-def pairing_items(record: Record | None, name: str) -> list[Item]:
+def pairing_items(record: Record | None, name: str, experiment: Experiment | None = None) -> list[Item]:
     """Return what the page shows of a pairing; nothing where there is none.
 
     Parameters
@@ -25,6 +29,8 @@ def pairing_items(record: Record | None, name: str) -> list[Item]:
         Of `app.files.pairing_json.pairing_record`.
     name : str
         Of the picture's file.
+    experiment : Experiment, optional
+        Where the points lie; without it shapes are not drawn.
 
     Returns
     -------
@@ -51,7 +57,79 @@ def pairing_items(record: Record | None, name: str) -> list[Item]:
     items.append(PageTable(headings, rows(before), numbers=tuple(range(len(headings) - 1))))
     if after is not None:
         items.append(PageTable((f"{headings[0]}, with the effects found", *headings[1:]), rows(after)))
+    points = points_shown(record)
+    if points is not None:
+        items += _points(points, name, experiment)
     return items
+
+
+def _points(points: Record, name: str, experiment: Experiment | None) -> list[Item]:
+    """Return what is wrong with points, their CoMAC, and the shapes on the plate."""
+    items: list[Item] = []
+    if points["said"]:
+        items.append(VerdictBox("Points that are not as declared", points["said"], settled=False))
+    places = {} if experiment is None else places_of(experiment)
+    if experiment is not None and set(points["names"]) & set(places):
+        items.append(
+            Picture(
+                f"{name}-points",
+                "Where do measured and computed shapes differ?",
+                points_figure(points, experiment.plate, places),
+                "Measured less computed motion at every point, in shares of the shape's largest, of the modes "
+                "that differ most; at the right below the CoMAC of every point. Rings: points that are not as "
+                "declared.",
+            )
+        )
+    items.append(PageTable(("point", "CoMAC", ""), point_rows(points), numbers=(1,)))
+    return items
+
+
+def places_of(experiment: Experiment) -> dict[str, tuple[float, float]]:
+    """Return where each motion is measured, m, by the name of the channel."""
+    return {one.id: one.footprint.point for one in experiment.outputs if one.footprint is not None}
+
+
+def points_figure(points: Record, plate: Plate, places: Mapping[str, tuple[float, float]]) -> Figure:
+    """Draw shapes' differences and the CoMAC at the points of the plate.
+
+    Parameters
+    ----------
+    points : mapping
+        Of a pairing's record.
+    plate : Plate
+        For its outline.
+    places : mapping of str to (float, float)
+        By the name of the point, m.
+
+    Returns
+    -------
+    Figure
+    """
+    here = [k for k, name in enumerate(points["names"]) if name in places]
+    at = np.array([places[points["names"][k]] for k in here])
+    away = np.array(points["measured"], float)[:, here] - np.array(points["computed"], float)[:, here]
+    modes = np.sort(np.argsort(-np.abs(away).max(axis=1), kind="stable")[: MAPS - 1])
+    top = max(float(np.quantile(np.abs(away[modes]), 0.98)), 0.05)
+    figure, axes = panels(2, MAPS // 2, width=10.5, height=5.6, squeeze=False)
+    flat, size = axes.ravel(), float(np.clip(900.0 / len(here), 8.0, 90.0))
+    for place, mode in zip(flat, modes, strict=False):
+        drawn = place.scatter(*at.T, c=away[mode], s=size, cmap="RdBu_r", vmin=-top, vmax=top)
+        place.set_title(f"{points['frequency_hz'][mode]:.1f} Hz", fontsize=9)
+    for place in flat[len(modes) : -1]:
+        place.set_visible(False)
+    figure.colorbar(drawn, ax=list(flat[:-1]), label="measured less computed", shrink=0.7)
+    last = flat[-1].scatter(*at.T, c=np.array(points["comac"], float)[here], s=size, vmin=0.0, vmax=1.0)
+    flat[-1].set_title("CoMAC", fontsize=9)
+    figure.colorbar(last, ax=flat[-1], shrink=0.7)
+    wrong = [k for k, one in enumerate(here) if one in points["wrong"]]
+    for place in (*flat[: len(modes)], flat[-1]):
+        for loop in (plate.loop, *plate.hole_loops):
+            place.add_patch(Polygon(loop.polygon, fill=False, lw=1.2, ec="0.3"))
+        place.plot(*at[wrong].T, "o", mfc="none", mec="k", ms=1.6 * size**0.5, label="not as declared")
+        place.set(aspect="equal", xticks=[], yticks=[])
+        place.grid(visible=False)
+        place.margins(0.05)
+    return figure
 
 
 def pairing_figure(before: Record, after: Record | None = None) -> Figure:

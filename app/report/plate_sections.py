@@ -150,7 +150,7 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
     return [
         Paragraph(text),
         *(Paragraph(sentence) for sentence in best.ignored),
-        *(pairing_items(load_pairing(best.twin.path), "pairing") if plain is None else ()),
+        *(pairing_items(load_pairing(best.twin.path), "pairing", experiment) if plain is None else ()),
         *([_sheet_constants(estimates, estimates.sheet)] if estimates.sheet is not None else []),
         *(
             []

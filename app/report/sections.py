@@ -72,7 +72,8 @@ def part_of(run: Path, name: str) -> Part:
     """
     rows: list[paper.PaperRow] = []
     if name == "gap.h5":
-        return gap_section(run / name), rows
+        frfs = run / "frf.h5"
+        return gap_section(run / name, load_frf(frfs)[0] if frfs.is_file() else None), rows
     if name == "filters.h5":
         return focusing_section(run, rows), rows
     if name == "compensation.h5":

@@ -18,6 +18,7 @@ from analysis.gap.plan.decision import Decision
 from analysis.gap.plan.ranking import Plan
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
+from analysis.labelled import Labelled, LabelledArrays
 from analysis.pairing.paired_sweeps import Pairing
 from analysis.progress import Progress
 from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
@@ -62,7 +63,7 @@ LEAST_LOSS = 1e-4
 
 
 @dataclass(frozen=True)
-class GapComparison:
+class GapComparison(Labelled):
     """Result of the gap stage.
 
     Attributes
@@ -110,6 +111,10 @@ class GapComparison:
             "answer": None if self.answer is None else answer_record(self.answer),
         }
         return gap_record(self.report, self.given, {}, 0.0, self.pairing, more)
+
+    def labelled(self) -> LabelledArrays:
+        """Estimates with the effects claimed over sweep, see `Updated.labelled`."""
+        return self.corrected.updated.labelled()
 
     def __repr__(self) -> str:
         """Verdict, effects and chi2 in one line, and the notes."""
@@ -196,6 +201,8 @@ def compute(
         named = FittedTwin(*parts, {**given, **claimed}, found.declared)
         last = corrected_twin(frf, plain.updated, model, protocol, named)
         found, pairing = paired_report(campaign, plain, twin, found, pairing, last)
+        if pairing is not None and pairing.fits:
+            found = replace(found, notes=(*pairing.wrong_points, *found.notes))
         bare = found.plain
         unnamed = FittedTwin(bare.state, bare.laws, bare.sigma_gain, given, bare.declared)
         fitted = unnamed if found.verdict == "unknown" else named

@@ -17,6 +17,7 @@ from analysis.identification.residual_terms import choices_for
 from analysis.identification.stated_temperature import at_stated_temperature
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import sweep_measured, track
+from analysis.labelled import Labelled, LabelledArrays
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.campaign_export import export_frfs
@@ -34,7 +35,7 @@ from app.terminal.notebook import as_html, as_text
 
 
 @dataclass(frozen=True)
-class IdentifiedCampaign:
+class IdentifiedCampaign(Labelled):
     """Result of the identify stage.
 
     Attributes
@@ -53,6 +54,10 @@ class IdentifiedCampaign:
     tracked: TrackedModes
     inputs: Mapping[str, str]
     every: Frf
+
+    def labelled(self) -> LabelledArrays:
+        """Modes over sweep, see `TrackedModes.labelled`."""
+        return self.tracked.labelled()
 
     def __repr__(self) -> str:
         """Sweeps, modes and misfit in one line, and the notes."""

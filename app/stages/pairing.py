@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.arrays import Complex
+from analysis.arrays import Complex, Real
 from analysis.chosen_actuator import sweeps_of_modes
 from analysis.experiment import Experiment
 from analysis.frf import Frf
@@ -19,10 +19,11 @@ from analysis.identification.residual_terms import ResidualTerms, choices_for
 from analysis.identification.settings import Settings
 from analysis.identification.tracking import sweep_measured
 from analysis.local_laws import LocalLaws
-from analysis.pairing.assignment import ModePairs, pair_modes
+from analysis.pairing.assignment import HALF_POWER, ModePairs, pair_modes
 from analysis.pairing.coarse_trial import SweepModes
 from analysis.pairing.mode_list import ModeList
 from analysis.pairing.paired_sweeps import POOR, PairedSweeps, Pairing, Source
+from analysis.pairing.points import PointComparison, compare_points
 from analysis.progress import Progress
 from analysis.twin_model import NO_EFFECTS, Effects
 from analysis.updated import Updated
@@ -180,6 +181,7 @@ def paired_sweeps(
         return None
     points, used = sweep_points(frf, experiment.protocol), ~frf.excluded
     pairs: list[ModePairs] = []
+    sizes: list[Real] = []
     for t, modes in measured.modes.items():
         poles = computed_poles(twin, laws[t], effects, points[t])
         if poles is None:
@@ -191,8 +193,29 @@ def paired_sweeps(
         sigma = _relative_sigma(updated, t)
         computed = ModeList.computed(poles, residues, rms, sigma, modes.damping)
         pairs.append(pair_modes(float(frf.temperature[t]), modes.band, ModeList.measured(modes, rms), computed))
+        sizes.append(rms)
     rows = list(measured.modes)
-    return PairedSweeps(tuple(pairs), updated.misfit[rows], updated.noise_floor[rows], measured.source)
+    compared = _points(experiment, pairs, sizes)
+    return PairedSweeps(tuple(pairs), updated.misfit[rows], updated.noise_floor[rows], measured.source, compared)
+
+
+def _points(experiment: Experiment, pairs: Sequence[ModePairs], rms: Sequence[Real]) -> PointComparison | None:
+    """Compare strong pairs of near frequencies point by point; `rms` (K,) of every sweep's FRFs."""
+    frequency, measured, computed = [], [], []
+    for one, size in zip(pairs, rms, strict=True):
+        near = one.measured.strong[one.measured_index] & (one.distance < HALF_POWER)
+        i, j = one.measured_index[near], one.computed_index[near]
+        frequency.append(one.measured.frequency[i])
+        measured.append(one.measured.residues[:, i] * size[:, None])
+        computed.append(one.computed.residues[:, j] * size[:, None])
+    outputs = experiment.outputs
+    return compare_points(
+        [one.id for one in outputs],
+        [one.quantity for one in outputs],
+        np.concatenate(frequency),
+        np.hstack(measured),
+        np.hstack(computed),
+    )
 
 
 def _relative_sigma(updated: Updated, t: int) -> tuple[float, float]:
@@ -228,6 +251,8 @@ def with_reason(
     """
     if pairing is None or measured is None or pairing.fits:
         return pairing
+    if wrong := pairing.wrong_points:
+        return replace(pairing, likely=f"likely reason: {'; '.join(wrong)}", wrong_declaration=False)
     from app.stages.likely_reason import likely_reason  # slow import: mesher
 
     worst = pairing.before.worst

@@ -13,6 +13,7 @@ from analysis.frf import Frf, campaign_frf
 from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.preparation import sweep_points
 from analysis.held_effects import HeldEffects
+from analysis.labelled import Labelled, LabelledArrays
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialLaws
 from analysis.pairing.paired_sweeps import Pairing
@@ -54,7 +55,7 @@ from simulation.twin.twin import Twin
 
 
 @dataclass(frozen=True)
-class Updating:
+class Updating(Labelled):
     """Result of the update stage.
 
     Attributes
@@ -79,6 +80,10 @@ class Updating:
     twin: TwinFrf
     measured: MeasuredSweeps | None = None
     pairing: Pairing | None = None
+
+    def labelled(self) -> LabelledArrays:
+        """Estimates over sweep, see `Updated.labelled`."""
+        return self.updated.labelled()
 
     def __repr__(self) -> str:
         """Sweeps, ranges of E, nu and eta, and misfit in one line, and the notes."""

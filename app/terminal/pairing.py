@@ -12,9 +12,13 @@ CAPTION = (
     "Δf: twin less measured"
 )
 
+POINTS_CAPTION = "CoMAC: 1 where measured and computed residues of all strong pairs are in proportion"
+FEW_POINTS = 5
+"""Points that are listed where nothing is wrong with them: those least alike."""
+
 
 def pairing_tables(record: Record) -> list[Any]:
-    """Return a table of rich for one sweep, and one with the effects found on."""
+    """Return a table of rich for one sweep, one with the effects found on, and one of its points."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
@@ -37,7 +41,37 @@ def pairing_tables(record: Record) -> list[Any]:
         for row in rows(sweep):
             table.add_row(*row)
         tables.append(table)
+    points = points_shown(record)
+    if points is not None:
+        table = Table(
+            title="Points, by likeness of their motion in all modes",
+            title_justify="left",
+            caption=POINTS_CAPTION,
+            caption_justify="left",
+            header_style="bold",
+            box=SIMPLE_HEAD,
+            padding=(0, 1, 0, 0),
+        )
+        for heading in ("point", "CoMAC", ""):
+            table.add_column(heading)
+        for row in point_rows(points):
+            table.add_row(*row)
+        tables.append(table)
     return tables
+
+
+def points_shown(record: Record) -> Record | None:
+    """Return the comparison of points with the effects found, or without; None where there is none."""
+    found: Record | None = record.get("points_after") or record.get("points")
+    return found
+
+
+def point_rows(points: Record) -> list[tuple[str, str, str]]:
+    """Return a row of text for every wrong point, and for those that are least alike."""
+    comac, wrong = points["comac"], points["wrong"]
+    least = sorted(range(len(comac)), key=lambda k: comac[k])[:FEW_POINTS]
+    listed = [*sorted(wrong, key=lambda k: comac[k]), *(k for k in least if k not in wrong)]
+    return [(points["names"][k], f"{comac[k]:.3f}", "not as declared" if k in wrong else "") for k in listed]
 
 
 def title(sweep: Record) -> str:

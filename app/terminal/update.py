@@ -249,7 +249,7 @@ def notes(updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None =
     """
     if pairing is not None and not pairing.fits:
         return [pairing.said, *filter(None, [pairing.likely])]
-    said = []
+    said = [] if pairing is None else list(pairing.wrong_points)
     unsettled = int((~updated.settled).sum())
     if unsettled:
         said.append(

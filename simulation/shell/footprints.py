@@ -7,6 +7,7 @@ Integrals, 1971, S2 5-1): a footprint of millimetres is small compared with any 
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from analysis.arrays import Real
 from analysis.channel import Footprint
@@ -40,8 +41,8 @@ def attached_disc(plate: Plate, attachment: Attachment) -> Footprint:
     return Footprint((float(places[first, 0]), float(places[first, 1])), float(held[first]))
 
 
-def footprint_points(footprints: Sequence[Footprint]) -> tuple[Real, Real]:
-    """Points (Q, 2), m, and the matrix (S, Q) that averages a field's values there over each footprint."""
+def footprint_points(footprints: Sequence[Footprint]) -> tuple[Real, csr_array]:
+    """Points (Q, 2), m, and the sparse matrix (S, Q) that averages a field's values there over each footprint."""
     points: list[Real] = []
     weights: list[Real] = []
     for footprint in footprints:
@@ -49,9 +50,8 @@ def footprint_points(footprints: Sequence[Footprint]) -> tuple[Real, Real]:
         around = middle + footprint.radius * AROUND if footprint.radius else np.zeros((0, 2))
         points.append(np.vstack([middle, around]))
         weights.append(WEIGHTS if footprint.radius else np.ones(1))
-    average = np.zeros((len(weights), sum(map(len, weights))))
-    start = 0
-    for row, weight in zip(average, weights, strict=True):
-        row[start : start + len(weight)] = weight
-        start += len(weight)
+    starts = np.cumsum([0, *map(len, weights)])
+    values = np.concatenate([np.zeros(0), *weights])
+    # of some thousand places the matrix is nearly all zeros
+    average = csr_array((values, np.arange(values.size), starts), shape=(len(weights), values.size))
     return np.vstack([np.zeros((0, 2)), *points]), average

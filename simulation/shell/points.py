@@ -21,7 +21,7 @@ HELD = 1e3
 def footprint_rows(space: ShapeSpace, footprints: Sequence[Footprint]) -> csr_matrix:
     """Matrix (K, N) that gives the mean of a field over the disc of each footprint."""
     points, average = footprint_points(footprints)
-    return csr_matrix(csr_matrix(average) @ space.values(points))
+    return csr_matrix(average @ space.values(points))
 
 
 def point_springs(

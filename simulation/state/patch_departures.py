@@ -134,7 +134,5 @@ def footprint_slopes(full: FullPlate, footprints: Sequence[Footprint], vectors: 
         Along x and y, 1/m.
     """
     points, average = footprint_points(footprints)
-    rows = (
-        full.unknowns.rows(csr_matrix(csr_matrix(average) @ one), W) for one in full.shell.space.slopes(points)
-    )
+    rows = (full.unknowns.rows(csr_matrix(average @ one), W) for one in full.shell.space.slopes(points))
     return np.array([one @ vectors for one in rows]).reshape(2, len(footprints), vectors.shape[1])

@@ -18,6 +18,8 @@ from simulation.twin.local_basis import REACH
 from simulation.twin.local_plate import LocalPlate
 from simulation.twin.reduced_plate import LoadedPlate
 
+COLUMNS = 32
+"""Ports solved at a time: on the way each takes several times the memory of its answer."""
 DASHPOTS = 12
 """Directions of damping up to which modes are used: the cost of connecting them grows with their square."""
 
@@ -134,12 +136,19 @@ def _attached(plate: LocalPlate, state: PlateState, frequency: Real, modal: Moda
     if modal is None:
         answers = solved_by_lines(replace(plate, composite=replace(local, coupling=loads)), state, frequency)
     else:
-        answers = modal.solve(loads, frequency).transpose(2, 0, 1)
+        answers = np.empty((*loads.shape, frequency.size), complex)
+        for first in range(0, loads.shape[1], COLUMNS):
+            some = slice(first, first + COLUMNS)
+            answers[:, some] = modal.solve(loads[:, some], frequency).transpose(2, 0, 1)
     count = local.coupling.shape[1]
-    there = z[:, None] * np.einsum("km,mpf->kpf", rows, answers)
-    system = np.moveaxis(there[:, count:], -1, 0) + np.eye(len(rows))
-    forces = np.linalg.solve(system, np.moveaxis(there[:, :count], -1, 0))
-    return np.ascontiguousarray(answers[:, :count] - np.einsum("mkf,fkp->mpf", answers[:, count:], forces))
+    felt = z[:, None] * np.einsum("km,mpf->kpf", rows, answers)
+    system = np.moveaxis(felt[:, count:], -1, 0) + np.eye(len(rows))
+    forces = np.linalg.solve(system, np.moveaxis(felt[:, :count], -1, 0))
+    answers, there = answers[:, :count], answers[:, count:]
+    for first in range(0, count, COLUMNS):
+        some = slice(first, first + COLUMNS)
+        answers[:, some] -= np.einsum("mkf,fkp->mpf", there, forces[..., some])
+    return answers
 
 
 def _seats(plate: LocalPlate, state: PlateState) -> tuple[Real, Complex]:

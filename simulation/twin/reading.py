@@ -97,7 +97,7 @@ class SignalReading:
         capacitance = np.imag(_capacitance(self.capacitance, away)) / STEP
         resistance = np.imag(away.resistance) / np.real(away.resistance) / STEP
         inputs = np.imag(away.capacitance) / np.real(away.capacitance) / STEP
-        if not (capacitance.any() or resistance or inputs):
+        if not (wired.connected and (capacitance.any() or resistance or inputs)):
             return np.zeros_like(self.transfer.response)
         lines = self.transfer.frequency
         change = wired.across_change(capacitance, float(resistance), float(inputs), lines)

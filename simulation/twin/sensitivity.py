@@ -6,6 +6,7 @@ With the compliance G = b' Z**-1 b between patches and weights l and r on them, 
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -36,8 +37,8 @@ class TransferSensitivity:
         Weights of each patch's charge, and of each further port's deflection, in each of K sums.
     field : (m, F) complex ndarray
         Z**-1 b drive.
-    adjoint : (K, m, F) complex ndarray
-        Z**-1 b sense.
+    adjoint : (K, m, F) complex ndarray or None
+        Of sums over the whole field; None where they are those of the ports in `sense`.
     """
 
     solved: LocalSolution
@@ -45,11 +46,11 @@ class TransferSensitivity:
     drive: Complex
     sense: Complex
     field: Complex
-    adjoint: Complex
+    adjoint: Complex | None = None
 
     @classmethod
     def of(cls, solved: LocalSolution, state: PlateState, drive: Complex, sense: Complex) -> Self:
-        """Compute the field and the adjoint field from the ports' responses.
+        """Compute the field from the ports' responses.
 
         Parameters
         ----------
@@ -65,9 +66,7 @@ class TransferSensitivity:
         -------
         TransferSensitivity
         """
-        field = np.einsum("mpf,pf->mf", solved.answers, drive)
-        adjoint = np.einsum("mpf,kpf->kmf", solved.answers, sense)
-        return cls(solved, state, drive, sense, field, adjoint)
+        return cls(solved, state, drive, sense, np.einsum("mpf,pf->mf", solved.answers, drive))
 
     def by(self, local: Composite, stepped: PlateState) -> Complex:
         """Differentiate by the parameter whose imaginary step turned `state` into `stepped`, (K, F).
@@ -77,14 +76,31 @@ class TransferSensitivity:
         total = np.zeros((len(self.sense), self.solved.frequency.size), complex)
         for matrix, weight in impedance_change(self.solved, self.state, local, stepped):
             product = (matrix @ self.field.view(float)).view(complex)
-            total -= weight * np.einsum("kmf,mf->kf", self.adjoint, product)
+            total -= weight * self._heard(product)
         for left, right, weight in point_changes(self.solved, self.state, stepped):
-            total -= weight * np.einsum("m,kmf->kf", left, self.adjoint) * (right @ self.field)
+            total -= weight * self._heard(left[:, None]) * (right @ self.field)
         if local.coupling.any():  # of the patches, which are the first ports
             drive, sense = (part[..., : local.coupling.shape[1], :] for part in (self.drive, self.sense))
-            total += np.einsum("kmf,mp,pf->kf", self.adjoint, local.coupling, drive, optimize=True)
+            total += self._heard(local.coupling @ drive)
             total += np.einsum("kpf,mp,mf->kf", sense, local.coupling, self.field, optimize=True)
         return total
+
+    def _heard(self, force: Complex | Real) -> Complex:
+        """Return what forces (m, F) or (m, 1) change in each sum: y' force, with the adjoint field y = Z**-1 b l.
+
+        Ports first: of a scan's hundreds of sums each weighs one, and their adjoint fields would fill the memory.
+        """
+        if self.adjoint is not None:
+            return np.asarray(np.einsum("kmf,mf->kf", self.adjoint, np.broadcast_to(force, self.field.shape)))
+        ports = np.einsum("mpf,mf->pf", self.solved.answers, np.broadcast_to(force, self.field.shape))
+        return np.array(
+            [(weights[p] * ports[p]).sum(axis=0) for weights, p in zip(self.sense, self.felt, strict=True)]
+        )
+
+    @cached_property
+    def felt(self) -> list[NDArray[np.intp]]:
+        """Ports that each sum weighs."""
+        return [np.flatnonzero(weights.any(axis=-1)) for weights in self.sense]
 
 
 @dataclass(frozen=True)

@@ -110,14 +110,16 @@ class Vicinity:
         else:  # the laws are asked at one temperature only
             away = float(here.mean_temperature) - self.point.temperature
             by_slope, by_curvature = ([share * row for row in by_material] for share in (away, 0.5 * away**2))
-        by_parameter = [by(effects=self._stepped(tangent)) for tangent in tangents]
+        by_parameter = np.empty((len(tangents), *response.shape), complex)  # most of the memory: written in place
+        for tangent, row in zip(tangents, by_parameter, strict=True):
+            row[...] = by(effects=self._stepped(tangent))
         return Linearisation(
             transfer=response,
             by_material=np.array(by_material),
             by_slope=np.array(by_slope),
             by_curvature=np.array(by_curvature),
             by_temperature=by_temperature,
-            by_parameter=np.array(by_parameter).reshape(len(tangents), *response.shape),
+            by_parameter=by_parameter,
         )
 
     def _moved(self, law: int) -> LocalLaws:

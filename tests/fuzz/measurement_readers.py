@@ -27,6 +27,7 @@ from simulation.shell.shell_plate import ShellPlate
 from tests.fuzz.reader import Reader
 
 FILES = ("csv", "mat", "wav", "npz", "lvm", "tdms", "uff", "h5", "nc", "nc4", "sdynpy.npz", "v73.mat", "D.uff")
+FILES_OF_EXTRAS = ("xlsx", "mf4")
 MEASURED = tuple(f"measured/a.{ending}" for ending in FILES)
 DRAWINGS = ("drawn/splines.dxf", "drawn/lines.dxf", "drawn/plate.svg")
 MESHES = ("drawn/ascii.msh", "drawn/binary.msh", "drawn/entities.msh")
@@ -75,6 +76,12 @@ def _programme(root: Path, name: str) -> object:
 
 MEASUREMENTS = (
     Reader("measurements", MEASURED, lambda root, name: read_columns(root / name), 0.02),
+    Reader(
+        "measurements of extras",
+        tuple(f"measured/a.{ending}" for ending in FILES_OF_EXTRAS),
+        lambda root, name: read_columns(root / name),
+        0.01,
+    ),
     Reader("CSV, points", ("measured/points.csv",), lambda root, name: points_of_table(root / name), 0.005, True),
     Reader(
         "TOML, test", ("measured/test.toml",), lambda root, name: read_modal_test(root / name), 0.02, text=True

@@ -85,6 +85,22 @@ def _write_transfers(folder: Path) -> None:
     pyuff.UFF(str(folder / "scan.uff")).write_sets(nodes | {"type": 2411}, "add")
 
 
+def _write_with_extras(folder: Path, time: np.ndarray, force: np.ndarray, acc: np.ndarray) -> None:
+    """Write a workbook and a vehicle recorder's file."""
+    import asammdf
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    book.active.append(["Time [s]", "Force [N]", "Acc [g]"])
+    for row in zip(time.tolist(), force.tolist(), acc.tolist(), strict=True):
+        book.active.append(row)
+    book.save(folder / "a.xlsx")
+    with asammdf.MDF(version="4.10") as file:
+        signals = (("Force", force, "N"), ("Acc", acc, "g"))
+        file.append([asammdf.Signal(values, time, name=name, unit=unit) for name, values, unit in signals])
+        file.save(folder / "a.mf4", overwrite=True)
+
+
 def _write_measurements(folder: Path) -> None:
     """One file of each format of other programs, and the declaration of a test."""
     import pyuff
@@ -114,6 +130,7 @@ def _write_measurements(folder: Path) -> None:
     sets = [prepare_58(**common, rsp_node=n + 1, data=one) for n, one in enumerate((force, acc))]
     pyuff.UFF(str(folder / "a.uff")).write_sets(sets, "add")
     _write_containers(folder, time, force, acc)
+    _write_with_extras(folder, time, force, acc)
     text = (folder / "a.uff").read_text(encoding="utf-8")
     (folder / "a.D.uff").write_text(text.replace("e-", "D-").replace("e+", "D+"), encoding="utf-8")
     (folder / "test.toml").write_text(

@@ -208,6 +208,17 @@ def test_what_is_exact_is_no_parameter(patched):
     assert (card.name, card.parameters[0].sigma) == ("plate_thickness", 6e-5 / patched.plate.thickness)
 
 
+def test_the_points_of_one_sensor_have_one_sensitivity(patched):
+    """A laser's grid is measured by one laser; alone its sensitivity is the gain."""
+    dumped = patched.model_dump(exclude_none=True)
+    laser = {"id": "laser", "kind": "velocity", "grid": (20, 10)}
+    several = Experiment.model_validate(dumped | {"sensor": [dumped["sensor"][0], laser]})
+    names = [name for name in tolerances(several, np.zeros(2)) if name.startswith("sensitivity")]
+    assert names == ["sensitivity acc", "sensitivity laser"]
+    alone = Experiment.model_validate(dumped | {"sensor": [laser], "patch": [dumped["patch"][0]]})
+    assert not [name for name in tolerances(alone, np.zeros(1)) if name.startswith("sensitivity")]
+
+
 def test_patches_without_room_have_no_place_to_be_wrong(patched):
     known = tolerances(patched, np.array([0.0, 1.0]))
     assert "patch_place S1" in known

@@ -157,12 +157,15 @@ class CompressedSweep:
         """Degrees of freedom of a channel's `chi2_within` over all blocks."""
         return 2 * (self.nodes.lines.size - self.nodes.frequency.size)
 
-    def whitened(self, coefficients: Complex) -> Complex:
-        """Whiten `coefficients` (..., K, n): real and imaginary parts in standard deviations of noise."""
-        n = coefficients.shape[-1]
-        white = self.factor[:, DEGREE] * coefficients
+    def whitened(self, coefficients: Complex, channels: slice = slice(None)) -> Complex:
+        """Whiten `coefficients` (..., K, n): real and imaginary parts in standard deviations of noise.
+
+        Of all channels, or of some.
+        """
+        n, factor = coefficients.shape[-1], self.factor[channels]
+        white = factor[:, DEGREE] * coefficients
         for offset in range(1, DEGREE + 1):
-            white[..., : n - offset] += self.factor[:, DEGREE - offset, offset:] * coefficients[..., offset:]
+            white[..., : n - offset] += factor[:, DEGREE - offset, offset:] * coefficients[..., offset:]
         return white
 
     def rescaled(self, ratio: Real) -> "CompressedSweep":

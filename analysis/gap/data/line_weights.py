@@ -30,10 +30,26 @@ class LineWeights:
         """Weights of 1 for sweeps of some `shape`."""
         return cls(np.ones(shape, dtype=complex), np.ones(shape), np.ones(shape))
 
-    def weigh(self, white: NDArray[np.complex128], sweep: int) -> NDArray[np.complex128]:
-        """Turn and weigh whitened numbers (..., K, n) of one sweep."""
-        turned = white * self.direction[sweep].conj()
-        return np.asarray(self.along[sweep] * turned.real + 1j * self.across[sweep] * turned.imag)
+    def weigh(
+        self, white: NDArray[np.complex128], sweep: int, channels: slice = slice(None)
+    ) -> NDArray[np.complex128]:
+        """Turn and weigh whitened numbers.
+
+        Parameters
+        ----------
+        white : (..., K, n) complex ndarray
+        sweep : int
+            Theirs.
+        channels : slice
+            Of which they are; all unless given.
+
+        Returns
+        -------
+        (..., K, n) complex ndarray
+        """
+        turned = white * self.direction[sweep, channels].conj()
+        along, across = self.along[sweep, channels], self.across[sweep, channels]
+        return np.asarray(along * turned.real + 1j * across * turned.imag)
 
     def undone(self, weighted: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Return the whitened numbers (T, K, n) of which `weighted` ones were made."""

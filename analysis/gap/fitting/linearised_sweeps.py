@@ -9,7 +9,13 @@ import numpy as np
 from analysis.arrays import Complex, Real
 from analysis.effect_card import EffectCard, Values
 from analysis.gap.data.sweeps import GapSweeps
-from analysis.gap.fitting.normal_equations import GLOBAL, SweepEquations, WhitenedSweep, whiten_all
+from analysis.gap.fitting.normal_equations import (
+    GLOBAL,
+    SweepEquations,
+    WhitenedSweep,
+    channel_blocks,
+    whiten_all,
+)
 from analysis.gap.fitting.state import GapState
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
@@ -181,11 +187,15 @@ class LinearisedSweeps:
         for sweep, white in enumerate(self.white):
             step = np.concatenate([self._own(sweeps, sweep, state), shared])
             used = np.flatnonzero(step)
-            residual = white.white[-1] - np.tensordot(step[used], white.white[used], 1)
-            columns = np.concatenate([white.white[:own], white.white[wanted], residual[None]])
-            columns[own:-1][wanted < 0] = 0.0
-            weighted = sweeps.weights.weigh(columns, sweep) * sweeps.rows[sweep]
-            found.append(WhitenedSweep(weighted, white.predicted).equations())
+            rows, parts = np.concatenate([np.arange(own), wanted]), []
+            for part in channel_blocks(len(rows) + 1, *white.predicted.shape):
+                here = white.white[:, part]
+                residual = here[-1] - np.tensordot(step[used], here[used], 1)
+                columns = np.concatenate([here[rows], residual[None]])
+                columns[:-1][rows < 0] = 0.0
+                weighted = sweeps.weights.weigh(columns, sweep, part) * sweeps.rows[sweep, part]
+                parts.append(WhitenedSweep(weighted, white.predicted[part]).equations())
+            found.append(SweepEquations.summed(parts))
         return found
 
     def _column(self, tangent: Tangent) -> int:

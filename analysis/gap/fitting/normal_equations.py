@@ -5,7 +5,7 @@ log gain of every input, then parameters of effects. The gains of inputs that di
 of zeros.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from typing import Protocol, TypeVar, runtime_checkable
@@ -17,7 +17,7 @@ from analysis.arrays import Real
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.state import GapState
 from analysis.local_laws import LocalLaws
-from analysis.twin_model import Tangent, TwinModel
+from analysis.twin_model import Linearisation, Tangent, TwinModel
 
 Made = TypeVar("Made")
 
@@ -27,6 +27,10 @@ VALUES, LAWS, TEMPERATURE, GLOBAL = slice(0, 3), slice(0, 9), 9, 10
 
 MOST_KEPT = 2e7
 """Complex numbers of columns that are kept: 320 MB."""
+
+BLOCK = 2_000_000
+"""Whitened numbers of one sweep that are held at once, about; with its copies each takes 100 bytes. All columns of
+a laser scan of 200 points are 30 million."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,18 @@ class SweepEquations:
     residual: NDArray[np.complex128] = field(repr=False)
     predicted: NDArray[np.complex128] = field(repr=False)
     columns: NDArray[np.complex128] | None = field(repr=False, default=None)
+
+    @classmethod
+    def summed(cls, parts: Sequence["SweepEquations"]) -> "SweepEquations":
+        """Join those of a sweep's channels, in order: they have unknowns in common and noise of their own."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(
+            np.sum([one.matrix for one in parts], axis=0),
+            np.sum([one.gradient for one in parts], axis=0),
+            np.concatenate([one.residual for one in parts]),
+            np.concatenate([one.predicted for one in parts]),
+        )
 
     @property
     def chi2(self) -> float:
@@ -171,11 +187,14 @@ def linearise_all(
     laws = sweeps.smoothness.laws(state.laws)
     model = model.counted(laws, state.on)
 
-    numbers = sweeps.rows.size * (GLOBAL + len(state.log_gain) + len(tangents))
+    kept = keep and sweeps.rows.size * (GLOBAL + len(state.log_gain) + len(tangents)) <= MOST_KEPT
 
     def linearised(sweep: int) -> SweepEquations:
-        found = _whitened(model, sweeps, sweep, laws, state, tangents)
-        return found.equations(keep=keep and numbers <= MOST_KEPT)
+        line = _linearised(model, sweeps, sweep, laws, state, tangents)
+        parts = channel_blocks(GLOBAL + len(state.log_gain) + len(tangents) + 1, *line.transfer.shape)
+        return SweepEquations.summed(
+            [_whitened(line, sweeps, sweep, state, part).equations(keep=kept) for part in parts]
+        )
 
     return _for_all(linearised, sweeps, executor)
 
@@ -211,7 +230,13 @@ def whiten_all(
     model = model.counted(laws, state.on)
 
     def whitened(sweep: int) -> WhitenedSweep:
-        return _whitened(model, sweeps, sweep, laws, state, tangents)
+        line = _linearised(model, sweeps, sweep, laws, state, tangents)
+        rows, shape = GLOBAL + len(state.log_gain) + len(tangents) + 1, line.transfer.shape
+        white, predicted = np.empty((rows, *shape), complex), np.empty(shape, complex)
+        for part in channel_blocks(rows, *shape):
+            one = _whitened(line, sweeps, sweep, state, part)
+            white[:, part], predicted[part] = one.white, one.predicted
+        return WhitenedSweep(white, predicted)
 
     return _for_all(whitened, sweeps, executor)
 
@@ -225,34 +250,62 @@ def _for_all(work: Callable[[int], Made], sweeps: GapSweeps, executor: Executor)
             job.cancel()
 
 
-def _whitened(
+def channel_blocks(rows: int, channels: int, nodes: int) -> Iterator[slice]:
+    """Channels of a sweep in turn, so many at once that their whitened columns are about `BLOCK` numbers.
+
+    Parameters
+    ----------
+    rows : int
+        Columns, and the residual.
+    channels : int
+        K.
+    nodes : int
+
+    Yields
+    ------
+    slice
+    """
+    size = max(1, BLOCK // (rows * nodes))
+    for first in range(0, channels, size):
+        yield slice(first, min(first + size, channels))
+
+
+def _linearised(
     model: TwinModel,
     sweeps: GapSweeps,
     sweep: int,
     laws: Sequence[LocalLaws],
     state: GapState,
     tangents: Sequence[Tangent],
-) -> WhitenedSweep:
-    point = sweeps.points[sweep]
-    moved = state.circumstances(sweep, point)
-    frequency = sweeps.nodes.frequency
+) -> Linearisation:
+    """Linearise the model at the nodes of one sweep."""
+    moved = state.circumstances(sweep, sweeps.points[sweep])
     group = sweeps.groups.of_sweep[sweep]
     # errors of the slopes about the oven's own temperature change only the effects that use them (lag, gradient);
     # about the group's reference they would be collinear with errors of the readings
     near = laws[group].tilted(state.tilt[group], state.bend[group], moved.temperature)
-    line = model.linearise(near, frequency, state.on, moved, tangents)
-    driving = np.arange(len(state.log_gain)) == point.source
-    gain = float(np.exp(state.log_gain[point.source]))
-    local = np.concatenate([line.by_material, line.by_slope, line.by_curvature, line.by_temperature[None]])
+    return model.linearise(near, sweeps.nodes.frequency, state.on, moved, tangents)
+
+
+def _whitened(line: Linearisation, sweeps: GapSweeps, sweep: int, state: GapState, part: slice) -> WhitenedSweep:
+    """Whiten the columns of some channels of one sweep."""
+    source = sweeps.points[sweep].source
+    driving = np.arange(len(state.log_gain)) == source
+    gain, transfer = float(np.exp(state.log_gain[source])), line.transfer[part]
+    local = (line.by_material, line.by_slope, line.by_curvature, line.by_temperature[None])
     splines = gain * sweeps.nodes.coefficients(
         np.concatenate(
-            [local, driving[:, None, None] * line.transfer, line.by_parameter, np.zeros_like(line.transfer)[None]]
+            [
+                *(one[:, part] for one in local),
+                driving[:, None, None] * transfer,
+                line.by_parameter[:, part],
+                np.zeros_like(transfer)[None],
+            ]
         )
     )
-    predicted = splines[GLOBAL + point.source].copy()
+    predicted = splines[GLOBAL + source].copy()
     compressed = sweeps.compressed[sweep]
-    splines[-1] = compressed.coefficients - predicted
-    white = compressed.whitened(splines)
-    white = sweeps.weights.weigh(white, sweep)
-    white *= sweeps.rows[sweep]
+    splines[-1] = compressed.coefficients[part] - predicted
+    white = sweeps.weights.weigh(compressed.whitened(splines, part), sweep, part)
+    white *= sweeps.rows[sweep, part]
     return WhitenedSweep(white, predicted)

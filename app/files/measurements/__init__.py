@@ -10,6 +10,8 @@
 ``matlab``              MAT of versions 5 to 7.3
 ``wave``                sound files
 ``numpy_archive``       NPZ
+``excel``               tables on the sheets of Excel's workbooks
+``mdf``                 MDF of vehicle recorders
 ``tdms``                TDMS of any layout
 ``hdf5``                HDF5 and netCDF of any program
 ``uff_time``            time responses in universal files

@@ -31,6 +31,8 @@ FORMATS = (
     Format("npz", (".npz",), "numpy_archive"),
     Format("tdms", (".tdms",), "tdms"),
     Format("hdf5", (".h5", ".hdf5", ".hdf", ".nc", ".nc4", ".netcdf", ".cdf"), "hdf5"),
+    Format("excel", (".xlsx", ".xlsm", ".xls"), "excel"),
+    Format("mdf", (".mf4", ".mdf"), "mdf"),
     Format("uff", (".uff", ".unv", ".uf", ".bunv"), "uff_time"),
 )
 """Every format that is read into columns."""
@@ -48,6 +50,8 @@ BEGINNINGS = {
     "hdf5": rb"\x89HDF|CDF[\x01\x02]",
     "wav": rb"RIFF|RIFX|RF64",
     "npz": rb"(?s)PK\x03\x04.{26}[^\0]*\.npy",
+    "excel": rb"(?s)PK\x03\x04.{26}(?:\[Content_Types\]|_rels/|docProps/|xl/)",
+    "mdf": rb"MDF     |UnFinMF ",
     "tdms": rb"TDSm",
     "uff": rb" {4}-1[ \t]*\r?\n *\d+[b ]*\S*[^\r\n]*\r?\n",
 }

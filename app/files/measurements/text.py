@@ -41,7 +41,11 @@ def read(path: Path) -> Columns:
     ValueError
         With the line, where it holds no table or something else stands among its numbers.
     """
-    lines = _text(path).splitlines()
+    return of_lines(_text(path).splitlines())
+
+
+def of_lines(lines: list[str]) -> Columns:
+    """Read a table from the lines of a text; ValueError as `read`."""
     first, delimiter, comma, count = _table(lines)
     rows = [number for number in range(first, len(lines)) if lines[number].strip()]
     values: NDArray[Any] = np.empty((len(rows), count))

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+import pyuff
 from scipy.io import loadmat
 
 from app.files.campaign import load_campaign
+from app.files.measurements.guarded import read_columns
 from app.files.sweep_file import digest
 
 Flexura = Callable[..., tuple[int, str, str]]
@@ -65,6 +67,29 @@ def test_csv_holds_every_digit(campaign: Path, run_flexura: Flexura) -> None:
     np.testing.assert_array_equal(values[:, 6].astype(np.float32), sweep.responses[1, 1])
 
 
+def test_universal_files_hold_signals_that_others_read(campaign: Path, run_flexura: Flexura) -> None:
+    """Read by pyuff, and by our reader of any laboratory's files: each repeat is a group of the same channels."""
+    assert run_flexura("export", campaign, "--to", "uff", "-q") == (0, "", "")
+    folder, loaded = campaign.with_name("tiny-uff"), load_campaign(campaign)
+    sweep = loaded.sweeps[2]
+    (file,) = folder.glob("0002_up_*.uff")
+    theirs = pyuff.UFF(str(file))
+    kinds = np.asarray(theirs.get_set_types()).astype(int).tolist()
+    assert kinds[:2] == [151, 164]
+    assert kinds.count(58) == 6
+    last = theirs.read_sets(len(kinds) - 1)
+    assert (last["func_type"], last["id1"].strip(), last["rsp_node"]) == (1, "S2", 2)
+    assert last["abscissa_inc"] == pytest.approx(6.0 / 51_200.0, rel=1e-9)
+    np.testing.assert_allclose(last["data"], sweep.responses[1, 1], rtol=1e-12)
+    ours = read_columns(file)
+    assert ours.groups == ("run 1", "run 2")
+    drive = next(iter(ours.of_group("run 2").values.values()))
+    np.testing.assert_allclose(drive, sweep.drive[1], rtol=1e-12)
+    assert set(ours.units.values()) == {"V"}
+    np.testing.assert_allclose(list(ours.rates.values()), 51_200.0 / 6, rtol=1e-9)
+    assert (folder / "sweeps.csv").is_file()
+
+
 def test_an_imported_campaign_and_one_without_sweeps(campaign: Path, run_flexura: Flexura) -> None:
     imported = campaign.with_name("imported")
     assert run_flexura("import", campaign, "--out", imported, "-q")[0] == 0
@@ -77,7 +102,7 @@ def test_an_imported_campaign_and_one_without_sweeps(campaign: Path, run_flexura
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--to", "c"), "--to c is for filters; sweeps of a campaign: tdms, mat, csv"),
+        (("--to", "c"), "--to c is for filters; sweeps of a campaign: tdms, mat, csv, uff"),
         (("--to", "mat", "--temperature", "20"), "--temperature is for filters"),
         (("--to", "csv", "--number", "int16"), "--number is for filters"),
     ],

@@ -157,6 +157,30 @@ def test_a_coherence_beside_frfs_becomes_their_variance(tmp_path: Path, beam: Be
     assert np.median(frf.variance) == pytest.approx(power, rel=0.2)
 
 
+def test_what_one_blow_alone_rings_with_is_not_confirmed(tmp_path: Path, beam: Beam) -> None:
+    """A cable strikes at the third blow of every point: a tone that falls like a mode, in one blow of four."""
+    declared, seconds, count = hammer_files(tmp_path, beam), 8.0, 4
+    for j in range(5):
+        file = tmp_path / f"point{j + 1}.csv"
+        table = np.loadtxt(file, delimiter=",", skiprows=1)
+        t = table[:, 0] - (0.2 + 2 * (seconds - 0.2) / count)
+        ring = np.exp(-2 * np.pi * 390.0 * 0.006 * t) * np.sin(2 * np.pi * 390.0 * t)
+        table[:, 2] += np.where(t > 0.0, 0.3 * np.abs(table[:, 2]).max() * ring, 0.0)
+        np.savetxt(file, table, "%.9g", ",", header="Time [s],Hammer [V],Acc [V]", comments="")
+    frfs = declared_frfs(declared, lambda *_: None)
+    assert [one.name for one in frfs.without_hits] == ["hit 1", "hit 2", "hit 3", "hit 4"]
+    assert sum(one.share for one in frfs.without_hits) == pytest.approx(3.0)
+    assert typed("identify", declared, "--out", tmp_path, "--band", 40, 700, "--quiet").exit_code == 0
+    _, modes, _ = load_test(tmp_path)
+    f = np.abs(modes.poles) / (2 * np.pi)
+    false, *true = (int(np.abs(f - one).argmin()) for one in (390.0, *F))
+    assert f[false] == pytest.approx(390.0, rel=2e-3)
+    assert modes.real[false]
+    assert modes.confirmation[false] == "unconfirmed"
+    assert "rests on hit 3 alone" in modes.reason[false]
+    assert all(modes.confirmation[n] == "confirmed" for n in true)
+
+
 def test_one_blow_has_no_coherence(tmp_path: Path, beam: Beam) -> None:
     several, one = (declared_frfs(hammer_files(tmp_path, beam, 2.0 * n, n), lambda *_: None) for n in (2, 1))
     assert all(frf.coherence is not None for frf in several.transfers)

@@ -18,7 +18,7 @@ from analysis.sweep_point import SweepPoint
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
 from app.files.plate_toml import read_plate_measurement
-from app.files.uff58 import write_frfs
+from app.files.uff58 import read_frfs, write_frfs
 from app.plate_frfs.given_campaign import declared_experiment
 from simulation.effects.library import library
 from simulation.reduction.effect_reduction import reduce_with_effects
@@ -193,13 +193,31 @@ def simulated(folder: Path, mass: float) -> Path:
 
 @pytest.mark.slow
 def test_a_roving_hammer_gives_the_material(tmp_path: Path, run_flexura: Run) -> None:
-    status, out, said = run_flexura("update", simulated(tmp_path / "bare", 0.0), "--json")
+    folder = simulated(tmp_path / "bare", 0.0)
+    status, out, said = run_flexura("update", folder, "--json")
     assert status == 0, said
+    assert json.loads(out)["pairing"]["points"]["said"] == []
     (row,) = json.loads(out)["temperatures"]
     assert row["youngs_modulus_pa"] == pytest.approx(E_TRUE, rel=1e-3)
     assert row["poisson_ratio"] == pytest.approx(NU_TRUE, abs=5e-4)
     assert row["loss_factor"] == pytest.approx(ETA_TRUE, rel=0.01)
     assert json.loads(out)["gain"] == pytest.approx(1.0, abs=0.01)
+    # hits at points 3 and 4 written down the wrong way round, and one at point 7 from below
+    other = {"3": "4", "4": "3"}
+    frfs = [
+        replace(
+            one,
+            reference=f"{other.get(one.reference.partition(':')[0], one.reference.partition(':')[0])}:-3",
+            h=-one.h if one.reference.startswith("7:") else one.h,
+        )
+        for one in read_frfs(folder / "frfs.uff")
+    ]
+    write_frfs(folder / "frfs.uff", frfs)
+    _, out, said = run_flexura("update", folder, "--json")
+    exchanged, sign = json.loads(out)["pairing"]["points"]["said"]
+    assert exchanged.startswith("points hammer3 and hammer4 are exchanged")
+    assert sign.startswith("point hammer7 moves like its mirror: sign")
+    assert exchanged in said
 
 
 @pytest.mark.slow

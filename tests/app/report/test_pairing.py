@@ -1,14 +1,18 @@
 """What the figure of paired modes holds, and the tables beside it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from analysis.experiment import Plate
 from analysis.pairing.assignment import pair_modes
 from analysis.pairing.mode_list import ModeList
 from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
+from analysis.pairing.points import compare_points
 from app.files.pairing_json import pairing_record, shown
 from app.report.page import PageTable, Picture, VerdictBox
-from app.report.pairing import pairing_figure, pairing_items
+from app.report.pairing import pairing_figure, pairing_items, points_figure
 from app.report.style import drawing
 from app.terminal.pairing import likeness, pairing_tables, rows
 
@@ -75,3 +79,38 @@ def test_the_terminal_has_a_table_before_and_one_after(after: PairedSweeps | Non
     tables = pairing_tables(record)
     assert len(tables) == count
     assert tables[0].row_count == 5
+
+
+@pytest.fixture
+def turned() -> PairedSweeps:
+    """Six points of a free beam on a plate, the third with the wrong sign."""
+    along = np.linspace(0.0, 1.0, 6)
+    shapes = np.array([np.cos(k * np.pi * along) for k in (1, 2, 3)]).T.astype(complex)
+    wrong = shapes * np.where(np.arange(6) == 2, -1.0, 1.0)[:, None]
+    names, kinds = [f"acc{k}" for k in range(1, 7)], ["acceleration"] * 6
+    points = compare_points(names, kinds, F[:3], wrong, shapes)
+    return replace(sweeps(1.01, channels=6), points=points)
+
+
+def test_wrong_points_stand_in_table_notes_and_figure(turned: PairedSweeps) -> None:
+    record = pairing_record(Pairing(turned))
+    assert record is not None
+    assert record["points"]["said"] == [turned.points.said[0]] if turned.points else False
+    assert record["points"]["said"][0].startswith("point acc3 moves like its mirror: sign")
+    assert Pairing(turned).wrong_points == tuple(record["points"]["said"])
+    table = pairing_tables(record)[-1]
+    assert next(iter(table.columns[0].cells)) == "acc3"
+    assert next(iter(table.columns[2].cells)) == "not as declared"
+    places = {f"acc{k}": (0.02 + 0.04 * k, 0.1) for k in range(1, 7)}
+    plate = Plate(length_x=0.3, length_y=0.2, thickness=0.003, mass=0.486)
+    with drawing():
+        figure = points_figure(record["points"], plate, places)
+    first = figure.axes[0]
+    drawn = np.asarray(first.collections[0].get_array(), float)
+    computed, measured = (np.array(record["points"][name][0]) for name in ("computed", "measured"))
+    np.testing.assert_allclose(drawn, measured - computed)
+    assert np.abs(drawn).argmax() == 2
+    ring = next(line for line in first.lines if line.get_label() == "not as declared")
+    np.testing.assert_allclose(np.asarray(ring.get_xydata(), float), [places["acc3"]])
+    outline = np.asarray(first.patches[0].get_xy(), float)  # type: ignore[attr-defined]
+    np.testing.assert_allclose(outline.max(axis=0), [0.3, 0.2])

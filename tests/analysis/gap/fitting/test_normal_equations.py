@@ -1,8 +1,48 @@
-"""Normal equations of a sweep, and a step along a curve."""
+"""Normal equations of a sweep: some channels at a time, and a step along a curve."""
 
 import numpy as np
+import pytest
 
-from analysis.gap.fitting.normal_equations import WhitenedSweep
+from analysis.gap.fitting import normal_equations
+from analysis.gap.fitting.linearised_sweeps import LinearisedSweeps
+from analysis.gap.fitting.normal_equations import WhitenedSweep, channel_blocks, linearise_all, whiten_all
+
+TANGENTS = [("mass", "grams", {"grams": 0.0}), ("lag", "tau", {"tau": 0.0})]
+
+
+@pytest.mark.parametrize("block", [1, 3_000, 10**9])
+def test_channels_in_turn_are_each_taken_once(block: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(normal_equations, "BLOCK", block)
+    parts = list(channel_blocks(12, 7, 100))
+    assert [k for part in parts for k in range(7)[part]] == list(range(7))
+    assert len(parts) == {1: 7, 3_000: 4, 10**9: 1}[block]
+
+
+@pytest.fixture(scope="module")
+def problem(toy):
+    sweeps, _ = toy.prepared(temperatures=(10.0, 26.0), effects={"mass": {"grams": 0.5}})
+    return toy.Plate(), sweeps, toy.start(sweeps.groups)
+
+
+def test_in_blocks_they_are_those_of_all_channels(problem, pool, monkeypatch: pytest.MonkeyPatch) -> None:
+    model, sweeps, state = problem
+    assert len(sweeps.channels) > 1
+    weights = np.random.default_rng(0).random(sweeps.rows.shape) > 0.3
+    sweeps = sweeps.masked(weights)
+    whole = linearise_all(model, sweeps, state, TANGENTS, pool)
+    white = whiten_all(model, sweeps, state, TANGENTS, pool)
+    linear = LinearisedSweeps.of(model, sweeps, state, pool)
+    from_linear = linear.equations(sweeps, state, TANGENTS)
+    monkeypatch.setattr(normal_equations, "BLOCK", 1)
+    for wanted, found in (
+        (whole, linearise_all(model, sweeps, state, TANGENTS, pool)),
+        (from_linear, linear.equations(sweeps, state, TANGENTS)),
+        (white, whiten_all(model, sweeps, state, TANGENTS, pool)),
+    ):
+        for one, other in zip(wanted, found, strict=True):
+            for name in set(vars(one)) - {"columns"}:
+                size = np.abs(getattr(one, name)).max()
+                np.testing.assert_allclose(getattr(other, name), getattr(one, name), atol=1e-12 * size)
 
 
 def test_a_step_of_collinear_unknowns_is_taken_along_its_curve():

@@ -1,8 +1,9 @@
-"""Gmsh's files read by meshio, in a process of its own (`app.files.gmsh` starts it): ``FILE.msh NUMBERS.json``."""
+"""Meshes read by meshio, in a process of its own (`app.files.mesh_file` starts it): ``FILE.msh NUMBERS.json``."""
 
 import json
 import sys
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,16 @@ from numpy.typing import NDArray
 from analysis.foreign_mesh import MOST_POINTS
 from app.files.isolation import hold_memory
 
+LIBRARY = {
+    ".msh": ("gmsh", "Gmsh"),
+    ".inp": ("abaqus", "Abaqus"),
+    ".bdf": ("nastran", "Nastran"),
+    ".nas": ("nastran", "Nastran"),
+    ".fem": ("nastran", "Nastran"),
+    ".vtk": ("vtk", "VTK"),
+    ".vtu": ("vtu", "VTK"),
+}
+"""Module of meshio and program by ending. Exodus needs a second library; its programs write Abaqus or VTK, too."""
 CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
 LINES = ("line", "line3")
 MEMORY = 1_500_000_000
@@ -64,10 +75,13 @@ def numbers_of(path: Path) -> dict[str, Any]:
 
 
 def _grouped(raw: Any) -> Iterator[tuple[str, str, list[int]]]:
-    """Name of a physical surface or curve, and type and points of one of its cells.
+    """Name of a surface or curve, and type and points of one of its cells.
 
-    Format 4.1 gives all groups of a cell (`cell_sets`), others one tag a cell.
+    Gmsh's format 4.1 and Abaqus give all groups of a cell (`cell_sets`), others one number a cell.
     """
+    if not raw.field_data:
+        yield from _of_sets_and_numbers(raw)
+        return
     tags = raw.cell_data.get("gmsh:physical", [])
     for name, (tag, dimension) in raw.field_data.items():
         rows = raw.cell_sets.get(name) or [np.flatnonzero(one == tag) for one in tags]
@@ -78,19 +92,51 @@ def _grouped(raw: Any) -> Iterator[tuple[str, str, list[int]]]:
                     yield name, block.type, row
 
 
+def _of_sets_and_numbers(raw: Any) -> Iterator[tuple[str, str, list[int]]]:
+    """Yield the same of files without Gmsh's names: sets by name, and every whole number of a cell."""
+    groups = {name: rows for name, rows in raw.cell_sets.items() if not name.startswith("gmsh:")}
+    for numbers in raw.cell_data.values():
+        if all(np.asarray(one).dtype.kind in "iu" and np.ndim(one) == 1 for one in numbers):
+            for number in np.unique(np.concatenate(numbers)).tolist():
+                groups[str(number)] = [np.flatnonzero(one == number) for one in numbers]
+    for name, rows in groups.items():
+        for block, chosen in zip(raw.cells, rows, strict=False):
+            if chosen is not None and block.type in (*CORNERS, *LINES):
+                for row in block.data[np.asarray(chosen, dtype=int)].tolist():
+                    yield name, block.type, row
+
+
+def _check_abaqus(path: Path) -> None:
+    """Raise ValueError for what meshio would read wrongly: other files named in it, and sets in several parts."""
+    seen: set[str] = set()
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        word, *options = (part.strip() for part in line.upper().split(","))
+        if word == "*INCLUDE":
+            raise ValueError("*INCLUDE: other files are not read; write the whole mesh into one file")
+        name = next((one.partition("=")[2].strip() for one in options if one.startswith("ELSET=")), "")
+        if word == "*ELSET" and name in seen:
+            raise ValueError(f"*ELSET {name} stands in several parts, of which only one is read; join them")
+        seen |= {name} if word == "*ELSET" else set()
+
+
 def _read(path: Path) -> Any:
     """Let meshio read a file; ValueError for what it cannot."""
-    import meshio  # an extra
-
+    if path.suffix.lower() not in LIBRARY:
+        raise ValueError(f"ending {path.suffix!r} is none of a mesh; allowed: {', '.join(LIBRARY)}")
+    module, program = LIBRARY[path.suffix.lower()]
+    if module == "abaqus":
+        _check_abaqus(path)
     try:
-        raw = meshio.gmsh.read(path)
+        raw = import_module(f"meshio.{module}").read(path)
     except MemoryError:
         raise
+    except SystemExit as error:  # how meshio ends at some damage
+        raise ValueError(f"no {program} mesh that can be read") from error
     except Exception as error:  # a damaged mesh leads the library into whatever there is
-        raise ValueError(f"no Gmsh mesh that can be read ({error})") from error
-    points: NDArray[np.float64] = raw.points
+        raise ValueError(f"no {program} mesh that can be read ({error})") from error
+    points: NDArray[np.float64] = np.asarray(raw.points, dtype=float)
     if points.ndim != 2:
-        raise ValueError("no Gmsh mesh that can be read (it holds no points)")
+        raise ValueError(f"no {program} mesh that can be read (it holds no points)")
     if len(points) > MOST_POINTS:
         raise ValueError(f"{len(points)} points; allowed at most {MOST_POINTS}: a few hundred are enough")
     if not np.isfinite(points).all():

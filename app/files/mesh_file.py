@@ -1,7 +1,8 @@
-"""Meshes of Gmsh named in a declaration, turned into the numbers they hold."""
+"""Meshes of Gmsh, Abaqus, Nastran and VTK named in a declaration, turned into the numbers they hold."""
 
+import re
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -16,18 +17,22 @@ METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 NEEDS = "reading meshes needs the extra meshes: pip install 'flexura[meshes]'"
 LARGEST = 20_000_000
 """Bytes of a file."""
-READER = "app.files.gmsh_reader"
+READER = "app.files.mesh_reader"
 
 
 class MeshFile(Declared):
-    """A mesh in a file: ``[plate.mesh]`` with the key ``file``."""
+    """A mesh in a file: ``[plate.mesh]`` with the key ``file``.
 
-    file: Annotated[str, Field(min_length=5, max_length=255, description="a .msh file of Gmsh")]
+    `groups` gives names to groups that the file calls otherwise, such as the numbers of Nastran's properties.
+    """
+
+    file: Annotated[str, Field(min_length=5, max_length=255, description="a mesh's file, such as plate.msh")]
     unit: Literal["mm", "cm", "m", "in"] = "m"
+    groups: Annotated[dict[str, str], Field(default_factory=dict, max_length=1000)]
 
 
 def mesh_of_file(path: Path, unit: float, names: Mapping[str, str]) -> dict[str, Any]:
-    """Numbers of a Gmsh mesh, as `analysis.foreign_mesh.ForeignMesh` takes them.
+    """Numbers of a mesh, as `analysis.foreign_mesh.ForeignMesh` takes them.
 
     A process of its own reads the file, in bounded time and memory: meshio sets memory aside for the largest
     number of a point, and a damaged file may say any.
@@ -35,11 +40,11 @@ def mesh_of_file(path: Path, unit: float, names: Mapping[str, str]) -> dict[str,
     Parameters
     ----------
     path : Path
-        Any version of Gmsh's format that meshio reads.
+        Any version of a format of `app.files.mesh_reader.LIBRARY` that meshio reads.
     unit : float
         Length of one unit of the file, m.
     names : mapping
-        Other names of physical groups (identifiers of patches), and what each stands for.
+        Other names of groups (identifiers of patches), and what each stands for.
 
     Returns
     -------
@@ -64,18 +69,43 @@ def mesh_of_file(path: Path, unit: float, names: Mapping[str, str]) -> dict[str,
         numbers = Path(folder) / "mesh.json"
         run_isolated(READER, [str(path.resolve()), str(numbers)], size)
         mesh: dict[str, Any] = parse_json(numbers.read_bytes())
+    keep = str if path.suffix.lower() == GMSH else _plain  # other names are mistakes there
+    known = {keep(name): stands for name, stands in names.items()}
     return {
         **mesh,
         "points": [[unit * x, unit * y] for x, y in mesh["points"]],
-        "surface": _renamed(mesh["surface"], names),
-        "curve": _renamed(mesh["curve"], names),
+        "surface": _renamed(_called(mesh["surface"], keep), known, every=keep is str),
+        "curve": _renamed(_called(mesh["curve"], keep), known, every=keep is str),
     }
 
 
-def _renamed(groups: Mapping[str, list[Any]], names: Mapping[str, str]) -> dict[str, list[Any]]:
-    """Give groups the names used in the declaration, and join those of one name."""
+def _called(groups: Mapping[str, list[Any]], keep: Callable[[str], str]) -> dict[str, list[Any]]:
+    found: dict[str, list[Any]] = {}
+    for name, members in groups.items():
+        found.setdefault(keep(name), []).extend(members)
+    return found
+
+
+GMSH = ".msh"
+OF_A_PLATE = re.compile(r"(patch|zone|hole|support)[ _-]?(\d+)|outline|plate", re.IGNORECASE)
+
+
+def _plain(name: str) -> str:
+    """Return ``patch 1`` for PATCH_1: Abaqus knows no small letters."""
+    found = OF_A_PLATE.fullmatch(name.strip())
+    if found is None:
+        return name.strip().casefold()
+    return f"{found[1].lower()} {found[2]}" if found[1] else found[0].lower()
+
+
+def _renamed(
+    groups: Mapping[str, list[Any]], names: Mapping[str, str], *, every: bool = True
+) -> dict[str, list[Any]]:
+    """Give groups the names used in the declaration, and join those of one name; of a plate's alone, or of all."""
     together: dict[str, set[Any]] = {}
     for name, members in groups.items():
+        if not (every or name in names or OF_A_PLATE.fullmatch(name)):
+            continue
         together.setdefault(names.get(name, name), set()).update(
             tuple(member) if isinstance(member, list) else member for member in members
         )

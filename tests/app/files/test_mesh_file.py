@@ -1,4 +1,4 @@
-"""Meshes read from Gmsh's format, written here by hand from meshes of our own."""
+"""Meshes of our own, written in Gmsh's format by hand and in others by meshio, and read."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from analysis.geometry.fault import GeometryError
 from analysis.patch import Patch
 from analysis.plate import Plate
 from app.files.drawing import DrawingError, with_drawings
-from app.files.gmsh import mesh_of_file
+from app.files.mesh_file import mesh_of_file
 from simulation.meshing.foreign import foreign_mesh as mesh_of
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.plate_mesh import CURVE_DEGREE
@@ -276,3 +276,67 @@ def test_a_mesh_over_a_declared_hole_is_refused(tmp_path):
     whole = mesh_plate([SQUARE[0], SQUARE[2]], 0.003)
     with pytest.raises(GeometryError, match="the mesh follows 0% of 'hole 1'"):
         foreign_mesh(written(tmp_path / "a.msh", whole), SQUARE)
+
+
+def as_others_have_it(mesh, *, quadratic=False):
+    """Return the same mesh as meshio has it: sets of cells by name, a number of a property for each cell."""
+    import meshio
+
+    points = np.column_stack([mesh.points, np.zeros(len(mesh.points))])
+    inside = mesh.inside["patch 1"]
+    quads, triangles = np.asarray(mesh.quads), np.asarray(mesh.triangles)
+    blocks = [("quad", quads)] if len(quads) else []
+    blocks += [("triangle", triangles)] if len(triangles) else []
+    parts = np.split(inside, [len(quads)]) if len(quads) and len(triangles) else [inside]
+    rim = np.array([mesh.edges[edge] for edge in mesh.borders["outline"].edge])
+    return meshio.Mesh(
+        points,
+        [*blocks, ("line", rim)],
+        cell_sets={
+            "PATCH_1": [*(np.flatnonzero(one) for one in parts), np.array([], dtype=int)],
+            "OUTLINE": [*(np.array([], dtype=int) for _ in parts), np.arange(len(rim))],
+            "SET-7": [np.arange(2), *(np.array([], dtype=int) for _ in parts[1:]), np.array([], dtype=int)],
+        },
+        cell_data={"property": [*(np.where(one, 12, 11) for one in parts), np.full(len(rim), 13)]},
+    )
+
+
+@pytest.mark.parametrize("ending", [".inp", ".bdf", ".vtk", ".vtu"])
+def test_meshes_of_other_programs(tmp_path, ending):
+    """Sets of Abaqus by their names, in any case; of the others by the numbers that the declaration names."""
+    from meshio import abaqus, nastran, vtk, vtu
+
+    mesh = mesh_plate(SQUARE, 0.003)
+    path, theirs = tmp_path / f"a{ending}", as_others_have_it(mesh)
+    if ending == ".bdf":
+        theirs.cell_data = {"nastran:ref": theirs.cell_data["property"]}
+    writers = {".inp": abaqus.write, ".bdf": nastran.write, ".vtk": vtk.write, ".vtu": vtu.write}
+    if ending != ".inp":
+        theirs.cell_sets = {}
+    writers[ending](path, theirs)
+    if ending == ".inp":  # meshio writes a set once for each type of cell, Abaqus once
+        head, *sets = path.read_text().split("*ELSET, ELSET=")
+        joined: dict[str, str] = {}
+        for name, numbers in (one.split("\n", 1) for one in sets):
+            joined[name] = joined.get(name, "") + numbers.rstrip(",\n") + ",\n"
+        path.write_text(head + "".join(f"*ELSET, ELSET={name}\n{numbers}" for name, numbers in joined.items()))
+    names = {} if ending == ".inp" else {"12": "patch 1", "13": "outline"}
+    read = mesh_of(ForeignMesh.model_validate(mesh_of_file(path, 1.0, names)), SQUARE)
+    assert (len(read.quads), len(read.triangles)) == (len(mesh.quads), len(mesh.triangles))
+    space = ShapeSpace.on(read, 2)
+    assert space.dx.sum() == pytest.approx(0.01 - 4e-4, rel=1e-6)
+    assert space.dx[space.spread(read.inside["patch 1"])].sum() == pytest.approx(4e-4, rel=1e-5)
+
+
+def test_other_endings_and_damaged_files_are_said(tmp_path):
+    for name, content, said in (
+        ("a.exo", "x", "ending '.exo' is none of a mesh; allowed: .msh, .inp, .bdf"),
+        ("a.inp", "*NODE\n1, 0.0, x\n", "no Abaqus mesh that can be read"),
+        ("b.inp", "*Include, input=/etc/passwd\n", "other files are not read"),
+        ("c.inp", "*ELSET, ELSET=a\n1\n*Elset, elset=A\n2\n", "A stands in several parts"),
+        ("a.vtu", "<VTKFile", "no VTK mesh that can be read"),
+        ("a.bdf", "GRID,1,,0.0", "no Nastran mesh that can be read"),
+    ):
+        (tmp_path / name).write_text(content)
+        with pytest.raises(ValueError, match=said):
+            mesh_of_file(tmp_path / name, 1.0, {})

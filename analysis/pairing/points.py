@@ -1,0 +1,252 @@
+"""Points of measured and computed shapes compared: CoMAC, and sensors at wrong points or of wrong sign.
+
+Coordinate modal assurance criterion of point k over the paired modes n (Lieven and Ewins, IMAC 1988):
+
+    CoMAC_k = |sum_n r_kn* c_kn|**2 / (sum_n |r_kn|**2 sum_n |c_kn|**2)
+
+of the measured residues r and the computed ones c, every mode scaled to the computed shape. Where a sensor stands
+at another point's place, its row r_k resembles that point's row c_l: which row belongs to which point is a linear
+assignment. Modes are scaled again without the points that were found wrong, because each of these pulls at all.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.arrays import Complex, Real
+
+LEAST_MODES, LEAST_POINTS = 3, 4
+"""Modes and points from which one point is judged by the others: two modes suit a wrong point by chance."""
+WRONG = 0.35
+"""Relative error of a point's row from which it may be wrong: a hidden mass or a wrong modulus changes shapes by
+less, and all points alike."""
+AMONG_OTHERS = 3.0
+"""The same in medians of all points' errors."""
+BETTER = 0.4
+"""An explanation counts if it leaves less than this share of the row's error: of a wrong one of two random rows
+nine tenths are left."""
+ROUNDS = 3
+"""Times that modes are scaled without the points found wrong; the second changes nothing on plates tried."""
+
+
+@dataclass(frozen=True)
+class PointComparison:
+    """Measured and computed shapes, point by point.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the K points.
+    comac : (K,) ndarray
+        0 to 1.
+    error : (K,) ndarray
+        Of the measured row against the computed one, relative to the larger of them, or to the median point where
+        both are smaller: points that hardly move tell noise.
+    stands_at : (K,) int ndarray
+        The point at which the twin moves as was measured at this one: itself where nothing is wrong.
+    factor : (K,) ndarray
+        By which the measured row is larger than the computed one there; 1 where nothing is wrong.
+    unexplained : (K,) bool ndarray
+        Points that move like no declared one.
+    frequency : (N,) ndarray
+        Of the measured modes, Hz.
+    measured, computed : (K, N) ndarray
+        Their shapes and those of the twin, in phase and of one size: the largest motion of the twin is 1.
+    """
+
+    names: tuple[str, ...]
+    comac: Real
+    error: Real
+    stands_at: NDArray[np.int_]
+    factor: Real
+    unexplained: NDArray[np.bool_]
+    frequency: Real
+    measured: Real
+    computed: Real
+
+    @property
+    def wrong(self) -> NDArray[np.bool_]:
+        """Points whose sensor is not as declared, (K,)."""
+        moved = self.stands_at != np.arange(len(self.names))
+        return np.asarray(moved | (self.factor != 1.0) | self.unexplained)
+
+    @property
+    def said(self) -> tuple[str, ...]:
+        """A sentence on each wrong point, or on those that are exchanged among each other."""
+        own = self.stands_at == np.arange(len(self.names))
+        return (
+            *(self._moved(cycle) for cycle in self._cycles()),
+            *(self._scaled(int(k)) for k in np.flatnonzero(own & (self.factor != 1.0))),
+            *(
+                f"point {self.names[k]} moves like no declared point (CoMAC {self.comac[k]:.2f}): wrong node, or "
+                "a loose sensor; correct its place or leave it out"
+                for k in np.flatnonzero(self.unexplained)
+            ),
+        )
+
+    def _cycles(self) -> list[list[int]]:
+        """Points that stand at each other's places, each cycle once."""
+        found: list[list[int]] = []
+        seen: set[int] = set()
+        for first in range(len(self.names)):
+            cycle = [first]
+            while (following := int(self.stands_at[cycle[-1]])) not in cycle:
+                cycle.append(following)
+            if len(cycle) > 1 and not seen & set(cycle):
+                found.append(cycle)
+            seen |= set(cycle)
+        return found
+
+    def _moved(self, cycle: Sequence[int]) -> str:
+        names = [self.names[k] for k in cycle]
+        turned = [self.names[k] for k in cycle if self.factor[k] < 0.0]
+        sign = f"; the sign of {', '.join(turned)} is turned, too" if turned else ""
+        if len(cycle) == 2:
+            return (
+                f"points {names[0]} and {names[1]} are exchanged: each moves as the twin does at the other{sign}"
+            )
+        ways = ", ".join(
+            f"{one} moves as the twin at {other}" for one, other in zip(names, [*names[1:], names[0]], strict=True)
+        )
+        return f"points {', '.join(names)} are mixed up: {ways}{sign}"
+
+    def _scaled(self, k: int) -> str:
+        size = abs(float(self.factor[k]))
+        if self.factor[k] < 0.0:
+            larger = "" if size == 1.0 else f", {size:.2g} times as large"
+            return (
+                f"point {self.names[k]} moves like its mirror{larger}: sign; the sensor is turned round or its "
+                "leads are swapped"
+            )
+        return (
+            f"point {self.names[k]} moves {size:.3g} times as much as the twin there, in the right shape: "
+            "sensitivity or unit"
+        )
+
+
+def compare_points(
+    names: Sequence[str], kinds: Sequence[str], frequency: Real, measured: Complex, computed: Complex
+) -> PointComparison | None:
+    """Compare the shapes of paired modes point by point.
+
+    Parameters
+    ----------
+    names, kinds : sequence of str
+        Of the K points, and what each measures: points of another kind are no places to be mistaken for.
+    frequency : (N,) ndarray
+        Of the measured modes of N pairs, Hz.
+    measured, computed : (K, N) complex ndarray
+        Residues of the pairs, in the units of the FRFs.
+
+    Returns
+    -------
+    PointComparison or None
+        None for fewer than `LEAST_POINTS` points or `LEAST_MODES` modes, and where no majority of points agrees.
+
+    Raises
+    ------
+    ValueError
+        For residues of other shapes.
+    """
+    if measured.shape != computed.shape or len(measured) != len(names) or len(kinds) != len(names):
+        raise ValueError(f"residues {measured.shape} and {computed.shape} of {len(names)} points; (K, N) wanted")
+    some = (np.abs(measured).max(axis=0, initial=0.0) > 0.0) & (np.abs(computed).max(axis=0, initial=0.0) > 0.0)
+    # kinds differ in size by their units alone: a row counts by its size among those of its kind
+    size = np.array([np.linalg.norm(computed[np.array(kinds) == kind]) or 1.0 for kind in kinds])[:, None]
+    frequency, measured, computed = frequency[some], measured[:, some] / size, computed[:, some] / size
+    count, modes = measured.shape
+    if count < LEAST_POINTS or modes < LEAST_MODES:
+        return None
+    stands_at, factor = np.arange(count), np.ones(count)
+    sound = np.ones(count, dtype=bool)
+    for _ in range(ROUNDS):
+        r, c, weight = _scaled_modes(measured, computed, sound)
+        stands_at, factor, unexplained = _explained(np.array(kinds), r * weight, c * weight)
+        sound = (stands_at == np.arange(count)) & (factor == 1.0) & ~unexplained
+        if 2 * sound.sum() <= count:  # no majority tells what is right
+            return None
+    error = _error(r * weight, c * weight)
+    largest = c[np.abs(c).argmax(axis=0), np.arange(len(weight))]
+    return PointComparison(
+        names=tuple(names),
+        comac=_comac(r, c),
+        error=error,
+        stands_at=stands_at,
+        factor=factor,
+        unexplained=unexplained,
+        frequency=frequency,
+        measured=(r / largest).real,
+        computed=(c / largest).real,
+    )
+
+
+def _scaled_modes(measured: Complex, computed: Complex, sound: NDArray[np.bool_]) -> tuple[Complex, Complex, Real]:
+    """Scale every mode to unit size, the measured one to the computed one; weigh it by its MAC."""
+    c = computed / np.linalg.norm(computed[sound], axis=0)
+    cross = (measured[sound].conj() * c[sound]).sum(axis=0)
+    power = (np.abs(measured[sound]) ** 2).sum(axis=0)
+    power = np.where(power > 0.0, power, 1.0)
+    return measured * (cross / power), c, np.abs(cross) ** 2 / power
+
+
+def _comac(r: Complex, c: Complex) -> Real:
+    cross = np.abs((r.conj() * c).sum(axis=1)) ** 2
+    size = (np.abs(r) ** 2).sum(axis=1) * (np.abs(c) ** 2).sum(axis=1)
+    return np.asarray(np.divide(cross, size, out=np.zeros_like(cross), where=size > 0.0))
+
+
+def _error(r: Complex, c: Complex) -> Real:
+    rows = np.maximum(_norms(r), _norms(c))
+    return np.asarray(_norms(r - c) / np.maximum(rows, np.median(rows)))
+
+
+def _norms(rows: Complex) -> Real:
+    return np.asarray(np.linalg.norm(rows, axis=1))
+
+
+def _explained(
+    kinds: NDArray[np.str_], r: Complex, c: Complex
+) -> tuple[NDArray[np.int_], Real, NDArray[np.bool_]]:
+    """Find where each point stands, its factor there, and which points nothing explains."""
+    from scipy.optimize import linear_sum_assignment  # slow import
+
+    count = len(r)
+    error, power = _error(r, c), _norms(r - c)
+    suspect = error > max(WRONG, AMONG_OTHERS * float(np.median(error)))
+    stands_at, factor = np.arange(count), np.ones(count)
+    # a point with another's row leaves its own to that one: those of one cycle are all suspect
+    here = np.flatnonzero(suspect)
+    if here.size:
+        plus = np.linalg.norm(r[here, None] - c[None, here], axis=2)
+        minus = np.linalg.norm(r[here, None] + c[None, here], axis=2)
+        left, size = np.minimum(plus, minus), np.hypot(*np.meshgrid(_norms(c[here]), _norms(r[here])))
+        # relative, or one large row would decide where all others stand
+        cost = np.where(kinds[here, None] == kinds[None, here], (left / np.maximum(size, 1e-300)) ** 2, 10.0)
+        rows, columns = linear_sum_assignment(cost)
+        for row, column in zip(rows, columns, strict=True):
+            if row != column and left[row, column] < BETTER * power[here[row]]:
+                stands_at[here[row]] = here[column]
+                factor[here[row]] = -1.0 if minus[row, column] < plus[row, column] else 1.0
+        stands_at, factor = _whole_cycles(stands_at, factor)
+    inner = (r.conj() * c).sum(axis=1).real
+    for k in np.flatnonzero(suspect & (stands_at == np.arange(count))):
+        own = inner[k] / (np.linalg.norm(c[k]) ** 2)
+        if np.linalg.norm(r[k] - own * c[k]) < BETTER * min(power[k], np.linalg.norm(r[k])):
+            factor[k] = -1.0 if np.linalg.norm(r[k] + c[k]) < BETTER * power[k] else own
+    moved = stands_at != np.arange(count)
+    return stands_at, factor, suspect & ~moved & (factor == 1.0)
+
+
+def _whole_cycles(stands_at: NDArray[np.int_], factor: Real) -> tuple[NDArray[np.int_], Real]:
+    """Keep only points that stand at each other's places: nobody is at a place that a sound point has."""
+    count = len(stands_at)
+    kept, sign = np.arange(count), np.ones(count)
+    for first in range(count):
+        cycle = [first]
+        while (following := int(stands_at[cycle[-1]])) not in cycle:
+            cycle.append(following)
+        if following == first:
+            kept[cycle], sign[cycle] = stands_at[cycle], factor[cycle]
+    return kept, sign
