@@ -44,7 +44,9 @@ def untrue(function: Function) -> list[str]:
     """Entries that name no parameter, and arrays without a shape."""
     has, told = parameters(function), described(ast.get_docstring(function) or "")
     strangers = [name for name in told if name not in has]
-    shapeless = [f"shape of {name}" for name, line in told.items() if is_array(has.get(name, "")) and "(" not in line]
+    shapeless = [
+        f"shape of {name}" for name, line in told.items() if is_array(has.get(name, "")) and "(" not in line
+    ]
     return strangers + shapeless
 
 
@@ -62,6 +64,8 @@ def test_parameters_described_exist_and_arrays_have_shapes() -> None:
     ("entry", "what"), [("x : (N,) ndarray, m", []), ("x : ndarray", ["shape of x"]), ("y : (N,) ndarray", ["y"])]
 )
 def test_an_untrue_entry_is_seen(entry: str, what: list[str]) -> None:
-    (node,) = ast.parse(f'def f(x: Real):\n    """Sum.\n\n    Parameters\n    ----------\n    {entry}\n    """').body
+    (node,) = ast.parse(
+        f'def f(x: Real):\n    """Sum.\n\n    Parameters\n    ----------\n    {entry}\n    """'
+    ).body
     assert isinstance(node, ast.FunctionDef)
     assert untrue(node) == what
