@@ -189,7 +189,8 @@ def read_campaign_folder(folder: Path) -> Campaign:
     doubts = _doubts(events)
     there, extent = tuple(replace(one, doubt=doubts.get(one.step, one.doubt)) for one in sweeps.values()), None
     if missing:
-        extent = CampaignExtent.of(_state(folder, len(gone)), there, len(missing), len(missing) - len(gone))
+        temperature = [sweep.temperature for sweep in there]
+        extent = CampaignExtent.of(_state(folder, len(gone)), temperature, len(missing), len(missing) - len(gone))
     return Campaign(protocol["name"], experiment, there, hashes, played, extent)
 
 

@@ -48,7 +48,10 @@ def read_recorded_campaign(folder: Path) -> Campaign:
     missing, campaign = recording.missing, recording.campaign
     if not missing:
         return campaign
-    return replace(campaign, extent=CampaignExtent.of("incomplete", campaign.sweeps, len(missing)))
+    return replace(
+        campaign,
+        extent=CampaignExtent.of("incomplete", [sweep.temperature for sweep in campaign.sweeps], len(missing)),
+    )
 
 
 def read_recording(
