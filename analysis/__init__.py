@@ -56,6 +56,7 @@
 ``rendering``          sound through filters that follow the temperature
 ``thermometry``        a panel as its own thermometer
 ``arrays``             types of arrays
+``checked_fields``     shape, finiteness, range and order of a value's fields
 ``median_deviation``   a standard deviation that a few outliers do not move
 ``scatter``            scatter of numbers that are known with different errors
 ``progress``           type of a progress callable

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Campaign
 from analysis.channel import transfer_unit
+from analysis.checked_fields import check_ascending, check_finite, check_range, check_shapes
 from analysis.frf_campaign import AnyCampaign, FrfCampaign, FrfSweep
 from analysis.local_rational import rough_power
 from analysis.mains import mains_lines, other_fundamentals
@@ -89,15 +90,14 @@ class Frf:
     shift: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
-        shape = (len(self.temperature), len(self.channels), len(self.frequency))
-        for name in ("h", "variance", "coherence"):
-            if getattr(self, name).shape != shape:
-                raise ValueError(f"{name} has shape {getattr(self, name).shape}; (T, K, F) = {shape} wanted")
-        if not (np.isfinite(self.h).all() and np.isfinite(self.variance).all()):
-            raise ValueError("an FRF holds values that are not finite")
-        if self.source is not None and (
-            self.source.shape != shape[:1] or ((self.source < 0) | (self.source >= len(self.sources))).any()
-        ):
+        by_sweep = dict.fromkeys(("temperature", "direction", "level", "source", "repeats_dof", "shift"), "T")
+        arrays = dict.fromkeys(("h", "variance", "coherence"), "T K F")
+        check_shapes(self, **by_sweep, channels="K", frequency="F", excluded="F", **arrays)
+        check_finite(self, "temperature", "h", "variance")
+        check_ascending(self, "frequency")
+        check_range(self, 0.0, np.inf, "frequency", unit="Hz")
+        check_range(self, 0.0, np.inf, "variance")
+        if self.source is not None and ((self.source < 0) | (self.source >= len(self.sources))).any():
             raise ValueError(f"source {self.source} must name one of {len(self.sources)} inputs for each sweep")
 
     def __repr__(self) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_ascending, check_shapes
 from analysis.compensation.settings import FEWEST
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
@@ -35,6 +36,10 @@ class PlacedTemperatures:
     equidistant: Real
     loss: float
     equidistant_loss: float
+
+    def __post_init__(self) -> None:
+        check_shapes(self, temperature="n", equidistant="n")
+        check_ascending(self, "temperature", "equidistant")
 
 
 def place_temperatures(truth: FirBank, forms: EnergyForms, frequency: Real, count: int) -> PlacedTemperatures:

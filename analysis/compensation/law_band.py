@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_range, check_shapes
 from analysis.focusing.fir import FirBank
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import PanelModel
@@ -48,6 +49,11 @@ class ContrastBand:
     share: float
     draws: int
     outside: Real | None = None
+
+    def __post_init__(self) -> None:
+        check_shapes(self, temperature="A", nominal="A 2", mean="A 2", worst="A 2", outside="A")
+        check_range(self, 0.0, 1.0, "share", "outside")
+        check_range(self, 1, np.inf, "draws")
 
 
 def law_band(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.checked_fields import check_range, check_shapes
 from analysis.estimation.recording import SampledSignals
 from analysis.estimation.windows import Shape, effective_averages, segment_window
 
@@ -32,6 +33,10 @@ class Spectra:
     g_yu: NDArray[np.complex128]
     g_yy: NDArray[np.float64]
     averages: float
+
+    def __post_init__(self) -> None:
+        check_shapes(self, frequency="F", g_uu="F M M", g_yu="F K M", g_yy="F K")
+        check_range(self, 0.0, np.inf, "averages", above=True)
 
 
 def of_blocks(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_shapes
 from analysis.focusing.panel import Filters
 
 
@@ -71,6 +72,9 @@ class FirEnergy:
     inside: Real
     after: Real
     pre_ringing: Real
+
+    def __post_init__(self) -> None:
+        check_shapes(self, before="T N", inside="T N", after="T N", pre_ringing="T N")
 
 
 def taper(frequency: Real, settings: Filters) -> Real:

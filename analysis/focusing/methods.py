@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_ascending, check_shapes
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.inversion import invert, tikhonov
 from analysis.focusing.panel import Panel
@@ -117,6 +118,10 @@ class MethodComparison:
     frequency: Real
     contrast: Real
     spot_error: Real
+
+    def __post_init__(self) -> None:
+        check_shapes(self, methods="m", constants="3", frequency="F", contrast="m F", spot_error="m F")
+        check_ascending(self, "frequency")
 
 
 def compare(model: PanelModel, panel: Panel, constants: Constants) -> MethodComparison:

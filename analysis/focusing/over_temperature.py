@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_ascending, check_finite, check_shapes
 from analysis.focusing.aim import Aim, Aimed, aim, joined
 from analysis.focusing.design import TapDesign
 from analysis.focusing.energy import EnergyForms, FieldSpace
@@ -105,6 +106,13 @@ class Focusing:
     fixed: Aim
     reference_temperature: float
     target_share: float
+
+    def __post_init__(self) -> None:
+        check_shapes(self, temperature="T", lines="L", frequency="F", filters="T L N", rank="T L", condition="T L")
+        aims = ("uncut.contrast", "direct.contrast", "fixed.contrast")
+        check_shapes(self, temperature="T", frequency="F", **dict.fromkeys(aims, "T F"))
+        check_finite(self, "temperature", "lines", "filters")
+        check_ascending(self, "lines", "frequency")
 
     @property
     def rank_changes(self) -> NDArray[np.int64]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_finite, check_shapes
 from analysis.focusing.energy import EnergyForms, FieldSpace
 
 Constants = tuple[float, float, float]
@@ -26,6 +27,10 @@ class PanelModes:
     eigenvalues: Complex
     shapes: Real
     coupling: Real
+
+    def __post_init__(self) -> None:
+        check_shapes(self, eigenvalues="m", shapes="r m", coupling="m N")
+        check_finite(self, "eigenvalues", "shapes", "coupling")
 
 
 class PanelModel(Protocol):

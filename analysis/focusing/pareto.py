@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 
 from analysis.arrays import Mask, Real
+from analysis.checked_fields import check_shapes
 from analysis.focusing.design import TapDesign, peak_drive
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import Constants, PanelModel
@@ -49,6 +50,10 @@ class ParetoCurve:
     ripple: Real
     level: Real
     drive: Real
+
+    def __post_init__(self) -> None:
+        rows = ("evenness", "outside_weight", "contrast", "worst", "ripple", "level", "drive")
+        check_shapes(self, **dict.fromkeys(rows, "p"))
 
     @property
     def front(self) -> Mask:

@@ -18,7 +18,7 @@ from analysis.gap.data.preparation import prepare, sweep_points
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.sheet import fitted_sheet
 from analysis.gap.fitting.state import GapState, starting_state
-from analysis.material import Material, MaterialLaws
+from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.twin_model import TwinModel
 from analysis.updated import Updated
 from analysis.updating.enough_temperatures import FEWEST, distinct_temperatures
@@ -211,7 +211,7 @@ def _laws(protocol: Protocol, nodes: FittedLaws) -> MaterialLaws | None:
     return fit_laws(temperature, material, own, temperature_range=span, common=nodes.shared)
 
 
-def material_of(nodes: FittedLaws) -> tuple[Material, Material]:
+def material_of(nodes: FittedLaws) -> tuple[Material, MaterialSigma]:
     """E, nu and eta at the nodes, and their standard deviations."""
     material = Material(np.exp(nodes.value[:, 0]), nodes.value[:, 1], np.exp(nodes.value[:, 2]))
     return material, material.sigma(nodes.sigma)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from analysis.checked_fields import check_finite, check_range, check_shapes
 from analysis.frf import Frf
 from analysis.local_laws import LocalLaws
 from analysis.sweep_point import SweepPoint
@@ -34,6 +35,11 @@ class SweepData:
     weight: NDArray[np.float64]
     temperature: float = 20.0
     source: int = 0
+
+    def __post_init__(self) -> None:
+        check_shapes(self, frequency="F", h="K F", weight="K F")
+        check_finite(self, "h", "weight", "temperature")
+        check_range(self, 0.0, np.inf, "weight")
 
     @property
     def point(self) -> SweepPoint:

@@ -30,7 +30,7 @@ from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.whole_campaign import beside_scatter
 from analysis.gap.search.context import SearchContext
 from analysis.local_laws import LocalLaws
-from analysis.material import Material, MaterialBox
+from analysis.material import Material, MaterialBox, MaterialSigma
 from analysis.progress import Progress
 from analysis.sheet_material import LOSS, MODULI, TRANSVERSE
 from analysis.sheet_orthotropy import Orthotropy
@@ -197,7 +197,7 @@ def _laws_alone(frf: Frf, alone: Sequence[SweepFit], protocol: Protocol) -> list
     return sweep_laws(frf.temperature, material, laws)
 
 
-def _sigma_of(fits: Sequence[SweepFit]) -> Material:
+def _sigma_of(fits: Sequence[SweepFit]) -> MaterialSigma:
     """Return the standard deviations (T,) of the materials, by the noise."""
     laws = np.sqrt([np.diag(np.linalg.inv(fit.point.matrix))[:3] for fit in fits])
     return material_of(fits).sigma(laws)

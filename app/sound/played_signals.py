@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.arrays import Real
+from analysis.checked_fields import check_finite, check_range, check_shapes
 from analysis.rendering.programme import TemperatureProgramme
 from analysis.rendering.renderer import Renderer
 from analysis.thermometry.bands import Decimator
@@ -36,6 +37,11 @@ class PlayedSignals:
     drive: Real
     response: Real
     sample_rate: float
+
+    def __post_init__(self) -> None:
+        check_shapes(self, drive="N n", response="n")
+        check_finite(self, "drive", "response")
+        check_range(self, 0.0, np.inf, "sample_rate", unit="Hz", above=True)
 
 
 def recorded(

@@ -12,7 +12,7 @@ from analysis.experiment import Attachment
 from analysis.frf import Frf
 from analysis.gap.gap import find_gap
 from analysis.local_laws import LocalLaws
-from analysis.material import Material, MaterialBox
+from analysis.material import Material, MaterialBox, MaterialSigma
 from analysis.sweep_point import SweepPoint
 from analysis.updated import Updated
 from simulation.effects.library import LIBRARY, library
@@ -114,7 +114,7 @@ def true_laws() -> Updated:
     return Updated(
         temperature=TEMPERATURES,
         material=Material(np.exp(values[:, 0]), values[:, 1], np.exp(values[:, 2])),
-        sigma=Material(nothing, nothing, nothing),
+        sigma=MaterialSigma(nothing, nothing, nothing),
         correlation=np.zeros((nothing.size, 4, 4)),
         gain=GAIN,
         sigma_gain=0.0,
