@@ -16,7 +16,7 @@ from app.stages.gap import GapComparison
 from app.stages.panel_inputs import method_for, panel_for, scanned_panel
 from app.stages.panel_laws import PanelLaws, laws_for
 from app.stages.update import Updating
-from app.terminal.update import too_few
+from app.summaries.update import too_few
 from flexura.campaigns import File
 
 Laws = File | MaterialLaws | Updating | GapComparison

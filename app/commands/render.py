@@ -77,7 +77,7 @@ def command(
     from app.files.exports.shipment import shipment
     from app.files.run_folder import run_folder
     from app.stages.panel_laws import laws_for
-    from app.terminal.campaign_extent import led
+    from app.summaries.campaign_extent import led
 
     given = run or Path()
     sent = shipment(given, method, "render").chosen({"sound": sound.name, "temperature": temperature})

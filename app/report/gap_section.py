@@ -9,10 +9,10 @@ from app.report import gap
 from app.report.described import description_items
 from app.report.page import Item, PageTable, Paragraph, Picture, VerdictBox
 from app.report.pairing import pairing_items
-from app.terminal.effect_words import in_words, title, titles_of
-from app.terminal.gap import concluded, estimate, gap_closed, held_out_parts, named, verdict_words
-from app.terminal.pairing import no_fit_words
-from app.terminal.plan import HEADINGS, answer_words, plan_rows, plan_words
+from app.summaries.effect_words import in_words, title, titles_of
+from app.summaries.gap import concluded, estimate, gap_closed, held_out_parts, named, verdict_words
+from app.summaries.pairing import no_fit_words
+from app.summaries.plan import HEADINGS, answer_words, plan_rows, plan_words
 
 Record = Mapping[str, Any]
 SETTLED = ("none", "explained")

@@ -18,7 +18,7 @@ from app.modal_test.without_windows import rebuilt
 from app.report.origin import origin, stamps
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture, Section
 from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
-from app.terminal.mode_rows import READ_AS
+from app.summaries.mode_rows import READ_AS
 
 SHOWN = 4
 """FRFs drawn at most."""

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from app.files.pairing_json import shown
 from app.report.page import Item, PageTable, Picture, VerdictBox
 from app.report.style import BAND, MODEL, frequency_axis, legend_below, panels
-from app.terminal.pairing import HEADINGS, likeness, no_fit_words, rows, title
+from app.summaries.pairing import HEADINGS, likeness, no_fit_words, rows, title
 
 Record = Mapping[str, Any]
 WIDEST = 10.0

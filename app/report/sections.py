@@ -16,7 +16,7 @@ from app.report.page import Absent, Item, PageTable, Section, VerdictBox, Words
 from app.report.panel_sections import compensation_section, focusing_section, radiation_section
 from app.report.plate_sections import identification_section, measurement_section, updating_section
 from app.report.summary import summary, worth_of
-from app.terminal.briefing import briefing
+from app.summaries.briefing import briefing
 
 PANEL_RESULTS = ("filters.h5", "compensation.h5", "radiation.h5", "studies.h5")
 """Results that are made from laws."""

@@ -13,7 +13,7 @@ from analysis.updated import Updated
 from app.files.laws_file import TwinFrf
 from app.report.measured import spread
 from app.report.style import BAND, MEASURED, MODEL, frequency_axis, legend_below, panels
-from app.terminal.sheet import CONSTANTS
+from app.summaries.sheet import CONSTANTS
 
 
 def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0, source: int = 0) -> Figure:

@@ -21,7 +21,7 @@ from app.files.campaign_inputs import extent_settings
 from app.files.compensation_file import save_compensation
 from app.files.provenance import provenance
 from app.stages.panel_inputs import workers
-from app.terminal.notebook import as_text
+from app.summaries.display import as_text
 from app.twins.panel_twin import panel_twin
 
 COMPENSATION = "compensation.h5"

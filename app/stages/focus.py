@@ -25,7 +25,7 @@ from app.files.filter_files import save_focusing
 from app.files.provenance import provenance
 from app.stages.panel_inputs import workers
 from app.stages.uncorrected_filters import uncorrected_aim
-from app.terminal.notebook import as_text
+from app.summaries.display import as_text
 from app.twins.panel_twin import panel_twin
 
 FILTERS = "filters.h5"

@@ -47,8 +47,8 @@ from app.stages.gap_pairing import paired_report, pairing_before
 from app.stages.issued_twin import issued_twin
 from app.stages.plan import next_experiment
 from app.stages.update import Updating, updated_twin
-from app.terminal.gap import headline, tables
-from app.terminal.notebook import as_html, as_text
+from app.summaries.display import as_html, as_text
+from app.summaries.gap import headline, tables
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
 from simulation.effects.library import untried
 from simulation.twin.effect_plate import EffectPlate

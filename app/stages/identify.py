@@ -29,8 +29,8 @@ from app.files.uff_campaign import nearest_sweep, sweep_name
 from app.modal_test.frf_set import said_of_coherence, said_of_reference
 from app.stages.drift_notes import untimed
 from app.stages.identify_options import Wanted
-from app.terminal.modes import headline, modes_record, tables
-from app.terminal.notebook import as_html, as_text
+from app.summaries.display import as_html, as_text
+from app.summaries.modes import headline, modes_record, tables
 
 
 @dataclass(frozen=True)

@@ -44,9 +44,9 @@ from app.stages.pairing import (
     with_reason,
 )
 from app.stages.temperature_notes import label_notes, recorded_notes
-from app.terminal.notebook import as_html, as_text
-from app.terminal.pairing import pairing_tables
-from app.terminal.update import headline, notes, tables_of
+from app.summaries.display import as_html, as_text
+from app.summaries.pairing import pairing_tables
+from app.summaries.update import headline, notes, tables_of
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
 from app.twins.campaign_twin import campaign_twin, tolerant_twin, twin_is_built
 from simulation.twin.effect_plate import EffectPlate
@@ -86,7 +86,7 @@ class Updating:
 
     def _repr_html_(self) -> str:
         record = pairing_record(self.pairing)
-        tables = [*tables_of(self.updated), *(pairing_tables(record) if record else ())]
+        tables = [*tables_of(self.updated), *pairing_tables(record)]
         return as_html(headline(self.updated), tables, self._notes)
 
     @property

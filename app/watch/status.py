@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from app.files.events import seconds
-from app.terminal.campaign_progress import duration
+from app.summaries.duration import duration
 from app.watch.course import set_point_line
 from app.watch.watched import Watched
 from app.watch.words import plain

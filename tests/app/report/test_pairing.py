@@ -10,7 +10,7 @@ from app.files.pairing_json import pairing_record, shown
 from app.report.page import PageTable, Picture, VerdictBox
 from app.report.pairing import pairing_figure, pairing_items
 from app.report.style import drawing
-from app.terminal.pairing import likeness, pairing_tables, rows
+from app.summaries.pairing import likeness, pairing_tables, rows
 
 F = np.array([100.0, 200.0, 330.0, 500.0])
 

@@ -3,10 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.table import Table
-
 from analysis.arrays import Real
 from analysis.focusing.aim import Aim
 from analysis.focusing.design import peak_drive
@@ -16,6 +12,7 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.pareto import ParetoCurve
 from analysis.focusing.performance import area_normalised, decibels
 from analysis.radiation.third_octaves import ripple
+from app.summaries.table import Table
 
 CAPTION = (
     "contrast: mean and worst line; uncut: worst line before the filters are cut to taps; area: normalised by "
@@ -191,19 +188,11 @@ def correction(focusing: Focusing, lost: Aim | None) -> list[str]:
     ]
 
 
-def show(panel: Panel, focusing: Focusing) -> None:
-    """Print a table of the temperatures for people."""
+def table(panel: Panel, focusing: Focusing) -> Table:
+    """Return a table of the temperatures."""
     latency = 1e3 * focusing.bank.delay / focusing.bank.sample_rate
     unit = "V" if panel.patch else "N"
     name = panel.filters.design if panel.filters.aim == "field" else panel.filters.aim
-    table = Table(
-        title=f"{focusing.method}, {name}: {focusing.bank.taps.shape[2]} taps, {latency:.1f} ms",
-        caption=SOUND_CAPTION if panel.filters.aim != "field" else CAPTION,
-        header_style="bold",
-        box=SIMPLE_HEAD,
-        show_edge=False,
-        padding=(0, 1, 0, 0),
-    )
     heard = panel.filters.aim != "field"
     motion = (
         ("mean", "worst", "uncut", "area")
@@ -211,12 +200,10 @@ def show(panel: Panel, focusing: Focusing) -> None:
         else ("mean", "worst", "uncut", "area", "dB", "ripple", "phase")
     )
     headings = ("°C", *(("± sound", "dB") if heard else ()), *motion, f"peak {unit}")
-    for heading in (*headings, f"{focusing.reference_temperature:g} °C's", "worst"):
-        table.add_column(heading, justify="right")
     direct, drive = focusing.direct, peak_drive(focusing.bank.taps)
     normalised = area_normalised(direct.contrast, focusing.target_share)
-    for t, temperature in enumerate(focusing.temperature):
-        table.add_row(
+    rows = tuple(
+        (
             f"{temperature:.4g}",
             *(_sound(panel, focusing, t) if heard else ()),
             *_both(direct.contrast[t]),
@@ -226,7 +213,14 @@ def show(panel: Panel, focusing: Focusing) -> None:
             f"{drive[t].max():.3g}",
             *_both(focusing.fixed.contrast[t]),
         )
-    Console().print(table)
+        for t, temperature in enumerate(focusing.temperature)
+    )
+    return Table(
+        f"{focusing.method}, {name}: {focusing.bank.taps.shape[2]} taps, {latency:.1f} ms",
+        (*headings, f"{focusing.reference_temperature:g} °C's", "worst"),
+        rows,
+        SOUND_CAPTION if heard else CAPTION,
+    )
 
 
 def _sound(panel: Panel, focusing: Focusing, t: int) -> tuple[str, str]:

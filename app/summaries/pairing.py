@@ -1,9 +1,10 @@
-"""The pairing of modes as a table on the screen, from its record."""
+"""The pairing of modes as a table, from its record."""
 
 from collections.abc import Mapping
 from typing import Any
 
 from app.files.pairing_json import shown
+from app.summaries.table import Table
 
 Record = Mapping[str, Any]
 HEADINGS = ("measured [Hz]", "twin [Hz]", "Δf [%]", "Δf [σ]", "ζ measured/twin")
@@ -13,30 +14,16 @@ CAPTION = (
 )
 
 
-def pairing_tables(record: Record) -> list[Any]:
-    """Return a table of rich for one sweep, and one with the effects found on."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
+def pairing_tables(record: Record | None) -> list[Table]:
+    """Return a table of one sweep, and one with the effects found on; none without a record."""
+    if record is None:
+        return []
     tables = []
     for name, words in (("sweeps", ""), ("sweeps_after", ", with the effects found")):
-        if record[name] is None:
-            continue
-        sweep = shown(record, name)
-        table = Table(
-            title=f"{title(sweep)}{words}",
-            title_justify="left",
-            caption=CAPTION,
-            caption_justify="left",
-            header_style="bold",
-            box=SIMPLE_HEAD,
-            padding=(0, 1, 0, 0),
-        )
-        for heading in (*HEADINGS, likeness(sweep), "match"):
-            table.add_column(heading, justify="right", no_wrap=True)
-        for row in rows(sweep):
-            table.add_row(*row)
-        tables.append(table)
+        if record[name] is not None:
+            sweep = shown(record, name)
+            headings = (*HEADINGS, likeness(sweep), "match")
+            tables.append(Table(f"{title(sweep)}{words}", headings, tuple(rows(sweep)), CAPTION, whole=True))
     return tables
 
 

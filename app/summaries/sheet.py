@@ -1,15 +1,13 @@
 """Constants of an orthotropic sheet by direction: as JSON, as tables, in a line, and as a panel declares them."""
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from analysis.declared_quantity import DeclaredQuantity, budget
 from analysis.sheet_material import SheetConstants, SheetMaterial
 from analysis.updated import Updated
-
-if TYPE_CHECKING:
-    from rich.table import Table
+from app.summaries.table import Table
 
 
 class Shown(NamedTuple):
@@ -80,29 +78,21 @@ def loss_shares(sheet: SheetMaterial) -> tuple[float, float, float]:
     return float(np.exp(-0.5 * p)), float(np.exp(0.5 * p)), float(np.exp(q))
 
 
-def sheet_tables(updated: Updated, sheet: SheetMaterial) -> list["Table"]:
-    """Return moduli, and loss factors, as tables of rich, one row per sweep."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
+CAPTION = "σ: noise of the sweep, tolerances of the declaration, and the twin's own error"
+"""Below the table of the estimates."""
 
-    caption = "σ: noise of the sweep, tolerances of the declaration, and the twin's own error"
+
+def sheet_tables(updated: Updated, sheet: SheetMaterial) -> list[Table]:
+    """Return moduli, and loss factors, as tables, one row per sweep."""
     found = []
     for title, chosen, last in (
         ("Updated twin: moduli in GPa, σ in %", CONSTANTS[:4], False),
         ("loss factors in %, σ in % of them", CONSTANTS[4:], True),
     ):
-        table = Table(
-            title=title,
-            caption=caption if last else None,
-            header_style="bold",
-            box=SIMPLE_HEAD,
-            padding=(0, 1, 0, 0),
-        )
         headings = ["T [°C]"]
         for one in chosen:
             headings += [one.symbol, "σ"]
-        for heading in (*headings, *(("misfit", "noise") if last else ())):
-            table.add_column(heading, justify="right", no_wrap=True)
+        rows = []
         for t in range(len(updated.temperature)):
             cells = [f"{updated.temperature[t]:.2f}{'' if updated.settled[t] else ' ?'}"]
             for one in chosen:
@@ -112,8 +102,9 @@ def sheet_tables(updated: Updated, sheet: SheetMaterial) -> list["Table"]:
                 cells.append(f"{100.0 * sigma / value:.3f}" if one.unit else f"{sigma:.5f}")
             if last:
                 cells += [f"{100 * updated.misfit[t]:.2f} %", f"{100 * updated.noise_floor[t]:.2f} %"]
-            table.add_row(*cells)
-        found.append(table)
+            rows.append(tuple(cells))
+        every = (*headings, *(("misfit", "noise") if last else ()))
+        found.append(Table(title, every, tuple(rows), CAPTION if last else "", whole=True))
     return found
 
 

@@ -1,8 +1,8 @@
 """Estimates of model updating as JSON, as a table and in one line; notes for the user."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from analysis.pairing.paired_sweeps import Pairing
 from analysis.updated import GOOD_MISFIT, Updated
 from analysis.updating.enough_temperatures import FEWEST, distinct_temperatures
 from app.files.declared_json import declared_record
-from app.terminal.pairing import pairing_tables
-from app.terminal.sheet import (
+from app.summaries.sheet import (
+    CAPTION,
     CONSTANTS,
     declared_line,
     sheet_budgets,
@@ -23,10 +23,8 @@ from app.terminal.sheet import (
     sheet_tables,
     sheet_words,
 )
-from app.terminal.with_sigma import with_sigma
-
-if TYPE_CHECKING:
-    from rich.table import Table
+from app.summaries.table import Table
+from app.summaries.with_sigma import with_sigma
 
 
 def gains_text(updated: Updated, inputs: Sequence[Channel]) -> str:
@@ -100,37 +98,15 @@ def _row(updated: Updated, t: int) -> dict[str, Any]:
     }
 
 
-def show(updated: Updated, pairing: Mapping[str, Any] | None = None) -> None:
-    """Print the estimates, and the record of paired modes, as tables for people."""
-    from rich.console import Console
-
-    console = Console()
-    for table in tables_of(updated):
-        console.print(table)
-    for line in budget_lines(updated):
-        console.print(line, highlight=False, soft_wrap=True)
-    for table in pairing_tables(pairing) if pairing else ():
-        console.print(table)
-
-
-def tables_of(updated: Updated) -> list["Table"]:
-    """Return the estimates as tables of rich, one row per sweep: one, or of an orthotropic sheet two."""
+def tables_of(updated: Updated) -> list[Table]:
+    """Return the estimates as tables, one row per sweep: one, or of an orthotropic sheet two."""
     return [_table_of(updated)] if updated.sheet is None else sheet_tables(updated, updated.sheet)
 
 
-def _table_of(updated: Updated) -> "Table":
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    caption = "σ: noise of the sweep, tolerances of the declaration, and the twin's own error"
-    table = Table(
-        title="Updated twin", caption=caption, header_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0)
-    )
-    for heading in ("T [°C]", "E [GPa]", "σ_E [%]", "ν", "σ_ν", "η [%]", "σ_η [%]", "misfit", "noise"):
-        table.add_column(heading, justify="right", no_wrap=True)
+def _table_of(updated: Updated) -> Table:
     sigma = updated.sigma
-    for t, (e, nu, eta) in enumerate(updated.constants):
-        table.add_row(
+    rows = tuple(
+        (
             f"{updated.temperature[t]:.2f}{'' if updated.settled[t] else ' ?'}",
             f"{e / 1e9:.4f}",
             f"{100 * sigma.youngs_modulus[t] / e:.4f}",
@@ -141,7 +117,10 @@ def _table_of(updated: Updated) -> "Table":
             f"{100 * updated.misfit[t]:.2f} %",
             f"{100 * updated.noise_floor[t]:.2f} %",
         )
-    return table
+        for t, (e, nu, eta) in enumerate(updated.constants)
+    )
+    headings = ("T [°C]", "E [GPa]", "σ_E [%]", "ν", "σ_ν", "η [%]", "σ_η [%]", "misfit", "noise")
+    return Table("Updated twin", headings, rows, CAPTION, whole=True)
 
 
 def budgets(updated: Updated) -> dict[str, dict[str, float]]:

@@ -4,9 +4,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.table import Table
 
 from analysis.compensation.knots import PlacedTemperatures
 from analysis.compensation.law_band import ContrastBand
@@ -14,6 +11,7 @@ from analysis.compensation.outcome import Compensation
 from analysis.compensation.settings import Training
 from analysis.compensation.tilted import TiltedContrast
 from analysis.focusing.performance import area_normalised
+from app.summaries.table import Table
 
 
 def notes(found: Compensation, training: Training) -> list[str]:
@@ -144,61 +142,51 @@ def _tilted_record(tilted: TiltedContrast) -> list[dict[str, Any]]:
     ]
 
 
-def show(found: Compensation) -> None:
-    """Print a table of the methods for people."""
+def tables(found: Compensation) -> list[Table]:
+    """Return a table of the methods, and one of what differences of temperature across the panel cost."""
     latency = 1e3 * found.filters.delay / found.filters.sample_rate
     caption = (
         f"{found.focusing}, {found.filters.taps.shape[2]} taps, {latency:.1f} ms; all temperatures and lines\n"
         "relative error: of energy, eq. (13); 0.01 % is 1 % of amplitude"
     )
-    table = Table(
-        title="Filters between the training temperatures" if found.judged == "everywhere" else "Filters left out",
-        caption=caption,
-        header_style="bold",
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-    )
-    table.add_column("", no_wrap=True)
-    for name in found.methods:
-        table.add_column(name.replace("-", "-\n"), justify="right")
     share = found.target_share
-    for figure, values in (
-        ("contrast, mean", [f"{c.mean():.3f}" for c in found.contrast]),
-        ("contrast, worst line", [f"{c.min():.3f}" for c in found.contrast]),
-        ("contrast lost, mean", [f"{c.mean(axis=1).max():.4f}" for c in found.contrast_loss]),
-        ("contrast lost, worst", [f"{c:.4f}" for c in found.largest_loss]),
-        ("contrast by area, mean", [f"{area_normalised(c, share).mean():.3f}" for c in found.contrast]),
-        ("phase error, °", [f"{c:.1f}" for c in found.phase_error]),
-        ("level ripple, dB", [f"{c:.1f}" for c in found.level_ripple]),
-        ("peak drive, V", [f"{c.max():.3g}" for c in found.peak_drive]),
-        ("kilobytes", [f"{c / 1e3:.0f}" for c in found.size]),
-        ("multiplications, 10³", [f"{c / 1e3:.0f}" for c in found.update_cost]),
-        ("time, s", [f"{c:.2f}" for c in found.seconds]),
-        ("relative error, %", [_percent(_largest(found, m)) for m in range(len(found.methods))]),
-    ):
-        table.add_row(figure, *values)
-    Console().print(table)
-    if found.tilted is not None:
-        Console().print(_across(found.tilted))
+    rows = tuple(
+        (figure, *values)
+        for figure, values in (
+            ("contrast, mean", [f"{c.mean():.3f}" for c in found.contrast]),
+            ("contrast, worst line", [f"{c.min():.3f}" for c in found.contrast]),
+            ("contrast lost, mean", [f"{c.mean(axis=1).max():.4f}" for c in found.contrast_loss]),
+            ("contrast lost, worst", [f"{c:.4f}" for c in found.largest_loss]),
+            ("contrast by area, mean", [f"{area_normalised(c, share).mean():.3f}" for c in found.contrast]),
+            ("phase error, °", [f"{c:.1f}" for c in found.phase_error]),
+            ("level ripple, dB", [f"{c:.1f}" for c in found.level_ripple]),
+            ("peak drive, V", [f"{c.max():.3g}" for c in found.peak_drive]),
+            ("kilobytes", [f"{c / 1e3:.0f}" for c in found.size]),
+            ("multiplications, 10³", [f"{c / 1e3:.0f}" for c in found.update_cost]),
+            ("time, s", [f"{c:.2f}" for c in found.seconds]),
+            ("relative error, %", [_percent(_largest(found, m)) for m in range(len(found.methods))]),
+        )
+    )
+    title = "Filters between the training temperatures" if found.judged == "everywhere" else "Filters left out"
+    headings = ("", *(name.replace("-", "-\n") for name in found.methods))
+    methods = Table(title, headings, rows, caption, words=frozenset({0}))
+    return [methods] if found.tilted is None else [methods, _across(found.tilted)]
 
 
 def _across(tilted: TiltedContrast) -> Table:
-    """Table of what differences of temperature across the panel cost."""
-    table = Table(
-        title="One side warmer than the other",
-        caption="contrast lost against the uniform panel at most, whichever side is the warmer one;\n"
-        f"{tilted.temperature.shape[1]} temperatures in the middle of the panel",
-        header_style="bold",
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
+    rows = tuple(
+        (f"{difference:g}", *(f"{x:.3f}" for x in (*at_target, *at_mean)))
+        for difference, at_target, at_mean in zip(
+            tilted.difference, tilted.loss(tilted.fed_target), tilted.loss(tilted.fed_mean), strict=True
+        )
     )
-    for heading in ("K across", "fed the target's: mean", "worst line", "fed the middle's: mean", "worst line"):
-        table.add_column(heading, justify="right")
-    for difference, at_target, at_mean in zip(
-        tilted.difference, tilted.loss(tilted.fed_target), tilted.loss(tilted.fed_mean), strict=True
-    ):
-        table.add_row(f"{difference:g}", *(f"{x:.3f}" for x in (*at_target, *at_mean)))
-    return table
+    return Table(
+        "One side warmer than the other",
+        ("K across", "fed the target's: mean", "worst line", "fed the middle's: mean", "worst line"),
+        rows,
+        "contrast lost against the uniform panel at most, whichever side is the warmer one;\n"
+        f"{tilted.temperature.shape[1]} temperatures in the middle of the panel",
+    )
 
 
 def summary(found: Compensation, target: Path, seconds: float) -> str:

@@ -10,11 +10,11 @@ from analysis.declared_quantity import DeclaredQuantity, doubts
 from analysis.material import MaterialLaws
 from analysis.updated import GOOD_MISFIT
 from app.files.best_twin import BestTwin
-from app.terminal.description import description_words
-from app.terminal.effect_words import found_words, title, titles_of
-from app.terminal.pairing import no_fit_words
-from app.terminal.plan import answer_words, plan_words
-from app.terminal.with_sigma import FIXED, roughly
+from app.summaries.description import description_words
+from app.summaries.effect_words import found_words, title, titles_of
+from app.summaries.pairing import no_fit_words
+from app.summaries.plan import answer_words, plan_words
+from app.summaries.with_sigma import FIXED, roughly
 
 Record = Mapping[str, Any]
 USUAL = 20.0

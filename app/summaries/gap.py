@@ -1,13 +1,14 @@
-"""gap.json in words: tables on the screen, and sentences for the report."""
+"""gap.json in words: tables and sentences."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from app.terminal.effect_words import title, titles_of
-from app.terminal.pairing import no_fit_words, pairing_tables
-from app.terminal.plan import plan_table
-from app.terminal.with_sigma import with_sigma
+from app.summaries.effect_words import title, titles_of
+from app.summaries.pairing import no_fit_words, pairing_tables
+from app.summaries.plan import plan_table
+from app.summaries.table import Table
+from app.summaries.with_sigma import with_sigma
 
 Record = Mapping[str, Any]
 
@@ -63,51 +64,33 @@ def gap_closed(part: Record) -> str:
     return with_sigma(100.0 * part["closure"], 100.0 * (part.get("closure_sigma") or 0.0), "%")
 
 
-def show(record: Record, words: Sequence[str]) -> None:
-    """Print the tables, and below them, where the eye is when the verb ends, the result in words."""
-    from rich.console import Console
-
-    console = Console()
-    for table in tables(record):
-        console.print(table)
-    for line in words:
-        console.print(line, highlight=False, markup=False, soft_wrap=True)
-
-
-def tables(record: Record) -> list[Any]:
-    """Return paired modes, effects, agreement, what is left and what could not be seen, as tables of rich."""
+def tables(record: Record) -> list[Table]:
+    """Return tables of paired modes, effects, agreement, what is left and what could not be seen."""
     pairing = record.get("pairing")
-    pairs = () if pairing is None else pairing_tables(pairing)
     no_fit = bool(no_fit_words(pairing))
     every = (
-        *pairs,
+        *pairing_tables(pairing),
         *(() if no_fit else (_found(record),)),
         _agreement(record),
         *(() if no_fit else (_where(record), _unseen(record), plan_table(record))),
     )
-    return [table for table in every if table.row_count]
+    return [table for table in every if table.rows]
 
 
-def _table(title: str, *headings: str) -> Any:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(title=title, title_justify="left", header_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for heading in headings:
-        table.add_column(heading, overflow="fold")
-    return table
+def _table(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
+    return Table(title, tuple(headings), tuple(map(tuple, rows)), words=frozenset(range(len(headings))))
 
 
-def _found(record: Record) -> Any:
+def _found(record: Record) -> Table:
     title = "Hints, nothing claimed" if record["verdict"] == "unknown" else "What the twin lacked"
-    table = _table(title, "effect", "parameters", "probability", "evidence [nats]")
-    if any(effect["equivalent"] for effect in record["effects"]):
-        table.add_column("distinguished by", overflow="fold")
+    headings = ["effect", "parameters", "probability", "evidence [nats]"]
+    alike = any(effect["equivalent"] for effect in record["effects"])
+    rows = []
     for effect in record["effects"]:
         values = "\n".join(f"{name} {estimate(p)}" for name, p in effect["parameters"].items())
         cells = [named(effect), values, f"{effect['probability']:.3f}", f"{effect['log_evidence_gain']:.0f}"]
-        table.add_row(*cells, *([effect["separated_by"]] if effect["equivalent"] else []))
-    return table
+        rows.append([*cells, *([effect["separated_by"] if effect["equivalent"] else ""] if alike else [])])
+    return _table(title, [*headings, *(["distinguished by"] if alike else [])], rows)
 
 
 def held_out_parts(record: Record) -> list[Record]:
@@ -116,19 +99,15 @@ def held_out_parts(record: Record) -> list[Record]:
     return [gap["held_out"], *gap.get("held_out_also", ())] if record["effects"] else []
 
 
-def _agreement(record: Record) -> Any:
-    found = bool(record["effects"])
-    table = _table(
-        "Before and after" if found else "Twin and data", "data", "chi2 per dof", "", "misfit", "", "gap closed"
-    )
-    gap = record["gap"]
-    rows = [("all", gap["baseline"], gap["final"], "")]
-    rows += [
+def _agreement(record: Record) -> Table:
+    found, gap = bool(record["effects"]), record["gap"]
+    parts = [("all", gap["baseline"], gap["final"], "")]
+    parts += [
         (f"held out: {part['what']}", part["baseline"], part["final"], gap_closed(part))
         for part in held_out_parts(record)
     ]
-    for data, before, after, closed in rows:
-        table.add_row(
+    rows = [
+        (
             data,
             f"{before['chi2_per_dof']:.4g}",
             f"-> {after['chi2_per_dof']:.4g}" if found else "",
@@ -136,27 +115,27 @@ def _agreement(record: Record) -> Any:
             f"-> {100 * after['relative_misfit']:.2f} %" if found else "",
             closed,
         )
-    return table
+        for data, before, after, closed in parts
+    ]
+    title = "Before and after" if found else "Twin and data"
+    return _table(title, ("data", "chi2 per dof", "", "misfit", "", "gap closed"), rows)
 
 
-def _where(record: Record) -> Any:
-    table = _table("What is left", "channel", "frequency [Hz]", "temperature [°C]", "share of it")
+def _where(record: Record) -> Table:
     open_ = record["verdict"] in ("partly_explained", "unknown")
-    for region in record["unexplained"]["where"][:5] if open_ else []:
-        table.add_row(
+    rows = [
+        (
             region["channel"],
             "{:.0f} to {:.0f}".format(*region["frequency_hz"]),
             "{:.0f} to {:.0f}".format(*region["temperature_c"]),
             f"{100 * region['share']:.0f} %",
         )
-    return table
+        for region in (record["unexplained"]["where"][:5] if open_ else [])
+    ]
+    return _table("What is left", ("channel", "frequency [Hz]", "temperature [°C]", "share of it"), rows)
 
 
-def _unseen(record: Record) -> Any:
-    table = _table(
-        "Not observable with this campaign: neither claimed nor excluded", "effect", "what would show it"
-    )
-    for entry in record["observability"]:
-        if not entry["observable"]:
-            table.add_row(entry["name"], entry["needs"])
-    return table
+def _unseen(record: Record) -> Table:
+    title = "Not observable with this campaign: neither claimed nor excluded"
+    rows = [(entry["name"], entry["needs"]) for entry in record["observability"] if not entry["observable"]]
+    return _table(title, ("effect", "what would show it"), rows)

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from app.terminal.effect_words import title, titles_of
+from app.summaries.effect_words import title, titles_of
+from app.summaries.table import Table
 
 Record = Mapping[str, Any]
 NOTHING = "nothing"
@@ -34,23 +35,10 @@ def plan_rows(record: Record) -> list[tuple[str, str, str, str]]:
 HEADINGS = ("measurement", "hours", "would settle", "sigma per hour")
 
 
-def plan_table(record: Record) -> Any:
+def plan_table(record: Record) -> Table:
     """Return the table of measurements; without rows where there is no plan."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(
-        title="What to measure next",
-        title_justify="left",
-        header_style="bold",
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-    )
-    for heading in HEADINGS:
-        table.add_column(heading, overflow="fold")
-    for row in plan_rows(record) if record.get("plan") else []:
-        table.add_row(*row)
-    return table
+    rows = tuple(map(tuple, plan_rows(record) if record.get("plan") else ()))
+    return Table("What to measure next", HEADINGS, rows, words=frozenset(range(len(HEADINGS))))
 
 
 def plan_words(record: Record) -> list[str]:

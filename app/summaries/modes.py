@@ -5,11 +5,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
 from analysis.identification.modes import Modes
 from analysis.identification.tracked_modes import TrackedModes
+from app.summaries.table import Table
 
 FIELDS = (
     "frequency_hz",
@@ -62,12 +61,6 @@ def campaign_record(tracked: TrackedModes, seconds: float) -> dict[str, Any]:
     return {"temperatures": sweeps, "notes": list(tracked.notes), "seconds": seconds}
 
 
-def show(tracked: TrackedModes) -> None:
-    """Print the modes of the coldest, a middle and the hottest sweep; modes.csv holds them all."""
-    for table in tables(tracked):
-        Console().print(table)
-
-
 def tables(tracked: TrackedModes) -> list[Table]:
     """Return tables of the modes of the coldest, a middle and the hottest sweep."""
     order = np.argsort(tracked.temperature, kind="stable")
@@ -98,18 +91,11 @@ def summary(tracked: TrackedModes, seconds: float) -> str:
     )
 
 
-def show_modes(title: str, modes: Sequence[dict[str, Any]]) -> None:
-    """Print modes as a table for people."""
-    Console().print(mode_table(title, modes))
-
-
 def mode_table(title: str, modes: Sequence[dict[str, Any]]) -> Table:
-    """Return modes as a table of rich."""
-    table = Table(title=title, header_style="bold")
-    for heading in ("f [Hz]", "σ_f [Hz]", "ζ [%]", "σ_ζ [%]", "η [%]", "status"):
-        table.add_column(heading, justify="left" if heading == "status" else "right")
-    for mode in modes:
-        table.add_row(
+    """Return modes as a table."""
+    headings = ("f [Hz]", "σ_f [Hz]", "ζ [%]", "σ_ζ [%]", "η [%]", "status")
+    rows = tuple(
+        (
             _number(mode["frequency_hz"]),
             _sigma(mode["sigma_frequency_hz"]),
             _number(mode["damping_ratio"], 100.0),
@@ -117,7 +103,9 @@ def mode_table(title: str, modes: Sequence[dict[str, Any]]) -> Table:
             _number(mode["loss_factor"], 100.0),
             _status(mode),
         )
-    return table
+        for mode in modes
+    )
+    return Table(title, headings, rows, words=frozenset({len(headings) - 1}))
 
 
 def _number(value: float | None, scale: float = 1.0) -> str:

@@ -4,15 +4,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.table import Table
 
 from analysis.arrays import Real
 from analysis.focusing.panel import Panel
 from analysis.focusing.radiated import DEGREES, RadiatedSound, Radiation
 from analysis.focusing.sound_aim import TOLERANCE
 from analysis.radiation.radiator import Radiator
+from app.summaries.table import Table
 
 LOST_LEVEL = 1.0
 """dB of the level wanted at the listeners that may be missing at some temperature before it is said."""
@@ -98,31 +96,20 @@ def _sigma_db(found: Radiation, sound: RadiatedSound, sigma: Real) -> Real:
     return np.asarray(20.0 / np.log(10.0) * np.sqrt(0.5 * np.mean(share**2, axis=1)))
 
 
-def show(panel: Panel, found: Radiation) -> None:
-    """Print a table of the temperatures; it leads with what the aim wants."""
+def table(panel: Panel, found: Radiation) -> Table:
+    """Return a table of the temperatures; it leads with what the aim wants."""
     zones = found.following.zones is not None
     who = ", ".join(name for name, loud in zip(found.names, found.loud, strict=True) if loud)
-    table = Table(
-        title=f"sound at {who}, {panel.sound.mounting}; aim: {panel.filters.aim}",
-        caption="ripple: half the span of third-octave levels, dB of the sound wanted; line: softest; share: of "
-        "the power from the target; SPL: dB re 20 µPa of the band at rated drive; "
-        f"right: with the filters of {found.reference_temperature:g} °C",
-        header_style="bold",
-        box=SIMPLE_HEAD,
-        show_edge=False,
-        padding=(0, 1, 0, 0),
-    )
     heard = ["ripple", "dB", "line"]
     motion = ["contrast", "worst"]
     between = ["zones dB", "bound"] if zones else []
     first = [*motion, *heard] if panel.filters.aim == "field" else [*between, *heard, *motion]
     rest = between if panel.filters.aim == "field" else []
     unit = "V" if panel.patch else "N"
-    headings = ["°C", *first, *rest, "area", "share", f"peak {unit}", "SPL"]
-    for heading in (*headings, "ripple", "contrast"):
-        table.add_column(heading, justify="right")
+    headings = ("°C", *first, *rest, "area", "share", f"peak {unit}", "SPL", "ripple", "contrast")
     sound, kept = found.following, found.kept
     lines, contrast, bound = found.line_levels(sound), sound.zones, found.zone_bound
+    rows = []
     for t, temperature in enumerate(found.temperature):
         cells = {
             "heard": [f"{found.ripple(sound)[t]:.2f}", f"{lines[t].mean():.1f}", f"{lines[t].min():.1f}"],
@@ -133,7 +120,7 @@ def show(panel: Panel, found: Radiation) -> None:
         }
         order = ("motion", "heard", "zones") if panel.filters.aim == "field" else ("zones", "heard", "motion")
         level = found.rated_level(sound)[t]
-        table.add_row(
+        row = (
             f"{temperature:.4g}",
             *(cell for part in order for cell in cells[part]),
             f"{found.area_contrast(sound)[t].mean():.3f}",
@@ -143,7 +130,15 @@ def show(panel: Panel, found: Radiation) -> None:
             f"{found.ripple(kept)[t]:.2f}",
             f"{kept.contrast[t].mean():.3f}",
         )
-    Console().print(table)
+        rows.append(row)
+    return Table(
+        f"sound at {who}, {panel.sound.mounting}; aim: {panel.filters.aim}",
+        headings,
+        tuple(rows),
+        "ripple: half the span of third-octave levels, dB of the sound wanted; line: softest; share: of the power "
+        "from the target; SPL: dB re 20 µPa of the band at rated drive; "
+        f"right: with the filters of {found.reference_temperature:g} °C",
+    )
 
 
 def notes(panel: Panel, found: Radiation) -> list[str]:
