@@ -18,7 +18,7 @@ from simulation.effects.effect import Effect
 from simulation.effects.library import library
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.reduction.sufficient_fineness import RequiredError, sufficient_fineness
-from simulation.shell.footprints import attached_disc
+from simulation.shell.footprints import attached_discs
 from simulation.tolerances import tolerances
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.effect_plate import EffectPlate
@@ -176,7 +176,7 @@ def _asked(experiment: Experiment) -> dict[str, Any]:
         "band": experiment.protocol.band,
         "footprints": experiment.footprints,
         "driven": experiment.driven,
-        "attached": [attached_disc(plate, one) for one in experiment.attachments],
+        "attached": attached_discs(plate, experiment.attachments),
         "points": shape_points(plate),
         "field_certified": False,
     }

@@ -29,7 +29,7 @@ from simulation.reduction.plate_basis import PlateBasis, plain_reduction
 from simulation.reduction.projector import CHUNK, Projector
 from simulation.shell.assembly import FEW, assemble_chosen
 from simulation.shell.fineness import Fineness, relative_loss
-from simulation.shell.footprints import attached_disc
+from simulation.shell.footprints import attached_discs
 from simulation.shell.shell_model import ShellModel
 from simulation.shell.shell_plate import ShellPlate
 from simulation.state.extreme_states import (
@@ -106,7 +106,7 @@ def reduce_with_effects(
     """
     report = progress or (lambda stage, share: None)
     band = experiment.protocol.band
-    attached = [attached_disc(experiment.plate, a) for a in experiment.attachments]
+    attached = attached_discs(experiment.plate, experiment.attachments)
     acting, measured = [*attached, *experiment.footprints], experiment.footprints[:FEW]
     model, basis = _plain(experiment, box, attached, basis, fineness, training, progress)
     full = FullPlate.of(model)
@@ -303,7 +303,7 @@ def reduce_with_departures(
         As `reduce_with_effects`.
     """
     report = progress or (lambda stage, share: None)
-    attached = [attached_disc(experiment.plate, a) for a in experiment.attachments]
+    attached = attached_discs(experiment.plate, experiment.attachments)
     model, basis = _plain(experiment, box, attached, basis, fineness, None, progress)
     report(TOLERANCES, 0.2)
     full = FullPlate.of(model)

@@ -18,7 +18,7 @@ from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.reduction.energy_decomposition import middle
 from simulation.shell.factors import factorize
-from simulation.shell.footprints import attached_disc
+from simulation.shell.footprints import attached_discs
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
 from simulation.shell.shortest_wave import shortest_wave
@@ -50,7 +50,7 @@ def places(plate: Plate, spacing: float) -> Real:
 
 def deflections(full: FullPlate, at: Real) -> csr_matrix:
     """Rows (G, n) that give the mean deflection over an attachment's disc at places (G, 2)."""
-    discs = [attached_disc(full.shell.plate, Attachment(point=(float(x), float(y)))) for x, y in at]
+    discs = attached_discs(full.shell.plate, [Attachment(point=(float(x), float(y))) for x, y in at])
     return csr_matrix(full.unknowns.rows(footprint_rows(full.shell.space, discs), W))
 
 

@@ -20,7 +20,7 @@ from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
-from simulation.shell.footprints import attached_disc
+from simulation.shell.footprints import attached_discs
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
 from simulation.state.plate_state import Circumstances, PlateState
@@ -70,7 +70,7 @@ def measured(full, twin, name, values) -> Frf:
     inputs = experiment.acquisition
     rows = np.zeros((0, full.unknowns.size))
     if "x" in values:
-        disc = attached_disc(experiment.plate, Attachment(point=(values["x"], values["y"])))
+        (disc,) = attached_discs(experiment.plate, [Attachment(point=(values["x"], values["y"]))])
         rows = full.unknowns.rows(footprint_rows(full.shell.space, [disc]), W).toarray()
     h = np.empty((TEMPERATURES.size, 2, LINES.size), complex)
     for t, temperature in enumerate(TEMPERATURES):
