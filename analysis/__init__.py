@@ -30,7 +30,6 @@
 ``phase``              phase of an FRF as a curve that can be drawn
 ``drawn_lines``        curves with gaps, without points to which no line leads
 ``repeat_shift``       how far resonances move over the repeats of a sweep
-``still_ringing``      responses that have not come to rest where their record ends
 ``chosen_actuator``    sweeps of one of several actuators
 ``mains``              lines that mains hum takes
 ``material``           E(T), nu(T), eta(T) with their bands

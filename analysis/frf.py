@@ -10,12 +10,30 @@ from numpy.typing import NDArray
 from analysis.campaign import Campaign
 from analysis.channel import transfer_unit
 from analysis.checked_fields import check_ascending, check_finite, check_range, check_shapes
+from analysis.estimation.ringing import ringing
 from analysis.frf_campaign import AnyCampaign, FrfCampaign, FrfSweep
 from analysis.local_rational import rough_power
 from analysis.mains import mains_lines, other_fundamentals
 from analysis.noise_power import noise_power, single_repeat_power
-from analysis.still_ringing import still_ringing
 from analysis.sweep_h1 import sweep_h1
+
+
+def still_ringing(campaign: Campaign) -> str:
+    """Say which response rings most where its record ends; empty where all are at rest."""
+    tail, rate = campaign.experiment.protocol.tail, campaign.experiment.acquisition.sample_rate
+    names = [output.id for output in campaign.experiment.outputs]
+    seen = [
+        (found, sweep, name)
+        for sweep in campaign.sweeps
+        for name, response in zip(names, sweep.responses, strict=True)
+        if (found := ringing(response.astype(float), rate, tail)) is not None
+    ]
+    if not seen:
+        return ""
+    worst, sweep, name = max(seen, key=lambda one: one[0].share)
+    where = f"{name} at {sweep.temperature:.1f} °C ({len(seen)} of {len(campaign.sweeps) * len(names)} responses)"
+    return f"{where} {worst.message(tail, 'lengthen protocol.tail')}"
+
 
 COPIES = 1e-12
 """Noise below this share of an FRF is that of rounding in double precision: no converter is so good."""
