@@ -74,4 +74,4 @@ def test_the_terminal_has_a_table_before_and_one_after(after: PairedSweeps | Non
     assert record is not None
     tables = pairing_tables(record)
     assert len(tables) == count
-    assert tables[0].row_count == 5
+    assert len(tables[0].rows) == 5
