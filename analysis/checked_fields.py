@@ -61,8 +61,6 @@ def check_range(value: Any, low: float, high: float, *names: str, unit: str = ""
     Parameters
     ----------
     value : dataclass
-    low, high : float
-    names : str
     unit : str
         In the message.
     above : bool

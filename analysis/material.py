@@ -95,8 +95,6 @@ class MaterialBox:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
 
         Raises
         ------

@@ -73,10 +73,6 @@ def laws_read(laws: Laws | None, twin: File | None, verb: str) -> GivenLaws:
     verb : str
         Of the command that does the same, for messages.
 
-    Returns
-    -------
-    GivenLaws
-
     Raises
     ------
     ValueError

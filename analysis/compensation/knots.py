@@ -58,10 +58,6 @@ def place_temperatures(truth: FirBank, forms: EnergyForms, frequency: Real, coun
     count : int
         n, `FEWEST` or more.
 
-    Returns
-    -------
-    PlacedTemperatures
-
     Raises
     ------
     ValueError

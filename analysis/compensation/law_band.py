@@ -70,16 +70,10 @@ def law_band(
     models : sequence of PanelModel
         Local models of the panel, one for each of the A temperatures; with them the error of the contrast is 1e-5,
         and 1e-4 with E 5 % off its law.
-    panel : Panel
     laws : MaterialLaws
         Of the panel's plate, from which the filters were made.
     bank : FirBank
         At A temperatures, °C.
-    rng : Generator
-
-    Returns
-    -------
-    ContrastBand
 
     Raises
     ------

@@ -92,8 +92,6 @@ def tilted_contrast(
 
     Parameters
     ----------
-    model : TiltedModel
-    panel : Panel
     like : FirBank
         Gives sample rate and delay of the filters.
     taps : callable
@@ -104,10 +102,6 @@ def tilted_contrast(
         Range of temperatures allowed anywhere on the panel, °C.
     report : callable
         Called with the stage and the share done.
-
-    Returns
-    -------
-    TiltedContrast
 
     Raises
     ------

@@ -52,10 +52,6 @@ def of_blocks(
         Hz.
     averages : float, optional
         Number of independent blocks with the same information; all of them unless given.
-
-    Returns
-    -------
-    Spectra
     """
     count, _, samples = drives.shape
     u = np.moveaxis(np.fft.rfft(drives, axis=2), 2, 0)
@@ -74,16 +70,11 @@ def welch(recording: SampledSignals, segment: float, window: Shape = "hann", ove
 
     Parameters
     ----------
-    recording : SampledSignals
     segment : float
         Length of a segment, s; lines lie 1/segment apart.
     window : str
     overlap : float
         Share of a segment that the next one begins with, 0 to 0.95.
-
-    Returns
-    -------
-    Spectra
 
     Raises
     ------

@@ -66,7 +66,6 @@ def aim(
 
     Parameters
     ----------
-    space : FieldSpace
     forms : EnergyForms
         Of this temperature, at the F lines of the band.
     amplitude : (N, F, r) ndarray

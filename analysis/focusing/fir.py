@@ -96,7 +96,6 @@ def inverse_fft(filters: Complex, temperature: Real, settings: Filters, delay: i
     filters : (T, F, N) ndarray
         At `settings.frequency`, V per unit of audio signal.
     temperature : (T,) ndarray, °C
-    settings : Filters
     delay : int
         Modelling delay, samples.
 
@@ -126,13 +125,8 @@ def energy(filters: Complex, settings: Filters, delay: int) -> FirEnergy:
     ----------
     filters : (T, F, N) ndarray
         At the lines of `settings`.
-    settings : Filters
     delay : int
         Modelling delay, samples.
-
-    Returns
-    -------
-    FirEnergy
     """
     temperatures, _, actuators = filters.shape
     squares = [np.square(impulse) for impulse in _impulses(filters, settings)]

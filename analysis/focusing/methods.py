@@ -31,8 +31,6 @@ def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> De
     ----------
     method : str
         One of `METHODS`.
-    model : PanelModel
-    panel : Panel
     lines : (F,) ndarray, Hz
 
     Returns
@@ -129,8 +127,6 @@ def compare(model: PanelModel, panel: Panel, constants: Constants) -> MethodComp
 
     Parameters
     ----------
-    model : PanelModel
-    panel : Panel
     constants : (float, float, float)
         E, Pa, nu and eta.
 

@@ -138,9 +138,6 @@ def focus(
 
     Parameters
     ----------
-    model : PanelModel
-    panel : Panel
-    laws : MaterialLaws
     temperature : (T,) ndarray, °C
     method : str
         One of `METHODS`.
@@ -148,10 +145,6 @@ def focus(
         Called with the stage and the share done.
     workers : int
         Threads that design filters.
-
-    Returns
-    -------
-    Focusing
 
     Raises
     ------
@@ -193,11 +186,8 @@ def design_and_assess(
 
     Parameters
     ----------
-    panel : Panel
-    space : FieldSpace
     method : str
         By which the complex filters were designed.
-    design : TapDesign
     temperature : (T,) ndarray, °C
     places : sequence of callables
         Each returns the response at one of the temperatures.
@@ -209,10 +199,6 @@ def design_and_assess(
         Threads that design filters.
     sound : SoundAim or None
         Of the listeners, to be judged.
-
-    Returns
-    -------
-    Focusing
     """
     settings, lines = panel.filters, panel.filters.frequency
     band, asked = settings.in_band(lines), space.asked(panel.target.displacement)

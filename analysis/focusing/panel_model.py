@@ -49,8 +49,6 @@ class PanelModel(Protocol):
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : (F,) ndarray, Hz
 
         Returns
@@ -78,8 +76,6 @@ class PanelModel(Protocol):
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : (F,) ndarray, Hz
         displacement : float
             Desired displacement of the target, m per unit of audio signal.
@@ -105,13 +101,6 @@ class PanelModel(Protocol):
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
-        count : int
-
-        Returns
-        -------
-        PanelModes
         """
 
 
@@ -130,8 +119,6 @@ class NoModes:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : (F,) ndarray, Hz
 
         Returns
@@ -160,8 +147,6 @@ class NoModes:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : (F,) ndarray, Hz
         displacement : float
             Desired displacement of the target, m per unit of audio signal.
@@ -189,9 +174,6 @@ class NoModes:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
-        count : int
 
         Returns
         -------

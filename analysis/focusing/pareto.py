@@ -80,7 +80,6 @@ def pareto(
 
     Parameters
     ----------
-    model : PanelModel
     panel : Panel
         With an aim at sound.
     constants : (float, float, float)
@@ -89,10 +88,6 @@ def pareto(
         °C.
     report : callable
         Called with the stage and the share done.
-
-    Returns
-    -------
-    ParetoCurve
 
     Raises
     ------

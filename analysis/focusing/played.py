@@ -100,16 +100,10 @@ def play_methods(model: PanelModel, panel: Panel, constants: Constants, seconds:
 
     Parameters
     ----------
-    model : PanelModel
-    panel : Panel
     constants : (float, float, float)
         E, Pa, nu and eta.
     seconds : float
         Length of the sweep, s.
-
-    Returns
-    -------
-    Played
 
     Raises
     ------

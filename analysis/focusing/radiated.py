@@ -185,19 +185,12 @@ def radiate(
 
     Parameters
     ----------
-    model : PanelModel
-    panel : Panel
-    laws : MaterialLaws
     bank : FirBank
         At T temperatures.
     reference : float
         Temperature of the filters that are kept, °C; the nearest of the bank is taken.
     report : callable
         Called with the stage and the share done.
-
-    Returns
-    -------
-    Radiation
 
     Raises
     ------
@@ -220,17 +213,12 @@ def radiate_measured(
 
     Parameters
     ----------
-    measured : MeasuredPanel
     bank : FirBank
         At the measured temperatures.
     reference : float
         Temperature of the filters that are kept, °C.
     report : callable
         Called with the stage and the share done.
-
-    Returns
-    -------
-    Radiation
 
     Raises
     ------

@@ -83,7 +83,6 @@ def candidate_derivatives(
 
     Parameters
     ----------
-    search : SweepsSearch
     now : SweepsAt
         All sweeps at the poles of the joint fit.
     place : (T, G, 2) ndarray
@@ -203,7 +202,6 @@ def add_hidden_modes(
         Of each.
     fitted : JointFit
         Of J tracks.
-    tracks : SmoothTracks
     informative : (T,) ndarray of bool
         Sweeps whose residual can show hidden modes: not those whose residual has other causes.
 
@@ -249,13 +247,8 @@ def find_hidden_modes(
         Of each.
     fitted : JointFit
         Of J tracks.
-    tracks : SmoothTracks
     informative : (T,) ndarray of bool
         Sweeps whose residual can show hidden modes: not those whose residual has other causes.
-
-    Returns
-    -------
-    HiddenModes
     """
     search = SweepsSearch(lines, terms, fitted.active, tracks, fitted.projections)
     now = search.at(fitted.place, np.ones(len(lines), dtype=bool))

@@ -49,10 +49,6 @@ def one_that_moves(
     residues : (K, J) complex ndarray
     group : (M,) ndarray of int
         The poles in question.
-
-    Returns
-    -------
-    bool
     """
     count = len(residues)
     if count < 2 or lines.together:
@@ -128,7 +124,6 @@ def unresolved(lines: Lines, poles: NDArray[np.complex128], residues: NDArray[np
 
     Parameters
     ----------
-    lines : Lines
     poles : (J,) complex ndarray
         rad/s.
     residues : (K, J) complex ndarray

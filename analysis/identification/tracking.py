@@ -76,13 +76,8 @@ def enter(done: NamedModes, t: int, temperature: float, modes: Modes, factor: fl
         Sweep.
     temperature : float
         Degrees Celsius.
-    modes : Modes
     factor : float
         Common factor of its frequencies, relative to the first sweep's.
-
-    Returns
-    -------
-    None
     """
     from scipy.optimize import linear_sum_assignment  # its import takes long; joint fits need no labels
 
@@ -125,13 +120,8 @@ def tabulated(done: NamedModes, frf: Frf, start: int) -> TrackedModes:
     ----------
     done : NamedModes
         All sweeps.
-    frf : Frf
     start : int
         Sweep identified first.
-
-    Returns
-    -------
-    TrackedModes
     """
     order = sorted(done.seen, key=lambda label: np.median([abs(s.pole) for s in done.seen[label]]))
     table = np.full((len(frf.temperature), len(order)), -1, dtype=np.int64)
@@ -198,10 +188,6 @@ def track(
     start : int, optional
         Number of the sweep, from 0, that is identified without start values, as is the one farthest from it in
         temperature; the coldest by default. Not used with `expected`.
-
-    Returns
-    -------
-    TrackedModes
 
     Raises
     ------

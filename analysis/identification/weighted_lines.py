@@ -180,10 +180,6 @@ class WeightedLines:
             Weighted.
         inner : int, optional
             Number I of rows whose inner products with the others are needed; all by default.
-
-        Returns
-        -------
-        WeightedLines
         """
         measure = np.concatenate([(weight**2)[None], rows.imag * (weight * w), rows.real * weight])
         filled = np.flatnonzero(measure.any(axis=1))  # residual terms are real or imaginary

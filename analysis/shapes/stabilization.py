@@ -50,14 +50,8 @@ def stabilization_chart(measured: Measured, terms: ResidualTerms, orders: Sequen
 
     Parameters
     ----------
-    measured : Measured
-    terms : ResidualTerms
     orders : sequence of int
         Rising orders, in pole pairs.
-
-    Returns
-    -------
-    StabilizationChart
     """
     if len(measured.h) > MANY:
         measured = principal_frfs(measured).measured

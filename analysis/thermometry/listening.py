@@ -101,7 +101,6 @@ class Listener:
 
         Parameters
         ----------
-        panel : PatchResponse
         temperature : (T,) ndarray, °C
             Ascending, evenly spaced.
         sample_rate : float

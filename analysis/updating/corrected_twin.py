@@ -90,7 +90,6 @@ def fit_twin(
 
     Parameters
     ----------
-    frf : Frf
     plain : Updated
         Model updating without effects, from which the fit starts.
     model : TwinModel
@@ -103,10 +102,6 @@ def fit_twin(
         Those that are held.
     floor : NumericalFloor, optional
         Discretisation error of the twin; that of a converged twin by default.
-
-    Returns
-    -------
-    FittedTwin
 
     Raises
     ------
@@ -129,7 +124,6 @@ def corrected_twin(
 
     Parameters
     ----------
-    frf : Frf
     plain : Updated
         Model updating of the same sweeps without effects: gives the misfits before; its correlations are kept,
         because they depend only on the twin's sensitivities.
@@ -137,11 +131,6 @@ def corrected_twin(
         The twin; it holds the effects that are not in the state.
     protocol : Protocol
         Gives the ramp rate.
-    fitted : FittedTwin
-
-    Returns
-    -------
-    CorrectedTwin
     """
     groups = TemperatureGroups.of(frf.temperature)
     local = LawSmoothness.of(groups.reference, mean_laws(plain.material, groups)).laws(fitted.state.laws)

@@ -45,10 +45,6 @@ def fit_laws(
         Errors of log E, nu and log eta that the estimates share, one standard deviation of each of P causes: they
         widen the bands, and no smoothing takes them out.
 
-    Returns
-    -------
-    MaterialLaws
-
     Raises
     ------
     ValueError

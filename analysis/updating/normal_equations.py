@@ -60,14 +60,8 @@ class SweepData:
 
         Parameters
         ----------
-        frf : Frf
         sweep : int
             Its index in the FRFs.
-        stride : int
-
-        Returns
-        -------
-        SweepData
         """
         lines = np.flatnonzero(~frf.excluded)[::stride]
         return cls(
@@ -191,16 +185,10 @@ def normal_equations(
 
     Parameters
     ----------
-    model : TwinModel
-    data : SweepData
     material : (3,) ndarray
         E [Pa], nu and eta.
     gain : float or None
         V/V; None for the best gain at `material`.
-
-    Returns
-    -------
-    NormalEquations
 
     Raises
     ------

@@ -86,10 +86,6 @@ def update(
     progress : callable, optional
         Called with a stage's name and the share of it done.
 
-    Returns
-    -------
-    Updated
-
     Raises
     ------
     ValueError
@@ -166,13 +162,8 @@ def tied(box: MaterialBox, fits: Sequence[SweepFit], source: NDArray[np.int_]) -
     ----------
     box : MaterialBox
         Within which materials stay.
-    fits : sequence of SweepFit
     source : (T,) int ndarray
         Which input drove each sweep.
-
-    Returns
-    -------
-    GapState
     """
     # to first order, without another evaluation: a settled sweep's last step has not been taken yet
     points = [fit.point for fit in fits]

@@ -16,7 +16,6 @@ def found_rows(run: Path, campaign: str) -> Rows:
 
     Parameters
     ----------
-    run : Path
     campaign : str
         How commands name the campaign.
 

@@ -33,7 +33,6 @@ def made_alike(work: Work, stage: Stage, known: Mapping[str, str]) -> bool | Non
 
     Parameters
     ----------
-    work : Work
     stage : str
     known : mapping of str to str
         SHA-256 of what a run made: if it is that, and the run's record does not hold any more, something else has

@@ -188,7 +188,6 @@ def record(sent: "Shipment", written: tuple[Path, ...], cost: "Cost | None") -> 
 
     Parameters
     ----------
-    sent : Shipment
     written : tuple of Path
         Its files.
     cost : Cost or None
@@ -227,15 +226,10 @@ def summary(sent: "Shipment", written: tuple[Path, ...], cost: "Cost | None") ->
 
     Parameters
     ----------
-    sent : Shipment
     written : tuple of Path
         Its files, at least one.
     cost : Cost or None
         On the target; None for formats that are no program.
-
-    Returns
-    -------
-    str
     """
     actuators, _, taps = sent.filters.banks.shape
     low, high = sent.filters.temperature_range

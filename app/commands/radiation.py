@@ -108,15 +108,6 @@ def command(
 def with_sound(panel: "Panel", path: Path) -> "Panel":
     """Return a panel with the listeners, air and mounting of another panel's file.
 
-    Parameters
-    ----------
-    panel : Panel
-    path : Path
-
-    Returns
-    -------
-    Panel
-
     Raises
     ------
     ResultFileError

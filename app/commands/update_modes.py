@@ -24,7 +24,6 @@ def update_by_modes(plate: Path, table: Path | None, out: Path | None, output: O
         Modes; those that the declaration states where it is None.
     out : Path or None
         Run folder.
-    output : Output
 
     Returns
     -------
@@ -64,7 +63,6 @@ def record(found: "UpdatingByModes", driven: "Sequence[Channel]", seconds: float
 
     Parameters
     ----------
-    found : UpdatingByModes
     driven : sequence of Channel
         The first input, whose gain is left out.
     seconds : float

@@ -60,8 +60,6 @@ def frozen_protocol(
 
     Parameters
     ----------
-    name : str
-    experiment : Experiment
     source : dict
         SHA-256 of every file imported, or of the experiment's file, by name.
     acquired : dict, optional

@@ -71,7 +71,6 @@ def cached_operators(
 
     Parameters
     ----------
-    experiment : Experiment
     box : MaterialBox
         Materials over which the operators are trained.
     report : callable
@@ -82,10 +81,6 @@ def cached_operators(
         Asked only where they are made: returns what the plain reduction rests on, None where it is not known.
     near : (4,) tuple of float, optional
         Moduli of an orthotropic sheet about which they are made.
-
-    Returns
-    -------
-    EffectOperators
 
     Raises
     ------
@@ -113,18 +108,10 @@ def cached_departures(
 
     Parameters
     ----------
-    experiment : Experiment
-    box : MaterialBox
     report : callable
         Called with the stage's name and the share done.
-    fineness : Fineness, optional
-    basis : callable, optional
     near : (4,) tuple of float, optional
         As in `cached_operators`.
-
-    Returns
-    -------
-    EffectOperators
 
     Raises
     ------
@@ -173,9 +160,6 @@ def operators_key(
 
     Parameters
     ----------
-    experiment : Experiment
-    box : MaterialBox
-    fineness : Fineness, optional
     near : (4,) tuple of float, optional
         Moduli of an orthotropic sheet about which they are made.
 

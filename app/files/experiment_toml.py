@@ -141,8 +141,6 @@ def far_limits(name: str, limits: Limits, oven: OvenSettings) -> Iterator[Proble
     ----------
     name : str
         Of the experiment's file.
-    limits : Limits
-    oven : OvenSettings
 
     Yields
     ------

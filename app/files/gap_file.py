@@ -128,8 +128,6 @@ def save_gap(
 
     Parameters
     ----------
-    target : Path
-    figures : GapFigures
     signatures : sequence of Signature
         Of effects alone; may be empty.
     record : mapping

@@ -64,11 +64,8 @@ def save_laws(
 
     Parameters
     ----------
-    target : Path
-    updated : Updated
     laws : MaterialLaws or None
         None where there are too few temperatures for any.
-    twin : TwinFrf
     made_from : mapping
         Provenance.
     pairing : mapping, optional

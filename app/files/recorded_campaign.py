@@ -65,7 +65,6 @@ def read_recording(
 
     Parameters
     ----------
-    folder : Path
     allow_missing : bool
         Take what is there where the protocol asks for more, and leave out sweeps that are no measurement.
     report : callable, optional
@@ -74,10 +73,6 @@ def read_recording(
         Of several that drove the plate one after the other: its sweeps are read, as a campaign of their own.
     allow_absent : bool
         Take what is there where the protocol asks for more, but leave out none that is there.
-
-    Returns
-    -------
-    Recording
 
     Raises
     ------

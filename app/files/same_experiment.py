@@ -60,10 +60,6 @@ def without_wiring(acquired: Mapping[str, Any], other: Mapping[str, Any]) -> dic
         An experiment's declaration.
     other : mapping
         The one it is compared with: names of terminals are left out if each can be one in the other.
-
-    Returns
-    -------
-    dict
     """
     kept = dict(acquired)
     for table, keys in REACHED.items():
@@ -79,10 +75,6 @@ def without_wiring(acquired: Mapping[str, Any], other: Mapping[str, Any]) -> dic
 
 def changed_wiring(there: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:
     """Return the wiring that differs between two declarations of one experiment, as the second has it.
-
-    Parameters
-    ----------
-    there, asked : mapping
 
     Returns
     -------

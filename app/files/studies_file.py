@@ -71,9 +71,6 @@ def save_studies(target: Path, panel: Panel, studies: Studies, made_from: Mappin
 
     Parameters
     ----------
-    target : Path
-    panel : Panel
-    studies : Studies
     made_from : mapping
         Provenance.
     """

@@ -41,12 +41,10 @@ def recorder_samples(
     ----------
     name : str
         Of the file, for messages.
-    tdms : TdmsFile
     layout : TdmsLayout
         Repeats, samples and rate that the experiment declares.
     recorder : RecorderLayout
         Fits the experiment.
-    experiment : Experiment
     source : int
         Which of its inputs drove.
 
@@ -125,14 +123,8 @@ def at_the_card(channel: str, recorder: RecorderLayout, experiment: Experiment, 
     ----------
     channel : str
         The drive, or the identifier of a sensor.
-    recorder : RecorderLayout
-    experiment : Experiment
     source : int
         Which of its inputs drove.
-
-    Returns
-    -------
-    bool
     """
     if not recorder.channels:
         return True
@@ -159,10 +151,8 @@ def read_sweep(
 
     Parameters
     ----------
-    path : Path
     name : str
         What the problems call the file.
-    experiment : Experiment
     recorder : RecorderLayout, optional
         What is declared of a file that has a layout of its own.
 

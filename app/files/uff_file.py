@@ -122,10 +122,6 @@ LARGEST = 2_000_000_000
 def opened_uff(path: Path) -> Iterator[tuple[pyuff.UFF, list[int]]]:
     """Yield the file to read sets from, and the types of all its data sets in order.
 
-    Parameters
-    ----------
-    path : Path
-
     Yields
     ------
     file : pyuff.UFF

@@ -33,8 +33,6 @@ def save_frfs(target: Path, frfs: FrfSet, made_from: Mapping[str, Any]) -> None:
 
     Parameters
     ----------
-    target : Path
-    frfs : FrfSet
     made_from : mapping
         Provenance.
     """
@@ -63,14 +61,6 @@ def save_frfs(target: Path, frfs: FrfSet, made_from: Mapping[str, Any]) -> None:
 
 def load_frfs(path: Path) -> FrfSet:
     """Read back what `save_frfs` wrote.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    FrfSet
 
     Raises
     ------
@@ -111,8 +101,6 @@ def save_stabilization(target: Path, chart: StabilizationChart, made_from: Mappi
 
     Parameters
     ----------
-    target : Path
-    chart : StabilizationChart
     made_from : mapping
         Provenance.
     """
@@ -123,14 +111,6 @@ def save_stabilization(target: Path, chart: StabilizationChart, made_from: Mappi
 
 def load_stabilization(path: Path) -> StabilizationChart:
     """Read back what `save_stabilization` wrote.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    StabilizationChart
 
     Raises
     ------
@@ -146,8 +126,6 @@ def write_modes_table(target: Path, modes: Modes, shapes: ModeShapes) -> None:
 
     Parameters
     ----------
-    target : Path
-    modes : Modes
     shapes : ModeShapes
         Of these modes.
     """

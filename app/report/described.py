@@ -95,10 +95,6 @@ def curve(name: str, found: Record) -> Figure:
         Of the form: ``load``, ``modulus`` or ``gain``.
     found : mapping
         As in gap.json.
-
-    Returns
-    -------
-    Figure
     """
     first, second, *factors = CURVES[name]
     figure, axes = panels(1, 2, width=9.0, height=3.0)

@@ -31,15 +31,10 @@ def overlay(frf: Frf, tracked: TrackedModes, channel: int = 0) -> Figure:
 
     Parameters
     ----------
-    frf : Frf
     tracked : TrackedModes
         Of the same sweeps; the one nearest to the reference temperature is drawn.
     channel : int
         From 0.
-
-    Returns
-    -------
-    Figure
     """
     row = drawn(tracked)
     modes = tracked.modes[row]

@@ -149,13 +149,8 @@ def drawn_shapes(frfs: FrfSet, modes: Modes, shapes: ModeShapes) -> Figure:
     ----------
     frfs : FrfSet
         Gives the places of the nodes, as far as they are known.
-    modes : Modes
     shapes : ModeShapes
         Only the first are drawn, see `DRAWN_SHAPES`.
-
-    Returns
-    -------
-    Figure
     """
     count = min(len(shapes.pole), DRAWN_SHAPES)
     rows = (count + 2) // 3

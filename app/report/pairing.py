@@ -25,10 +25,6 @@ def pairing_items(record: Record | None, name: str) -> list[Item]:
         Of `app.files.pairing_json.pairing_record`.
     name : str
         Of the picture's file.
-
-    Returns
-    -------
-    list of Item
     """
     if record is None:
         return []
@@ -61,10 +57,6 @@ def pairing_figure(before: Record, after: Record | None = None) -> Figure:
     ----------
     before, after : mapping
         Sweeps of a pairing's record; `after` has the effects found.
-
-    Returns
-    -------
-    Figure
     """
     figure, axes = panels(3, 1, height=6.4, sharex=True, height_ratios=[1.5, 1.0, 1.0])
     parts = [(before, MODEL, "updated twin" if after is None else "before")]

@@ -63,14 +63,8 @@ def identification_section(run: Path, experiment: Experiment, frf: Frf, rows: li
     ----------
     run : Path
         Run folder.
-    experiment : Experiment
-    frf : Frf
     rows : list of PaperRow
         To which those of this stage are appended.
-
-    Returns
-    -------
-    list of Item
 
     Raises
     ------
@@ -113,14 +107,8 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
     ----------
     run : Path
         Run folder.
-    experiment : Experiment
-    frf : Frf
     rows : list of PaperRow
         To which those of this stage are appended.
-
-    Returns
-    -------
-    list of Item
 
     Raises
     ------

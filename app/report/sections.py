@@ -55,7 +55,6 @@ def part_of(run: Path, name: str) -> Part:
 
     Parameters
     ----------
-    run : Path
     name : str
         Of a file of the run, a key of `PARTS`.
 
@@ -94,15 +93,10 @@ def sections(run: Path, report: Progress, part: Callable[[Path, str], Part] = pa
 
     Parameters
     ----------
-    run : Path
     report : callable
         Called with a stage's name and the share of it done.
     part : callable, optional
         In place of `part_of`, for parts that other processes have drawn.
-
-    Returns
-    -------
-    Found
 
     Raises
     ------

@@ -55,15 +55,10 @@ def recorded(
         A channel for each of the N patches, V.
     response : Sound
         One channel, of the listening patch, in any unit.
-    panel : ListeningPanel
     names : (N,) tuple of str
         Of the patches.
     highest : float
         Highest frequency to be kept, Hz.
-
-    Returns
-    -------
-    PlayedSignals
 
     Raises
     ------
@@ -107,18 +102,12 @@ def simulated(
     ----------
     sound : Sound
         Its channels are averaged.
-    shipment : Shipment
-    panel : ListeningPanel
     programme : TemperatureProgramme
         Of the plate.
     signal_to_noise : float
         By how much the white noise lies below the response, dB.
     rng : numpy.random.Generator
         Of the noise.
-
-    Returns
-    -------
-    PlayedSignals
     """
     settings = shipment.panel.filters
     renderer = Renderer(shipment.filters, float(programme.at(0.0)), BLOCK)

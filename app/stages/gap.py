@@ -137,7 +137,6 @@ def compute(
 
     Parameters
     ----------
-    campaign : AnyCampaign
     mains : float
         Hz.
     report : callable
@@ -156,10 +155,6 @@ def compute(
         Whether what no effect explains is described, which takes a minute.
     further : bool
         Whether a plan or an answer will be wanted: `GapComparison.compared` is then there.
-
-    Returns
-    -------
-    GapComparison
 
     Raises
     ------
@@ -223,7 +218,6 @@ def with_plan(
 
     Parameters
     ----------
-    found : GapComparison
     report : callable
         Called with a stage's name and the share of it done.
     hours : mapping of str to float, optional
@@ -249,7 +243,6 @@ def after(found: GapComparison, earlier: AnyCampaign, run: Path, mains: float, r
     ----------
     found : GapComparison
         Of the campaign that its plan asked for.
-    earlier : AnyCampaign
     run : Path
         Run folder of its comparison, with a plan.
     mains : float
@@ -304,8 +297,6 @@ def save(
     ----------
     run : Path
         Run folder.
-    campaign : AnyCampaign
-    found : GapComparison
     mains : float
         Hz.
     seconds : float

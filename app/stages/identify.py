@@ -70,16 +70,10 @@ def compute(
 
     Parameters
     ----------
-    campaign : AnyCampaign
-    wanted : Wanted
     report : callable
         Called with a stage's name and the share of it done.
     twin : Path, optional
         Run folder of ``flexura update`` whose twin predicts the modes.
-
-    Returns
-    -------
-    IdentifiedCampaign
 
     Raises
     ------
@@ -133,8 +127,6 @@ def save(
     ----------
     run : Path
         Run folder.
-    campaign : AnyCampaign
-    found : IdentifiedCampaign
     wanted : Wanted
         Stored in the provenance.
     export : Path, optional
@@ -161,13 +153,8 @@ def said_of_export(export: Path, found: IdentifiedCampaign, temperature: float |
     ----------
     export : Path
         The file.
-    found : IdentifiedCampaign
     temperature : float or None
         As wanted.
-
-    Returns
-    -------
-    str
     """
     if temperature is not None:
         return f"{export}: FRFs of the sweep {sweep_name(found.frf, nearest_sweep(found.frf, temperature))}"
@@ -186,8 +173,6 @@ def uff_records(frfs: Sequence[MeasuredTransfer], wanted: Wanted, report: Progre
 
     Parameters
     ----------
-    frfs : sequence of MeasuredTransfer
-    wanted : Wanted
     report : callable
         Called with a stage's name and the share of it done.
 

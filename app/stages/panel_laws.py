@@ -213,8 +213,6 @@ def range_of(
 
     Parameters
     ----------
-    panel : Panel
-    laws : MaterialLaws
     origin : Path
         File of the laws, for messages.
     extent : CampaignExtent, optional
@@ -255,7 +253,6 @@ def within(temperature: Real, laws: MaterialLaws, origin: Path) -> Real:
     ----------
     temperature : (T,) ndarray
         Degrees Celsius.
-    laws : MaterialLaws
     origin : Path
         File of the laws, for messages.
 

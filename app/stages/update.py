@@ -113,7 +113,6 @@ def compute(
 
     Parameters
     ----------
-    campaign : AnyCampaign
     mains : float
         Frequency of the mains, Hz.
     report : callable
@@ -126,10 +125,6 @@ def compute(
         Run folder whose modes.h5 gives the measured modes to pair, if it is of these recordings.
     plain : Updating, optional
         What `updated_twin` gives for the same campaign, mains and run, where that is known.
-
-    Returns
-    -------
-    Updating
 
     Raises
     ------
@@ -150,8 +145,6 @@ def save(run: Path, campaign: AnyCampaign, found: Updating, mains: float, start:
     ----------
     run : Path
         Run folder.
-    campaign : AnyCampaign
-    found : Updating
     mains : float
         Hz.
     start : Start, optional
@@ -175,17 +168,12 @@ def updated_twin(campaign: AnyCampaign, mains: float, report: Progress, run: Pat
 
     Parameters
     ----------
-    campaign : AnyCampaign
     mains : float
         Frequency of the mains, Hz.
     report : callable
         Called with a stage's name and the share of it done.
     run : Path, optional
         As in `compute`.
-
-    Returns
-    -------
-    Updating
 
     Raises
     ------

@@ -61,13 +61,8 @@ def compute(plate: PlateOfModes, report: Progress) -> UpdatingByModes:
 
     Parameters
     ----------
-    plate : PlateOfModes
     report : callable
         Called with a stage's name and the share of it done.
-
-    Returns
-    -------
-    UpdatingByModes
 
     Raises
     ------
@@ -120,8 +115,6 @@ def save(run: Path, plate: PlateOfModes, found: UpdatingByModes) -> None:
     ----------
     run : Path
         Run folder.
-    plate : PlateOfModes
-    found : UpdatingByModes
 
     Raises
     ------

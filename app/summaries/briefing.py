@@ -76,17 +76,12 @@ def briefing(
 
     Parameters
     ----------
-    best : BestTwin
     record : mapping or None
         Of its comparison, see `app.files.gap_json`; None without one.
     campaign : str
         How commands name the campaign.
     worth : Worth, optional
         Of the correction, for filters.
-
-    Returns
-    -------
-    Briefing
     """
     if record is None:
         return _without_comparison(best, campaign)

@@ -194,15 +194,10 @@ def summary(found: Compensation, target: Path, seconds: float) -> str:
 
     Parameters
     ----------
-    found : Compensation
     target : Path
         File it was written to.
     seconds : float
         It took, s.
-
-    Returns
-    -------
-    str
     """
     t = found.temperature
     if found.judged == "left-out":

@@ -38,14 +38,10 @@ def record(
 
     Parameters
     ----------
-    panel : Panel
-    focusing : Focusing
-    comparison : MethodComparison
     uncorrected : Aim or None
         What filters reach that were designed with the laws of a twin without its effects.
     seconds : float
         It took, s.
-    pareto : ParetoCurve, optional
 
     Returns
     -------
@@ -241,16 +237,10 @@ def summary(panel: Panel, focusing: Focusing, target: Path, seconds: float) -> s
 
     Parameters
     ----------
-    panel : Panel
-    focusing : Focusing
     target : Path
         File it was written to.
     seconds : float
         It took, s.
-
-    Returns
-    -------
-    str
     """
     t = focusing.temperature
     direct, fixed = focusing.direct.contrast.mean(axis=1), focusing.fixed.contrast.mean(axis=1)

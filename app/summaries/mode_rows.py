@@ -33,7 +33,6 @@ def sweep_rows(modes: Modes, track: NDArray[np.int64]) -> list[tuple[str, ...]]:
 
     Parameters
     ----------
-    modes : Modes
     track : (J,) int ndarray
         Pole of every tracked mode, -1 for none.
     """

@@ -21,8 +21,6 @@ def record(panel: Panel, found: Radiation, seconds: float) -> dict[str, Any]:
 
     Parameters
     ----------
-    panel : Panel
-    found : Radiation
     seconds : float
         It took, s.
 
@@ -176,16 +174,10 @@ def summary(panel: Panel, found: Radiation, target: Path, seconds: float) -> str
 
     Parameters
     ----------
-    panel : Panel
-    found : Radiation
     target : Path
         File it was written to.
     seconds : float
         It took, s.
-
-    Returns
-    -------
-    str
     """
     t, own, kept = found.temperature, found.ripple(found.following), found.ripple(found.kept)
     span = f"{t[0]:g} °C" if len(t) == 1 else f"{t[0]:g} to {t[-1]:g} °C"

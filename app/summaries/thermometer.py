@@ -67,10 +67,6 @@ def summary(stretches: list[RecordingStretch], by_laws: float, true: Real | None
         True temperatures, degrees Celsius; None where they are not known.
     target : Path
         File of the readings.
-
-    Returns
-    -------
-    str
     """
     last = stretches[-1]
     refused = sum(bool(stretch.reading.refused) for stretch in stretches)

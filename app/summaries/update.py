@@ -41,7 +41,6 @@ def record(updated: Updated, seconds: float, inputs: Sequence[Channel], source: 
 
     Parameters
     ----------
-    updated : Updated
     seconds : float
         Time that it took, s.
     inputs : sequence of Channel
@@ -49,10 +48,6 @@ def record(updated: Updated, seconds: float, inputs: Sequence[Channel], source: 
         is that of the first.
     source : sequence of int
         Which of them drove each sweep.
-
-    Returns
-    -------
-    dict
     """
     several, sheet = len(inputs) > 1, updated.sheet
     rows = [
@@ -183,18 +178,12 @@ def summary(updated: Updated, run: Path, seconds: float, unit: str, pairing: Pai
 
     Parameters
     ----------
-    updated : Updated
     run : Path
         Run folder.
     seconds : float
         Time that it took, s.
     unit : str
         Of the gain.
-    pairing : Pairing, optional
-
-    Returns
-    -------
-    str
     """
     ratio = float((updated.misfit / updated.noise_floor).max())
     no_fit = "no fit: " if pairing is not None and not pairing.fits else ""
@@ -214,18 +203,7 @@ def too_few(updated: Updated) -> str:
 
 
 def notes(updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None = None) -> list[str]:
-    """Say what has to be known before the estimates are trusted.
-
-    Parameters
-    ----------
-    updated : Updated
-    laws : MaterialLaws or None
-    pairing : Pairing, optional
-
-    Returns
-    -------
-    list of str
-    """
+    """Say what has to be known before the estimates are trusted."""
     if pairing is not None and not pairing.fits:
         return [pairing.said, *filter(None, [pairing.likely])]
     said = []

@@ -11,15 +11,10 @@ def with_sigma(value: float, sigma: float, unit: str = "1") -> str:
 
     Parameters
     ----------
-    value : float
     sigma : float
         Of the same unit; not printed unless above 0 and finite.
     unit : str
         Not printed where it is 1.
-
-    Returns
-    -------
-    str
     """
     unit = "" if unit == "1" else f" {unit}"
     if not 0.0 < sigma < math.inf:
@@ -38,15 +33,10 @@ def roughly(value: float, sigma: float, unit: str = "1") -> str:
 
     Parameters
     ----------
-    value : float
     sigma : float
         Of the same unit; not printed unless above 0 and finite.
     unit : str
         Not printed where it is 1.
-
-    Returns
-    -------
-    str
     """
     said = "" if unit == "1" else f"{FIXED}{unit}"
     if not 0.0 < sigma < math.inf:

@@ -29,11 +29,6 @@ def window_of(found: Viewed, kind: Kind | None, theme: Theme) -> Window:
         Campaign and run that were found.
     kind : str or None
         ``live`` or ``recorded``; None for the one that fits.
-    theme : Theme
-
-    Returns
-    -------
-    Window
 
     Raises
     ------

@@ -73,11 +73,6 @@ class Window(QMainWindow):
             As Qt writes them, ``Ctrl+E``.
         slot : callable
             Called without arguments.
-        menu : QMenu, optional
-
-        Returns
-        -------
-        QAction
         """
         action = QAction(text, self)
         action.setShortcut(QKeySequence(keys))

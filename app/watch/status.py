@@ -155,10 +155,6 @@ def status_of(watched: Watched, name: str, now: float) -> CampaignStatus:
         What it is called.
     now : float
         Time of day, s since 1970.
-
-    Returns
-    -------
-    CampaignStatus
     """
     _, total, left = watched.progress
     finished = {event.get("step") for event in watched.events_of("finished")}
@@ -208,13 +204,8 @@ def gone(name: str, folder: str, why: str) -> CampaignStatus:
 
     Parameters
     ----------
-    name, folder : str
     why : str
         One sentence.
-
-    Returns
-    -------
-    CampaignStatus
     """
     return CampaignStatus(name=name, folder=plain(folder), state="gone", problem=plain(why))
 

@@ -109,7 +109,7 @@ apidoc_modules = [
     }
     for name, left_out in PUBLIC.items()
 ]
-autodoc_typehints = "none"  # the docstrings say more: shapes and units
+autodoc_typehints = "signature"  # docstrings add shapes and units, and do not repeat types
 autodoc_member_order = "bysource"
 default_role = "literal"
 suppress_warnings = ["ref.python"]  # a class name in an Attributes section may be that of several packages

@@ -74,13 +74,9 @@ def reduce_with_effects(
 
     Parameters
     ----------
-    experiment : Experiment
-    box : MaterialBox
     basis : PlateBasis, optional
         Of the plain reduction at the same `fineness`; if not given, or of another mesh (another version's
         triangulation), it is computed with `training`.
-    fineness : Fineness, optional
-    training : BasisTraining, optional
     near : (4,) tuple of float, optional
         Logarithms of an orthotropic sheet's moduli about which the operators are made, see
         `simulation.state.sheet_departures`; about the declared ones, and less exact, unless given.
@@ -227,14 +223,8 @@ def training_states(full: FullPlate, box: MaterialBox, near: Sheet | None = None
 
     Parameters
     ----------
-    full : FullPlate
-    box : MaterialBox
     near : (4,) tuple of float, optional
         See `sheet_states`.
-
-    Returns
-    -------
-    list of PlateState
     """
     reach = OFFSET_RANGE if can_move(full) else 0.0
     soft, stiff, _ = plain_states(full, box)
@@ -248,8 +238,6 @@ def sheet_states(full: FullPlate, box: MaterialBox, near: Sheet | None) -> list[
 
     Parameters
     ----------
-    full : FullPlate
-    box : MaterialBox
     near : (4,) tuple of float or None
         Moduli about which they are; None for states over the whole range.
 
@@ -282,11 +270,8 @@ def reduce_with_departures(
 
     Parameters
     ----------
-    experiment : Experiment
-    box : MaterialBox
     basis : PlateBasis, optional
         As in `reduce_with_effects`.
-    fineness : Fineness, optional
     near : (4,) tuple of float, optional
         As in `reduce_with_effects`.
     progress : callable, optional
@@ -350,7 +335,6 @@ def project(
 
     Parameters
     ----------
-    full : FullPlate
     vectors : (n, r) ndarray
         Orthonormal in the mass.
     model : ShellModel
@@ -359,7 +343,6 @@ def project(
         Points of strings and cables.
     probe : (K + S, n) matrix
         Mean deflections there, then over the footprints of transducers.
-    box : MaterialBox
     band : (float, float)
         Hz.
     step : callable

@@ -59,7 +59,6 @@ def patterns(full: FullPlate, box: MaterialBox, band: tuple[float, float]) -> Re
 
     Parameters
     ----------
-    full : FullPlate
     box : MaterialBox
         Its softest material gives the spacing of the forces.
     band : (float, float)
@@ -78,15 +77,9 @@ def attachable(full: FullPlate, vectors: Real, box: MaterialBox, band: tuple[flo
 
     Parameters
     ----------
-    full : FullPlate
     vectors : (n, r) ndarray
-    box : MaterialBox
     band : (float, float)
         Hz.
-
-    Returns
-    -------
-    dict
     """
     spacing = SHARE * shortest_wave(full.shell.plate, box, band)
     at = places(full.shell.plate, spacing)

@@ -53,8 +53,6 @@ def reduce(
 
     Parameters
     ----------
-    model : ShellModel
-    box : MaterialBox
     band : (float, float)
         Hz.
     points : (K, 2) array_like, optional
@@ -62,7 +60,6 @@ def reduce(
     field_certified : bool
         Whether the deflection there is included in the error, as needed for fields; if not, its accuracy is not
         checked, which is enough to show mode shapes.
-    training : BasisTraining, optional
     progress : callable, optional
         Called with the stage's name and the share done.
 

@@ -53,7 +53,6 @@ class TransferSensitivity:
 
         Parameters
         ----------
-        solved : LocalSolution
         state : PlateState
             Whose solution it is.
         drive : (P, F) complex ndarray
@@ -137,7 +136,6 @@ def impedance_change(
 
     Parameters
     ----------
-    solved : LocalSolution
     state : PlateState
         Whose solution it is.
     local : Composite
@@ -175,7 +173,6 @@ def point_changes(
 
     Parameters
     ----------
-    solved : LocalSolution
     state : PlateState
         Whose solution it is.
     stepped : PlateState

@@ -32,7 +32,6 @@ class Twin(InstrumentedPlate[Plate]):
 
         Parameters
         ----------
-        laws : LocalLaws
         frequency : (F,) array_like, Hz
         effects : mapping
             Values of those that are on.
@@ -59,7 +58,6 @@ class Twin(InstrumentedPlate[Plate]):
 
         Parameters
         ----------
-        laws : LocalLaws
         frequency : (F,) array_like, Hz
         effects : mapping
             Values of those that are on.
@@ -101,7 +99,6 @@ class Twin(InstrumentedPlate[Plate]):
 
         Parameters
         ----------
-        laws : LocalLaws
         frequency : (F,) array_like, Hz
         effects : mapping
             Values of those that are on.
@@ -109,10 +106,6 @@ class Twin(InstrumentedPlate[Plate]):
             Circumstances of the sweep; unless given, a steady temperature, the laws' reference, at 1 V.
         tangents : sequence of Tangent
             Parameters of effects by which to differentiate.
-
-        Returns
-        -------
-        Linearisation
 
         Raises
         ------

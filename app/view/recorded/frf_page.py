@@ -109,15 +109,10 @@ def readout(frf: Frf, row: int, channel: int, line: int, more: Sequence[tuple[st
 
     Parameters
     ----------
-    frf : Frf
     row, channel, line : int
         Sweep, output and frequency line.
     more : sequence of (str, str)
         Further rows, below.
-
-    Returns
-    -------
-    str
     """
     value = frf.h[row, channel, line]
     values = [
