@@ -31,7 +31,6 @@
 ``phase``              phase of an FRF as a curve that can be drawn
 ``drawn_lines``        curves with gaps, without points to which no line leads
 ``repeat_shift``       how far resonances move over the repeats of a sweep
-``still_ringing``      responses that have not come to rest where their record ends
 ``chosen_actuator``    sweeps of one of several actuators
 ``mains``              lines that mains hum takes
 ``material``           E(T), nu(T), eta(T) with their bands
@@ -57,10 +56,11 @@
 ``rendering``          sound through filters that follow the temperature
 ``thermometry``        a panel as its own thermometer
 ``arrays``             types of arrays
+``checked_fields``     shape, finiteness, range and order of a value's fields
 ``median_deviation``   a standard deviation that a few outliers do not move
 ``scatter``            scatter of numbers that are known with different errors
 ``progress``           type of a progress callable
 =====================  ============================================================================
 """
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"

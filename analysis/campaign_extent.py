@@ -1,12 +1,8 @@
 """How much of what a campaign's protocol asks for has been measured."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, get_args
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from analysis.campaign import Sweep
+from typing import Literal, get_args
 
 State = Literal["running", "interrupted", "ended", "incomplete"]
 
@@ -50,25 +46,21 @@ class CampaignExtent:
             raise ValueError(f"sweeps from {self.lowest:g} to {self.highest:g} °C: two ascending values wanted")
 
     @classmethod
-    def of(cls, state: State, sweeps: "Sequence[Sweep]", missing: int, given_up: int = 0) -> "CampaignExtent":
+    def of(cls, state: State, temperature: Sequence[float], missing: int, given_up: int = 0) -> "CampaignExtent":
         """Return the extent of a campaign of which sweeps are there.
 
         Parameters
         ----------
         state : str
-        sweeps : sequence of Sweep
-            Finished ones.
+        temperature : sequence of float
+            Of every finished sweep, °C.
         missing : int
             How many more the protocol asks for.
         given_up : int
             How many of these will not come.
-
-        Returns
-        -------
-        CampaignExtent
         """
-        temperature = [sweep.temperature for sweep in sweeps]
-        return cls(state, len(sweeps), len(sweeps) + missing, given_up, min(temperature), max(temperature))
+        count = len(temperature)
+        return cls(state, count, count + missing, given_up, min(temperature), max(temperature))
 
     @property
     def said(self) -> str:

@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
+from analysis.checked_fields import check_finite, check_range, check_shapes
 from analysis.declared import Point
 
 Quantity = Literal["voltage", "charge", "force", "displacement", "velocity", "acceleration", "pressure", "strain"]
@@ -42,6 +45,13 @@ class Footprint:
     radius: float = 0.0
     along: float = 1.0
     mass: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_shapes(self, point="2")
+        check_finite(self, "point")
+        check_range(self, 0.0, np.inf, "radius", unit="m")
+        check_range(self, 0.0, np.inf, "mass", unit="kg")
+        check_range(self, -1.0, 1.0, "along")
 
 
 @dataclass(frozen=True)

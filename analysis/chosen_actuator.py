@@ -31,7 +31,6 @@ def sweeps_of_modes(frf: Frf, tracked: TrackedModes) -> NDArray[np.int_]:
     ----------
     frf : Frf
         T sweeps.
-    tracked : TrackedModes
 
     Returns
     -------

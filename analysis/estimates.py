@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.checked_fields import check_finite, check_shapes
 from analysis.sheet_material import SheetMaterial
 
 
@@ -41,6 +42,10 @@ class FittedLaws:
     sigma: NDArray[np.float64]
     common: NDArray[np.float64] | None = None
     sheet: SheetMaterial | None = None
+
+    def __post_init__(self) -> None:
+        check_shapes(self, temperature="G", value="G 3", sigma="G 3", common="G 3 P")
+        check_finite(self, "temperature", "value")
 
     @property
     def shared(self) -> NDArray[np.float64]:

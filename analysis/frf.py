@@ -9,13 +9,32 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Campaign
 from analysis.channel import transfer_unit
+from analysis.checked_fields import check_ascending, check_finite, check_range, check_shapes
+from analysis.estimation.ringing import ringing
 from analysis.frf_campaign import AnyCampaign, FrfCampaign, FrfSweep
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.local_rational import rough_power
 from analysis.mains import mains_lines, other_fundamentals
 from analysis.noise_power import noise_power, single_repeat_power
-from analysis.still_ringing import still_ringing
 from analysis.sweep_h1 import sweep_h1
+
+
+def still_ringing(campaign: Campaign) -> str:
+    """Say which response rings most where its record ends; empty where all are at rest."""
+    tail, rate = campaign.experiment.protocol.tail, campaign.experiment.acquisition.sample_rate
+    names = [output.id for output in campaign.experiment.outputs]
+    seen = [
+        (found, sweep, name)
+        for sweep in campaign.sweeps
+        for name, response in zip(names, sweep.responses, strict=True)
+        if (found := ringing(response.astype(float), rate, tail)) is not None
+    ]
+    if not seen:
+        return ""
+    worst, sweep, name = max(seen, key=lambda one: one[0].share)
+    where = f"{name} at {sweep.temperature:.1f} °C ({len(seen)} of {len(campaign.sweeps) * len(names)} responses)"
+    return f"{where} {worst.message(tail, 'lengthen protocol.tail')}"
+
 
 COPIES = 1e-12
 """Noise below this share of an FRF is that of rounding in double precision: no converter is so good."""
@@ -90,15 +109,14 @@ class Frf(Labelled):
     shift: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
-        shape = (len(self.temperature), len(self.channels), len(self.frequency))
-        for name in ("h", "variance", "coherence"):
-            if getattr(self, name).shape != shape:
-                raise ValueError(f"{name} has shape {getattr(self, name).shape}; (T, K, F) = {shape} wanted")
-        if not (np.isfinite(self.h).all() and np.isfinite(self.variance).all()):
-            raise ValueError("an FRF holds values that are not finite")
-        if self.source is not None and (
-            self.source.shape != shape[:1] or ((self.source < 0) | (self.source >= len(self.sources))).any()
-        ):
+        by_sweep = dict.fromkeys(("temperature", "direction", "level", "source", "repeats_dof", "shift"), "T")
+        arrays = dict.fromkeys(("h", "variance", "coherence"), "T K F")
+        check_shapes(self, **by_sweep, channels="K", frequency="F", excluded="F", **arrays)
+        check_finite(self, "temperature", "h", "variance")
+        check_ascending(self, "frequency")
+        check_range(self, 0.0, np.inf, "frequency", unit="Hz")
+        check_range(self, 0.0, np.inf, "variance")
+        if self.source is not None and ((self.source < 0) | (self.source >= len(self.sources))).any():
             raise ValueError(f"source {self.source} must name one of {len(self.sources)} inputs for each sweep")
 
     def __repr__(self) -> str:

@@ -76,7 +76,6 @@ class HeldEffects:
 
         Parameters
         ----------
-        laws : LocalLaws
         frequency : (F,) ndarray
             Hz.
         effects : mapping
@@ -107,7 +106,6 @@ class HeldEffects:
 
         Parameters
         ----------
-        laws : LocalLaws
         frequency : (F,) ndarray
             Hz.
         effects : mapping
@@ -116,10 +114,6 @@ class HeldEffects:
             Circumstances of the sweep; a steady temperature at 1 V by default.
         tangents : sequence of Tangent
             Parameters by which to differentiate.
-
-        Returns
-        -------
-        Linearisation
 
         Raises
         ------

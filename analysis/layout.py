@@ -66,7 +66,6 @@ def check_point(plate: Plate, name: str, point: Point) -> None:
 
     Parameters
     ----------
-    plate : Plate
     name : str
         What is fixed there, for the message.
     point : (float, float)

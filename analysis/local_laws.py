@@ -77,10 +77,6 @@ class LocalLaws:
             Per K and per K2.
         temperature : float
             Where values stay, and slopes change by `slope` alone, degrees Celsius.
-
-        Returns
-        -------
-        LocalLaws
         """
         away = temperature - self.reference
         return replace(

@@ -1,11 +1,15 @@
 """Elastic constants of an isotropic, hysteretically damped plate, and their laws over temperature."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from analysis.checked_fields import check_ascending, check_finite, check_range, check_shapes
 from analysis.local_laws import LocalLaws
+
+LARGEST_LOSS_FACTOR = 10.0
+"""No material of a plate reaches 2; more than this is a damping in per cent, or a fit that ran away."""
 
 
 @dataclass(frozen=True)
@@ -17,6 +21,7 @@ class Material:
     youngs_modulus : (T,) ndarray
         Pa.
     poisson_ratio : (T,) ndarray
+        Up to 1: of an orthotropic sheet the root of nu_xy nu_yx, which no isotropic bound holds below 0.5.
     loss_factor : (T,) ndarray
     """
 
@@ -24,9 +29,37 @@ class Material:
     poisson_ratio: NDArray[np.float64]
     loss_factor: NDArray[np.float64]
 
-    def sigma(self, laws: NDArray[np.float64]) -> "Material":
+    def __post_init__(self) -> None:
+        check_shapes(self, youngs_modulus="T", poisson_ratio="T", loss_factor="T")
+        check_finite(self, "youngs_modulus")
+        check_range(self, 0.0, np.inf, "youngs_modulus", unit="Pa", above=True)
+        check_range(self, -1.0, 1.0, "poisson_ratio")
+        check_range(self, 0.0, LARGEST_LOSS_FACTOR, "loss_factor")
+
+    def sigma(self, laws: NDArray[np.float64]) -> "MaterialSigma":
         """Return the standard deviations of E [Pa], nu and eta from those (T, 3) of log E, nu and log eta."""
-        return Material(laws[:, 0] * self.youngs_modulus, laws[:, 1], laws[:, 2] * self.loss_factor)
+        return MaterialSigma(laws[:, 0] * self.youngs_modulus, laws[:, 1], laws[:, 2] * self.loss_factor)
+
+
+@dataclass(frozen=True)
+class MaterialSigma:
+    """Standard deviations of a `Material`, in the constants' units.
+
+    Attributes
+    ----------
+    youngs_modulus, poisson_ratio, loss_factor : (T,) ndarray
+        NaN or infinite where a sweep that did not settle tells nothing.
+    """
+
+    youngs_modulus: NDArray[np.float64]
+    poisson_ratio: NDArray[np.float64]
+    loss_factor: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        check_shapes(self, youngs_modulus="T", poisson_ratio="T", loss_factor="T")
+        for field in fields(self):
+            if (getattr(self, field.name) < 0.0).any():
+                raise ValueError(f"MaterialSigma.{field.name} is negative; allowed: from 0")
 
 
 @dataclass(frozen=True)
@@ -36,6 +69,13 @@ class MaterialBox:
     youngs_modulus: tuple[float, float]
     poisson_ratio: tuple[float, float]
     loss_factor: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        for name, unit in (("youngs_modulus", "Pa"), ("poisson_ratio", ""), ("loss_factor", "")):
+            check_finite(self, name)
+            check_range(self, 0.0, np.inf, name, unit=unit, above=name == "youngs_modulus")
+            check_ascending(self, name, equal=True)
+        check_range(self, 0.0, 1.0, "poisson_ratio", "loss_factor")
 
     def clip(self, material: NDArray[np.float64]) -> NDArray[np.float64]:
         """Move (..., 3) values of E, nu, eta to the nearest values inside."""
@@ -55,8 +95,6 @@ class MaterialBox:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
 
         Raises
         ------
@@ -104,17 +142,22 @@ class MaterialLaws:
     covariance: NDArray[np.float64]
     temperature_range: tuple[float, float]
 
+    def __post_init__(self) -> None:
+        check_shapes(self, coefficients="3 n", covariance="3 n n", knots="n+4", temperature_range="2")
+        check_finite(self, "knots", "coefficients", "covariance", "temperature_range")
+        check_ascending(self, "knots", "temperature_range", equal=True)
+
     def at(self, temperature: ArrayLike) -> Material:
         """Constants at `temperature` (T,), degrees Celsius; ValueError outside the range."""
         e, nu, eta = self._values(temperature)
         return Material(np.exp(e), nu, np.exp(eta))
 
-    def sigma(self, temperature: ArrayLike) -> Material:
+    def sigma(self, temperature: ArrayLike) -> MaterialSigma:
         """One standard deviation of each constant at `temperature` (T,), in the constant's unit."""
         design = self._design(temperature)
         spread = np.sqrt(np.einsum("tn,pnm,tm->pt", design, self.covariance, design))
         value = self.at(temperature)
-        return Material(spread[0] * value.youngs_modulus, spread[1], spread[2] * value.loss_factor)
+        return MaterialSigma(spread[0] * value.youngs_modulus, spread[1], spread[2] * value.loss_factor)
 
     def local(self, temperature: float) -> LocalLaws:
         """Expand the laws to second order about `temperature`, degrees Celsius; ValueError outside the range."""

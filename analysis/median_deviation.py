@@ -14,13 +14,9 @@ def median_deviation(values: NDArray[np.floating], axis: int | tuple[int, ...] =
 
     Parameters
     ----------
-    values : ndarray
+    values : (...) ndarray
     axis : int or tuple of int
         Along which; kept with length 1.
-
-    Returns
-    -------
-    ndarray
     """
     away = np.abs(values - np.median(values, axis=axis, keepdims=True))
     return NORMAL * np.asarray(np.median(away, axis=axis, keepdims=True), dtype=np.float64)

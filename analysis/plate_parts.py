@@ -19,12 +19,6 @@ def check_parts(outline: Loop, holes: Sequence[Loop], zones: Sequence[Loop]) -> 
 
     Zones may reach to the outline, to holes and to each other, and hold all of a hole.
 
-    Parameters
-    ----------
-    outline : Loop
-    holes : sequence of Loop
-    zones : sequence of Loop
-
     Raises
     ------
     GeometryError
@@ -69,8 +63,6 @@ def check_disc(
         Centre, m.
     radius : float
         m; 0 for a point.
-    outline : Loop
-    holes : sequence of Loop
     remedy : str
         What to do where it reaches over an edge.
 

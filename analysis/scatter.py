@@ -16,10 +16,6 @@ def scatter_of(values: Real, variance: Real, span: tuple[float, float]) -> float
     values, variance : (N,) ndarray
     span : (float, float)
         Least and largest deviation.
-
-    Returns
-    -------
-    float
     """
     tried = np.geomspace(*span, 200)
     total = tried[:, None] ** 2 + variance

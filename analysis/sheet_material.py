@@ -94,7 +94,6 @@ class SheetMaterial:
 
         Parameters
         ----------
-        declared : Orthotropy
         laws : (T, 3) ndarray
             log E [log Pa], nu and log eta.
         ratios : (4,) ndarray

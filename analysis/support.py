@@ -104,7 +104,6 @@ class Support(Sparse):
 
         Parameters
         ----------
-        loop : Loop
         names : bool
             Whether its curves are those of a rectangle, which have names.
         """

@@ -49,9 +49,6 @@ def check_supports(supports: Sequence[Support], outline: Loop, holes: Sequence[L
 
     Parameters
     ----------
-    supports : sequence of Support
-    outline : Loop
-    holes : sequence of Loop
     pieces : callable
         Parts of the edge that a support holds.
 

@@ -41,17 +41,12 @@ def sweep_h1(sweep: Sweep, lines: slice, excluded: NDArray[np.bool_], names: Seq
 
     Parameters
     ----------
-    sweep : Sweep
     lines : slice
         Of the spectrum, that are wanted.
     excluded : (F,) bool ndarray
         Lines that say nothing of the noise.
     names : sequence of str
         Of the outputs.
-
-    Returns
-    -------
-    SweepH1
 
     Raises
     ------

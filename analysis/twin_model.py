@@ -84,7 +84,6 @@ class TwinModel(Protocol):
 
         Parameters
         ----------
-        laws : LocalLaws
         frequency : (F,) ndarray, Hz
         effects : mapping
             Values of those that are on.
@@ -118,7 +117,6 @@ class TwinModel(Protocol):
 
         Parameters
         ----------
-        laws : LocalLaws
         frequency : (F,) ndarray
             Hz.
         effects : mapping
@@ -127,10 +125,6 @@ class TwinModel(Protocol):
             Circumstances of the sweep; unless given, a steady temperature, the laws' reference, at 1 V.
         tangents : sequence of Tangent
             Parameters of effects by which to differentiate.
-
-        Returns
-        -------
-        Linearisation
 
         Raises
         ------

@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.checked_fields import check_finite, check_shapes
 from analysis.declared_quantity import DeclaredQuantity
 from analysis.labelled import Labelled, LabelledArrays
-from analysis.material import Material
+from analysis.material import Material, MaterialSigma
 from analysis.sheet_material import SheetMaterial
 
 GOOD_MISFIT = 1.3
@@ -22,7 +23,7 @@ class Updated(Labelled):
     ----------
     temperature : (T,) ndarray
         Mean oven reading, degrees Celsius.
-    material, sigma : Material
+    material, sigma : Material, MaterialSigma
         Estimates and their standard deviations, (T,) arrays: that of the noise, inflated by sqrt(chi2_per_dof)
         where the twin misses more than the noise, and those of all that is declared with a tolerance.
     correlation : (T, 4, 4) ndarray
@@ -50,7 +51,7 @@ class Updated(Labelled):
 
     temperature: NDArray[np.float64]
     material: Material
-    sigma: Material
+    sigma: MaterialSigma
     correlation: NDArray[np.float64]
     gain: float
     sigma_gain: float
@@ -63,6 +64,12 @@ class Updated(Labelled):
     declared: tuple[DeclaredQuantity, ...] = ()
     common: NDArray[np.float64] | None = None
     sheet: SheetMaterial | None = None
+
+    def __post_init__(self) -> None:
+        materials = ("material.youngs_modulus", "sigma.youngs_modulus")
+        rows = (*materials, "misfit_start", "misfit", "noise_floor", "chi2_per_dof", "settled")
+        check_shapes(self, temperature="T", correlation="T 4 4", common="T 3 P", **dict.fromkeys(rows, "T"))
+        check_finite(self, "temperature", "gain")
 
     def labelled(self) -> LabelledArrays:
         """E, nu and eta with their standard deviations, misfit and noise, over sweep."""
@@ -96,12 +103,12 @@ class Updated(Labelled):
         return found
 
     @property
-    def own_sigma(self) -> Material:
+    def own_sigma(self) -> MaterialSigma:
         """Standard deviations by each sweep's own noise, (T,) arrays."""
         m, total, common = self.material, self.sigma, (self.shared**2).sum(-1).T
         scales = (m.youngs_modulus, np.ones_like(m.poisson_ratio), m.loss_factor)
         rows = zip((total.youngs_modulus, total.poisson_ratio, total.loss_factor), scales, common, strict=True)
-        return Material(*(np.sqrt(np.maximum(t**2 - s**2 * c, (1e-6 * t) ** 2)) for t, s, c in rows))
+        return MaterialSigma(*(np.sqrt(np.maximum(t**2 - s**2 * c, (1e-6 * t) ** 2)) for t, s, c in rows))
 
     @property
     def gains(self) -> NDArray[np.float64]:

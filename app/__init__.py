@@ -9,7 +9,8 @@
 ``modal_test``     tests that are no campaign, from files to shapes
 ``plate_frfs``     FRFs and modes of other programs, of a declared plate
 ``sound``          sound files through filters, and the panel as its own thermometer
-``terminal``       progress, tables, records and closing lines
+``terminal``       progress, tables on the screen, streams and signals
+``summaries``      results in sentences, tables and JSON records
 ``files``          campaigns, results and recordings on disk
 ``report``         figures and the self-contained HTML page
 ``view``           the windows

@@ -27,7 +27,7 @@ from analysis.focusing.inversion import invert
 from analysis.focusing.panel import Filters
 from analysis.focusing.performance import contrast
 from analysis.focusing.responses import responses
-from analysis.material import Material, MaterialLaws
+from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updating.laws import fit_laws
 from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, read_panel
@@ -43,7 +43,7 @@ def paper_laws() -> MaterialLaws:
     e = np.exp(np.interp(t, [0.0, 20.0, 60.0], np.log([3.25e9, 2.26e9, 1.0e9])))
     nu = np.interp(t, [0.0, 20.0, 60.0], [0.34, 0.37, 0.45])
     eta = np.interp(t, [0.0, 20.0, 60.0], [0.055, 0.082, 0.055])
-    return fit_laws(t, Material(e, nu, eta), Material(0.01 * e, 0.01 * nu, 0.02 * eta))
+    return fit_laws(t, Material(e, nu, eta), MaterialSigma(0.01 * e, 0.01 * nu, 0.02 * eta))
 
 
 def dense(weight: np.ndarray, filters: np.ndarray, settings: Filters, delay: int) -> np.ndarray:

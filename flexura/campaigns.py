@@ -79,10 +79,6 @@ def identify(
     progress : bool, optional
         Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
 
-    Returns
-    -------
-    IdentifiedCampaign
-
     Raises
     ------
     ValueError
@@ -168,10 +164,6 @@ def gap(
     progress : bool, optional
         Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
 
-    Returns
-    -------
-    GapComparison
-
     Raises
     ------
     app.files.bad_file.ResultFileError
@@ -202,10 +194,6 @@ def update_modes(
         Run folder for laws.h5; nothing is written where it is left out.
     progress : bool, optional
         Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
-
-    Returns
-    -------
-    UpdatingByModes
 
     Raises
     ------

@@ -35,10 +35,6 @@ class OwnPackages(MetaPathFinder):
         target : ModuleType or None
             Not used.
 
-        Returns
-        -------
-        ModuleSpec or None
-
         Raises
         ------
         ModuleNotFoundError

@@ -16,7 +16,7 @@ from app.stages.gap import GapComparison
 from app.stages.panel_inputs import method_for, panel_for, scanned_panel
 from app.stages.panel_laws import PanelLaws, laws_for
 from app.stages.update import Updating
-from app.terminal.update import too_few
+from app.summaries.update import too_few
 from flexura.campaigns import File
 
 Laws = File | MaterialLaws | Updating | GapComparison
@@ -72,10 +72,6 @@ def laws_read(laws: Laws | None, twin: File | None, verb: str) -> GivenLaws:
         Twin file, whose laws take the place of those.
     verb : str
         Of the command that does the same, for messages.
-
-    Returns
-    -------
-    GivenLaws
 
     Raises
     ------

@@ -51,10 +51,6 @@ def focus(
     progress : bool, optional
         Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
 
-    Returns
-    -------
-    FocusedPanel
-
     Raises
     ------
     ValueError
@@ -149,10 +145,6 @@ def compensate(
         Run folder for compensation.h5; wants laws and panel as paths, whose SHA-256 the file keeps.
     progress : bool, optional
         Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
-
-    Returns
-    -------
-    CompensatedPanel
 
     Raises
     ------

@@ -32,16 +32,10 @@ def depart(
 
     Parameters
     ----------
-    known : mapping of str to Effect
-    state : PlateState
     circumstances : Circumstances
         Of the sweep.
     values : mapping of str to mapping
         Of effects, too: these are not applied.
-
-    Returns
-    -------
-    PlateState
     """
     away = SimpleNamespace(**vars(state.departures))
     for name, one in known.items():
@@ -59,13 +53,8 @@ def tolerances(experiment: Experiment, movable: Real) -> dict[str, Effect]:
 
     Parameters
     ----------
-    experiment : Experiment
     movable : (P,) ndarray
         1 for patches that have room around them to be moved, see `EffectOperators.movable`.
-
-    Returns
-    -------
-    dict of str to Effect
     """
     parts = (
         _of_the_plate(experiment),

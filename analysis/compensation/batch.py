@@ -42,11 +42,6 @@ class Batch:
             Of all B networks.
         chosen : (N,) ndarray of int
             Members of the batch, one per actuator.
-        inputs : InputMap
-
-        Returns
-        -------
-        NetworkBank
         """
         output = on_processor(weights.output)[chosen] @ self.axes[chosen] * self.scale[chosen, None, :]
         output[:, -1] += self.offset[chosen]
@@ -72,17 +67,12 @@ def prepare(
         Taps, V per unit of audio signal.
     used : (B, n) ndarray
         1 for samples trained on, 0 for samples left out.
-    settings : Training
     rng : numpy Generator
         Draws the first weights.
     device : str
         To train on: ``cpu``, or torch's name of another.
     hidden : ((B, H) ndarray, (B, H) ndarray), optional
         Slope and bias of known hidden layers to start from; drawn where left out.
-
-    Returns
-    -------
-    Batch
     """
     seen = np.where(used[:, :, None] > 0.0, targets, np.nan)
     low, high = np.nanmin(seen, axis=1), np.nanmax(seen, axis=1)
@@ -114,8 +104,6 @@ def outputs_at(batch: Batch, weights: Weights, inputs: Real) -> Real:
 
     Parameters
     ----------
-    batch : Batch
-    weights : Weights
     inputs : (n,) ndarray
         On -1..1.
 

@@ -122,7 +122,6 @@ def train(
 
     Parameters
     ----------
-    problem : TrainingProblem
     start : Weights
         First weights of the B networks.
     epochs : int

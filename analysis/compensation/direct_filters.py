@@ -54,9 +54,6 @@ def direct_filters(
 
     Parameters
     ----------
-    model : PanelModel
-    panel : Panel
-    laws : MaterialLaws
     temperature : (T,) ndarray, °C
     method : str
         How the filters are designed.
@@ -66,10 +63,6 @@ def direct_filters(
         Threads that design filters.
     stage : str
         Name under which progress is reported.
-
-    Returns
-    -------
-    DirectFilters
 
     Raises
     ------

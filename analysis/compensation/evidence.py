@@ -69,7 +69,6 @@ def first_estimate(problem: TrainingProblem, weights: Weights, at: Linearised) -
 
     Parameters
     ----------
-    problem : TrainingProblem
     weights : Weights
         First weights.
     at : Linearised
@@ -93,8 +92,6 @@ def reestimate(
 
     Parameters
     ----------
-    problem : TrainingProblem
-    weights : Weights
     at : Linearised
         The networks at `weights`.
     alpha, beta : (B,) Tensor
@@ -121,8 +118,6 @@ def determined(problem: TrainingProblem, weights: Weights, at: Linearised, alpha
 
     Parameters
     ----------
-    problem : TrainingProblem
-    weights : Weights
     at : Linearised
         The networks at `weights`.
     alpha, beta : (B,) Tensor
@@ -149,8 +144,6 @@ def judge(problem: TrainingProblem, weights: Weights, at: Linearised, alpha: Ten
 
     Parameters
     ----------
-    problem : TrainingProblem
-    weights : Weights
     at : Linearised
         The networks at `weights`.
     alpha, beta : (B,) Tensor

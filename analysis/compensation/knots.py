@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_ascending, check_shapes
 from analysis.compensation.settings import FEWEST
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
@@ -36,6 +37,10 @@ class PlacedTemperatures:
     loss: float
     equidistant_loss: float
 
+    def __post_init__(self) -> None:
+        check_shapes(self, temperature="n", equidistant="n")
+        check_ascending(self, "temperature", "equidistant")
+
 
 def place_temperatures(truth: FirBank, forms: EnergyForms, frequency: Real, count: int) -> PlacedTemperatures:
     """Place `count` training temperatures, given the filters at all temperatures.
@@ -52,10 +57,6 @@ def place_temperatures(truth: FirBank, forms: EnergyForms, frequency: Real, coun
         Lines of the band.
     count : int
         n, `FEWEST` or more.
-
-    Returns
-    -------
-    PlacedTemperatures
 
     Raises
     ------

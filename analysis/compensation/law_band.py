@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_range, check_shapes
 from analysis.focusing.fir import FirBank
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import PanelModel
@@ -49,6 +50,11 @@ class ContrastBand:
     draws: int
     outside: Real | None = None
 
+    def __post_init__(self) -> None:
+        check_shapes(self, temperature="A", nominal="A 2", mean="A 2", worst="A 2", outside="A")
+        check_range(self, 0.0, 1.0, "share", "outside")
+        check_range(self, 1, np.inf, "draws")
+
 
 def law_band(
     models: Sequence[PanelModel],
@@ -64,16 +70,10 @@ def law_band(
     models : sequence of PanelModel
         Local models of the panel, one for each of the A temperatures; with them the error of the contrast is 1e-5,
         and 1e-4 with E 5 % off its law.
-    panel : Panel
     laws : MaterialLaws
         Of the panel's plate, from which the filters were made.
     bank : FirBank
         At A temperatures, °C.
-    rng : Generator
-
-    Returns
-    -------
-    ContrastBand
 
     Raises
     ------

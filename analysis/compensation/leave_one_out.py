@@ -34,7 +34,6 @@ def left_out_networks(
         At the n training temperatures.
     trained : Trained
         The networks trained on all of them.
-    settings : Training
     device : str
         To train on: ``cpu``, or torch's name of another.
     epochs : int

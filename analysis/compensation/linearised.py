@@ -95,7 +95,6 @@ def errors(weights: Weights, inputs: Tensor, targets: Tensor, used: Tensor) -> T
 
     Parameters
     ----------
-    weights : Weights
     inputs : (n,) Tensor
     targets : (B, n, k) Tensor
     used : (B, n) Tensor
@@ -113,15 +112,10 @@ def linearise(weights: Weights, inputs: Tensor, targets: Tensor, used: Tensor) -
 
     Parameters
     ----------
-    weights : Weights
     inputs : (n,) Tensor
     targets : (B, n, k) Tensor
     used : (B, n) Tensor
         1, or 0 for samples left out.
-
-    Returns
-    -------
-    Linearised
     """
     xp = namespace(inputs)
     hidden = xp.tanh(weights.slope[:, None, :] * inputs[:, None] + weights.bias[:, None, :])

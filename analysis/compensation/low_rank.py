@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from analysis.arrays import Real
+from analysis.checked_fields import check_ascending, check_finite, check_shapes
 from analysis.focusing.fir import FirBank
 
 LEFT_OVER = 1e-6
@@ -33,6 +34,11 @@ class LowRankBank:
     coefficient: Real
     filters: Real
     mean: Real
+
+    def __post_init__(self) -> None:
+        check_shapes(self, temperature="n", coefficient="n K", filters="K N M", mean="N M")
+        check_finite(self, "coefficient", "filters", "mean")
+        check_ascending(self, "temperature")
 
     @classmethod
     def of(cls, bank: FirBank, left_over: float = LEFT_OVER) -> Self:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_ascending, check_shapes
 from analysis.compensation.knots import PlacedTemperatures
 from analysis.compensation.law_band import ContrastBand
 from analysis.compensation.low_rank import LowRankBank
@@ -61,6 +62,10 @@ class Trained:
     epochs: Real
     restart: Real
     used: Real
+
+    def __post_init__(self) -> None:
+        rows = ("training_error", "gamma", "alpha", "beta", "log_evidence", "epochs", "restart")
+        check_shapes(self, used="N T", **dict.fromkeys(rows, "N"))
 
 
 @dataclass(frozen=True)
@@ -143,11 +148,12 @@ class Compensation:
     tilted: TiltedContrast | None = None
 
     def __post_init__(self) -> None:
-        """Raise ValueError for arrays with another number of methods."""
-        for name in ("relative_error", "left_out", "contrast", "response", "peak_drive", "size", "update_cost"):
-            shape = np.shape(getattr(self, name))
-            if shape[:1] != (len(self.methods),):
-                raise ValueError(f"{name} {shape} is not given for each of {len(self.methods)} methods")
+        by_method = dict.fromkeys(("seconds", "size", "update_cost"), "m")
+        lines = dict.fromkeys(("contrast", "response"), "m T F")
+        drives = dict.fromkeys(("relative_error", "peak_drive"), "m T N")
+        check_shapes(self, methods="m", temperature="T", frequency="F", contrast_direct="T F", **lines)
+        check_shapes(self, methods="m", temperature="T", left_out="m t N", **by_method, **drives)
+        check_ascending(self, "frequency")
 
     @property
     def training_temperature(self) -> Real:
@@ -204,3 +210,6 @@ class NetworkStudy:
     spacing: Real
     squared_error: Real
     contrast_loss: Real
+
+    def __post_init__(self) -> None:
+        check_shapes(self, nodes="k", spacing="k", squared_error="k N", contrast_loss="k")

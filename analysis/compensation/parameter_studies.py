@@ -43,7 +43,6 @@ def study_networks(
         Hidden nodes, and spacing of the training temperatures, K.
     training : Training
         Settings other than the nodes.
-    inputs : InputMap
     report : callable
         Called with the share done.
 

@@ -19,7 +19,6 @@ def step(weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor, damping:
 
     Parameters
     ----------
-    weights : Weights
     at : Linearised
         The networks at `weights`.
     alpha, beta : (B,) Tensor

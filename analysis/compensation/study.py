@@ -57,12 +57,8 @@ def compensate(
 
     Parameters
     ----------
-    model : PanelModel
-    panel : Panel
-    laws : MaterialLaws
     spacing : float
         Between training temperatures, K.
-    training : Training
     clock : callable
         Present time, s. Other threads compute while methods are timed: on the processor, use the processor time of
         the calling thread, `time.thread_time`.
@@ -80,10 +76,6 @@ def compensate(
         Result of `direct_filters` at the temperatures of the assessment; computed if not given.
     place : int, optional
         Number of training temperatures, placed by `place_temperatures` instead of every `spacing`.
-
-    Returns
-    -------
-    Compensation
 
     Raises
     ------

@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_shapes
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.fir import FirBank
 from analysis.focusing.panel import Panel
@@ -69,6 +70,10 @@ class TiltedContrast:
     fed_mean: Real
     fed_target: Real
 
+    def __post_init__(self) -> None:
+        check_shapes(self, difference="G", temperature="G A", at_target="G A D", uniform="G A 2")
+        check_shapes(self, at_target="G A D", fed_mean="G A D 2", fed_target="G A D 2")
+
     def loss(self, fed: Real) -> Real:
         """Largest loss of contrast against the uniform panel, (G, 2): of the mean and of the worst line."""
         return np.asarray((self.uniform[:, :, None] - fed).max(axis=(1, 2)))
@@ -87,8 +92,6 @@ def tilted_contrast(
 
     Parameters
     ----------
-    model : TiltedModel
-    panel : Panel
     like : FirBank
         Gives sample rate and delay of the filters.
     taps : callable
@@ -99,10 +102,6 @@ def tilted_contrast(
         Range of temperatures allowed anywhere on the panel, °C.
     report : callable
         Called with the stage and the share done.
-
-    Returns
-    -------
-    TiltedContrast
 
     Raises
     ------

@@ -30,17 +30,12 @@ def train_networks(
     ----------
     filters : FirBank
         At the training temperatures.
-    settings : Training
     device : str
         To train on: ``cpu``, or torch's name of another.
     progress : callable, optional
         Called with the number of every step done, from 0.
     inputs : InputMap, optional
         Input of the networks; the temperature itself by default.
-
-    Returns
-    -------
-    Trained
 
     Raises
     ------

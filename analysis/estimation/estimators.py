@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.checked_fields import check_range, check_shapes
 from analysis.estimation.spectra import Spectra
 from analysis.noise_power import noise_parts, noise_power
 
@@ -44,6 +45,10 @@ class FrfEstimate:
     variance: NDArray[np.float64] | None
     coherence: NDArray[np.float64]
     averages: float
+
+    def __post_init__(self) -> None:
+        check_shapes(self, frequency="F", h="K M F", variance="K M F", coherence="K F")
+        check_range(self, 0.0, np.inf, "frequency", unit="Hz", above=True)
 
 
 def estimate(spectra: Spectra, estimator: Estimator = "h1") -> FrfEstimate:

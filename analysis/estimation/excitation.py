@@ -39,10 +39,6 @@ def period(drives: NDArray[np.float64]) -> int | None:
     Parameters
     ----------
     drives : (M, N) ndarray
-
-    Returns
-    -------
-    int or None
     """
     count = drives.shape[1]
     centred = drives - drives.mean(axis=1, keepdims=True)
@@ -95,16 +91,11 @@ def leaks(recording: SampledSignals, seconds: float, window: Shape = "hann", ove
 
     Parameters
     ----------
-    recording : SampledSignals
     seconds : float
         Length of a segment.
     window : str
     overlap : float
         Share of a segment that the next one begins with.
-
-    Returns
-    -------
-    bool
 
     Raises
     ------

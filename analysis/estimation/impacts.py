@@ -154,16 +154,10 @@ def find_blows(
 
     Parameters
     ----------
-    recording : SampledSignals
-    test : HammerTest
     full_scales : sequence, optional
         Largest value that the drive and each response can have, SI; None where it is not known.
     names : sequence of str, optional
         Of the drive and of each response, for messages.
-
-    Returns
-    -------
-    Blows
 
     Raises
     ------

@@ -204,10 +204,6 @@ def calibration(file_unit: str, sensitivity: str | None, quantity: Quantity | No
     quantity : str, optional
         The quantity expected; needed where volts are meant as volts.
 
-    Returns
-    -------
-    Calibration
-
     Raises
     ------
     ValueError

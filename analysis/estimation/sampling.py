@@ -64,10 +64,6 @@ def of_times(time: NDArray[np.float64], place: str = "its times") -> RateSeen:
     place : str
         For messages.
 
-    Returns
-    -------
-    RateSeen
-
     Raises
     ------
     ValueError

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.checked_fields import check_range, check_shapes
 from analysis.estimation.recording import SampledSignals
 from analysis.estimation.windows import Shape, effective_averages, segment_window
 
@@ -33,6 +34,10 @@ class Spectra:
     g_yy: NDArray[np.float64]
     averages: float
 
+    def __post_init__(self) -> None:
+        check_shapes(self, frequency="F", g_uu="F M M", g_yu="F K M", g_yy="F K")
+        check_range(self, 0.0, np.inf, "averages", above=True)
+
 
 def of_blocks(
     drives: NDArray[np.float64], responses: NDArray[np.float64], rate: float, averages: float | None = None
@@ -47,10 +52,6 @@ def of_blocks(
         Hz.
     averages : float, optional
         Number of independent blocks with the same information; all of them unless given.
-
-    Returns
-    -------
-    Spectra
     """
     count, _, samples = drives.shape
     u = np.moveaxis(np.fft.rfft(drives, axis=2), 2, 0)
@@ -69,16 +70,11 @@ def welch(recording: SampledSignals, segment: float, window: Shape = "hann", ove
 
     Parameters
     ----------
-    recording : SampledSignals
     segment : float
         Length of a segment, s; lines lie 1/segment apart.
     window : str
     overlap : float
         Share of a segment that the next one begins with, 0 to 0.95.
-
-    Returns
-    -------
-    Spectra
 
     Raises
     ------

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.checked_fields import check_ascending, check_finite, check_range, check_shapes
+
 
 @dataclass(frozen=True)
 class MeasuredTransfer:
@@ -42,3 +44,9 @@ class MeasuredTransfer:
     units: tuple[str, str] = ("", "")
     variance: NDArray[np.float64] | None = None
     coherence: NDArray[np.float64] | None = None
+
+    def __post_init__(self) -> None:
+        check_shapes(self, frequency="F", h="F", variance="F", coherence="F")
+        check_finite(self, "h")
+        check_ascending(self, "frequency")
+        check_range(self, 0.0, np.inf, "frequency", unit="Hz", above=True)

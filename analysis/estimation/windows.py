@@ -30,7 +30,6 @@ def effective_averages(window: NDArray[np.float64], step: int, segments: int) ->
     window : (M,) ndarray
     step : int
         Samples from one segment to the next.
-    segments : int
 
     Returns
     -------
@@ -82,7 +81,6 @@ def force_window(samples: int, begin: int, end: int) -> NDArray[np.float64]:
 
     Parameters
     ----------
-    samples : int
     begin, end : int
         First and last sample kept whole.
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_shapes
 from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.performance import contrast, decibels, mean_response, spot_error
 from analysis.focusing.sound_aim import SoundAim
@@ -34,6 +35,9 @@ class Aim:
     response: Complex
     sound: Complex | None = None
 
+    def __post_init__(self) -> None:
+        check_shapes(self, contrast="T F", spot_error="T F", response="T F", sound="T L F")
+
     @property
     def level(self) -> Real:
         """Level (T, F) of the target, dB relative to the desired displacement."""
@@ -62,7 +66,6 @@ def aim(
 
     Parameters
     ----------
-    space : FieldSpace
     forms : EnergyForms
         Of this temperature, at the F lines of the band.
     amplitude : (N, F, r) ndarray

@@ -86,10 +86,6 @@ def fitted(filters: Complex, temperature: Real, fit: FieldFit, delay: int) -> Fi
         Prepared with the filters' settings.
     delay : int
         Modelling delay, samples.
-
-    Returns
-    -------
-    FirBank
     """
     count, lines, actuators = filters.shape
     taps = fit.alike(filters.transpose(1, 0, 2).reshape(lines, -1), delay)

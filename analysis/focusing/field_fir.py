@@ -73,10 +73,6 @@ class FieldFit:
         delay : int
             Modelling delay, samples.
 
-        Returns
-        -------
-        FieldProblem
-
         Notes
         -----
         Minimised over real taps with the response e(f) is

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_shapes
 from analysis.focusing.panel import Filters
 
 
@@ -72,6 +73,9 @@ class FirEnergy:
     after: Real
     pre_ringing: Real
 
+    def __post_init__(self) -> None:
+        check_shapes(self, before="T N", inside="T N", after="T N", pre_ringing="T N")
+
 
 def taper(frequency: Real, settings: Filters) -> Real:
     """Gain (F,): 1 in the band, falling as a squared sine to 0 at the edges."""
@@ -92,7 +96,6 @@ def inverse_fft(filters: Complex, temperature: Real, settings: Filters, delay: i
     filters : (T, F, N) ndarray
         At `settings.frequency`, V per unit of audio signal.
     temperature : (T,) ndarray, °C
-    settings : Filters
     delay : int
         Modelling delay, samples.
 
@@ -122,13 +125,8 @@ def energy(filters: Complex, settings: Filters, delay: int) -> FirEnergy:
     ----------
     filters : (T, F, N) ndarray
         At the lines of `settings`.
-    settings : Filters
     delay : int
         Modelling delay, samples.
-
-    Returns
-    -------
-    FirEnergy
     """
     temperatures, _, actuators = filters.shape
     squares = [np.square(impulse) for impulse in _impulses(filters, settings)]

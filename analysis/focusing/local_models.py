@@ -35,7 +35,6 @@ def local_models(
 
     Parameters
     ----------
-    model : PanelModel
     constants : callable
         From temperatures (n,), °C, to E, nu and eta at each.
     temperature : (T,) ndarray, °C
@@ -77,7 +76,6 @@ def local_model(
 
     Parameters
     ----------
-    model : PanelModel
     made_from : sequence of (float, float, float)
         E, nu and eta.
     tried_at : sequence of (float, float, float)

@@ -25,17 +25,12 @@ def focus_measured(
 
     Parameters
     ----------
-    measured : MeasuredPanel
     method : str
         One of `METHODS`.
     report : callable
         Called with the stage and the share done.
     workers : int
         Threads that design filters.
-
-    Returns
-    -------
-    Focusing
 
     Raises
     ------

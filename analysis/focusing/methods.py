@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_ascending, check_shapes
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.inversion import invert, tikhonov
 from analysis.focusing.panel import Panel
@@ -30,8 +31,6 @@ def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> De
     ----------
     method : str
         One of `METHODS`.
-    model : PanelModel
-    panel : Panel
     lines : (F,) ndarray, Hz
 
     Returns
@@ -118,14 +117,16 @@ class MethodComparison:
     contrast: Real
     spot_error: Real
 
+    def __post_init__(self) -> None:
+        check_shapes(self, methods="m", constants="3", frequency="F", contrast="m F", spot_error="m F")
+        check_ascending(self, "frequency")
+
 
 def compare(model: PanelModel, panel: Panel, constants: Constants) -> MethodComparison:
     """Contrast and spot error of every method on one plate.
 
     Parameters
     ----------
-    model : PanelModel
-    panel : Panel
     constants : (float, float, float)
         E, Pa, nu and eta.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_ascending, check_finite, check_shapes
 from analysis.focusing.aim import Aim, Aimed, aim, joined
 from analysis.focusing.design import TapDesign
 from analysis.focusing.energy import EnergyForms, FieldSpace
@@ -106,6 +107,13 @@ class Focusing:
     reference_temperature: float
     target_share: float
 
+    def __post_init__(self) -> None:
+        check_shapes(self, temperature="T", lines="L", frequency="F", filters="T L N", rank="T L", condition="T L")
+        aims = ("uncut.contrast", "direct.contrast", "fixed.contrast")
+        check_shapes(self, temperature="T", frequency="F", **dict.fromkeys(aims, "T F"))
+        check_finite(self, "temperature", "lines", "filters")
+        check_ascending(self, "lines", "frequency")
+
     @property
     def rank_changes(self) -> NDArray[np.int64]:
         """Number of lines of the band (T-1,) at which the rank differs between neighbouring temperatures.
@@ -130,9 +138,6 @@ def focus(
 
     Parameters
     ----------
-    model : PanelModel
-    panel : Panel
-    laws : MaterialLaws
     temperature : (T,) ndarray, °C
     method : str
         One of `METHODS`.
@@ -140,10 +145,6 @@ def focus(
         Called with the stage and the share done.
     workers : int
         Threads that design filters.
-
-    Returns
-    -------
-    Focusing
 
     Raises
     ------
@@ -185,11 +186,8 @@ def design_and_assess(
 
     Parameters
     ----------
-    panel : Panel
-    space : FieldSpace
     method : str
         By which the complex filters were designed.
-    design : TapDesign
     temperature : (T,) ndarray, °C
     places : sequence of callables
         Each returns the response at one of the temperatures.
@@ -201,10 +199,6 @@ def design_and_assess(
         Threads that design filters.
     sound : SoundAim or None
         Of the listeners, to be judged.
-
-    Returns
-    -------
-    Focusing
     """
     settings, lines = panel.filters, panel.filters.frequency
     band, asked = settings.in_band(lines), space.asked(panel.target.displacement)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_finite, check_shapes
 from analysis.focusing.energy import EnergyForms, FieldSpace
 
 Constants = tuple[float, float, float]
@@ -27,6 +28,10 @@ class PanelModes:
     shapes: Real
     coupling: Real
 
+    def __post_init__(self) -> None:
+        check_shapes(self, eigenvalues="m", shapes="r m", coupling="m N")
+        check_finite(self, "eigenvalues", "shapes", "coupling")
+
 
 class PanelModel(Protocol):
     """A panel that can be computed: the interface through which `analysis` uses the twin."""
@@ -44,8 +49,6 @@ class PanelModel(Protocol):
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : (F,) ndarray, Hz
 
         Returns
@@ -73,8 +76,6 @@ class PanelModel(Protocol):
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : (F,) ndarray, Hz
         displacement : float
             Desired displacement of the target, m per unit of audio signal.
@@ -100,13 +101,6 @@ class PanelModel(Protocol):
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
-        count : int
-
-        Returns
-        -------
-        PanelModes
         """
 
 
@@ -125,8 +119,6 @@ class NoModes:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : (F,) ndarray, Hz
 
         Returns
@@ -155,8 +147,6 @@ class NoModes:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : (F,) ndarray, Hz
         displacement : float
             Desired displacement of the target, m per unit of audio signal.
@@ -184,9 +174,6 @@ class NoModes:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
-        count : int
 
         Returns
         -------

@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 
 from analysis.arrays import Mask, Real
+from analysis.checked_fields import check_shapes
 from analysis.focusing.design import TapDesign, peak_drive
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import Constants, PanelModel
@@ -50,6 +51,10 @@ class ParetoCurve:
     level: Real
     drive: Real
 
+    def __post_init__(self) -> None:
+        rows = ("evenness", "outside_weight", "contrast", "worst", "ripple", "level", "drive")
+        check_shapes(self, **dict.fromkeys(rows, "p"))
+
     @property
     def front(self) -> Mask:
         """Designs (p,) that no other one beats in contrast and in ripple."""
@@ -75,7 +80,6 @@ def pareto(
 
     Parameters
     ----------
-    model : PanelModel
     panel : Panel
         With an aim at sound.
     constants : (float, float, float)
@@ -84,10 +88,6 @@ def pareto(
         °C.
     report : callable
         Called with the stage and the share done.
-
-    Returns
-    -------
-    ParetoCurve
 
     Raises
     ------

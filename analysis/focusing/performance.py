@@ -11,7 +11,6 @@ def contrast(forms: EnergyForms, filters: Complex) -> Real:
 
     Parameters
     ----------
-    forms : EnergyForms
     filters : (T, F, N) ndarray
         Or (F, N), for the same filters at every temperature.
 
@@ -56,7 +55,6 @@ def mean_response(forms: EnergyForms, filters: Complex, asked: float) -> Complex
 
     Parameters
     ----------
-    forms : EnergyForms
     filters : (T, F, N) ndarray
         Or (F, N), for the same filters at every temperature.
     asked : float
@@ -82,7 +80,6 @@ def spot_error(space: FieldSpace, amplitude: Complex, filters: Complex) -> Real:
 
     Parameters
     ----------
-    space : FieldSpace
     amplitude : (N, F, r) ndarray
         Of one temperature.
     filters : (F, N) ndarray

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_ascending, check_shapes
 from analysis.focusing.design import TapDesign
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.fir import FirBank, suited_delay
@@ -54,6 +55,20 @@ class Played:
     total: Real
     expected: Real
 
+    def __post_init__(self) -> None:
+        check_shapes(
+            self,
+            methods="m",
+            delay="m",
+            frequency="F",
+            contrast="m F",
+            sweep_frequency="B",
+            sweep_contrast="m B",
+            total="m",
+            expected="m",
+        )
+        check_ascending(self, "frequency", "sweep_frequency")
+
 
 def sweep(band: tuple[float, float], seconds: float, rate: float) -> tuple[Complex, Real]:
     """Logarithmic sweep of amplitude 1 (the real part) with its quadrature, and its instantaneous frequency.
@@ -85,16 +100,10 @@ def play_methods(model: PanelModel, panel: Panel, constants: Constants, seconds:
 
     Parameters
     ----------
-    model : PanelModel
-    panel : Panel
     constants : (float, float, float)
         E, Pa, nu and eta.
     seconds : float
         Length of the sweep, s.
-
-    Returns
-    -------
-    Played
 
     Raises
     ------

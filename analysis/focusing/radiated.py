@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.arrays import Complex, Mask, Real
+from analysis.checked_fields import check_ascending, check_finite, check_shapes
 from analysis.focusing.design import peak_drive
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.fir import FirBank
@@ -75,6 +76,11 @@ class RadiatedSound:
     pressure_sigma: Real | None = None
     power_sigma: Real | None = None
 
+    def __post_init__(self) -> None:
+        lines = ("power", "target_share", "efficiency", "directivity", "contrast", "zones", "power_sigma")
+        check_shapes(self, pressure="T L F", pressure_sigma="T L F", peak="T N", **dict.fromkeys(lines, "T F"))
+        check_finite(self, "pressure")
+
 
 @dataclass(frozen=True)
 class Radiation:
@@ -114,6 +120,13 @@ class Radiation:
     following: RadiatedSound
     kept: RadiatedSound
     zone_bound: Real | None = None
+
+    def __post_init__(self) -> None:
+        check_shapes(self, temperature="T", frequency="F", wanted="L F", loud="L", names="L", zone_bound="T F")
+        sounds = dict.fromkeys(("following.pressure", "kept.pressure"), "T L F")
+        check_shapes(self, temperature="T", frequency="F", names="L", **sounds)
+        check_finite(self, "temperature", "wanted")
+        check_ascending(self, "frequency")
 
     @property
     def middles(self) -> Real:
@@ -172,19 +185,12 @@ def radiate(
 
     Parameters
     ----------
-    model : PanelModel
-    panel : Panel
-    laws : MaterialLaws
     bank : FirBank
         At T temperatures.
     reference : float
         Temperature of the filters that are kept, °C; the nearest of the bank is taken.
     report : callable
         Called with the stage and the share done.
-
-    Returns
-    -------
-    Radiation
 
     Raises
     ------
@@ -207,17 +213,12 @@ def radiate_measured(
 
     Parameters
     ----------
-    measured : MeasuredPanel
     bank : FirBank
         At the measured temperatures.
     reference : float
         Temperature of the filters that are kept, °C.
     report : callable
         Called with the stage and the share done.
-
-    Returns
-    -------
-    Radiation
 
     Raises
     ------

@@ -23,8 +23,6 @@ def responses(
 
     Parameters
     ----------
-    model : PanelModel
-    laws : MaterialLaws
     temperature : (T,) ndarray, °C
     frequency : (F,) ndarray, Hz
 
@@ -67,9 +65,6 @@ def design_forms(
 
     Parameters
     ----------
-    model : PanelModel
-    panel : Panel
-    laws : MaterialLaws
     temperature : float
         T, °C.
     forms : EnergyForms

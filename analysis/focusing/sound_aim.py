@@ -66,15 +66,10 @@ class SoundAim:
 
         Parameters
         ----------
-        panel : Panel
         grid : Grid
             Of the panel, or the measured points.
         aim : str, optional
             In place of the panel's; for ``field`` the sound at listeners is prepared, to be judged.
-
-        Returns
-        -------
-        SoundAim
 
         Raises
         ------
@@ -100,14 +95,8 @@ class SoundAim:
 
         Parameters
         ----------
-        panel : Panel
-        grid : Grid
         method : str
             By which filters are designed.
-
-        Returns
-        -------
-        SoundAim or None
 
         Raises
         ------
@@ -144,7 +133,6 @@ class SoundAim:
 
         Parameters
         ----------
-        space : FieldSpace
         amplitude : (N, F, r) ndarray
         lines : (F',) ndarray of bool or slice, optional
             Which lines of the panel's are those F of the amplitudes.
@@ -165,7 +153,6 @@ class SoundAim:
 
         Parameters
         ----------
-        space : FieldSpace
         amplitude : (N, F, r) ndarray
         filters : (F, N) ndarray
         lines : (F',) ndarray of bool
@@ -191,7 +178,6 @@ class SoundAim:
 
         Parameters
         ----------
-        space : FieldSpace
         amplitude : (N, F, r) ndarray
         forms : EnergyForms
             Of the field, of one temperature.
@@ -199,10 +185,6 @@ class SoundAim:
             1 for the sound wanted; less lets it follow the field's own: g to this power of its size.
         outside_weight : float, optional
             κ in place of the panel's.
-
-        Returns
-        -------
-        SoundForms
         """
         sound, settings = self.panel.sound, self.panel.filters
         heard = self.transfers(space, amplitude)

@@ -22,13 +22,6 @@ def tap_design(method: Method, model: PanelModel, panel: Panel, laws: MaterialLa
     ----------
     method : str
         One of `METHODS`.
-    model : PanelModel
-    panel : Panel
-    laws : MaterialLaws
-
-    Returns
-    -------
-    TapDesign
     """
     settings = panel.filters
     if method == "stif" or settings.delay is not None:

@@ -18,7 +18,6 @@ def closed_loops(curves: Sequence[Curve], tolerance: float) -> tuple[Loop, ...]:
 
     Parameters
     ----------
-    curves : sequence of Curve
     tolerance : float
         Largest gap that is closed, m.
 

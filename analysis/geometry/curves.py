@@ -130,7 +130,6 @@ def moved(curve: Curve, angle: float, shift: Point, scale: float = 1.0) -> Curve
         rad, from x towards y.
     shift : (float, float)
         m.
-    scale : float
 
     Returns
     -------

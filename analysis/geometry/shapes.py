@@ -20,10 +20,6 @@ def rectangle(center: Point, size: tuple[float, float], angle: float = 0.0) -> L
         Sides, m.
     angle : float
         Of the first side against x, rad.
-
-    Returns
-    -------
-    Loop
     """
     a, b = 0.5 * size[0], 0.5 * size[1]
     return polygon([(-a, -b), (a, -b), (a, b), (-a, b)]).moved(angle, center)
@@ -47,10 +43,6 @@ def ellipse(center: Point, radii: tuple[float, float], angle: float = 0.0) -> Lo
         Semi-axes, m.
     angle : float
         Of the first semi-axis against x, rad.
-
-    Returns
-    -------
-    Loop
     """
     quarter = 0.5 * np.pi
     return Loop(tuple(Arc(center, radii, angle, k * quarter, quarter) for k in range(4)))

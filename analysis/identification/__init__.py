@@ -10,14 +10,12 @@
 ``tracks_without_twin``    tracks found in the sweeps themselves
 ``expected_modes``         sweeps fitted with a twin's modes as priors, numbered as in the twin
 ``following``              poles of one sweep followed to the others
-``naming``                 names for the modes of sweeps that were identified one by one
 ``smooth_tracks``          smooth dependence of poles on temperature: prior of the joint fit
 ``joint_fit``              joint fit of poles and tracks of all sweeps, with standard deviations
 ``sweeps_search``          misfit and derivatives of all sweeps, and the Gauss-Newton step
 ``sweep_fits``             modes of every sweep from the joint fit, with their status
 ``superfluous``            removal of tracks that BIC over all sweeps does not support
 ``hidden_modes``           modes that only all sweeps together show; uncertainty from hidden modes
-``hidden_candidates``      places where modes may be hidden, and what a mode there would change
 ``modes``                  poles, residues and residual terms of one sweep; synthesis of its FRFs
 ``common_factor``          factor by which temperature shifts all frequencies of a sweep
 ``tracked_modes``          modes of all sweeps and their tracks
@@ -26,7 +24,6 @@
 ``reading``                frequency and damping of a pole, hysteretic or viscous
 ``status``                 which poles are modes of the plate, and why the others are not
 ``pole_residue``           the model: columns, derivatives, synthesis
-``pole_products``          inner products of the model's columns, by partial fractions
 ``residual_terms``         contribution of the modes outside the band
 ``band``                   frequency lines in which modes are looked for
 ``measured``               measured FRFs of one condition, with variances if known
@@ -48,7 +45,6 @@
 ``bic``                    the criterion, and its penalty for one pole
 ``resolution``             pairs of poles that the frequency resolution cannot separate
 ``principal_frfs``         a few sums of many FRFs, on which the poles are searched
-``moving``                 pairs of poles that are one mode with another frequency in every FRF
 ``added_columns``          fall of the misfit if columns are added to a model
 ``missing``                poles found in the residual and added
 ``splitting``              replacement of one pole by two close ones

@@ -16,7 +16,6 @@ def pair_gains(
 
     Parameters
     ----------
-    lines : Lines
     known : (P, F) complex ndarray
         Columns of the model.
     pairs : (2N, F) complex ndarray

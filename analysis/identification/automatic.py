@@ -42,15 +42,6 @@ def identify(measured: Measured, settings: Settings | None = None) -> Modes:
     optimum, backward elimination by BIC removes unsupported poles, poles that the residual shows are added, BIC
     chooses the residual terms. The search runs on averaged lines, the last fit on all.
 
-    Parameters
-    ----------
-    measured : Measured
-    settings : Settings, optional
-
-    Returns
-    -------
-    Modes
-
     Raises
     ------
     ValueError
@@ -166,18 +157,7 @@ def _rejected(started: NDArray[np.complex128], stayed: NDArray[np.complex128]) -
 
 
 def refine(measured: Measured, start: Modes, settings: Settings | None = None) -> Modes:
-    """Fit again from the poles and residual terms of `start`, with no search for the order: a warm start.
-
-    Parameters
-    ----------
-    measured : Measured
-    start : Modes
-    settings : Settings, optional
-
-    Returns
-    -------
-    Modes
-    """
+    """Fit again from the poles and residual terms of `start`, with no search for the order: a warm start."""
     settings = settings or Settings()
     lines = measured.lines()
     blocks = averaged(lines)

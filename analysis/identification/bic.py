@@ -30,7 +30,6 @@ def misfit_worth(lines: Lines, level: float, poles: int, terms: ResidualTerms) -
 
     Parameters
     ----------
-    lines : Lines
     level : float
         BIC.
     poles : int

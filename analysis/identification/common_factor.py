@@ -22,10 +22,8 @@ def common_factor(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTe
 
     Parameters
     ----------
-    lines : Lines
     poles : (J,) complex ndarray
         Upper half plane, rad/s.
-    terms : ResidualTerms
 
     Returns
     -------

@@ -54,7 +54,6 @@ def confirmed(measured: Measured, modes: Modes) -> Modes:
     ----------
     measured : Measured
         FRFs that the modes were identified from.
-    modes : Modes
 
     Returns
     -------

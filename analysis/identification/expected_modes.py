@@ -75,7 +75,6 @@ def fit_expected(
         T sweeps.
     expected : ExpectedModes
         J modes at every sweep.
-    settings : Settings
     progress : callable, optional
         Called with the stage and the share done.
 

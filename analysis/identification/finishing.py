@@ -39,16 +39,10 @@ def settle(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
 
     Parameters
     ----------
-    measured : Measured
     lines : Lines
         All lines, unaveraged.
     found : PoleFit
         Start.
-    settings : Settings
-
-    Returns
-    -------
-    PoleFit
     """
     for _ in range(MOST_SETTLINGS):
         before = len(found.poles)
@@ -88,11 +82,8 @@ def finish(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
 
     Parameters
     ----------
-    measured : Measured
     lines : Lines
         All lines, unaveraged.
-    found : PoleFit
-    settings : Settings
 
     Returns
     -------
@@ -109,10 +100,8 @@ def last_fit(measured: Measured, lines: Lines, found: PoleFit) -> tuple[Lines, P
 
     Parameters
     ----------
-    measured : Measured
     lines : Lines
         All lines, unaveraged.
-    found : PoleFit
 
     Returns
     -------
@@ -136,7 +125,6 @@ def judged(
         All lines, unaveraged.
     last : PoleFit
         Of J poles.
-    settings : Settings
     spread : (J, 2, 2) ndarray, optional
         Covariance of every pole's log |pole| and log damping ratio; taken from the fit if not given.
 

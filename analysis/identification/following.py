@@ -80,17 +80,12 @@ class Followed:
         ----------
         temperature : (T,) ndarray
             Degrees Celsius, of all sweeps.
-        sweep : int
         modes : Modes
             Of that sweep.
         terms : ResidualTerms
             Of all sweeps.
         beyond : float
             See `parameters.active_in`.
-
-        Returns
-        -------
-        Followed
         """
         place = np.full((len(temperature), len(modes.poles), 2), np.nan)
         place[sweep] = to_parameters(modes.poles)
@@ -146,7 +141,6 @@ def follow(known: Followed, sweep: int, measured: Measured, usual: float, settin
     ----------
     known : Followed
         The sweep's poles are added to it.
-    sweep : int
     measured : Measured
         The sweep.
     usual : float

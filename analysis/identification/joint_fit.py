@@ -99,7 +99,6 @@ def fit_together(
         Log |lambda| and log damping ratio to start from.
     active : (T, J) ndarray of bool
         Modes that take part in a sweep; the others are placed on their tracks.
-    tracks : SmoothTracks
     settled : float
         Fall of the sum of squares, in units of one number's variance, at which to stop.
     most : int
@@ -108,10 +107,6 @@ def fit_together(
         Stop once the Gauss-Newton model predicts no sum of squares as low as this, in variances of one number.
     known : sequence of Projection
         Of the same lines and terms, one per sweep: used instead of a new evaluation where the poles are equal.
-
-    Returns
-    -------
-    JointFit
     """
     search = SweepsSearch(lines, terms, active, tracks, known)
     now, numbers = _first_point(search, start)

@@ -31,8 +31,6 @@ def seen_through(segments: Segments, modes: Modes, frequency: NDArray[np.float64
 
     Parameters
     ----------
-    segments : Segments
-    modes : Modes
     frequency : (F,) ndarray
         Hz.
 
@@ -88,11 +86,6 @@ def without_leakage(modes: Modes, lines: Lines, segments: Segments) -> Unleaked:
         As fitted.
     lines : Lines
         To which, for their weights.
-    segments : Segments
-
-    Returns
-    -------
-    Unleaked
     """
 
     def seen(now: Modes) -> PoleFit:

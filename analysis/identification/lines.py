@@ -60,10 +60,6 @@ class WeightGroup:
             N of the K.
         scales : list of float
             One for each of these.
-
-        Returns
-        -------
-        WeightGroup
         """
         data = h[rows] * np.array(scales)[:, None] * weight
         return cls(np.repeat(weight, 2), np.array(rows), np.array(scales), data.view(float))

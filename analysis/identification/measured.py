@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.checked_fields import check_ascending, check_finite, check_range, check_shapes
 from analysis.identification.averaging import roughness
 from analysis.identification.lines import Lines
 from analysis.identification.missing import residual
@@ -38,6 +39,12 @@ class Measured:
     at_rest: bool = False
     shift: float = 0.0
     together: bool = False
+
+    def __post_init__(self) -> None:
+        check_shapes(self, frequency="F", h="K F", variance="K F")
+        check_finite(self, "frequency", "h")
+        check_ascending(self, "frequency")
+        check_range(self, 0.0, np.inf, "frequency", unit="Hz")
 
     @property
     def known(self) -> bool:

@@ -44,7 +44,6 @@ def matched(lines: Lines, left: NDArray[np.complex128], shortlist: int = 8) -> N
 
     Parameters
     ----------
-    lines : Lines
     left : (K, F) complex ndarray
         Measured minus model.
     shortlist : int
@@ -115,8 +114,6 @@ def gains(lines: Lines, fitted: PoleFit, poles: NDArray[np.complex128]) -> NDArr
 
     Parameters
     ----------
-    lines : Lines
-    fitted : PoleFit
     poles : (N,) complex ndarray
         Candidates, rad/s.
 

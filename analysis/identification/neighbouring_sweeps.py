@@ -29,7 +29,6 @@ def confirmed_by_neighbours(tracked: TrackedModes, measured: Sequence[Measured])
 
     Parameters
     ----------
-    tracked : TrackedModes
     measured : sequence of Measured
         The sweeps that they were identified from.
 

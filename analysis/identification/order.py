@@ -48,15 +48,9 @@ def drop_unsupported(lines: Lines, fitted: PoleFit, share: float = 0.0) -> PoleF
 
     Parameters
     ----------
-    lines : Lines
-    fitted : PoleFit
     share : float
         Margin as a share of a pole's BIC penalty: 0 drops all unsupported poles, -0.5 only clearly unsupported
         ones.
-
-    Returns
-    -------
-    PoleFit
     """
     penalty = pole_penalty(lines)
     while len(fitted.poles):
@@ -91,10 +85,6 @@ def eliminate(lines: Lines, fitted: PoleFit, *, candidates: int = 3) -> PoleFit:
         Over-specified start.
     candidates : int
         Number of weakest poles whose removal is tried before the order is accepted.
-
-    Returns
-    -------
-    PoleFit
     """
     free = _at(lines, fitted.poles[~fitted.stuck | _outstanding(lines, fitted)], fitted.terms)
     lesser = unresolved(lines, free.poles, free.projection.residues)
@@ -133,10 +123,8 @@ def attempt(
 
     Parameters
     ----------
-    lines : Lines
     poles : (J,) complex ndarray
         Start, rad/s, upper half plane.
-    terms : ResidualTerms
     level : float
         BIC to fall below.
     start : Projection, optional
@@ -175,8 +163,6 @@ def suspects(lines: Lines, fitted: PoleFit, count: int) -> list[int]:
 
     Parameters
     ----------
-    lines : Lines
-    fitted : PoleFit
     count : int
         Number of poles taken from those that explain least.
 
@@ -216,15 +202,10 @@ def choose_terms(lines: Lines, fitted: PoleFit, choices: tuple[ResidualTerms, ..
 
     Parameters
     ----------
-    lines : Lines
     fitted : PoleFit
         Start, with residual terms of its own.
     choices : tuple of ResidualTerms
         Tried besides those of `fitted`.
-
-    Returns
-    -------
-    PoleFit
     """
     best = fitted
     for terms in choices:

@@ -33,10 +33,6 @@ def identify_by_peaks(
     terms : ResidualTerms
         The paper's E + F/s^2 by default.
 
-    Returns
-    -------
-    Modes
-
     Raises
     ------
     ValueError
@@ -69,7 +65,6 @@ def local_pole(lines: Lines, place: int, width: float) -> complex:
 
     Parameters
     ----------
-    lines : Lines
     place : int
         Line of the peak.
     width : float

@@ -66,10 +66,6 @@ def fit(
     target : float, optional
         Stop once this misfit is reached, or once the Gauss-Newton model predicts that it cannot be, which may be
         before the first step.
-
-    Returns
-    -------
-    PoleFit
     """
     bounds = Bounds.of(lines.frequency, lines.spacing)
     x = bounds.clip(to_parameters(poles))

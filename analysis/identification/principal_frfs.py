@@ -61,10 +61,6 @@ def principal_frfs(measured: Measured) -> PrincipalFrfs:
     ----------
     measured : Measured
         K FRFs on F lines, none of them zero.
-
-    Returns
-    -------
-    PrincipalFrfs
     """
     level = np.sqrt((np.abs(measured.h) ** 2).mean(axis=1, keepdims=True))
     scaled = measured.h / level

@@ -93,10 +93,6 @@ class SmoothTracks:
             Those of the log damping ratio's constant and slope.
         degree : int
             Largest degree; lower where there are fewer than three sweeps per coefficient.
-
-        Returns
-        -------
-        SmoothTracks
         """
         span = max(float(np.ptp(temperature)), 1e-9)
         degree = min(degree, max((len(temperature) - 1) // 3, 0))
@@ -118,10 +114,6 @@ class SmoothTracks:
             Log |lambda| and log damping ratio, of a fit.
         active : (T, J) ndarray of bool
             Modes that take part in a sweep.
-
-        Returns
-        -------
-        SmoothTracks
         """
         modes = self.own[:, 0, 1] == self.own[:, 0, 1].min(initial=np.inf)  # background poles have no such limit
         whole = modes & active.all(axis=0)
@@ -149,10 +141,6 @@ class SmoothTracks:
             Posterior variances of the log damping ratios.
         active : (T, J) ndarray of bool
             Modes that take part in a sweep.
-
-        Returns
-        -------
-        SmoothTracks
         """
         prior = self.own[:, 0, 1]
         away = np.where(active, place[:, :, 1] - self.base[:, :, 1], np.nan)

@@ -29,7 +29,6 @@ def split(lines: Lines, fitted: PoleFit) -> PoleFit | None:
 
     Parameters
     ----------
-    lines : Lines
     fitted : PoleFit
         Converged for its number of poles.
 

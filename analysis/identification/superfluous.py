@@ -40,7 +40,6 @@ def remove_superfluous(
         Of each.
     fitted : JointFit
         Of J tracks.
-    tracks : SmoothTracks
     settled : float
         Fall of the sum of squares at which the fit of a trial stops.
 

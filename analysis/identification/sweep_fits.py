@@ -52,7 +52,6 @@ def fit_sweeps(
         Log |lambda| and log damping ratio to start from.
     active : (T, J) ndarray of bool
         Modes that take part in a sweep.
-    tracks : SmoothTracks
     settings : Settings
         Of the status.
     progress : callable, optional

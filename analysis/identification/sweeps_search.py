@@ -58,11 +58,6 @@ class SweepsSearch:
         x : (T, J, 2) ndarray
             Log |lambda| and log damping ratio.
         sweeps : (T,) ndarray of bool
-        before : SweepsAt, optional
-
-        Returns
-        -------
-        SweepsAt
         """
         count, modes = self.active.shape
         misfit, gradient = np.zeros(count), np.zeros((count, 2 * modes))
@@ -151,7 +146,6 @@ class SweepsSearch:
 
         Parameters
         ----------
-        point : SweepsAt
         numbers : (count,) ndarray
             Of the tracks.
         damping : (T,) ndarray

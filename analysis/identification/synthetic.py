@@ -60,10 +60,6 @@ def r10(rng: np.random.Generator, *, noise: float = 0.01, modes: int = 10) -> Sy
         sqrt(E|noise|^2) over rms |H|.
     modes : int
         Ten in the case this is named after.
-
-    Returns
-    -------
-    SyntheticFrf
     """
     f = _frequencies(rng, modes, 160.0, 1450.0, 0.045)
     return _drawn(rng, f, rng.uniform(0.02, 0.05, modes), noise)
@@ -80,10 +76,6 @@ def shared_noise(rng: np.random.Generator, *, noise: float = 0.01, lines: int = 
         sqrt(E|noise|^2) over rms |H|.
     lines : int
         Number of lines averaged.
-
-    Returns
-    -------
-    SyntheticFrf
     """
     case = r10(rng, noise=noise)
     count = len(case.h) + lines - 1
@@ -103,10 +95,6 @@ def rippled(rng: np.random.Generator, *, ripple: float = 5e-3, noise: float = 1e
         Its rms.
     noise : float
         sqrt(E|noise|^2) over rms |H|.
-
-    Returns
-    -------
-    SyntheticFrf
     """
     case = r10(rng, noise=noise)
     drawn = rng.normal(size=len(case.h)) + 1j * rng.normal(size=len(case.h))

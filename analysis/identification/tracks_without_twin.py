@@ -51,7 +51,6 @@ def find_tracks(
         T sweeps.
     start : int
         Sweep that is identified without start values, as is the one farthest from it in temperature.
-    settings : Settings
     progress : callable or None
         Called with the stage and the share done.
 
@@ -122,10 +121,8 @@ def best_start(
 
     Parameters
     ----------
-    measured : sequence of Measured
     tried : set of int
         Sweeps at the ends, because damping is least there.
-    settings : Settings
     method : callable
         Identifies a sweep.
 

@@ -59,16 +59,10 @@ def project(
 
     Parameters
     ----------
-    lines : Lines
     poles : (J,) complex ndarray
         Upper half plane, rad/s.
-    terms : ResidualTerms
     derivatives : bool
         Whether gradient and Hessian are computed, which takes three quarters of the time.
-
-    Returns
-    -------
-    Projection
     """
     count = len(poles)
     linear, moving = 2 * count + terms.parameters, 2 * count * derivatives
@@ -120,10 +114,8 @@ def misfit_at(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms)
 
     Parameters
     ----------
-    lines : Lines
     poles : (J,) complex ndarray
         Upper half plane, rad/s.
-    terms : ResidualTerms
 
     Returns
     -------

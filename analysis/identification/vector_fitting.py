@@ -29,8 +29,6 @@ def spread_poles(lines: Lines, count: int, damping: float = 0.01) -> NDArray[np.
 
     Parameters
     ----------
-    lines : Lines
-    count : int
     damping : float
         Damping ratio of each.
 
@@ -158,10 +156,8 @@ def start_poles(lines: Lines, count: int, terms: ResidualTerms, *, iterations: i
 
     Parameters
     ----------
-    lines : Lines
     count : int
         Pole pairs at the start of the search.
-    terms : ResidualTerms
     iterations : int
         Largest number of relocations.
 

@@ -66,7 +66,6 @@ def offset_change(sweeps: Sequence[Sweep], leave_out: Sequence[int] = ()) -> tup
 
     Parameters
     ----------
-    sweeps : sequence of Sweep
     leave_out : sequence of int
         Places of sweeps that are in doubt already.
 

@@ -83,10 +83,6 @@ class PlateSensors:
             Degrees Celsius.
         readings : sequence of float
             One of every sensor, degrees Celsius.
-
-        Returns
-        -------
-        bool
         """
         return all(self._checks[one].fits(now, air, readings[one]) for one in self._used)
 
@@ -101,10 +97,6 @@ class PlateSensors:
             Degrees Celsius.
         readings : sequence of float
             One of every sensor, degrees Celsius.
-
-        Returns
-        -------
-        PlateReading
         """
         verdicts = {one: self._checks[one].judge(now, air, readings[one]) for one in self._used}
         trusted = max((verdict.trust for verdict in verdicts.values()), default=Trust.REFUSED)

@@ -104,10 +104,6 @@ class SensorCheck:
             s.
         air, reading : float
             Degrees Celsius.
-
-        Returns
-        -------
-        bool
         """
         if not OPEN[0] < reading < OPEN[1]:
             return False
@@ -125,10 +121,6 @@ class SensorCheck:
             s.
         air, reading : float
             Degrees Celsius.
-
-        Returns
-        -------
-        Verdict
         """
         if not OPEN[0] < reading < OPEN[1]:  # also NaN
             return Verdict(Trust.REFUSED, f"{self.name} reads {reading:g} °C: open or shorted")

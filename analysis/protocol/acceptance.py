@@ -45,7 +45,6 @@ def faults(
     sample_rate : float, Hz
     set_point : SweepSetPoint
         What it was to be.
-    protocol : AcquisitionProtocol
 
     Returns
     -------
@@ -80,7 +79,6 @@ def signal_faults(
     overloaded : (1 + K,) ndarray
         Channels that came near the inputs' range in any repeat, drive first.
     sample_rate : float, Hz
-    protocol : AcquisitionProtocol
 
     Returns
     -------

@@ -19,7 +19,6 @@ def unresolved(lines: tuple[float, float], spacing: float, loss_factor: float) -
         First and last frequency, Hz.
     spacing : float
         Of the lines, Hz.
-    loss_factor : float
 
     Returns
     -------

@@ -71,7 +71,6 @@ def stretched(played: Real, difference: float, sample_rate: float, sweep: SweepS
         Share by which the playing clock is faster.
     sample_rate : float
         Of the recording clock, Hz.
-    sweep : SweepSettings
     level : float
         Of the drive, V.
 

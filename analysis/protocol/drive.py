@@ -19,7 +19,6 @@ def drive_signal(sweep: SweepSettings, level: float, sample_rate: float) -> NDAr
 
     Parameters
     ----------
-    sweep : SweepSettings
     level : float
         Amplitude, V.
     sample_rate : float

@@ -87,10 +87,6 @@ def input_levels(
         Hz.
     full : float
         Where the input clips, V.
-
-    Returns
-    -------
-    InputLevels
     """
     quiet = silence - silence.mean()
     by_mains = {mains: _hum(quiet, mains, rate) for mains in MAINS}

@@ -56,7 +56,6 @@ def far_power(radiator: Radiator, field: Complex, frequency: Real, order: int = 
 
     Parameters
     ----------
-    radiator : Radiator
     field : (F, K) ndarray
         Displacement at the points, m.
     frequency : (F,) ndarray, Hz
@@ -83,7 +82,6 @@ def radiation_efficiency(radiator: Radiator, power: Real, field_energy: Real, fr
 
     Parameters
     ----------
-    radiator : Radiator
     power : (F,) ndarray
         W.
     field_energy : (F,) ndarray
@@ -105,7 +103,6 @@ def directivity_index(radiator: Radiator, on_axis: Complex, power: Real) -> Real
 
     Parameters
     ----------
-    radiator : Radiator
     on_axis : (F,) ndarray
         Pressure on the axis far away, times the distance, Pa m.
     power : (F,) ndarray

@@ -152,7 +152,6 @@ def require_fine(spacing: float, frequency: float, air: Air, bending_wavelength:
         Side of a square of the largest cell's area, m.
     frequency : float
         Highest one, Hz.
-    air : Air
     bending_wavelength : float
         Of the plate at this frequency, m.
 

@@ -34,7 +34,6 @@ def power_error(sources: SourceNodes, field: Complex, variance: Real, frequency:
 
     Parameters
     ----------
-    sources : SourceNodes
     field : (F, K) ndarray
         As measured, m.
     variance : (F, K) ndarray

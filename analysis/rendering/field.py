@@ -36,10 +36,6 @@ def field_contrast(forms: EnergyForms, filters: Complex, spectrum: Real) -> Fiel
     filters : (F, N) ndarray
     spectrum : (F,) ndarray
         Power of the sound.
-
-    Returns
-    -------
-    FieldContrast
     """
     lines = contrast(forms, filters)[0]
     whole = np.einsum("fn,fnm,fm->f", filters.conj(), forms.plate[0], filters).real * spectrum

@@ -116,7 +116,6 @@ class FollowingBank:
 
         Parameters
         ----------
-        networks : NetworkBank
         sample_rate : float
             Hz.
         delay : int

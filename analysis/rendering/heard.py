@@ -121,7 +121,6 @@ def impulse_responses(response: PanelResponse, settings: Filters, temperature: f
     ----------
     response : callable
         See `PanelResponse`.
-    settings : Filters
     temperature : float
         °C.
 

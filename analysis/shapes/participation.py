@@ -81,10 +81,6 @@ def mode_shapes(
     deviation : (L, J) ndarray, optional
         Standard deviation of each residue, see `residue_deviation`: noise has singular values too, and a second
         shape has to be larger than these.
-
-    Returns
-    -------
-    ModeShapes
     """
     responses = tuple(dict.fromkeys(one.response for one in transfers))
     references = tuple(dict.fromkeys(one.reference for one in transfers))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.checked_fields import check_finite, check_range, check_shapes
 from analysis.identification.averaging import averaged
 from analysis.identification.measured import Measured
 from analysis.identification.principal_frfs import MANY, principal_frfs
@@ -38,20 +39,19 @@ class StabilizationChart:
     damping: NDArray[np.float64]
     stable: NDArray[np.int64]
 
+    def __post_init__(self) -> None:
+        check_shapes(self, order="P", frequency="P", damping="P", stable="P")
+        check_finite(self, "frequency", "damping")
+        check_range(self, 0, 2, "stable")
+
 
 def stabilization_chart(measured: Measured, terms: ResidualTerms, orders: Sequence[int]) -> StabilizationChart:
     """Run vector fitting at rising orders; each pole is held against those of the order before.
 
     Parameters
     ----------
-    measured : Measured
-    terms : ResidualTerms
     orders : sequence of int
         Rising orders, in pole pairs.
-
-    Returns
-    -------
-    StabilizationChart
     """
     if len(measured.h) > MANY:
         measured = principal_frfs(measured).measured

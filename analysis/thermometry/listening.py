@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from analysis.arrays import Complex, Real
+from analysis.checked_fields import check_ascending, check_finite, check_shapes
 
 BEFORE, AFTER = 0.5, 0.1
 """Seconds of drive ahead of a stretch, whose ringing reaches into it, and behind, over which it is faded out."""
@@ -81,6 +82,11 @@ class Listener:
     frame: int
     largest_sigma: float = 1.0
 
+    def __post_init__(self) -> None:
+        check_shapes(self, temperature="T", transfer="T N K")
+        check_finite(self, "transfer")
+        check_ascending(self, "temperature")
+
     @classmethod
     def of(
         cls,
@@ -95,7 +101,6 @@ class Listener:
 
         Parameters
         ----------
-        panel : PatchResponse
         temperature : (T,) ndarray, °C
             Ascending, evenly spaced.
         sample_rate : float

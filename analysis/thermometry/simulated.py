@@ -27,13 +27,11 @@ def simulated_response(
 
     Parameters
     ----------
-    panel : PatchResponse
     drive : (N, n) ndarray, V
     sample_rate : float
         Hz.
     band : (float, float)
         Hz.
-    programme : TemperatureProgramme
     signal_to_noise : float
         dB.
     rng : numpy Generator

@@ -43,7 +43,6 @@ def cauchy_kernel(frequency: Real, centers: Real, loss_factor: float) -> Real:
         Lines, Hz.
     centers : (C,) ndarray
         Where the responses are wanted, Hz.
-    loss_factor : float
 
     Returns
     -------
@@ -63,8 +62,6 @@ def narrowed(model: TwinModel, data: SweepData, moduli: Real) -> list[Real]:
 
     Parameters
     ----------
-    model : TwinModel
-    data : SweepData
     moduli : (N,) ndarray
         Young's moduli to start from, Pa, spaced for resonances with half the box's largest loss factor.
 

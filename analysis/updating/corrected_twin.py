@@ -18,7 +18,7 @@ from analysis.gap.data.preparation import prepare, sweep_points
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.sheet import fitted_sheet
 from analysis.gap.fitting.state import GapState, starting_state
-from analysis.material import Material, MaterialLaws
+from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.twin_model import TwinModel
 from analysis.updated import Updated
 from analysis.updating.enough_temperatures import FEWEST, distinct_temperatures
@@ -90,7 +90,6 @@ def fit_twin(
 
     Parameters
     ----------
-    frf : Frf
     plain : Updated
         Model updating without effects, from which the fit starts.
     model : TwinModel
@@ -103,10 +102,6 @@ def fit_twin(
         Those that are held.
     floor : NumericalFloor, optional
         Discretisation error of the twin; that of a converged twin by default.
-
-    Returns
-    -------
-    FittedTwin
 
     Raises
     ------
@@ -129,7 +124,6 @@ def corrected_twin(
 
     Parameters
     ----------
-    frf : Frf
     plain : Updated
         Model updating of the same sweeps without effects: gives the misfits before; its correlations are kept,
         because they depend only on the twin's sensitivities.
@@ -137,11 +131,6 @@ def corrected_twin(
         The twin; it holds the effects that are not in the state.
     protocol : Protocol
         Gives the ramp rate.
-    fitted : FittedTwin
-
-    Returns
-    -------
-    CorrectedTwin
     """
     groups = TemperatureGroups.of(frf.temperature)
     local = LawSmoothness.of(groups.reference, mean_laws(plain.material, groups)).laws(fitted.state.laws)
@@ -211,7 +200,7 @@ def _laws(protocol: Protocol, nodes: FittedLaws) -> MaterialLaws | None:
     return fit_laws(temperature, material, own, temperature_range=span, common=nodes.shared)
 
 
-def material_of(nodes: FittedLaws) -> tuple[Material, Material]:
+def material_of(nodes: FittedLaws) -> tuple[Material, MaterialSigma]:
     """E, nu and eta at the nodes, and their standard deviations."""
     material = Material(np.exp(nodes.value[:, 0]), nodes.value[:, 1], np.exp(nodes.value[:, 2]))
     return material, material.sigma(nodes.sigma)

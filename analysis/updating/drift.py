@@ -32,10 +32,6 @@ def sweep_laws(temperature: Real, material: Material, laws: MaterialLaws | None)
         Of every sweep, (T,) arrays.
     laws : MaterialLaws or None
         Through all sweeps; without them, the slopes are zero.
-
-    Returns
-    -------
-    list of LocalLaws
     """
     low, high = laws.temperature_range if laws else (0.0, 0.0)
     constants = zip(material.youngs_modulus, material.poisson_ratio, material.loss_factor, strict=True)
@@ -58,12 +54,10 @@ def to_first_order(
     ----------
     frf : Frf
         As measured.
-    model : TwinModel
     laws : sequence of LocalLaws
         Of the sweeps, with their slopes over temperature. Approximate ones are enough: they only enter the change.
     gains : (I,) ndarray
         Of the inputs.
-    protocol : Protocol
     executor : Executor
         Sweeps are computed on it.
 

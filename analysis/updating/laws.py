@@ -11,7 +11,7 @@ from scipy.interpolate import BSpline
 from scipy.optimize import minimize_scalar
 
 from analysis.experiment import Protocol
-from analysis.material import Material, MaterialLaws
+from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updating.enough_temperatures import FEWEST, distinct_temperatures
 
 KNOT_SPACING = 2.5
@@ -21,7 +21,7 @@ KNOT_SPACING = 2.5
 def fit_laws(
     temperature: NDArray[np.float64],
     material: Material,
-    sigma: Material,
+    sigma: MaterialSigma,
     *,
     reading_sigma: float = 0.05 / np.sqrt(2.0),
     temperature_range: tuple[float, float] | None = None,
@@ -33,7 +33,7 @@ def fit_laws(
     ----------
     temperature : (T,) ndarray
         Degrees Celsius; may hold repeated values (up and down ramp).
-    material, sigma : Material
+    material, sigma : Material, MaterialSigma
         Estimates and standard deviations by their own noise, (T,) arrays.
     reading_sigma : float
         Standard deviation of a sweep's temperature reading, K; on a steep law it outweighs that of the
@@ -44,10 +44,6 @@ def fit_laws(
     common : (T, 3, P) ndarray, optional
         Errors of log E, nu and log eta that the estimates share, one standard deviation of each of P causes: they
         widen the bands, and no smoothing takes them out.
-
-    Returns
-    -------
-    MaterialLaws
 
     Raises
     ------
@@ -91,7 +87,7 @@ def fit_laws(
 def laws_of_sweeps(
     temperature: NDArray[np.float64],
     material: Material,
-    sigma: Material,
+    sigma: MaterialSigma,
     settled: NDArray[np.bool_],
     protocol: Protocol,
     common: NDArray[np.float64] | None = None,
@@ -102,7 +98,7 @@ def laws_of_sweeps(
     ----------
     temperature : (T,) ndarray
         Degrees Celsius.
-    material, sigma : Material
+    material, sigma : Material, MaterialSigma
         Estimates and standard deviations, (T,) arrays.
     settled : (T,) ndarray of bool
         Which estimates count.
@@ -119,9 +115,10 @@ def laws_of_sweeps(
     there = temperature[settled]
     if distinct_temperatures(there) < FEWEST:
         return None
-    rows = [Material(**{name: row[settled] for name, row in vars(one).items()}) for one in (material, sigma)]
+    known = Material(*(row[settled] for row in vars(material).values()))
+    spread = MaterialSigma(*(row[settled] for row in vars(sigma).values()))
     shared = None if common is None else common[settled]
-    return fit_laws(there, *rows, temperature_range=reached(protocol, there), common=shared)
+    return fit_laws(there, known, spread, temperature_range=reached(protocol, there), common=shared)
 
 
 def reached(protocol: Protocol, temperature: NDArray[np.float64]) -> tuple[float, float]:

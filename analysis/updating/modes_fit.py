@@ -97,17 +97,12 @@ def fit_modes(
 
     Parameters
     ----------
-    measured : sequence of ModesAtTemperature
     poles : callable
         Of the twin.
     box : MaterialBox
         Where it is certified.
     cards : mapping of str to EffectCard
         Its declared quantities with tolerances.
-
-    Returns
-    -------
-    FittedModes
 
     Raises
     ------

@@ -41,7 +41,6 @@ class CoarseModel(Protocol):
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
         frequency : (F,) ndarray
             Hz.
 
@@ -102,10 +101,6 @@ def scan_modulus(model: CoarseModel, frequency: Real, h: NDArray[np.complex128],
         Measured FRF, V/V.
     box : MaterialBox
         As declared.
-
-    Returns
-    -------
-    ModulusScan
     """
     grid = scan_grid(frequency)
     seen = levels(smoothed(np.abs(h) ** 2, frequency, grid))

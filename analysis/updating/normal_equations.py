@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from analysis.checked_fields import check_finite, check_range, check_shapes
 from analysis.frf import Frf
 from analysis.local_laws import LocalLaws
 from analysis.sweep_point import SweepPoint
@@ -35,6 +36,11 @@ class SweepData:
     temperature: float = 20.0
     source: int = 0
 
+    def __post_init__(self) -> None:
+        check_shapes(self, frequency="F", h="K F", weight="K F")
+        check_finite(self, "h", "weight", "temperature")
+        check_range(self, 0.0, np.inf, "weight")
+
     @property
     def point(self) -> SweepPoint:
         """Circumstances of a sweep by itself: a steady temperature, 1 V."""
@@ -54,14 +60,8 @@ class SweepData:
 
         Parameters
         ----------
-        frf : Frf
         sweep : int
             Its index in the FRFs.
-        stride : int
-
-        Returns
-        -------
-        SweepData
         """
         lines = np.flatnonzero(~frf.excluded)[::stride]
         return cls(
@@ -185,16 +185,10 @@ def normal_equations(
 
     Parameters
     ----------
-    model : TwinModel
-    data : SweepData
     material : (3,) ndarray
         E [Pa], nu and eta.
     gain : float or None
         V/V; None for the best gain at `material`.
-
-    Returns
-    -------
-    NormalEquations
 
     Raises
     ------

@@ -56,8 +56,6 @@ def start_material(
 
     Parameters
     ----------
-    model : TwinModel
-    data : SweepData
     progress : callable
         Called with the share done, which jumps to 1 if the first grid suffices.
     signed : bool

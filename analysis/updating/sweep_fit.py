@@ -55,14 +55,8 @@ def fit_sweep(model: TwinModel, data: SweepData, start: NDArray[np.float64]) -> 
 
     Parameters
     ----------
-    model : TwinModel
-    data : SweepData
     start : (3,) ndarray
         E [Pa], nu and eta; the gain starts at its best value there.
-
-    Returns
-    -------
-    SweepFit
     """
     point = normal_equations(model, data, model.box.clip(start))
     misfit_start = point.misfit

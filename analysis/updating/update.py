@@ -30,7 +30,7 @@ from analysis.gap.imperfect.search import settled_from_first_order
 from analysis.gap.imperfect.whole_campaign import over_all_sweeps
 from analysis.gap.search.context import SearchContext
 from analysis.local_laws import LocalLaws
-from analysis.material import Material, MaterialBox
+from analysis.material import Material, MaterialBox, MaterialSigma
 from analysis.progress import Progress
 from analysis.sheet_material import LOSS, MODULI, TRANSVERSE
 from analysis.sheet_orthotropy import Orthotropy
@@ -85,10 +85,6 @@ def update(
         through the fits of single sweeps. Else each sweep counts as measured at one temperature.
     progress : callable, optional
         Called with a stage's name and the share of it done.
-
-    Returns
-    -------
-    Updated
 
     Raises
     ------
@@ -173,13 +169,8 @@ def tied(box: MaterialBox, fits: Sequence[SweepFit], source: NDArray[np.int_]) -
     ----------
     box : MaterialBox
         Within which materials stay.
-    fits : sequence of SweepFit
     source : (T,) int ndarray
         Which input drove each sweep.
-
-    Returns
-    -------
-    GapState
     """
     # to first order, without another evaluation: a settled sweep's last step has not been taken yet
     points = [fit.point for fit in fits]
@@ -204,7 +195,7 @@ def _laws_alone(frf: Frf, alone: Sequence[SweepFit], protocol: Protocol) -> list
     return sweep_laws(frf.temperature, material, laws)
 
 
-def _sigma_of(fits: Sequence[SweepFit]) -> Material:
+def _sigma_of(fits: Sequence[SweepFit]) -> MaterialSigma:
     """Return the standard deviations (T,) of the materials, by the noise."""
     laws = np.sqrt([np.diag(np.linalg.inv(fit.point.matrix))[:3] for fit in fits])
     return material_of(fits).sigma(laws)

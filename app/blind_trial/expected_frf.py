@@ -4,7 +4,7 @@ import numpy as np
 
 from analysis.frf import Frf
 from analysis.mains import mains_lines
-from analysis.material import Material
+from analysis.material import MaterialSigma
 from analysis.protocol.drive import drive_signal
 from analysis.sweep_point import SweepPoint
 from analysis.updated import Updated
@@ -87,7 +87,7 @@ def true_updating(specimen: Specimen, frf: Frf) -> Updated:
     return Updated(
         temperature=frf.temperature,
         material=specimen.laws.at(frf.temperature),
-        sigma=Material(nothing, nothing, nothing),
+        sigma=MaterialSigma(nothing, nothing, nothing),
         correlation=np.zeros((nothing.size, 4, 4)),
         gain=float(gains[0]),
         sigma_gain=0.0,

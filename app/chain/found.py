@@ -5,7 +5,7 @@ from pathlib import Path
 from app.files.bad_file import ResultFileError
 from app.files.best_twin import PLAIN, best_twin, gap_record_of
 from app.report.summary import summary, worth_of
-from app.terminal.briefing import briefing
+from app.summaries.briefing import briefing
 
 OF_THE_PANEL = (("filters", "focus"), ("at any temperature", "compensate"))
 Rows = tuple[tuple[str, str], ...]
@@ -16,7 +16,6 @@ def found_rows(run: Path, campaign: str) -> Rows:
 
     Parameters
     ----------
-    run : Path
     campaign : str
         How commands name the campaign.
 

@@ -21,7 +21,7 @@ from app.files.modes_file import load_modes
 from app.files.provenance import read_stamp, sha256
 from app.files.run_record import versions
 from app.files.run_settings import Stage
-from app.terminal.pairing import no_fit_words
+from app.summaries.pairing import no_fit_words
 
 FREE = (EXTENT, "campaign")
 """Settings that follow from the inputs: how many sweeps, and the folder's name."""
@@ -33,7 +33,6 @@ def made_alike(work: Work, stage: Stage, known: Mapping[str, str]) -> bool | Non
 
     Parameters
     ----------
-    work : Work
     stage : str
     known : mapping of str to str
         SHA-256 of what a run made: if it is that, and the run's record does not hold any more, something else has

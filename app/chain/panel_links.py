@@ -49,7 +49,7 @@ def do_focus(work: Work, report: Progress) -> Made:
     """Design filters over temperature."""
     from app.stages import focus
     from app.stages.focus_request import FocusRequest
-    from app.terminal.focusing import correction, notes
+    from app.summaries.focusing import correction, notes
 
     options = work.settings.focus
     task = FocusRequest(work.run, None, work.panel, options.changes(), options.method, options.temperatures).task()
@@ -67,7 +67,7 @@ def do_compensate(work: Work, report: Progress) -> Made:
     from app.stages import compensate
     from app.stages.compensate_request import CompensateRequest
     from app.stages.panel_inputs import checked_device
-    from app.terminal.compensation import notes
+    from app.summaries.compensation import notes
 
     options, focusing = work.settings.compensate, work.settings.focus
     own = "focus" in work.broken or not (work.run / "filters.h5").is_file()

@@ -74,7 +74,7 @@ def do_identify(work: Work, report: Progress) -> Made:
     from analysis.identification.settings import Settings
     from app.stages import identify
     from app.stages.identify_options import Wanted
-    from app.terminal.modes import headline
+    from app.summaries.modes import headline
 
     options = work.settings.identify
     settings = Settings(mains=work.settings.mains)
@@ -89,7 +89,7 @@ def do_identify(work: Work, report: Progress) -> Made:
 def do_update(work: Work, report: Progress) -> Made:
     """Fit E, nu and eta at every temperature, and laws through them."""
     from app.stages import update
-    from app.terminal.update import gains_text, headline, notes
+    from app.summaries.update import gains_text, headline, notes
 
     work.models.wait_for(PLATE, report)
     campaign, mains = work.campaign, work.settings.mains
@@ -107,7 +107,7 @@ def do_update(work: Work, report: Progress) -> Made:
 def do_gap(work: Work, report: Progress) -> Made:
     """Compare the campaign with its twin, and name what the twin lacks."""
     from app.stages import gap
-    from app.terminal.gap import headline
+    from app.summaries.gap import headline
     from app.twins.campaign_model import known_effects
 
     campaign, mains = work.campaign, work.settings.mains

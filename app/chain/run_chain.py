@@ -57,11 +57,6 @@ class _StageError(Exception):
 def run_chain(request: RunRequest, listener: RunListener) -> RunRecord:
     """Run the stages asked for.
 
-    Parameters
-    ----------
-    request : RunRequest
-    listener : RunListener
-
     Returns
     -------
     RunRecord

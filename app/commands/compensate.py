@@ -125,8 +125,9 @@ def command(
     from app.files.run_folder import run_folder
     from app.stages import compensate
     from app.stages.panel_inputs import checked_device
-    from app.terminal.campaign_extent import extent_record, led
-    from app.terminal.compensation import notes, record, show, summary
+    from app.summaries.campaign_extent import extent_record, led
+    from app.summaries.compensation import notes, record, summary, tables
+    from app.terminal.tables import show
 
     checked_device(device)
     with run_folder(task.beside, out or task.beside, ROOM) as folder, output.progress() as report:
@@ -138,7 +139,7 @@ def command(
         target = compensate.save(folder, computed, task.hashes(), task.extent)
     found = computed.compensation
     seconds = time.perf_counter() - started
-    output.result(lambda: record(found, seconds) | extent_record(task.extent), lambda: show(found))
+    output.result(lambda: record(found, seconds) | extent_record(task.extent), lambda: show(tables(found)))
     for note in [*task.notes, *notes(found, task.training)]:
         output.note(note)
     output.summary(f"{led(task.extent)}{summary(found, target, seconds)}")

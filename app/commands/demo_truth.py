@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from analysis.experiment import Experiment
     from analysis.material import Material
-    from app.terminal.gap import Record
+    from app.summaries.gap import Record
 
 EXPERIMENT = shipped("simulated-rig.toml")
 PUZZLE = shipped("hidden-effect.toml")
@@ -83,7 +83,7 @@ def puzzle_experiment() -> "tuple[Experiment, dict[str, dict[str, float]]]":
 
 def put_in() -> "Iterator[tuple[str, str]]":
     """Yield the effects hidden in the last campaign's plate, with values and units."""
-    from app.terminal.with_sigma import with_sigma
+    from app.summaries.with_sigma import with_sigma
     from simulation.effects.library import LIBRARY
 
     experiment, effects = puzzle_experiment()
@@ -98,7 +98,7 @@ def effects_table(run: Path) -> "Table":
     from rich.table import Table
 
     from app.files.gap_file import load_gap
-    from app.terminal.gap import estimate, gap_closed, named, verdict_words
+    from app.summaries.gap import estimate, gap_closed, named, verdict_words
 
     gap = load_gap(run / "gap.h5")[1]
     table = Table(title="The plate with something hidden: what it is, what was found", header_style="bold")

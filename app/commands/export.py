@@ -152,7 +152,7 @@ def _sweeps(campaign: Path, form: str, given: Mapping[str, object], out: Path | 
     from app.files.campaign import load_campaign
     from app.files.run_folder import writable_folder
     from app.files.sweeps_out import write_sweeps
-    from app.terminal.campaign_extent import led
+    from app.summaries.campaign_extent import led
 
     loaded = load_campaign(campaign)
     if not isinstance(loaded, Campaign):
@@ -189,7 +189,6 @@ def record(sent: "Shipment", written: tuple[Path, ...], cost: "Cost | None") -> 
 
     Parameters
     ----------
-    sent : Shipment
     written : tuple of Path
         Its files.
     cost : Cost or None
@@ -228,15 +227,10 @@ def summary(sent: "Shipment", written: tuple[Path, ...], cost: "Cost | None") ->
 
     Parameters
     ----------
-    sent : Shipment
     written : tuple of Path
         Its files, at least one.
     cost : Cost or None
         On the target; None for formats that are no program.
-
-    Returns
-    -------
-    str
     """
     actuators, _, taps = sent.filters.banks.shape
     low, high = sent.filters.temperature_range

@@ -100,8 +100,9 @@ def command(
 
     from app.files.run_folder import run_folder
     from app.stages import focus
-    from app.terminal.campaign_extent import extent_record, led
-    from app.terminal.focusing import correction, notes, record, show, summary, tradeoff
+    from app.summaries.campaign_extent import extent_record, led
+    from app.summaries.focusing import correction, notes, record, summary, table, tradeoff
+    from app.terminal.tables import show
 
     with run_folder(task.beside, out or task.beside) as folder, output.progress() as report:
         found = task.compute(report)
@@ -114,7 +115,7 @@ def command(
             record(found.panel, focusing, found.comparison, lost, seconds, found.pareto)
             | extent_record(task.extent)
         ),
-        lambda: show(found.panel, focusing),
+        lambda: show([table(found.panel, focusing)]),
     )
     said = (*notes(found.panel, focusing), *tradeoff(found.panel, found.pareto))
     for note in (*said, *task.notes, *correction(focusing, lost), *gone):
@@ -126,7 +127,7 @@ def replaced(target: Path, temperature: "NDArray[np.float64]") -> list[str]:
     """Return a note if the new filters, of `temperature` (T,), °C, replace filters of other temperatures."""
     from app.files.bad_file import ResultFileError
     from app.files.filter_files import load_focusing
-    from app.terminal.focusing import temperatures_in_words
+    from app.summaries.focusing import temperatures_in_words
 
     if not target.is_file():
         return []

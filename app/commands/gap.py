@@ -103,9 +103,10 @@ def command(
     from app.files.campaign import load_campaign
     from app.files.room import room_of
     from app.files.run_folder import run_folder
-    from app.terminal.briefing import briefing
-    from app.terminal.campaign_extent import led
-    from app.terminal.gap import show, summary
+    from app.summaries.briefing import briefing
+    from app.summaries.campaign_extent import led
+    from app.summaries.gap import summary, tables
+    from app.terminal.tables import show
 
     if not plan and (experiment or hours):
         raise click.UsageError("--experiment and --hours belong to --plan")
@@ -135,7 +136,7 @@ def command(
         seconds = time.perf_counter() - started
         record = gap.save(run, loaded, found, mains, seconds, start=twin, folder=effects, rig=rig)
     words = briefing(best_twin(run, "gap"), record, str(campaign)).lines()
-    output.result(lambda: record, lambda: show(record, words))
+    output.result(lambda: record, lambda: show(tables(record), words))
     planned = record["plan"]["notes"] if plan else ()
     for note in (*found.frf.notes, *record["notes"], *planned):
         output.note(note)

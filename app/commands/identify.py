@@ -171,8 +171,9 @@ def _campaign(
     loaded = load_campaign(campaign)
 
     from app.stages import identify
-    from app.terminal.campaign_extent import extent_record, led
-    from app.terminal.modes import campaign_record, show, summary
+    from app.summaries.campaign_extent import extent_record, led
+    from app.summaries.modes import campaign_record, summary, tables
+    from app.terminal.tables import show
 
     wanted = options()
     if export is not None:
@@ -185,7 +186,7 @@ def _campaign(
     tracked = found.tracked
     seconds = time.perf_counter() - started
     record = campaign_record(tracked, seconds) | extent_record(loaded.extent)
-    output.result(lambda: record, lambda: show(tracked))
+    output.result(lambda: record, lambda: show(tables(tracked)))
     said = () if export is None else (identify.said_of_export(export, found, wanted.temperature),)
     for note in (*found.frf.notes, *tracked.notes, *said):
         output.note(note)
@@ -208,19 +209,19 @@ def _structure(path: Path, out: Path | None, options: "Callable[[], Wanted]", ou
     with run_folder(folder, out) as run, output.progress() as report:
         frfs = declared_frfs(path, report) if declares_test(path) else of_universal(path, read_frfs(path))
 
-        from app.modal_test.records import record_of, show_shapes
+        from app.modal_test.records import record_of, shape_tables
         from app.stages import identify_structure as stage
-        from app.terminal.modes import modes_record, show_modes
+        from app.summaries.modes import mode_table, modes_record
+        from app.terminal.tables import show
 
         found, wanted = stage.compute(frfs, options(), report, mains_named=typed_mains)
         stage.save(run, found, wanted)
     frfs, seconds = found.frfs, time.perf_counter() - started
 
-    def show() -> None:
-        show_modes(frfs.title, modes_record(found.modes)["modes"])
-        show_shapes(found)
-
-    output.result(lambda: record_of(found, seconds), show)
+    output.result(
+        lambda: record_of(found, seconds),
+        lambda: show([mode_table(frfs.title, modes_record(found.modes)["modes"]), *shape_tables(found)]),
+    )
     for note in frfs.notes:
         output.note(note)
     if wanted.settings.mains not in (None, 50.0) and frfs.mains is None and not typed_mains:
@@ -242,17 +243,17 @@ def _uff(path: Path, options: "Callable[[], Wanted]", output: Output) -> None:
     frfs = read_frfs(path)
 
     from app.stages.identify import uff_records
-    from app.terminal.modes import show_modes
+    from app.summaries.modes import mode_table
+    from app.terminal.tables import show
 
     with output.progress() as report:
         records = uff_records(frfs, options(), report)
     seconds = time.perf_counter() - started
 
-    def show_all() -> None:
-        for record in records:
-            show_modes(str(record["name"]), record["modes"])
-
-    output.result(lambda: {"frfs": records, "seconds": seconds}, show_all)
+    output.result(
+        lambda: {"frfs": records, "seconds": seconds},
+        lambda: show(mode_table(str(record["name"]), record["modes"]) for record in records),
+    )
     for record in records:
         if "note" in record:
             output.note(f"{record['name']}: {record['note']}")

@@ -18,15 +18,12 @@ def write_plate(
 
     Parameters
     ----------
-    files : tuple of Path
     plate : (float, float, float, float) or None
     units : (str, str) or None
-    points : Path or None
     title : str
         These four as in `app.plate_frfs.new_plate.SaidOfPlate`.
     folder : Path
         Or the declaration's name.
-    output : Output
     """
     from app.plate_frfs.new_plate import SaidOfPlate, new_plate
 

@@ -49,10 +49,6 @@ class Existing(click.Path):
         ctx : click.Context or None
             Not used.
 
-        Returns
-        -------
-        Path
-
         Raises
         ------
         click.ClickException

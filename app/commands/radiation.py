@@ -61,7 +61,7 @@ def command(
     from app.files.run_folder import run_file, run_folder
     from app.stages.panel_inputs import measured_panel
     from app.stages.panel_laws import laws_for
-    from app.terminal.campaign_extent import extent_record, led
+    from app.summaries.campaign_extent import extent_record, led
 
     given = run or Path()
     filters = given if given.is_file() else run_file(given, "filters.h5", "radiation")
@@ -80,7 +80,8 @@ def command(
     extent = None if origin is None else origin.extent
 
     from app.stages import radiation
-    from app.terminal.radiation import notes, record, show, summary
+    from app.summaries.radiation import notes, record, summary, table
+    from app.terminal.tables import show
 
     beside = given.parent if given.is_file() else given
     with run_folder(beside, out or beside) as folder, output.progress() as report:
@@ -96,7 +97,9 @@ def command(
 
         saved(target.with_suffix(".png"), lambda: levels(found))
     seconds = time.perf_counter() - started
-    output.result(lambda: record(declared, found, seconds) | extent_record(extent), lambda: show(declared, found))
+    output.result(
+        lambda: record(declared, found, seconds) | extent_record(extent), lambda: show([table(declared, found)])
+    )
     for note in (*(() if origin is None else origin.notes), *notes(declared, found)):
         output.note(note)
     output.summary(f"{led(extent)}{summary(declared, found, target, seconds)}")
@@ -104,15 +107,6 @@ def command(
 
 def with_sound(panel: "Panel", path: Path) -> "Panel":
     """Return a panel with the listeners, air and mounting of another panel's file.
-
-    Parameters
-    ----------
-    panel : Panel
-    path : Path
-
-    Returns
-    -------
-    Panel
 
     Raises
     ------

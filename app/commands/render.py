@@ -77,7 +77,7 @@ def command(
     from app.files.exports.shipment import shipment
     from app.files.run_folder import run_folder
     from app.stages.panel_laws import laws_for
-    from app.terminal.campaign_extent import led
+    from app.summaries.campaign_extent import led
 
     given = run or Path()
     sent = shipment(given, method, "render").chosen({"sound": sound.name, "temperature": temperature})
@@ -121,14 +121,8 @@ def listening(model: "PanelTwin", panel: "Panel", laws: "MaterialLaws") -> "List
 
     Parameters
     ----------
-    model : PanelTwin
-    panel : Panel
     laws : MaterialLaws
         Of the panel's plate.
-
-    Returns
-    -------
-    ListenersOfPanel
 
     Raises
     ------
@@ -163,10 +157,8 @@ def covered(sent: "Shipment", laws: "MaterialLaws", course: "TemperatureProgramm
 
     Parameters
     ----------
-    sent : Shipment
     laws : MaterialLaws
         Of the panel's plate.
-    course : TemperatureProgramme
 
     Raises
     ------
@@ -191,9 +183,6 @@ def record(sent: "Shipment", done: "Rendering", trace: "Trace", block: int) -> d
 
     Parameters
     ----------
-    sent : Shipment
-    done : Rendering
-    trace : Trace
     block : int
         Samples per block, which add to the latency.
 
@@ -260,14 +249,8 @@ def summary(sent: "Shipment", done: "Rendering", trace: "Trace") -> str:
 
     Parameters
     ----------
-    sent : Shipment
-    done : Rendering
     trace : Trace
         With at least one moment.
-
-    Returns
-    -------
-    str
     """
     t = [m.temperature for m in trace.moments]
     used, kept = ([m.mean for m in way] for way in _ways(trace))

@@ -63,7 +63,7 @@ def command(
     from app.files.run_folder import run_folder
     from app.stages.panel_inputs import panel_for
     from app.stages.panel_laws import laws_for, range_of
-    from app.terminal.campaign_extent import led
+    from app.summaries.campaign_extent import led
 
     if as_paper and filters["design"] is not None:
         raise click.UsageError("--as-paper sets --design itself: leave one of them out")

@@ -130,8 +130,8 @@ def _print(
     extent: "CampaignExtent | None",
 ) -> None:
     """Print the last temperature and the reasons of refused readings; exit status 1 where all were refused."""
-    from app.terminal.campaign_extent import extent_record, led
-    from app.terminal.thermometer import record, summary
+    from app.summaries.campaign_extent import extent_record, led
+    from app.summaries.thermometer import record, summary
 
     accepted = any(not stretch.reading.refused for stretch in stretches)
     by_laws = panel.law_sigma(stretches[-1].temperature) if accepted else math.inf

@@ -68,8 +68,10 @@ def command(
     from app.files.pairing_json import pairing_record
     from app.files.room import room_of
     from app.files.run_folder import run_folder
-    from app.terminal.campaign_extent import extent_record, led
-    from app.terminal.update import gains_text, notes, record, show, summary
+    from app.summaries.campaign_extent import extent_record, led
+    from app.summaries.pairing import pairing_tables
+    from app.summaries.update import budget_lines, gains_text, notes, record, summary, tables_of
+    from app.terminal.tables import show
 
     started = time.perf_counter()
     loaded = load_campaign(campaign)
@@ -91,7 +93,7 @@ def command(
             "best_twin": best.record,
             **extent_record(loaded.extent),
         },
-        lambda: show(updated, pairs),
+        lambda: show([*tables_of(updated), *pairing_tables(pairs)], budget_lines(updated)),
     )
     if len(inputs) > 1:
         output.note(f"gains: {gains_text(updated, inputs)}")

@@ -24,7 +24,6 @@ def update_by_modes(plate: Path, table: Path | None, out: Path | None, output: O
         Modes; those that the declaration states where it is None.
     out : Path or None
         Run folder.
-    output : Output
 
     Returns
     -------
@@ -37,14 +36,18 @@ def update_by_modes(plate: Path, table: Path | None, out: Path | None, output: O
     started = time.perf_counter()
     loaded = read_plate_of_modes(plate, table)
     from app.stages import update_modes as stage  # the import takes a second: a wrong file is reported before it
-    from app.terminal.update import headline, notes, show
+    from app.summaries.update import budget_lines, headline, notes, tables_of
+    from app.terminal.tables import show
 
     beside = table if table is not None else plate.parent if plate.name == "plate.toml" else plate
     with run_folder(beside, out) as run, output.progress() as report:
         found = stage.compute(loaded, report)
     stage.save(run, loaded, found)
     updated, seconds = found.fitted.updated, time.perf_counter() - started
-    output.result(lambda: record(found, loaded.experiment.inputs[:1], seconds), lambda: show(updated))
+    output.result(
+        lambda: record(found, loaded.experiment.inputs[:1], seconds),
+        lambda: show(tables_of(updated), budget_lines(updated)),
+    )
     for note in (*found.fitted.held, *said_of_modes(found)):
         output.note(note)
     for note in notes(updated, found.laws):
@@ -60,7 +63,6 @@ def record(found: "UpdatingByModes", driven: "Sequence[Channel]", seconds: float
 
     Parameters
     ----------
-    found : UpdatingByModes
     driven : sequence of Channel
         The first input, whose gain is left out.
     seconds : float
@@ -71,7 +73,7 @@ def record(found: "UpdatingByModes", driven: "Sequence[Channel]", seconds: float
     dict
         Of JSON values.
     """
-    from app.terminal.update import record as estimates
+    from app.summaries.update import record as estimates
 
     whole = estimates(found.fitted.updated, seconds, driven, ())
     for row, measured, place, computed in zip(

@@ -29,17 +29,14 @@ Campaigns:
 ``import_recording``      from the one to the other, surviving a kill
 ``acquired_campaign``     the same folder while a rig writes into it
 ``same_experiment``       whether it was begun with the same experiment
-``wiring``                what of an experiment is only how its instruments are reached
 ``readings``              every temperature read meanwhile
 ``latest_repeat``         the repeat recorded last, to be looked at
 ``control``               requests of a window to the runner
 ``experiment_toml``       what a rig is to acquire
 ``instruments_toml``      the instruments that a file declares
 ``instrument_sections``   each of them checked by the class that its ``kind`` names
-``acquired_transducers``  drives and sensors of an acquired plate, with sensitivities
 ``simulation_section``    what the simulated rig is
 ``hidden_effects``        its effects checked against the library
-``far_limits``            limits of a campaign far beyond the oven's own
 ``settings_toml``         any settings, their faults in the words of the file
 ``drawing``               outlines in DXF and SVG files: ``dxf_curves``, ``svg_curves``
 ``mesh_file``             meshes of other programs: ``mesh_reader`` reads them
@@ -48,13 +45,12 @@ Campaigns:
 ``campaign_channels``     what is what in TDMS files of a recorder's own layout
 ``campaign_error``        everything that is wrong with one, in ``allowed_values``' words
 ``coverage``              the sweeps there against the sweeps asked for
-``tdms_recorder``         samples of a sweep from such a file
 ``tdms_file``             what npTDMS only logs, or believes of a file beside
 ``tdms_layout``           groups, channels and lengths there against those declared
 ``signal_checks``         samples that can be a measurement
 ``one_actuator``          a recording of several actuators taken apart
 ``joined_campaign``       campaigns with an actuator each put together
-``uff58``                 FRFs in universal files: ``uff_sets``, ``uff58_text``
+``uff58``                 FRFs in universal files: ``uff58_text``
 ``uff_file``              one opened, its numbers written as pyuff reads them
 ``uff_units``             what its data set 164 and its axes say of units
 ``uff_geometry``          what stands first in a universal file: header, units, nodes and lines between them

@@ -69,8 +69,6 @@ class AcquiredCampaign:
         ----------
         sweep : Sweep
             In volts, as recorded.
-        set_point : SweepSetPoint
-        attempt : int
 
         Raises
         ------
@@ -92,8 +90,6 @@ class AcquiredCampaign:
         ----------
         sweep : Sweep
             In volts, as recorded.
-        set_point : SweepSetPoint
-        attempt : int
         faults : sequence of str
             What is wrong with it; written into the file.
         """
@@ -108,8 +104,6 @@ class AcquiredCampaign:
 
         Parameters
         ----------
-        record : Record
-        set_point : SweepSetPoint
         repeat : int
             From 0.
         """
@@ -174,18 +168,11 @@ def open_campaign(
 
     Parameters
     ----------
-    folder : Path
     protocol : dict
         Of `frozen_protocol`. It must be the very one a folder that is there was begun with, unless nothing was
         measured: then that folder's protocol is replaced, and its log put aside.
-    experiment : Experiment
-    source : Source
     check, sensitivities : callable, Sensitivities
         See `AcquiredCampaign`.
-
-    Returns
-    -------
-    AcquiredCampaign
 
     Raises
     ------

@@ -50,10 +50,6 @@ def atomic_path(target: Path) -> Iterator[Path]:
 def atomic_hdf5(target: Path) -> Iterator[h5py.File]:
     """Yield an HDF5 file open for writing; sealed, it takes the name `target` when the block ends well.
 
-    Parameters
-    ----------
-    target : Path
-
     Yields
     ------
     h5py.File

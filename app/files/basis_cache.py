@@ -71,8 +71,6 @@ def cached_reduction(
 
     Parameters
     ----------
-    plate : Plate
-    patches : sequence of Patch
     box : MaterialBox
         Materials over which the model is trained and its error certified.
     band : (float, float)
@@ -94,10 +92,6 @@ def cached_reduction(
         The strict one unless given.
     progress : callable, optional
         Called with the stage's name and the share done.
-
-    Returns
-    -------
-    ReducedModel
 
     Raises
     ------
@@ -198,8 +192,6 @@ def save_basis(file: Path, reduced: "ReducedModel", basis: "PlateBasis | None" =
 
     Parameters
     ----------
-    file : Path
-    reduced : ReducedModel
     basis : PlateBasis, optional
         Kept where effects will be asked of the plate.
     """

@@ -125,13 +125,8 @@ def best_twin(run: Path, verb: str) -> BestTwin:
 
     Parameters
     ----------
-    run : Path
     verb : str
         Of the command that asks, for messages.
-
-    Returns
-    -------
-    BestTwin
 
     Raises
     ------
@@ -172,14 +167,6 @@ class _NotUsedError(Exception):
 
 def gap_record_of(run: Path) -> dict[str, Any] | None:
     """Return the record of a run's comparison, None without one.
-
-    Parameters
-    ----------
-    run : Path
-
-    Returns
-    -------
-    dict or None
 
     Raises
     ------

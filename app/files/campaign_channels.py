@@ -71,7 +71,6 @@ class RecorderLayout(Declared):
 
         Parameters
         ----------
-        experiment : Experiment
         source : int
             Which of its inputs drives; the drive's channels of the others are passed over.
 
@@ -113,13 +112,8 @@ class RecorderLayout(Declared):
         ----------
         file : str
             Of the declaration.
-        experiment : Experiment
         tdms_files : list of str
             Names of the files in the folder of sweeps.
-
-        Returns
-        -------
-        list of Problem
         """
         problems = []
         if self.channels:

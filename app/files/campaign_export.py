@@ -38,8 +38,6 @@ def export_frfs(target: Path, experiment: Experiment, frf: Frf, sweep: int | Non
     ----------
     target : Path
         Universal file, MAT file, netCDF file, or CSV: of several sweeps one each, with the sweep in its name.
-    experiment : Experiment
-    frf : Frf
     sweep : int, optional
         The only one, from 0.
 

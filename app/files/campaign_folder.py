@@ -60,8 +60,6 @@ def frozen_protocol(
 
     Parameters
     ----------
-    name : str
-    experiment : Experiment
     source : dict
         SHA-256 of every file imported, or of the experiment's file, by name.
     acquired : dict, optional
@@ -189,7 +187,8 @@ def read_campaign_folder(folder: Path) -> Campaign:
     doubts = _doubts(events)
     there, extent = tuple(replace(one, doubt=doubts.get(one.step, one.doubt)) for one in sweeps.values()), None
     if missing:
-        extent = CampaignExtent.of(_state(folder, len(gone)), there, len(missing), len(missing) - len(gone))
+        temperature = [sweep.temperature for sweep in there]
+        extent = CampaignExtent.of(_state(folder, len(gone)), temperature, len(missing), len(missing) - len(gone))
     return Campaign(protocol["name"], experiment, there, hashes, played, extent)
 
 

@@ -20,9 +20,6 @@ def save_compensation(
 
     Parameters
     ----------
-    target : Path
-    panel : Panel
-    compensation : Compensation
     made_from : mapping
         Provenance.
     """

@@ -52,14 +52,8 @@ def place_of(protocol: Protocol, sweep: Sweep, unit: str = "V") -> Place | None:
 
     Parameters
     ----------
-    protocol : Protocol
-    sweep : Sweep
     unit : str
         Of the input's levels.
-
-    Returns
-    -------
-    Place or None
     """
     nominal = protocol.temperatures
     nearest = min(range(len(nominal)), key=lambda i: abs(nominal[i] - sweep.temperature))
@@ -79,15 +73,10 @@ def coverage_problems(
 
     Parameters
     ----------
-    protocol : Protocol
     sweeps : mapping
         By file name.
     units : sequence of str
         Of each input's levels.
-
-    Yields
-    ------
-    Problem
     """
     minutes = protocol.repeats * protocol.record / 60.0
     most_drift = FURTHEST + 3.0 * protocol.ramp_rate * minutes
@@ -121,16 +110,11 @@ def missing_places(
 
     Parameters
     ----------
-    protocol : Protocol
     sweeps : mapping
         By file name.
     units : sequence of str
         Of the levels of each input; the inputs drive in turn. Of several, each is asked for the levels at which it
         drove anywhere, or at all levels where nowhere: a level in volts is none of a force's.
-
-    Returns
-    -------
-    tuple of Place
     """
     there = {place for sweep in sweeps.values() if (place := place_of(protocol, sweep)) is not None}
     used = {(place.source, place.level) for place in there}

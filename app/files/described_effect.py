@@ -20,11 +20,6 @@ def described_name(form: Form) -> str:
 def write_described_effect(run: Path, description: Description) -> Path:
     """Write the effect's file into a run folder, older ones removed.
 
-    Parameters
-    ----------
-    run : Path
-    description : Description
-
     Returns
     -------
     Path

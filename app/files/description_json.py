@@ -11,7 +11,6 @@ def description_record(found: Description, file: str = "") -> dict[str, Any]:
 
     Parameters
     ----------
-    found : Description
     file : str
         Of the effect that was written, relative to the run folder; empty where none was.
 

@@ -36,7 +36,6 @@ def dxf_curves(path: Path, layer: str | None = None) -> tuple[list[Curve], float
 
     Parameters
     ----------
-    path : Path
     layer : str, optional
         Only what stands on this layer, upper and lower case being the same; unless given, what the drawing shows.
 

@@ -73,7 +73,6 @@ def cached_operators(
 
     Parameters
     ----------
-    experiment : Experiment
     box : MaterialBox
         Materials over which the operators are trained.
     report : callable
@@ -86,10 +85,6 @@ def cached_operators(
         Moduli of an orthotropic sheet about which they are made.
     exact : bool
         Whether patches are exactly as declared, as those of a simulated plate.
-
-    Returns
-    -------
-    EffectOperators
 
     Raises
     ------
@@ -119,18 +114,10 @@ def cached_departures(
 
     Parameters
     ----------
-    experiment : Experiment
-    box : MaterialBox
     report : callable
         Called with the stage's name and the share done.
-    fineness : Fineness, optional
-    basis : callable, optional
     near : (4,) tuple of float, optional
         As in `cached_operators`.
-
-    Returns
-    -------
-    EffectOperators
 
     Raises
     ------
@@ -179,9 +166,6 @@ def operators_key(
 
     Parameters
     ----------
-    experiment : Experiment
-    box : MaterialBox
-    fineness : Fineness, optional
     near : (4,) tuple of float, optional
         Moduli of an orthotropic sheet about which they are made.
 

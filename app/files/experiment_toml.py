@@ -1,13 +1,15 @@
 """An experiment that is to be acquired: one TOML file with the plate, the rig and the protocol."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, create_model, model_validator
 
+from analysis.channel import UNITS, Motion
 from analysis.declared import Declared, Sparse
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Plate
+from analysis.patch import Patch
 from analysis.protocol.limits import Limits
 from analysis.protocol.objections import Hardware, objections
 from analysis.protocol.programme import Programme
@@ -15,17 +17,147 @@ from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.sweep import SweepSettings
 from analysis.sensitivity import Sensitivities, Sensitivity
 from analysis.tolerances import Tolerances
-from app.files.acquired_transducers import AcquiredDrive, AcquiredPatch, AcquiredSensor, Amplifier, Exciter
+from analysis.transducers import Drive, Sensor
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_kind import DECLARATION
 from app.files.campaign_toml import FORMAT
-from app.files.far_limits import far_limits
 from app.files.instrument_sections import OvenSection, UnknownInstrument, instrument_sections
 from app.files.settings_toml import checked, read_table
 from app.files.simulation_section import Simulation
 from drivers.ni.cards import CardsSettings
 from drivers.ni.modules import find_module
+from drivers.ovens.settings import OvenSettings
 from drivers.thermometers.settings import ThermometerSettings
+
+RANGES: dict[Motion, tuple[float, float]] = {
+    "acceleration": (1e-5, 2.0),
+    "velocity": (1e-2, 1e6),
+    "displacement": (1.0, 1e9),
+}
+"""Sensitivities that sensors have, V per SI unit."""
+
+
+class Amplifier(Declared):
+    """The power amplifier before the driven patch."""
+
+    gain: Annotated[float, Field(gt=0.0, le=1000.0, description="V/V; roughly: it guards the patch")]
+
+
+class Exciter(Declared):
+    """The shaker, with its amplifier, that makes the generator's volts a force."""
+
+    gain: Annotated[float, Field(gt=0.0, le=1000.0, description="N/V; roughly: it guards the exciter")]
+    rated_force: Annotated[float, Field(gt=0.0, le=1e4, description="N, amplitude")]
+
+
+class AcquiredPatch(Patch):
+    """A patch; one that is read by its charge has the sensitivity of its charge amplifier."""
+
+    sensitivity: Annotated[
+        float | None, Field(ge=1e3, le=1e14, description="V/C, of the charge amplifier: 1 mV/pC is 1e9 V/C")
+    ] = None
+
+    @model_validator(mode="after")
+    def _of_a_charge(self) -> Self:
+        if self.quantity == "charge" and self.sensitivity is None:
+            raise ValueError(
+                f"patch {self.id!r} has quantity charge and no sensitivity; give that of its charge amplifier, "
+                "1e3 to 1e14 V/C (1 mV/pC is 1e9 V/C)"
+            )
+        if self.quantity != "charge" and self.sensitivity is not None:
+            raise ValueError(
+                f"patch {self.id!r} has quantity {self.quantity} and sensitivity {self.sensitivity:g}; only a "
+                "charge needs one: remove sensitivity"
+            )
+        return self
+
+    @property
+    def volts(self) -> float:
+        """V per unit of what is read."""
+        return 1.0 if self.sensitivity is None else self.sensitivity
+
+    def recorded(self) -> Patch:
+        """Return what a campaign declares of it."""
+        return Patch.model_validate(self.model_dump(exclude={"sensitivity"}))
+
+
+class AcquiredDrive(Drive):
+    """A force, and the sensor that measures it."""
+
+    sensitivity: Annotated[float, Field(ge=1e-6, le=1.0, description="V/N, of the force sensor")]
+
+    def recorded(self) -> Drive:
+        """Return what a campaign declares of it."""
+        return Drive.model_validate(self.model_dump(exclude={"sensitivity"}))
+
+
+class AcquiredSensor(Sensor):
+    """A sensor of motion; of many points, all with the same sensitivity."""
+
+    sensitivity: Annotated[
+        float, Field(gt=0.0, le=1e9, description="V per m/s2, m/s or m; with sensitivity_unit mV/g")
+    ]
+    sensitivity_unit: Annotated[
+        Literal["mV/g"] | None, Field(description="of an accelerometer's; left out: SI")
+    ] = None
+
+    @model_validator(mode="after")
+    def _plausible(self) -> Self:
+        if self.sensitivity_unit is not None and self.kind != "acceleration":
+            raise ValueError(
+                f"sensor {self.id!r} has sensitivity_unit {self.sensitivity_unit} and measures {self.kind}; "
+                f"remove sensitivity_unit and give V per {UNITS[self.kind]}"
+            )
+        low, high = RANGES[self.kind]
+        if not low <= self.volts <= high:
+            unit = f"V per {UNITS[self.kind]}"
+            seen = f"{self.sensitivity:g} {self.sensitivity_unit or unit}"
+            other = '; sensitivity_unit = "mV/g" takes a data sheet\'s' if self.kind == "acceleration" else ""
+            raise ValueError(
+                f"sensor {self.id!r} has sensitivity {seen}; {low:g} to {high:g} {unit} allowed{other}"
+            )
+        return self
+
+    @property
+    def volts(self) -> float:
+        """V per SI unit."""
+        from scipy.constants import g
+
+        return self.sensitivity if self.sensitivity_unit is None else self.sensitivity * 1e-3 / g
+
+    def recorded(self) -> Sensor:
+        """Return what a campaign declares of it."""
+        return Sensor.model_validate(self.model_dump(exclude={"sensitivity", "sensitivity_unit"}))
+
+
+FAR = 30.0
+"""How far beyond the oven's set-points the limits of a campaign may lie, K."""
+
+
+def far_limits(name: str, limits: Limits, oven: OvenSettings) -> Iterator[Problem]:
+    """Yield what is wrong with the limits of a campaign.
+
+    Parameters
+    ----------
+    name : str
+        Of the experiment's file.
+
+    Yields
+    ------
+    Problem
+        A limit more than `FAR` beyond the oven's own.
+    """
+    least, most = oven.minimum - FAR, oven.maximum + FAR
+    remedy = (
+        "choose a nearer limit, or correct [oven]: it must stop a campaign that leaves the range of the set-points"
+    )
+    if limits.hottest > most:
+        allowed = f"at most {most:g} °C, oven.maximum + {FAR:g} K"
+        yield Problem(name, "limits.hottest", f"{limits.hottest:g} °C", allowed, remedy)
+    if limits.coldest < least:
+        allowed = f"at least {least:g} °C, oven.minimum - {FAR:g} K"
+        yield Problem(name, "limits.coldest", f"{limits.coldest:g} °C", allowed, remedy)
+
 
 RigKind = Literal["simulated", "real", "ni"]
 """``ni`` is the older word for ``real``, from before there were cards of other makers."""

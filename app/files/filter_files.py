@@ -31,10 +31,6 @@ def save_focusing(
 
     Parameters
     ----------
-    target : Path
-    panel : Panel
-    focusing : Focusing
-    comparison : MethodComparison
     made_from : mapping
         Provenance.
     uncorrected : Aim, optional
@@ -100,7 +96,6 @@ def begin_result(file: h5py.File, panel: Panel, made_from: Mapping[str, Any]) ->
     ----------
     file : h5py.File
         Open for writing.
-    panel : Panel
     made_from : mapping
         Provenance.
     """

@@ -42,7 +42,6 @@ def read_finished_sweep(path: Path, name: str) -> tuple[Sweep, str] | Problem:
 
     Parameters
     ----------
-    path : Path
     name : str
         What a problem calls the file.
 

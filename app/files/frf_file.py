@@ -17,9 +17,6 @@ def save_frf(target: Path, experiment: Experiment, frf: Frf, made_from: Mapping[
 
     Parameters
     ----------
-    target : Path
-    experiment : Experiment
-    frf : Frf
     made_from : mapping
         Provenance.
     """

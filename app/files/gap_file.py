@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.checked_fields import check_ascending, check_shapes
 from analysis.estimates import FittedLaws
 from analysis.gap.data.groups import TemperatureGroups
 from analysis.gap.fitting.residual_map import ResidualMap
@@ -43,6 +44,11 @@ class GapMap:
     channels: tuple[str, ...]
     sigma: NDArray[np.float64]
     excess: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        by_sweep = dict.fromkeys(("temperature", "level", "direction"), "T")
+        check_shapes(self, channels="K", edges="B+1", sigma="T K B", excess="T K B", **by_sweep)
+        check_ascending(self, "edges")
 
     def by_temperature(self, channel: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Root mean square over the sweeps at each temperature: (G,) degrees Celsius and (G, B) sigma."""
@@ -107,6 +113,9 @@ class Signatures:
     sigma: NDArray[np.float64]
     fitted: NDArray[np.bool_]
 
+    def __post_init__(self) -> None:
+        check_shapes(self, effects="S", sigma="S T K B", fitted="S")
+
 
 def save_gap(
     target: Path,
@@ -119,8 +128,6 @@ def save_gap(
 
     Parameters
     ----------
-    target : Path
-    figures : GapFigures
     signatures : sequence of Signature
         Of effects alone; may be empty.
     record : mapping

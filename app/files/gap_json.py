@@ -33,14 +33,12 @@ def gap_record(
 
     Parameters
     ----------
-    report : GapReport
     given : mapping of str to tuple of Estimate
         Effects that were on from the beginning.
     made_from : mapping
         Provenance.
     seconds : float
         Wall time from reading the FRFs to the file.
-    pairing : Pairing, optional
     more : mapping, optional
         Records of `app.files.plan_json` and `app.files.description_json`, by ``plan``, ``answer``
         and ``description``.

@@ -31,7 +31,6 @@ def require_plain(file: h5py.File, size: int) -> None:
 
     Parameters
     ----------
-    file : h5py.File
     size : int
         Of the file, bytes.
 

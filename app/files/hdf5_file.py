@@ -22,7 +22,6 @@ def opened_hdf5(path: Path, unsealed: Callable[[Path], None] | None = None) -> I
 
     Parameters
     ----------
-    path : Path
     unsealed : callable, optional
         Makes sure that a file without a digest can be read at all, or raises ValueError; such files are refused
         unless it is given.

@@ -20,7 +20,6 @@ def effect_problems(file: str, experiment: Experiment, effects: Mapping[str, Val
     ----------
     file : str
         The experiment's, for messages.
-    experiment : Experiment
     effects : mapping
         Parameters' values by effect.
 

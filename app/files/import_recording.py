@@ -108,17 +108,12 @@ def import_read(recording: Recording, folder: Path, out: Path, report: Progress)
 
     Parameters
     ----------
-    recording : Recording
     folder : Path
         It was read from.
     out : Path
         The campaign folder to make.
     report : callable
         Called with the stage's name and the share of it done.
-
-    Returns
-    -------
-    Imported
 
     Raises
     ------
@@ -141,11 +136,6 @@ def import_joined(
         The campaign folder to make.
     allow_missing : bool
         As of `import_recording`.
-    report : callable, optional
-
-    Returns
-    -------
-    Imported
 
     Raises
     ------

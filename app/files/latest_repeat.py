@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.checked_fields import check_range, check_shapes
 from app.files.atomic import atomic_hdf5
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
 from app.files.values import read_value, write_value
@@ -43,6 +44,10 @@ class LatestRepeat:
     overloaded: NDArray[np.bool_]
     sample_rate: float
     full_scale: float
+
+    def __post_init__(self) -> None:
+        check_shapes(self, channels="c", signals="c M", overloaded="c")
+        check_range(self, 0.0, np.inf, "sample_rate", unit="Hz", above=True)
 
 
 def save_latest(folder: Path, latest: LatestRepeat) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.checked_fields import check_ascending, check_finite, check_range, check_shapes
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
 from analysis.updating.enough_temperatures import FEWEST, distinct_temperatures
@@ -44,6 +45,12 @@ class TwinFrf:
     basis_error: float
     density: float
 
+    def __post_init__(self) -> None:
+        check_shapes(self, frequency="F", h="T K F")
+        check_finite(self, "h")
+        check_ascending(self, "frequency")
+        check_range(self, 0.0, np.inf, "density", unit="kg/m3", above=True)
+
 
 def save_laws(
     target: Path,
@@ -57,11 +64,8 @@ def save_laws(
 
     Parameters
     ----------
-    target : Path
-    updated : Updated
     laws : MaterialLaws or None
         None where there are too few temperatures for any.
-    twin : TwinFrf
     made_from : mapping
         Provenance.
     pairing : mapping, optional

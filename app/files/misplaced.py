@@ -42,7 +42,6 @@ def misplaced(source: Path, declared: Mapping[str, Any], details: "Sequence[Erro
         File of the declaration.
     declared : mapping
         Its keys and values.
-    details : sequence of ErrorDetails
 
     Returns
     -------

@@ -67,8 +67,6 @@ def save_modes(
 
     Parameters
     ----------
-    target : Path
-    tracked : TrackedModes
     made_from : mapping
         Provenance.
     shapes : ModeShapes, optional

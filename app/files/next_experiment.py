@@ -83,7 +83,6 @@ def write_next_experiment(target: Path, table: Mapping[str, Any], chosen: Measur
 
     Parameters
     ----------
-    target : Path
     table : mapping
         Of `rig_table`.
     chosen : Measurement

@@ -34,10 +34,6 @@ def driven_by(path: Path, table: Mapping[str, Any], actuator: str | None) -> Map
     actuator : str or None
         Identifier; None leaves the declaration as it is.
 
-    Returns
-    -------
-    mapping
-
     Raises
     ------
     CampaignFileError
@@ -69,7 +65,6 @@ def source_of(
         Of the file, for messages.
     properties : mapping
         Of its root.
-    experiment : Experiment
 
     Returns
     -------
@@ -97,8 +92,6 @@ def sweeps_of(
 
     Parameters
     ----------
-    files : sequence of Path
-    actuator : str
     names : sequence of str
         All actuators declared.
     recorder : RecorderLayout

@@ -14,7 +14,6 @@ def plan_record(plan: Plan, file: str = "", to_complete: str = "") -> dict[str, 
 
     Parameters
     ----------
-    plan : Plan
     file : str
         Name of the experiment's file that was written for the first of its measurements; empty where none was.
     to_complete : str

@@ -126,10 +126,6 @@ def declares_plate(path: Path) -> bool:
 def read_plate_measurement(file: Path) -> tuple[PlateMeasurement, dict[str, Any]]:
     """Read a declaration.
 
-    Parameters
-    ----------
-    file : Path
-
     Returns
     -------
     measurement : PlateMeasurement

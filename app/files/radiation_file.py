@@ -18,9 +18,6 @@ def save_radiation(target: Path, panel: Panel, radiation: Radiation, made_from: 
 
     Parameters
     ----------
-    target : Path
-    panel : Panel
-    radiation : Radiation
     made_from : mapping
         Provenance.
     """

@@ -48,7 +48,10 @@ def read_recorded_campaign(folder: Path) -> Campaign:
     missing, campaign = recording.missing, recording.campaign
     if not missing:
         return campaign
-    return replace(campaign, extent=CampaignExtent.of("incomplete", campaign.sweeps, len(missing)))
+    return replace(
+        campaign,
+        extent=CampaignExtent.of("incomplete", [sweep.temperature for sweep in campaign.sweeps], len(missing)),
+    )
 
 
 def read_recording(
@@ -62,7 +65,6 @@ def read_recording(
 
     Parameters
     ----------
-    folder : Path
     allow_missing : bool
         Take what is there where the protocol asks for more, and leave out sweeps that are no measurement.
     report : callable, optional
@@ -71,10 +73,6 @@ def read_recording(
         Of several that drove the plate one after the other: its sweeps are read, as a campaign of their own.
     allow_absent : bool
         Take what is there where the protocol asks for more, but leave out none that is there.
-
-    Returns
-    -------
-    Recording
 
     Raises
     ------

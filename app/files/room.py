@@ -16,7 +16,6 @@ def require_room(folder: Path, needed: float, option: str) -> None:
 
     Parameters
     ----------
-    folder : Path
     needed : float
         Bytes.
     option : str

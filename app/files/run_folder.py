@@ -33,14 +33,8 @@ def run_folder(campaign: Path, out: Path | None, needed: float = RESULTS) -> Ite
 
     Parameters
     ----------
-    campaign : Path
-    out : Path or None
     needed : float
         Bytes that are going to be written, roughly.
-
-    Yields
-    ------
-    Path
 
     Raises
     ------
@@ -87,10 +81,6 @@ def run_file(run: Path, name: str, verb: str) -> Path:
         Of the file.
     verb : str
         Of the command that asks, for messages.
-
-    Returns
-    -------
-    Path
 
     Raises
     ------

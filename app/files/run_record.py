@@ -70,10 +70,6 @@ class StageRecord:
             Of the results.
         inputs, settings : mapping
             Those of now.
-
-        Returns
-        -------
-        bool
         """
         same = (dict(self.inputs), self.settings, self.versions) == (dict(inputs), settings, versions())
         return self.whole and same and bool(self.results) and self.results == hashed(folder, self.results)

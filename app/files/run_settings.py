@@ -143,10 +143,6 @@ def read_run_options(campaign: Path, file: Path | None, typed: Sequence[str]) ->
         ``KEY=VALUE`` each, with keys as in the table, ``focus.taps=128``; they replace what was read. Paths in
         them are relative to the current folder.
 
-    Returns
-    -------
-    RunOptions
-
     Raises
     ------
     CampaignFileError

@@ -59,10 +59,6 @@ def checked(path: Path, table: Mapping[str, Any], model: type[Model]) -> Model:
         Its keys and values, unchecked.
     model : type of pydantic.BaseModel
 
-    Returns
-    -------
-    Model
-
     Raises
     ------
     CampaignFileError

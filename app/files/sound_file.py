@@ -67,7 +67,6 @@ def opened_sound(path: Path, sample_rate: float | None = None) -> Iterator[Sound
 
     Parameters
     ----------
-    path : Path
     sample_rate : float, optional
         What its rate has to be, Hz.
 

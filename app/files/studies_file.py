@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.checked_fields import check_finite, check_range, check_shapes
 from analysis.compensation.outcome import Compensation, NetworkStudy
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
@@ -36,6 +37,11 @@ class Surfaces:
     temperature: NDArray[np.float64]
     taps: NDArray[np.float64]
     sample_rate: float
+
+    def __post_init__(self) -> None:
+        check_shapes(self, temperature="T", taps="T N M")
+        check_finite(self, "taps")
+        check_range(self, 0.0, np.inf, "sample_rate", unit="Hz", above=True)
 
 
 @dataclass(frozen=True)
@@ -65,9 +71,6 @@ def save_studies(target: Path, panel: Panel, studies: Studies, made_from: Mappin
 
     Parameters
     ----------
-    target : Path
-    panel : Panel
-    studies : Studies
     made_from : mapping
         Provenance.
     """

@@ -69,11 +69,8 @@ def write_sweep(
 
     Parameters
     ----------
-    path : Path
-    sweep : Sweep
     sensors : tuple of str
         Names of the responses.
-    source : Source
     notes : mapping, optional
         Further attributes, for people: how often it was tried, say.
     units : tuple of str, optional
@@ -103,7 +100,6 @@ def read_sweep_file(path: Path, name: str) -> tuple[Sweep | None, Problem | None
 
     Parameters
     ----------
-    path : Path
     name : str
         What the problem calls the file.
 

@@ -37,7 +37,6 @@ def write_sweeps(campaign: Campaign, folder: Path, form: str, report: Progress) 
 
     Parameters
     ----------
-    campaign : Campaign
     folder : Path
         It is made if need be.
     form : str

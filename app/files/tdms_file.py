@@ -79,13 +79,8 @@ def is_cut_short(tdms: TdmsFile, file: BinaryIO) -> bool:
 
     Parameters
     ----------
-    tdms : TdmsFile
     file : binary file
         That it was opened from.
-
-    Returns
-    -------
-    bool
     """
     status = tdms.file_status
     if not status.incomplete_final_segment:
@@ -129,10 +124,6 @@ def start_of(properties: Mapping[str, Any], scale: float = 1.0) -> float | None:
         ``wf_start_time`` (of day) plus ``wf_start_offset``.
     scale : float
         Seconds of the offset's unit.
-
-    Returns
-    -------
-    float or None
     """
     begun, offset = properties.get("wf_start_time"), properties.get("wf_start_offset")
     known = isinstance(offset, int | float | np.number) and np.isfinite(offset)
@@ -152,9 +143,5 @@ def apart(start: float, other: float, rate: float) -> bool:
         s; npTDMS keeps microseconds of times of day.
     rate : float
         Hz.
-
-    Returns
-    -------
-    bool
     """
     return abs(start - other) > max(0.02 / rate, 1.5e-6)

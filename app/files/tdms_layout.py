@@ -68,11 +68,6 @@ def layout_problems(name: str, tdms: TdmsFile, layout: TdmsLayout) -> Iterator[P
         Of the file, for messages.
     tdms : TdmsFile
         Its samples unread.
-    layout : TdmsLayout
-
-    Yields
-    ------
-    Problem
     """
     there = [group.name for group in tdms.groups()]
     yield from _names(name, "groups", there, layout.groups, "their number is protocol.repeats")
@@ -121,10 +116,6 @@ def start_problems(name: str, starts: Mapping[str, float | None], rate: float) -
         s, by the place of a channel; None where the file does not say.
     rate : float
         Hz.
-
-    Yields
-    ------
-    Problem
     """
     known = {place: start for place, start in starts.items() if start is not None}
     first = next(iter(known.values()), 0.0)

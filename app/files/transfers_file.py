@@ -36,10 +36,6 @@ def read_transfers(path: Path, band: tuple[float, float], temperature: float) ->
     temperature : float
         At which a universal file was measured, degrees Celsius; files of a folder say it in their names.
 
-    Returns
-    -------
-    MeasuredTransfers
-
     Raises
     ------
     ResultFileError

@@ -23,7 +23,6 @@ def require_same_plate(path: Path, twin: TwinFile, experiment: Experiment) -> No
     ----------
     path : Path
         File of the twin.
-    twin : TwinFile
     experiment : Experiment
         Of the campaign.
 
@@ -50,7 +49,6 @@ def require_known_effects(path: Path, twin: TwinFile, cards: Mapping[str, Effect
     ----------
     path : Path
         File of the twin.
-    twin : TwinFile
     cards : mapping of str to EffectCard
         The library's, by effect.
 

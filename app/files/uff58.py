@@ -136,8 +136,6 @@ def write_frfs(
 
     Parameters
     ----------
-    path : Path
-    frfs : sequence of MeasuredTransfer
     points : mapping of int to (float, float, float), optional
         m; nodes that are known.
     """

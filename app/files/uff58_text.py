@@ -22,10 +22,6 @@ COLUMNS = 12
 def frf_text(frf: MeasuredTransfer) -> str:
     """Return a data set 58, delimiters included.
 
-    Parameters
-    ----------
-    frf : MeasuredTransfer
-
     Returns
     -------
     str

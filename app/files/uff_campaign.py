@@ -20,14 +20,8 @@ def campaign_frfs(experiment: Experiment, frf: Frf, sweep: int | None = None) ->
 
     Parameters
     ----------
-    experiment : Experiment
-    frf : Frf
     sweep : int, optional
         The only one, from 0.
-
-    Returns
-    -------
-    list of MeasuredTransfer
     """
     inputs, outputs = experiment.inputs, experiment.outputs
     return [

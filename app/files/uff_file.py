@@ -1,5 +1,6 @@
 """A universal file opened by pyuff, after what that library cannot read is written in the way it can."""
 
+import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,7 +10,109 @@ import numpy as np
 import pyuff
 
 from app.files.parsed_text import read_bytes
-from app.files.uff_sets import data_sets, plain_exponents
+
+DELIMITER = re.compile(rb" {4}-1[ \t]*(?:\r\n?|\n|\Z)")
+"""Ends a line of its own; after binary samples there need not be a new one."""
+BLANK = re.compile(rb"(?:[ \t]*[\r\n]|[\0\x1a])*")
+"""Spaces without an end of line may be the beginning of a delimiter that was cut."""
+TYPE = re.compile(rb" {0,5}(\d{1,6})(b?)[^\r\n]*(?:\r\n?|\n)")
+LINE = re.compile(rb"[^\r\n]*(?:\r\n?|\n)")
+LINES = 11
+"""Of the head of a data set, before the samples."""
+BYTES = slice(31, 43)
+"""Columns in the first line of a binary set that give the length of its samples; some programs' are wrong."""
+
+
+EXPONENT = re.compile(rb"(?<=[\d.])[dD](?=[+-]?\d{1,3}(?!\d))")
+"""Fortran's sign of an exponent in double precision."""
+NO_SIGN = re.compile(rb"(\.\d+)([+-]\d{3})(?![\d.])")
+"""Fortran drops the letter before an exponent of three digits: ``1.5-103``."""
+HEADS = {58: 13, 15: 2, 164: 3, 2411: 2}
+"""Lines of the data sets that are read, delimiter and number included, before those of numbers only."""
+STEP_LINE = 8
+"""In the head of a data set 58: number of points, first line and step."""
+
+
+def data_sets(content: bytes) -> list[int]:
+    """Types of the data sets, in order.
+
+    Raises
+    ------
+    ValueError
+        Where a set does not end, has no type, or something else stands between two: the file is damaged, or was
+        cut short.
+    """
+    return [kind for kind, _, _, _ in spans(content)]
+
+
+def spans(content: bytes) -> list[tuple[int, bool, int, int]]:
+    """Type of every data set, whether its samples are binary, and the bytes from its delimiter on up to its end.
+
+    Raises ValueError as `data_sets`.
+    """
+    found: list[tuple[int, bool, int, int]] = []
+    place = _after_blank(content, 0)
+    while place < len(content):
+        begin = DELIMITER.match(content, place)
+        kind = TYPE.match(content, begin.end()) if begin else None
+        if begin is None or kind is None:
+            lacks = "type of a data set" if begin else "    -1 that begins a data set"
+            raise ValueError(f"byte {place}: no {lacks}, after {len(found)} of them; cut short or damaged?")
+        ends = _end(content, kind)
+        if ends is None:
+            seen = f"data set {len(found) + 1} (type {int(kind[1])}, from byte {place})"
+            raise ValueError(f"{seen} has no end; cut short?")
+        found.append((int(kind[1]), bool(kind[2]), place, ends))
+        place = _after_blank(content, ends)
+    return found
+
+
+def plain_exponents(content: bytes) -> bytes:
+    """Return a universal file with the exponents of its numbers as ``1.0E-03``, not Fortran's ``1.0D-03``."""
+    parts: list[bytes] = []
+    done = 0
+    for kind, binary, begin, end in spans(content):
+        if kind not in HEADS:
+            continue
+        lines = content[begin:end].splitlines(keepends=True)
+        body = len(lines) if binary else HEADS[kind]  # above it names stand, which may look like numbers
+        changed = [
+            _plain(line) if place >= body or (kind == 58 and place == STEP_LINE) else line
+            for place, line in enumerate(lines)
+        ]
+        parts += [content[done:begin], *changed]
+        done = end
+    return b"".join([*parts, content[done:]])
+
+
+def _plain(line: bytes) -> bytes:
+    return NO_SIGN.sub(rb"\1E\2", EXPONENT.sub(b"E", line))
+
+
+def _end(content: bytes, kind: re.Match[bytes]) -> int | None:
+    """Return where the set with this first line ends, its delimiter included."""
+    if kind[2]:
+        samples = kind.end()
+        for _ in range(LINES):
+            line = LINE.match(content, samples)
+            samples = line.end() if line else len(content)
+        declared = kind[0][BYTES].strip()
+        after = samples + int(declared) if declared.isdigit() else samples
+        for close in (DELIMITER.match(content, after + skip) for skip in (0, 1, 2)):
+            if close:
+                return close.end()
+        found = DELIMITER.search(content, samples)
+        return found.end() if found else None
+    for close in DELIMITER.finditer(content, kind.end()):
+        if content[close.start() - 1] in b"\r\n":
+            return close.end()
+    return None
+
+
+def _after_blank(content: bytes, place: int) -> int:
+    blank = BLANK.match(content, place)
+    return blank.end() if blank else place
+
 
 LARGEST = 2_000_000_000
 """Bytes above which a file is refused rather than read into memory."""
@@ -18,10 +121,6 @@ LARGEST = 2_000_000_000
 @contextmanager
 def opened_uff(path: Path) -> Iterator[tuple[pyuff.UFF, list[int]]]:
     """Yield the file to read sets from, and the types of all its data sets in order.
-
-    Parameters
-    ----------
-    path : Path
 
     Yields
     ------

@@ -22,8 +22,6 @@ def write_modes(
 
     Parameters
     ----------
-    target : Path
-    modes : Modes
     shapes : ModeShapes
         Directions -1 to -3 turn the sign; a place without a direction counts as along z.
     points : mapping of int to (float, float, float)

@@ -18,10 +18,6 @@ Position = tuple[float, float, float]
 def read_nodes(path: Path) -> dict[int, Position]:
     """Read where the nodes of a universal file are, m: its data set 164 says in which unit they are written.
 
-    Parameters
-    ----------
-    path : Path
-
     Returns
     -------
     dict of int to (float, float, float)

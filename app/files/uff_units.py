@@ -66,13 +66,8 @@ def file_units(file: pyuff.UFF, kinds: list[int]) -> FileUnits:
 
     Parameters
     ----------
-    file : pyuff.UFF
     kinds : list of int
         Types of its data sets.
-
-    Returns
-    -------
-    FileUnits
 
     Raises
     ------

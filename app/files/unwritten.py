@@ -83,14 +83,8 @@ def reason(error: OSError, target: Path, size: int | None = None) -> str:
 
     Parameters
     ----------
-    error : OSError
-    target : Path
     size : int, optional
         Bytes.
-
-    Returns
-    -------
-    str
     """
     why = error.strerror or str(error)
     if error.errno in FULL:
@@ -137,7 +131,6 @@ def write_whole(path: Path, parts: tuple[bytes, ...]) -> None:
 
     Parameters
     ----------
-    path : Path
     parts : tuple of bytes
         One after another.
 

@@ -50,18 +50,12 @@ def create_wav(path: Path, sample_rate: float, channels: int, frames: int, comme
 
     Parameters
     ----------
-    path : Path
     sample_rate : float
         A whole number of Hz.
-    channels : int
     frames : int
         Samples of a channel that are going to be written.
     comment : str
         Goes in as text that players show.
-
-    Yields
-    ------
-    WavFile
 
     Raises
     ------

@@ -118,10 +118,6 @@ class FrfSet:
 def ends(transfers: Sequence[MeasuredTransfer]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Places of all responses and of all references, in the order of their first FRF.
 
-    Parameters
-    ----------
-    transfers : sequence of MeasuredTransfer
-
     Returns
     -------
     responses, references : tuple of str
@@ -192,13 +188,8 @@ def cut(frfs: FrfSet, band: tuple[float, float] | None) -> FrfSet:
 
     Parameters
     ----------
-    frfs : FrfSet
     band : (float, float) or None
         Hz, both ends included; None for all lines.
-
-    Returns
-    -------
-    FrfSet
 
     Raises
     ------

@@ -78,12 +78,6 @@ def guessed_channels(file: Path, columns: Columns, said: NewTest) -> dict[str, d
     ----------
     file : Path
         Measurement the columns were read from, for messages.
-    columns : Columns
-    said : NewTest
-
-    Returns
-    -------
-    dict of str to dict
 
     Raises
     ------
@@ -182,8 +176,6 @@ def guessed_rate(columns: Columns, said: NewTest, roles: Sequence[str]) -> dict[
 
     Parameters
     ----------
-    columns : Columns
-    said : NewTest
     roles : sequence of str
         Of all channels.
 

@@ -22,10 +22,8 @@ def guessed_kind(columns: Columns, channels: Mapping[str, Mapping[str, Any]], sa
 
     Parameters
     ----------
-    columns : Columns
     channels : mapping
         Role of each column.
-    said : NewTest
 
     Returns
     -------
@@ -48,7 +46,6 @@ def guessed_segments(file: str, columns: Columns, test: ModalTest) -> dict[str, 
     ----------
     file : str
         Its name.
-    columns : Columns
     test : ModalTest
         Says what each column is.
 

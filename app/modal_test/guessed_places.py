@@ -29,7 +29,6 @@ def guessed_places(channels: Mapping[str, Mapping[str, Any]], columns: Columns) 
     ----------
     channels : mapping
         Role of each column, and more.
-    columns : Columns
 
     Returns
     -------

@@ -14,7 +14,6 @@ def of_unnamed(columns: Columns, taken: AbstractSet[str], kind: str | None) -> d
 
     Parameters
     ----------
-    columns : Columns
     taken : set of str
         Columns that the user named.
     kind : str or None

@@ -66,14 +66,8 @@ def identify_test(frfs: FrfSet, wanted: "Wanted", report: Progress) -> TestModes
 
     Parameters
     ----------
-    frfs : FrfSet
-    wanted : Wanted
     report : callable
         Called with the stage's name and the share done.
-
-    Returns
-    -------
-    TestModes
 
     Raises
     ------
@@ -124,14 +118,8 @@ def shaped_test(frfs: FrfSet, modes: Modes, chart: StabilizationChart) -> TestMo
 
     Parameters
     ----------
-    frfs : FrfSet
     modes : Modes
         Damping by windows taken out.
-    chart : StabilizationChart
-
-    Returns
-    -------
-    TestModes
     """
     left = frfs.h - rebuilt(modes, frfs.frequency, frfs)
     noise = residue_deviation(frfs.frequency, left, modes.poles - frfs.window_rate)
@@ -146,7 +134,6 @@ def save_test(run: Path, found: TestModes, wanted: "Wanted") -> None:
     ----------
     run : Path
         The folder.
-    found : TestModes
     wanted : Wanted
         With which they were found.
     """
@@ -161,7 +148,6 @@ def write_run(run: Path, found: TestModes, settings: Mapping[str, Any]) -> None:
     ----------
     run : Path
         The folder.
-    found : TestModes
     settings : mapping
         For the provenance.
     """

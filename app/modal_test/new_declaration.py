@@ -59,7 +59,6 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     ----------
     files : sequence of Path
         Measurements; the first is looked into.
-    said : NewTest
     target : Path
         File to write.
 
@@ -172,7 +171,6 @@ def new_campaign(
 
     Parameters
     ----------
-    target : Path
     plate : (float, float, float, float) or None
         Length along x and y, thickness, m, and mass, kg; None for those of the example.
     title : str

@@ -1,6 +1,6 @@
 """Modes of a test as JSON for machines and as tables for people."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -8,11 +8,9 @@ from analysis.identification.modes import Modes
 from analysis.shapes.assurance import mac, mpc
 from analysis.shapes.participation import ModeShapes
 from app.modal_test.modes_of_test import TestModes
-from app.terminal.mode_rows import reading_cells
-from app.terminal.modes import modes_record
-
-if TYPE_CHECKING:
-    from rich.table import Table
+from app.summaries.mode_rows import reading_cells
+from app.summaries.modes import modes_record
+from app.summaries.table import Table
 
 MODE_HEADINGS = ("f [Hz]", "σ [Hz]", "ζ [%]", "σ [%]", "MPC", "status", "why")
 AXIS = "mode: f [Hz]"
@@ -70,27 +68,18 @@ def record_of(found: TestModes, seconds: float) -> dict[str, Any]:
     }
 
 
-def show_shapes(found: TestModes) -> None:
-    """Print how the shapes are judged, where there is more than one place."""
-    from rich.console import Console
-
-    if len(found.shapes.places) > 1:
-        Console().print(shape_table(found))
-
-
-def shape_table(found: TestModes) -> "Table":
-    """Return the table of the shapes."""
-    from rich.table import Table
-
-    table = Table(title=f"shapes at {len(found.shapes.places)} places", header_style="bold")
-    for heading in ("f [Hz]", "MPC", "rank one [%]", "most alike: MAC"):
-        table.add_column(heading, justify="right")
+def shape_tables(found: TestModes) -> list[Table]:
+    """Return a table of how the shapes are judged, where there is more than one place."""
+    if len(found.shapes.places) < 2:
+        return []
     alike = mac(found.shapes.shape, found.shapes.shape)
     np.fill_diagonal(alike, 0.0)
     frequency = found.modes.reading().frequency_hz[found.shapes.pole]
     collinear = mpc(found.shapes.shape)
+    rows = []
     for n, f in enumerate(frequency):
         other = int(alike[n].argmax())
         near = f"{frequency[other]:.1f} Hz: {alike[n, other]:.2f}" if len(frequency) > 1 else ""
-        table.add_row(f"{f:.3f}", f"{collinear[n]:.3f}", f"{100 * found.shapes.rank_one[n]:.1f}", near)
-    return table
+        rows.append((f"{f:.3f}", f"{collinear[n]:.3f}", f"{100 * found.shapes.rank_one[n]:.1f}", near))
+    title = f"shapes at {len(found.shapes.places)} places"
+    return [Table(title, ("f [Hz]", "MPC", "rank one [%]", "most alike: MAC"), tuple(rows))]

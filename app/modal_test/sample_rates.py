@@ -19,8 +19,6 @@ def sample_rate(file: str, columns: Columns, test: ModalTest) -> tuple[float, li
     ----------
     file : str
         Its name.
-    columns : Columns
-    test : ModalTest
 
     Returns
     -------

@@ -32,8 +32,6 @@ def save_frfs(target: Path, frfs: FrfSet, made_from: Mapping[str, Any]) -> None:
 
     Parameters
     ----------
-    target : Path
-    frfs : FrfSet
     made_from : mapping
         Provenance.
     """
@@ -61,14 +59,6 @@ def save_frfs(target: Path, frfs: FrfSet, made_from: Mapping[str, Any]) -> None:
 
 def load_frfs(path: Path) -> FrfSet:
     """Read back what `save_frfs` wrote.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    FrfSet
 
     Raises
     ------
@@ -110,8 +100,6 @@ def save_stabilization(target: Path, chart: StabilizationChart, made_from: Mappi
 
     Parameters
     ----------
-    target : Path
-    chart : StabilizationChart
     made_from : mapping
         Provenance.
     """
@@ -122,14 +110,6 @@ def save_stabilization(target: Path, chart: StabilizationChart, made_from: Mappi
 
 def load_stabilization(path: Path) -> StabilizationChart:
     """Read back what `save_stabilization` wrote.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    StabilizationChart
 
     Raises
     ------
@@ -145,8 +125,6 @@ def write_modes_table(target: Path, modes: Modes, shapes: ModeShapes) -> None:
 
     Parameters
     ----------
-    target : Path
-    modes : Modes
     shapes : ModeShapes
         Of these modes.
     """

@@ -50,7 +50,6 @@ def signals(file: str, columns: Columns, test: ModalTest) -> SignalsOfFile:
     ----------
     file : str
         Its name, for messages.
-    columns : Columns
     test : ModalTest
         Says what each column is.
 
@@ -144,7 +143,6 @@ def missing_columns(file: str, columns: Columns, wanted: list[str]) -> list[str]
     ----------
     file : str
         Its name, for messages.
-    columns : Columns
     wanted : list of str
         Names of channels.
 

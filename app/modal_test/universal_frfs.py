@@ -30,13 +30,8 @@ def of_universal(path: Path, transfers: list[MeasuredTransfer]) -> FrfSet:
 
     Parameters
     ----------
-    path : Path
     transfers : list of MeasuredTransfer
         Read from it; those that are zero throughout are left out, with a note.
-
-    Returns
-    -------
-    FrfSet
 
     Raises
     ------

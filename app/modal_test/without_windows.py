@@ -45,7 +45,6 @@ def without_windows(frfs: FrfSet, modes: Modes) -> tuple[FrfSet, Modes]:
 
     Parameters
     ----------
-    frfs : FrfSet
     modes : Modes
         As fitted to them.
 

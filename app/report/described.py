@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from app.report.page import Item, PageTable, Paragraph, Picture
 from app.report.style import BAND, MODEL, frequency_axis, panels
-from app.terminal.description import description_words
-from app.terminal.with_sigma import roughly
+from app.summaries.description import description_words
+from app.summaries.with_sigma import roughly
 
 Record = Mapping[str, Any]
 SHOWN = {"mass": (1e3, "g"), "stiffness": (1.0, "N/m"), "damping": (1.0, "N s/m")}
@@ -95,10 +95,6 @@ def curve(name: str, found: Record) -> Figure:
         Of the form: ``load``, ``modulus`` or ``gain``.
     found : mapping
         As in gap.json.
-
-    Returns
-    -------
-    Figure
     """
     first, second, *factors = CURVES[name]
     figure, axes = panels(1, 2, width=9.0, height=3.0)

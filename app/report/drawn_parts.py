@@ -16,7 +16,6 @@ def drawn_part(run: Path, name: str, *, png: bool = False) -> Part:
 
     Parameters
     ----------
-    run : Path
     name : str
         Of a file of the run.
     png : bool

@@ -17,7 +17,7 @@ from analysis.gap.thresholds import LEAST_GAIN
 from analysis.sheet_material import SheetMaterial
 from app.files.gap_file import GapFigures
 from app.report.style import BAND, MODEL, frequency_axis, legend_below, panels
-from app.terminal.sheet import CONSTANTS
+from app.summaries.sheet import CONSTANTS
 
 Record = Mapping[str, Any]
 BEFORE, AFTER, ALIKE, OTHER = MODEL, BAND, "#7cc4cc", "0.75"

@@ -10,8 +10,8 @@ from app.report import gap
 from app.report.described import description_items
 from app.report.page import Item, PageTable, Paragraph, Picture, VerdictBox
 from app.report.pairing import pairing_items
-from app.terminal.effect_words import in_words, title, titles_of
-from app.terminal.gap import (
+from app.summaries.effect_words import in_words, title, titles_of
+from app.summaries.gap import (
     chi2_before_and_after,
     claims,
     concluded,
@@ -21,8 +21,8 @@ from app.terminal.gap import (
     named,
     verdict_words,
 )
-from app.terminal.pairing import no_fit_words
-from app.terminal.plan import HEADINGS, answer_words, plan_rows, plan_words
+from app.summaries.pairing import no_fit_words
+from app.summaries.plan import HEADINGS, answer_words, plan_rows, plan_words
 
 Record = Mapping[str, Any]
 SETTLED = ("none", "explained")

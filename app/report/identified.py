@@ -9,7 +9,7 @@ from analysis.identification.tracked_modes import TrackedModes
 from analysis.phase import drawn_phase
 from app.report.page import PageTable
 from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
-from app.terminal.mode_rows import NUMBERS, SWEEP_HEADINGS, sweep_rows
+from app.summaries.mode_rows import NUMBERS, SWEEP_HEADINGS, sweep_rows
 
 REFERENCE = 25.4
 """Temperature of the paper's Fig. 10 to which frequencies are referred, degrees Celsius."""
@@ -31,15 +31,10 @@ def overlay(frf: Frf, tracked: TrackedModes, channel: int = 0) -> Figure:
 
     Parameters
     ----------
-    frf : Frf
     tracked : TrackedModes
         Of the same sweeps; the one nearest to the reference temperature is drawn.
     channel : int
         From 0.
-
-    Returns
-    -------
-    Figure
     """
     row = drawn(tracked)
     modes = tracked.modes[row]

@@ -18,7 +18,7 @@ from app.modal_test.without_windows import rebuilt
 from app.report.origin import origin, stamps
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture, Section
 from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
-from app.terminal.mode_rows import READ_AS
+from app.summaries.mode_rows import READ_AS
 
 SHOWN = 4
 """FRFs drawn at most."""
@@ -149,13 +149,8 @@ def drawn_shapes(frfs: FrfSet, modes: Modes, shapes: ModeShapes) -> Figure:
     ----------
     frfs : FrfSet
         Gives the places of the nodes, as far as they are known.
-    modes : Modes
     shapes : ModeShapes
         Only the first are drawn, see `DRAWN_SHAPES`.
-
-    Returns
-    -------
-    Figure
     """
     count = min(len(shapes.pole), DRAWN_SHAPES)
     rows = (count + 2) // 3

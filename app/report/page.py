@@ -253,7 +253,6 @@ def page(title: str, subtitle: str, sections: Sequence[Section], lead: int = 0) 
     ----------
     title, subtitle : str
         Plain text.
-    sections : sequence of Section
     lead : int
         Number of sections before the table of contents, which does not list them.
 

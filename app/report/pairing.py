@@ -11,7 +11,7 @@ from analysis.experiment import Experiment, Plate
 from app.files.pairing_json import shown
 from app.report.page import Item, PageTable, Picture, VerdictBox
 from app.report.style import BAND, MODEL, frequency_axis, legend_below, panels
-from app.terminal.pairing import HEADINGS, likeness, no_fit_words, point_rows, points_shown, rows, title
+from app.summaries.pairing import HEADINGS, likeness, no_fit_words, point_rows, points_shown, rows, title
 
 Record = Mapping[str, Any]
 WIDEST = 10.0
@@ -31,10 +31,6 @@ def pairing_items(record: Record | None, name: str, experiment: Experiment | Non
         Of the picture's file.
     experiment : Experiment, optional
         Where the points lie; without it shapes are not drawn.
-
-    Returns
-    -------
-    list of Item
     """
     if record is None:
         return []
@@ -139,10 +135,6 @@ def pairing_figure(before: Record, after: Record | None = None) -> Figure:
     ----------
     before, after : mapping
         Sweeps of a pairing's record; `after` has the effects found.
-
-    Returns
-    -------
-    Figure
     """
     figure, axes = panels(3, 1, height=6.4, sharex=True, height_ratios=[1.5, 1.0, 1.0])
     parts = [(before, MODEL, "updated twin" if after is None else "before")]

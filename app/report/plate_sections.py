@@ -19,10 +19,10 @@ from app.report import identified, measured, paper, updated
 from app.report.declared import picture, pieces_of_experiment, plate_words, transducer_rows
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture
 from app.report.pairing import pairing_items
-from app.terminal.mode_rows import READ_AS
-from app.terminal.sheet import CONSTANTS
-from app.terminal.update import gains_text
-from app.terminal.with_sigma import with_sigma
+from app.summaries.mode_rows import READ_AS
+from app.summaries.sheet import CONSTANTS
+from app.summaries.update import gains_text
+from app.summaries.with_sigma import with_sigma
 
 
 def measurement_section(experiment: Experiment, frf: Frf) -> list[Item]:
@@ -63,14 +63,8 @@ def identification_section(run: Path, experiment: Experiment, frf: Frf, rows: li
     ----------
     run : Path
         Run folder.
-    experiment : Experiment
-    frf : Frf
     rows : list of PaperRow
         To which those of this stage are appended.
-
-    Returns
-    -------
-    list of Item
 
     Raises
     ------
@@ -113,14 +107,8 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
     ----------
     run : Path
         Run folder.
-    experiment : Experiment
-    frf : Frf
     rows : list of PaperRow
         To which those of this stage are appended.
-
-    Returns
-    -------
-    list of Item
 
     Raises
     ------

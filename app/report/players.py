@@ -23,10 +23,6 @@ PEAK = 0.9
 def players(run: Path) -> list[Player]:
     """Return the last seconds of the first sound that ``flexura render --heard`` left in a run; none without.
 
-    Parameters
-    ----------
-    run : Path
-
     Returns
     -------
     list of Player

@@ -16,7 +16,7 @@ from app.report.page import Absent, Item, PageTable, Section, VerdictBox, Words
 from app.report.panel_sections import compensation_section, focusing_section, radiation_section
 from app.report.plate_sections import identification_section, measurement_section, updating_section
 from app.report.summary import summary, worth_of
-from app.terminal.briefing import briefing
+from app.summaries.briefing import briefing
 
 PANEL_RESULTS = ("filters.h5", "compensation.h5", "radiation.h5", "studies.h5")
 """Results that are made from laws."""
@@ -55,7 +55,6 @@ def part_of(run: Path, name: str) -> Part:
 
     Parameters
     ----------
-    run : Path
     name : str
         Of a file of the run, a key of `PARTS`.
 
@@ -95,15 +94,10 @@ def sections(run: Path, report: Progress, part: Callable[[Path, str], Part] = pa
 
     Parameters
     ----------
-    run : Path
     report : callable
         Called with a stage's name and the share of it done.
     part : callable, optional
         In place of `part_of`, for parts that other processes have drawn.
-
-    Returns
-    -------
-    Found
 
     Raises
     ------

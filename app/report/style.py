@@ -59,7 +59,6 @@ def panels(
 
     Parameters
     ----------
-    rows, columns : int
     width, height : float
         Inches.
     **options
@@ -80,7 +79,6 @@ def legend_below(figure: Figure, *axes: Axes, columns: int = 5, **options: Any) 
 
     Parameters
     ----------
-    figure : Figure
     *axes : Axes
         Whose curves are named, each name once; those of the first axes if none are given.
     columns : int

@@ -10,10 +10,10 @@ from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing, load_uncorrected
 from app.files.frf_file import load_frf
 from app.files.modes_file import load_modes
-from app.terminal.briefing import Worth
-from app.terminal.effect_words import found_words, titles_of
-from app.terminal.gap import chi2_before_and_after, concluded
-from app.terminal.sheet import sheet_words
+from app.summaries.briefing import Worth
+from app.summaries.effect_words import found_words, titles_of
+from app.summaries.gap import chi2_before_and_after, concluded
+from app.summaries.sheet import sheet_words
 
 
 def summary(run: Path) -> dict[str, str]:

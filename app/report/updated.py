@@ -13,7 +13,7 @@ from analysis.updated import Updated
 from app.files.laws_file import TwinFrf
 from app.report.measured import spread
 from app.report.style import BAND, MEASURED, MODEL, frequency_axis, legend_below, panels
-from app.terminal.sheet import CONSTANTS
+from app.summaries.sheet import CONSTANTS
 
 
 def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0, source: int = 0) -> Figure:
@@ -21,18 +21,12 @@ def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0, source
 
     Parameters
     ----------
-    frf : Frf
     twin : TwinFrf
         Of the same sweeps and lines.
-    updated : Updated
     channel : int
         From 0.
     source : int
         Which input drove the sweeps that are drawn.
-
-    Returns
-    -------
-    Figure
     """
     own = np.flatnonzero(frf.driven_by == source)
     rows = own[spread(frf.temperature[own], 3)].tolist()
@@ -65,14 +59,8 @@ def laws(updated: Updated, fitted: MaterialLaws | None, uncorrected: MaterialLaw
 
     Parameters
     ----------
-    updated : Updated
-    fitted : MaterialLaws or None
     uncorrected : MaterialLaws, optional
         Of the twin that lacks an effect, drawn dashed; not of a sheet.
-
-    Returns
-    -------
-    Figure
     """
     if updated.sheet is not None:
         return _sheet(updated, updated.sheet)

@@ -69,7 +69,6 @@ def write_report(
 
     Parameters
     ----------
-    run : Path
     folder : Path
         For the report.
     report : callable
@@ -80,10 +79,6 @@ def write_report(
         Worker processes that draw figures.
     parts : DrawnParts, optional
         Parts that are drawn already, or being drawn; made with the same `pictures`.
-
-    Returns
-    -------
-    WrittenReport
 
     Raises
     ------

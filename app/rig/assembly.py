@@ -26,17 +26,12 @@ def rig_of(experiment: AcquiredExperiment, kind: RigKind, file: Path, report: Pr
 
     Parameters
     ----------
-    experiment : AcquiredExperiment
     kind : str
         ``simulated``, ``real`` or, an older word for that, ``ni``.
     file : Path
         The experiment's, for messages.
     report : callable
         Called with the stage's name and the share done, if the twin has to be reduced first.
-
-    Yields
-    ------
-    Rig
 
     Raises
     ------
@@ -71,15 +66,10 @@ def still_rig(experiment: AcquiredExperiment, kind: RigKind, file: Path) -> Rig:
 
     Parameters
     ----------
-    experiment : AcquiredExperiment
     kind : str
         As in `rig_of`.
     file : Path
         The experiment's, for messages.
-
-    Returns
-    -------
-    Rig
 
     Raises
     ------

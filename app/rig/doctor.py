@@ -15,7 +15,7 @@ from app.files.campaign_folder import sweep_paths
 from app.files.campaign_kind import is_campaign_folder
 from app.files.experiment_toml import AcquiredExperiment
 from app.rig.assembly import rig_places
-from app.terminal.campaign_progress import duration
+from app.summaries.duration import duration
 from drivers.ni.wiring import Wiring
 from drivers.rig.occupancy import in_use
 from drivers.rig.survey import (

@@ -7,7 +7,7 @@ from analysis.protocol.shot import DURATION, InputLevels
 from app.files.experiment_toml import AcquiredExperiment, RigKind
 from app.rig.assembly import rig_places
 from app.rig.doctor import look_at_disk
-from app.terminal.campaign_progress import duration
+from app.summaries.duration import duration
 from drivers.interruptions import held_back
 from drivers.ni.errors import DaqError
 from drivers.ni.wiring import Wiring
@@ -30,15 +30,10 @@ def look_before(experiment: AcquiredExperiment, kind: RigKind, folder: Path) -> 
 
     Parameters
     ----------
-    experiment : AcquiredExperiment
     kind : str
         Of the rig.
     folder : Path
         Of the campaign.
-
-    Yields
-    ------
-    Finding
     """
     if (holder := in_use(rig_places(experiment, kind))) is not None:
         yield Finding("rig", FindingState.BAD, holder, "wait for its end; nothing was asked of it")
@@ -60,10 +55,8 @@ def shoot(
 
     Parameters
     ----------
-    experiment : AcquiredExperiment
     kind : str
         Of the rig.
-    rig : Rig
     check : callable
         Raises where the end of the program is asked for.
 

@@ -56,8 +56,6 @@ def new_experiment(
 
     Parameters
     ----------
-    target : Path
-    said : NewExperiment
     devices : callable, optional
         Lists the devices of the NI driver; that of this computer unless given.
 
@@ -94,10 +92,8 @@ def new_panel(target: Path, plate: Plate | None, title: str) -> list[str]:
 
     Parameters
     ----------
-    target : Path
     plate : Plate or None
         None for that of the example.
-    title : str
 
     Returns
     -------

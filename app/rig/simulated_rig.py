@@ -44,15 +44,10 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Progress) 
 
     Parameters
     ----------
-    experiment : AcquiredExperiment
     file : Path
         The experiment's, for messages.
     report : callable
         Called with a stage's name and the share of it done.
-
-    Returns
-    -------
-    SimulatedParts
 
     Raises
     ------
@@ -87,15 +82,8 @@ def parts_around(
 
     Parameters
     ----------
-    experiment : AcquiredExperiment
-    simulation : Simulation
-    plate : DrivenPlate
     file : Path
         The experiment's, for messages.
-
-    Returns
-    -------
-    SimulatedParts
 
     Raises
     ------

@@ -46,14 +46,8 @@ class ListenersOfPanel:
 
         Parameters
         ----------
-        twin : PanelTwin
-        panel : Panel
         laws : MaterialLaws
             Of the panel's plate.
-
-        Returns
-        -------
-        ListenersOfPanel
 
         Raises
         ------
@@ -122,7 +116,6 @@ class HeardFiles:
         ----------
         stack : ExitStack
             Closes them.
-        listeners : ListenersOfPanel
         temperature : float
             Of the panel at first, °C.
         paths : tuple of Path
@@ -131,10 +124,6 @@ class HeardFiles:
             Samples of the drive.
         stamp : str
             JSON of the drive's origin.
-
-        Returns
-        -------
-        HeardFiles
 
         Raises
         ------

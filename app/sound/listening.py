@@ -27,8 +27,6 @@ def listened(
 
     Parameters
     ----------
-    panel : ListeningPanel
-    signals : PlayedSignals
     band : (float, float)
         Hz.
     span : (float, float)
@@ -39,10 +37,6 @@ def listened(
         A reading less certain than this is refused, K.
     report : callable, optional
         Called with the stage's name and the share done.
-
-    Returns
-    -------
-    list of RecordingStretch
 
     Raises
     ------

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.arrays import Real
+from analysis.checked_fields import check_finite, check_range, check_shapes
 from analysis.rendering.programme import TemperatureProgramme
 from analysis.rendering.renderer import Renderer
 from analysis.thermometry.bands import Decimator
@@ -37,6 +38,11 @@ class PlayedSignals:
     response: Real
     sample_rate: float
 
+    def __post_init__(self) -> None:
+        check_shapes(self, drive="N n", response="n")
+        check_finite(self, "drive", "response")
+        check_range(self, 0.0, np.inf, "sample_rate", unit="Hz", above=True)
+
 
 def recorded(
     drive: Sound, response: Sound, panel: ListeningPanel, names: tuple[str, ...], highest: float
@@ -49,15 +55,10 @@ def recorded(
         A channel for each of the N patches, V.
     response : Sound
         One channel, of the listening patch, in any unit.
-    panel : ListeningPanel
     names : (N,) tuple of str
         Of the patches.
     highest : float
         Highest frequency to be kept, Hz.
-
-    Returns
-    -------
-    PlayedSignals
 
     Raises
     ------
@@ -101,18 +102,12 @@ def simulated(
     ----------
     sound : Sound
         Its channels are averaged.
-    shipment : Shipment
-    panel : ListeningPanel
     programme : TemperatureProgramme
         Of the plate.
     signal_to_noise : float
         By how much the white noise lies below the response, dB.
     rng : numpy.random.Generator
         Of the noise.
-
-    Returns
-    -------
-    PlayedSignals
     """
     settings = shipment.panel.filters
     renderer = Renderer(shipment.filters, float(programme.at(0.0)), BLOCK)

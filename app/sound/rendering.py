@@ -83,9 +83,6 @@ def render(
 
     Parameters
     ----------
-    sound : Sound
-    shipment : Shipment
-    programme : TemperatureProgramme
     folder : Path
         Of the results.
     block : int
@@ -98,10 +95,6 @@ def render(
         Returns seconds; processor time of the thread by default.
     listeners : ListenersOfPanel, optional
         Whose sound is written, too.
-
-    Returns
-    -------
-    Rendering
 
     Raises
     ------

@@ -38,7 +38,6 @@ def write_stretches(stretches: list[RecordingStretch], folder: Path, true: Real 
     Parameters
     ----------
     stretches : (n,) list of RecordingStretch
-    folder : Path
     true : (n,) ndarray or None
         True temperatures, degrees Celsius; None where they are not known.
 

@@ -23,10 +23,6 @@ def programme(said: str, duration: float) -> TemperatureProgramme:
     duration : float
         Of the sound, s.
 
-    Returns
-    -------
-    TemperatureProgramme
-
     Raises
     ------
     ResultFileError

@@ -42,7 +42,6 @@ def acquire_campaign(
     ----------
     session : Session
         Opened and closed here; afterwards its `unsafe` names what could not be brought to rest.
-    experiment : AcquiredExperiment
     folder : Path
         Of the campaign.
     source : Source
@@ -55,10 +54,6 @@ def acquire_campaign(
         Whether to repeat missed and failed sweeps.
     places : sequence of str
         Names of the parts of the rig that only one process can use.
-
-    Returns
-    -------
-    Outcome
 
     Raises
     ------

@@ -63,14 +63,8 @@ def exchanged_channels(experiment: Experiment, box: MaterialBox, sweep: SweepMod
 
     Parameters
     ----------
-    experiment : Experiment
     box : MaterialBox
         Of its plate.
-    sweep : SweepModes
-
-    Yields
-    ------
-    Alternative
     """
     count = len(sweep.h)
     if count < 2:
@@ -108,14 +102,8 @@ def other_places(experiment: Experiment, box: MaterialBox, sweep: SweepModes) ->
 
     Parameters
     ----------
-    experiment : Experiment
     box : MaterialBox
         Of its plate.
-    sweep : SweepModes
-
-    Yields
-    ------
-    Alternative
     """
     try:
         plate = CoarsePlaces.of(experiment, box)
@@ -203,14 +191,8 @@ def other_lengths(experiment: Experiment, box: MaterialBox, sweep: SweepModes) -
 
     Parameters
     ----------
-    experiment : Experiment
     box : MaterialBox
         Of its plate.
-    sweep : SweepModes
-
-    Yields
-    ------
-    Alternative
     """
     plate = experiment.plate
     if plate.outline is not None:

@@ -69,7 +69,6 @@ def compared_plainly(
 
     Parameters
     ----------
-    campaign : AnyCampaign
     mains : float
         Hz.
     report : callable
@@ -78,10 +77,6 @@ def compared_plainly(
         Sweeps are linearised on it.
     held : mapping, optional
         Effects that are known to be there, such as a known mass.
-
-    Returns
-    -------
-    Compared
     """
     plain = updated_twin(campaign, mains, report)
     twin, _ = campaign_model(campaign.experiment, plain.updated, report, None, None)
@@ -107,10 +102,6 @@ def answer(
         Effects whose amplitudes have the other sign in the second.
     executor : Executor
         Sweeps are linearised on it.
-
-    Returns
-    -------
-    Decision
     """
     known = [name for name in effects if all(name in one.model.cards for one in campaigns)]
     said = [told(one.model, one.sweeps, one.fit.state, known, executor) for one in campaigns]
@@ -124,10 +115,8 @@ def with_answer(
 
     Parameters
     ----------
-    earlier : AnyCampaign
     run : Path
         Run folder of its comparison, with a plan.
-    now : Compared
     mains : float
         Hz.
     report : callable

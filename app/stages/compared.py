@@ -57,21 +57,12 @@ class Compared:
 
         Parameters
         ----------
-        experiment : Experiment
-        frf : Frf
-        updated : Updated
-        twin : Twin
         model : HeldEffects
             As it was given to the comparison.
-        found : GapReport
         executor : Executor
             Sweeps are linearised on it.
         twin_error : float, optional
             Of the twin, as carried by the comparison.
-
-        Returns
-        -------
-        Compared
         """
         sweeps, _ = prepare(frf, experiment.protocol, updated)
         if twin_error is not None:

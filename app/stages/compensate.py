@@ -21,7 +21,7 @@ from app.files.campaign_inputs import extent_settings
 from app.files.compensation_file import save_compensation
 from app.files.provenance import provenance
 from app.stages.panel_inputs import workers
-from app.terminal.notebook import as_text
+from app.summaries.display import as_text
 from app.twins.panel_twin import panel_twin
 
 COMPENSATION = "compensation.h5"
@@ -83,7 +83,6 @@ def compute(
 
     Parameters
     ----------
-    panel : Panel
     laws : MaterialLaws
         As measured; thermal expansion of the panel's plate is added here.
     report : callable
@@ -102,10 +101,6 @@ def compute(
         Differences of temperature between two opposite sides of the panel, K, for which contrast is computed.
     notes : sequence of str
         Of the laws' origin, kept in the result.
-
-    Returns
-    -------
-    CompensatedPanel
 
     Raises
     ------
@@ -154,7 +149,6 @@ def compute_measured(
 
     Parameters
     ----------
-    measured : MeasuredPanel
     report : callable
         Called with a stage's name and the share of it done.
     training : Training, optional
@@ -163,10 +157,6 @@ def compute_measured(
         Design method of the filters that the networks predict.
     device : str
         Where they are trained: ``cpu``, or a device of torch, ``cuda``, ``cuda:1``.
-
-    Returns
-    -------
-    CompensatedPanel
 
     Raises
     ------
@@ -194,7 +184,6 @@ def save(
     ----------
     run : Path
         Run folder.
-    found : CompensatedPanel
     inputs : mapping
         SHA-256 of every input file of the networks, by its name.
     extent : CampaignExtent, optional

@@ -21,8 +21,6 @@ def check_declaration(experiment: Experiment, frf: Frf, report: Progress) -> tup
 
     Parameters
     ----------
-    experiment : Experiment
-    frf : Frf
     report : callable
         Called with a stage's name and the share of it done.
 
@@ -64,14 +62,8 @@ def sentence(experiment: Experiment, temperature: float, scan: ModulusScan) -> s
 
     Parameters
     ----------
-    experiment : Experiment
     temperature : float
         Of the sweep, degrees Celsius.
-    scan : ModulusScan
-
-    Returns
-    -------
-    str
     """
     plate = experiment.plate
     low, high = material_box(plate.material).youngs_modulus

@@ -23,8 +23,6 @@ def description(
 
     Parameters
     ----------
-    compared : Compared
-    found : GapReport
     executor : Executor
         Sweeps are linearised on it.
     report : callable

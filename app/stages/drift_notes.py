@@ -20,14 +20,8 @@ def drift_notes(protocol: Protocol, updated: Updated, laws: MaterialLaws | None)
 
     Parameters
     ----------
-    protocol : Protocol
-    updated : Updated
     laws : MaterialLaws or None
         Through the estimates; None for fewer than three temperatures.
-
-    Returns
-    -------
-    tuple of str
     """
     if laws is None:
         within = (

@@ -25,7 +25,7 @@ from app.files.filter_files import save_focusing
 from app.files.provenance import provenance
 from app.stages.panel_inputs import workers
 from app.stages.uncorrected_filters import uncorrected_aim
-from app.terminal.notebook import as_text
+from app.summaries.display import as_text
 from app.twins.panel_twin import panel_twin
 
 FILTERS = "filters.h5"
@@ -90,7 +90,6 @@ def compute(
 
     Parameters
     ----------
-    panel : Panel
     laws : MaterialLaws
         As measured; thermal expansion of the panel's plate is added here.
     report : callable
@@ -103,10 +102,6 @@ def compute(
         Laws of a twin that lacks an effect; the performance of filters designed with them is computed, too.
     notes : sequence of str
         Of the laws' origin, kept in the result.
-
-    Returns
-    -------
-    FocusedPanel
 
     Raises
     ------
@@ -135,15 +130,10 @@ def compute_measured(measured: MeasuredPanel, report: Progress, *, method: Metho
 
     Parameters
     ----------
-    measured : MeasuredPanel
     report : callable
         Called with a stage's name and the share of it done.
     method : str
         How filters are designed.
-
-    Returns
-    -------
-    FocusedPanel
 
     Raises
     ------
@@ -161,7 +151,6 @@ def save(run: Path, found: FocusedPanel, inputs: Mapping[str, str], extent: Camp
     ----------
     run : Path
         Run folder.
-    found : FocusedPanel
     inputs : mapping
         SHA-256 of every input file of the filters, by its name.
     extent : CampaignExtent, optional

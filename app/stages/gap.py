@@ -48,8 +48,8 @@ from app.stages.gap_pairing import paired_report, pairing_before
 from app.stages.issued_twin import issued_twin
 from app.stages.plan import next_experiment
 from app.stages.update import Updating, updated_twin
-from app.terminal.gap import headline, tables
-from app.terminal.notebook import as_html, as_text
+from app.summaries.display import as_html, as_text
+from app.summaries.gap import headline, tables
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
 from simulation.effects.library import untried
 from simulation.twin.effect_plate import EffectPlate
@@ -142,7 +142,6 @@ def compute(
 
     Parameters
     ----------
-    campaign : AnyCampaign
     mains : float
         Hz.
     report : callable
@@ -161,10 +160,6 @@ def compute(
         Whether what no effect explains is described, which takes a minute.
     further : bool
         Whether a plan or an answer will be wanted: `GapComparison.compared` is then there.
-
-    Returns
-    -------
-    GapComparison
 
     Raises
     ------
@@ -230,7 +225,6 @@ def with_plan(
 
     Parameters
     ----------
-    found : GapComparison
     report : callable
         Called with a stage's name and the share of it done.
     hours : mapping of str to float, optional
@@ -256,7 +250,6 @@ def after(found: GapComparison, earlier: AnyCampaign, run: Path, mains: float, r
     ----------
     found : GapComparison
         Of the campaign that its plan asked for.
-    earlier : AnyCampaign
     run : Path
         Run folder of its comparison, with a plan.
     mains : float
@@ -311,8 +304,6 @@ def save(
     ----------
     run : Path
         Run folder.
-    campaign : AnyCampaign
-    found : GapComparison
     mains : float
         Hz.
     seconds : float

@@ -25,10 +25,8 @@ def pairing_before(
 
     Parameters
     ----------
-    campaign : AnyCampaign
     plain : Updating
         Without effects.
-    twin : Twin
     begun : CorrectedTwin or None
         With the effects of a twin file; None where there is none.
     report : callable
@@ -59,11 +57,8 @@ def paired_report(
 
     Parameters
     ----------
-    campaign : AnyCampaign
     plain : Updating
         Without effects.
-    twin : Twin
-    found : GapReport
     pairing : Pairing or None
         Of `pairing_before`.
     named : CorrectedTwin

@@ -30,8 +30,8 @@ from app.files.uff_campaign import nearest_sweep, sweep_name
 from app.modal_test.frf_set import said_of_coherence, said_of_reference
 from app.stages.drift_notes import untimed
 from app.stages.identify_options import Wanted
-from app.terminal.modes import headline, modes_record, tables
-from app.terminal.notebook import as_html, as_text
+from app.summaries.display import as_html, as_text
+from app.summaries.modes import headline, modes_record, tables
 
 
 @dataclass(frozen=True)
@@ -75,16 +75,10 @@ def compute(
 
     Parameters
     ----------
-    campaign : AnyCampaign
-    wanted : Wanted
     report : callable
         Called with a stage's name and the share of it done.
     twin : Path, optional
         Run folder of ``flexura update`` whose twin predicts the modes.
-
-    Returns
-    -------
-    IdentifiedCampaign
 
     Raises
     ------
@@ -138,8 +132,6 @@ def save(
     ----------
     run : Path
         Run folder.
-    campaign : AnyCampaign
-    found : IdentifiedCampaign
     wanted : Wanted
         Stored in the provenance.
     export : Path, optional
@@ -166,13 +158,8 @@ def said_of_export(export: Path, found: IdentifiedCampaign, temperature: float |
     ----------
     export : Path
         The file.
-    found : IdentifiedCampaign
     temperature : float or None
         As wanted.
-
-    Returns
-    -------
-    str
     """
     if temperature is not None:
         return f"{export}: FRFs of the sweep {sweep_name(found.frf, nearest_sweep(found.frf, temperature))}"
@@ -191,8 +178,6 @@ def uff_records(frfs: Sequence[MeasuredTransfer], wanted: Wanted, report: Progre
 
     Parameters
     ----------
-    frfs : sequence of MeasuredTransfer
-    wanted : Wanted
     report : callable
         Called with a stage's name and the share of it done.
 

@@ -16,7 +16,6 @@ def compute(frfs: FrfSet, wanted: Wanted, report: Progress, *, mains_named: bool
     ----------
     frfs : FrfSet
         Of one structure.
-    wanted : Wanted
     report : callable
         Called with the stage's name and the share done.
     mains_named : bool

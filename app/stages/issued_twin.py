@@ -29,18 +29,12 @@ def issued_twin(
 
     Parameters
     ----------
-    campaign : AnyCampaign
-    corrected : CorrectedTwin
     basis_error : float
         Certified error of the reduced model, as a share of its peak response.
     verdict : str
         As in gap.json.
     based_on : str or None
         SHA-256 of the twin file from which the comparison started.
-
-    Returns
-    -------
-    TwinFile
 
     Raises
     ------

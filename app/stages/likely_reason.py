@@ -59,10 +59,6 @@ def likely_reason(experiment: Experiment, sweep: SweepModes, report: Progress) -
         One that the twin does not fit.
     report : callable
         Called with a stage's name and the share of it done.
-
-    Returns
-    -------
-    LikelyReason
     """
     report(STAGE, 0.0)
     box = material_box(experiment.plate.material)

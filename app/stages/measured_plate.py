@@ -158,13 +158,13 @@ class MeasuredPlate:
 
     def _loads(self, panel: Panel) -> list[Load]:
         """Masses that were found, unless the panel has one there."""
-        from simulation.shell.footprints import attached_disc  # not needed where no mass was found
+        from simulation.shell.footprints import attached_discs  # not needed where no mass was found
 
         experiment = self.experiment
         mass = sum(one.value for one in self.effects.get("point_mass", ()))
         if not experiment.cable or mass <= 0.0:
             return []
-        disc = attached_disc(experiment.plate, experiment.cable[0])
+        (disc,) = attached_discs(experiment.plate, [experiment.cable[0]])
         away = self.departures.get("attachment_place cable 1", {})
         place = (disc.point[0] + away.get("dx", 0.0), disc.point[1] + away.get("dy", 0.0))
         there = [abs(one.point[0] - place[0]) + abs(one.point[1] - place[1]) for one in panel.load]

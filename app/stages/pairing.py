@@ -66,7 +66,6 @@ def measured_sweeps(
 
     Parameters
     ----------
-    campaign : AnyCampaign
     frf : Frf
         As fitted.
     updated : Updated
@@ -157,13 +156,10 @@ def paired_sweeps(
 
     Parameters
     ----------
-    experiment : Experiment
     frf : Frf
         T sweeps, as fitted.
     updated : Updated
         Of the same sweeps, for the twin with `effects`.
-    measured : MeasuredSweeps or None
-    twin : InstrumentedPlate
     laws : sequence of LocalLaws
         Near every sweep.
     answers : (T, K, F) complex ndarray
@@ -236,18 +232,12 @@ def with_reason(
 
     Parameters
     ----------
-    experiment : Experiment
     frf : Frf
         As fitted.
     measured : MeasuredSweeps or None
         From which the pairing was made.
-    pairing : Pairing or None
     report : callable
         Called with a stage's name and the share of it done.
-
-    Returns
-    -------
-    Pairing or None
     """
     if pairing is None or measured is None or pairing.fits:
         return pairing

@@ -71,7 +71,6 @@ def panel_for(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple
     ----------
     path : Path or None
         File of the panel.
-    run : Path
     changes : mapping
         Filter settings to be replaced, by key; None leaves one as it is.
 
@@ -102,7 +101,6 @@ def scanned_panel(path: Path | None, run: Path, changes: Mapping[str, Any]) -> t
     ----------
     path : Path or None
         File of the panel.
-    run : Path
     changes : mapping
         Filter settings to be replaced, by key; None leaves one as it is.
 
@@ -128,15 +126,10 @@ def measured_panel(panel: Panel, path: Path, temperatures: tuple[float, ...]) ->
 
     Parameters
     ----------
-    panel : Panel
     path : Path
         See `read_transfers`.
     temperatures : tuple of float
         The one at which a universal file was measured, degrees Celsius; empty for the panel's reference.
-
-    Returns
-    -------
-    MeasuredPanel
 
     Raises
     ------
@@ -194,7 +187,6 @@ def method_for(named: Method | None, path: Path | None, run: Path) -> Method:
     named : str or None
     path : Path or None
         File of the panel; None if the run's panel is used.
-    run : Path
 
     Returns
     -------

@@ -9,7 +9,7 @@ from analysis.arrays import Real
 from analysis.campaign_extent import CampaignExtent
 from analysis.focusing.panel import Panel
 from analysis.focusing.temperatures import covered
-from analysis.material import Material, MaterialLaws
+from analysis.material import Material, MaterialLaws, MaterialSigma
 from app.files.bad_file import ResultFileError
 from app.files.best_twin import CORRECTED, best_twin, recordings
 from app.files.campaign_inputs import origin_of_result, said_of_more_sweeps
@@ -176,17 +176,19 @@ def laws_of_twin(twin: TwinFile, origin: Path) -> MaterialLaws:
     from analysis.updating.laws import fit_laws
 
     nodes = twin.laws
-    material = Material(*(np.array(x) for x in (nodes.youngs_modulus, nodes.poisson_ratio, nodes.loss_factor)))
+    values = (nodes.youngs_modulus, nodes.poisson_ratio, nodes.loss_factor)
     spread = (nodes.sigma_youngs_modulus, nodes.sigma_poisson_ratio, nodes.sigma_loss_factor)
-    sigma = Material(*(np.array(x) for x in spread))
-    common = None
-    if twin.departure:
-        whole = (sigma.youngs_modulus / material.youngs_modulus, sigma.poisson_ratio)
-        columns = np.stack([*whole, sigma.loss_factor / material.loss_factor], axis=1)
-        common = np.sqrt(1.0 - OWN**2) * columns[:, :, None]
-        sigma = Material(*(OWN * x for x in (sigma.youngs_modulus, sigma.poisson_ratio, sigma.loss_factor)))
-    span = nodes.temperature_range
     try:
+        material, sigma = Material(*map(np.array, values)), MaterialSigma(*map(np.array, spread))
+        common = None
+        if twin.departure:
+            whole = (sigma.youngs_modulus / material.youngs_modulus, sigma.poisson_ratio)
+            columns = np.stack([*whole, sigma.loss_factor / material.loss_factor], axis=1)
+            common = np.sqrt(1.0 - OWN**2) * columns[:, :, None]
+            sigma = MaterialSigma(
+                *(OWN * x for x in (sigma.youngs_modulus, sigma.poisson_ratio, sigma.loss_factor))
+            )
+        span = nodes.temperature_range
         return fit_laws(np.array(nodes.temperature), material, sigma, temperature_range=span, common=common)
     except ValueError as error:
         raise ResultFileError(f"{origin}: laws: {error}") from error
@@ -211,8 +213,6 @@ def range_of(
 
     Parameters
     ----------
-    panel : Panel
-    laws : MaterialLaws
     origin : Path
         File of the laws, for messages.
     extent : CampaignExtent, optional
@@ -253,7 +253,6 @@ def within(temperature: Real, laws: MaterialLaws, origin: Path) -> Real:
     ----------
     temperature : (T,) ndarray
         Degrees Celsius.
-    laws : MaterialLaws
     origin : Path
         File of the laws, for messages.
 

@@ -35,8 +35,6 @@ def next_experiment(
 
     Parameters
     ----------
-    compared : Compared
-    found : GapReport
     report : callable
         Called with a stage's name and the share of it done.
     hours : mapping of str to float, optional
@@ -66,8 +64,6 @@ def plan(
 
     Parameters
     ----------
-    compared : Compared
-    questions : sequence of Question
     report : callable
         Called with a stage's name and the share of it done.
     executor : Executor
@@ -76,10 +72,6 @@ def plan(
         Of some kinds of measurement, instead of the usual ones.
     reach : Reach, optional
         Of the rig.
-
-    Returns
-    -------
-    Plan
     """
     if not questions:
         return Plan((), ())

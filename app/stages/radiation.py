@@ -24,18 +24,12 @@ def compute(panel: Panel, laws: MaterialLaws, bank: FirBank, reference: float, r
 
     Parameters
     ----------
-    panel : Panel
     laws : MaterialLaws
         As measured; thermal expansion of the panel's plate is added here.
-    bank : FirBank
     reference : float
         Temperature of the filters that are kept, degrees Celsius.
     report : callable
         Called with a stage's name and the share of it done.
-
-    Returns
-    -------
-    Radiation
 
     Raises
     ------
@@ -55,16 +49,10 @@ def compute_measured(measured: MeasuredPanel, bank: FirBank, reference: float, r
 
     Parameters
     ----------
-    measured : MeasuredPanel
-    bank : FirBank
     reference : float
         Temperature of the filters that are kept, degrees Celsius.
     report : callable
         Called with a stage's name and the share of it done.
-
-    Returns
-    -------
-    Radiation
 
     Raises
     ------
@@ -90,8 +78,6 @@ def save(
     ----------
     run : Path
         Run folder.
-    panel : Panel
-    found : Radiation
     inputs : mapping
         SHA-256 of every input file, by its name.
     extent : CampaignExtent, optional

@@ -50,11 +50,8 @@ def run_studies(
     ----------
     figures : sequence of str
         Their numbers: 4, 13 to 19.
-    model : PanelTwin
-    panel : Panel
     laws : MaterialLaws
         Of the panel's plate.
-    training : Training
     report : callable
         Called with the stage's name and the share done.
 

@@ -14,16 +14,7 @@ NAMED = 6
 
 
 def recorded_notes(campaign: AnyCampaign) -> tuple[str, ...]:
-    """Return a note for every sweep whose temperature the rig or the air puts in doubt, and for slow errors.
-
-    Parameters
-    ----------
-    campaign : AnyCampaign
-
-    Returns
-    -------
-    tuple of str
-    """
+    """Return a note for every sweep whose temperature the rig or the air puts in doubt, and for slow errors."""
     if isinstance(campaign, FrfCampaign):
         return ()  # of whose temperatures no reading of an oven is known
     sweeps = campaign.sweeps
@@ -48,14 +39,8 @@ def label_notes(campaign: AnyCampaign, frf: Frf, updated: Updated) -> tuple[str,
 
     Parameters
     ----------
-    campaign : AnyCampaign
     frf : Frf
         As updated: sweeps left out are not in it.
-    updated : Updated
-
-    Returns
-    -------
-    tuple of str
     """
     log_modulus, direction = np.log(updated.material.youngs_modulus), np.array(frf.direction)
     notes: list[str] = []

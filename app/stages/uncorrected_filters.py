@@ -27,8 +27,6 @@ def uncorrected_aim(
 
     Parameters
     ----------
-    model : PanelTwin
-    panel : Panel
     laws : MaterialLaws
         True laws of the panel.
     uncorrected : MaterialLaws or None

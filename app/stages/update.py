@@ -45,9 +45,9 @@ from app.stages.pairing import (
     with_reason,
 )
 from app.stages.temperature_notes import label_notes, recorded_notes
-from app.terminal.notebook import as_html, as_text
-from app.terminal.pairing import pairing_tables
-from app.terminal.update import headline, notes, tables_of
+from app.summaries.display import as_html, as_text
+from app.summaries.pairing import pairing_tables
+from app.summaries.update import headline, notes, tables_of
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
 from app.twins.campaign_twin import campaign_twin, tolerant_twin, twin_is_built
 from simulation.twin.effect_plate import EffectPlate
@@ -91,7 +91,7 @@ class Updating(Labelled):
 
     def _repr_html_(self) -> str:
         record = pairing_record(self.pairing)
-        tables = [*tables_of(self.updated), *(pairing_tables(record) if record else ())]
+        tables = [*tables_of(self.updated), *pairing_tables(record)]
         return as_html(headline(self.updated), tables, self._notes)
 
     @property
@@ -118,7 +118,6 @@ def compute(
 
     Parameters
     ----------
-    campaign : AnyCampaign
     mains : float
         Frequency of the mains, Hz.
     report : callable
@@ -131,10 +130,6 @@ def compute(
         Run folder whose modes.h5 gives the measured modes to pair, if it is of these recordings.
     plain : Updating, optional
         What `updated_twin` gives for the same campaign, mains and run, where that is known.
-
-    Returns
-    -------
-    Updating
 
     Raises
     ------
@@ -155,8 +150,6 @@ def save(run: Path, campaign: AnyCampaign, found: Updating, mains: float, start:
     ----------
     run : Path
         Run folder.
-    campaign : AnyCampaign
-    found : Updating
     mains : float
         Hz.
     start : Start, optional
@@ -180,17 +173,12 @@ def updated_twin(campaign: AnyCampaign, mains: float, report: Progress, run: Pat
 
     Parameters
     ----------
-    campaign : AnyCampaign
     mains : float
         Frequency of the mains, Hz.
     report : callable
         Called with a stage's name and the share of it done.
     run : Path, optional
         As in `compute`.
-
-    Returns
-    -------
-    Updating
 
     Raises
     ------

@@ -20,8 +20,8 @@ from app.files.bad_file import ResultFileError
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance
 from app.plate_frfs.plate_of_modes import PlateOfModes
-from app.terminal.notebook import as_html, as_text
-from app.terminal.update import headline, tables_of
+from app.summaries.display import as_html, as_text
+from app.summaries.update import headline, tables_of
 from app.twins.campaign_twin import tolerant_twin
 from app.twins.computed_modes import computed_poles
 
@@ -61,13 +61,8 @@ def compute(plate: PlateOfModes, report: Progress) -> UpdatingByModes:
 
     Parameters
     ----------
-    plate : PlateOfModes
     report : callable
         Called with a stage's name and the share of it done.
-
-    Returns
-    -------
-    UpdatingByModes
 
     Raises
     ------
@@ -120,8 +115,6 @@ def save(run: Path, plate: PlateOfModes, found: UpdatingByModes) -> None:
     ----------
     run : Path
         Run folder.
-    plate : PlateOfModes
-    found : UpdatingByModes
 
     Raises
     ------

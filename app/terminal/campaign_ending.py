@@ -37,17 +37,12 @@ def completed(outcome: Outcome, unsafe: tuple[str, ...], folder: Path, seconds: 
 
     Parameters
     ----------
-    outcome : Outcome
     unsafe : tuple of str
         What is not at rest.
     folder : Path
         Of the campaign.
     seconds : float
         Time that it took, s.
-
-    Returns
-    -------
-    Ending
     """
     record = {
         "state": "complete" if not outcome.missing else "complete with sweeps missing",
@@ -76,13 +71,8 @@ def broken_off(error: BaseException, unsafe: tuple[str, ...] | None, folder: Pat
         By which.
     unsafe : tuple of str or None
         What is not at rest; None where the rig was never touched.
-    folder : Path
     signal : int
         Number of the signal that asked for it; 0 without one.
-
-    Returns
-    -------
-    Ending
     """
     why = str(error) or type(error).__name__
     rest = "the drive is at 0 V and the oven at rest"

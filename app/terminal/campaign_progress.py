@@ -7,6 +7,7 @@ from datetime import datetime
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
+from app.summaries.duration import duration
 from drivers.rig.campaign import Moment, Observer
 
 
@@ -55,11 +56,3 @@ def campaign_screen(clock_is_virtual: bool, *, shown: bool = True) -> Iterator[O
                 )
 
         yield show
-
-
-def duration(seconds: float) -> str:
-    """Return hours and minutes, or seconds where it is less than two minutes."""
-    if seconds < 120.0:
-        return f"{seconds:.0f} s"
-    minutes = round(seconds / 60.0)
-    return f"{minutes // 60} h {minutes % 60:02d} min" if minutes >= 60 else f"{minutes} min"

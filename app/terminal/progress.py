@@ -24,13 +24,16 @@ def progress(*, shown: bool | None = True) -> Iterator[Progress]:
         with bars_in_cell() as in_cell:
             yield in_cell
         return
+    if not shown:  # without loading rich
+        yield lambda _stage, _share: None
+        return
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
     from rich.progress import Progress as Bars
 
     console = Console(stderr=True)
     columns = (TextColumn("{task.description:<24}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Bars(*columns, console=console, disable=not (shown and console.is_terminal)) as bars:
+    with Bars(*columns, console=console, disable=not console.is_terminal) as bars:
         tasks: dict[str, TaskID] = {}
 
         def report(stage: str, share: float) -> None:

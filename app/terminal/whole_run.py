@@ -40,13 +40,8 @@ def closing_line(states: Mapping[str, StageRecord], run: Path, seconds: float) -
     ----------
     states : mapping of str to StageRecord
         Stages of this run.
-    run : Path
     seconds : float
         That it took.
-
-    Returns
-    -------
-    str
     """
     count: dict[str, list[str]] = {}
     for stage, state in states.items():

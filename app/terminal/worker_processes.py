@@ -48,7 +48,6 @@ def worker_pool(count: int, *, at_once: bool = False) -> Iterator[Executor]:
 
     Parameters
     ----------
-    count : int
     at_once : bool
         Start them now, not with their first tasks: a process that is being started ignores what it cannot pass on
         yet.

@@ -52,12 +52,10 @@ def campaign_model(
 
     Parameters
     ----------
-    experiment : Experiment
     plain : Updated
         Strain energies are referred to its laws.
     report : callable
         Called with a stage's name and the share of it done.
-    start : Start or None
     folder : Path or None
         A user's own effects.
 
@@ -107,14 +105,8 @@ def start_of(path: Path | None, experiment: Experiment, folder: Path | None) -> 
 
     Parameters
     ----------
-    path : Path or None
-    experiment : Experiment
     folder : Path or None
         A user's own effects.
-
-    Returns
-    -------
-    Start or None
 
     Raises
     ------

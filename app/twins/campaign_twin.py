@@ -18,7 +18,7 @@ from simulation.effects.effect import Effect
 from simulation.effects.library import library
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.reduction.sufficient_fineness import RequiredError, sufficient_fineness
-from simulation.shell.footprints import attached_disc
+from simulation.shell.footprints import attached_discs
 from simulation.tolerances import tolerances
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.effect_plate import EffectPlate
@@ -54,7 +54,6 @@ def effect_twin(
 
     Parameters
     ----------
-    experiment : Experiment
     report : callable
         Called with a stage's name and the share of it done.
     folder : Path, optional
@@ -64,10 +63,6 @@ def effect_twin(
     declared : mapping, optional
         Values of declared quantities, as of model updating: the moduli of an orthotropic sheet about which the
         twin is made.
-
-    Returns
-    -------
-    Twin
 
     Raises
     ------
@@ -93,15 +88,10 @@ def tolerant_twin(experiment: Experiment, report: Progress, declared: Effects = 
 
     Parameters
     ----------
-    experiment : Experiment
     report : callable
         Called with a stage's name and the share of it done.
     declared : mapping, optional
         As in `effect_twin`.
-
-    Returns
-    -------
-    Twin
     """
     box, near = material_box(experiment.plate.material), sheet_near(experiment, declared)
     operators = cached_departures(
@@ -131,8 +121,6 @@ def finer(experiment: Experiment, required: RequiredError, report: Progress) -> 
 
     Parameters
     ----------
-    experiment : Experiment
-    required : RequiredError
     report : callable
         Called with the stage's name and the share done.
 
@@ -176,7 +164,7 @@ def _asked(experiment: Experiment) -> dict[str, Any]:
         "band": experiment.protocol.band,
         "footprints": experiment.footprints,
         "driven": experiment.driven,
-        "attached": [attached_disc(plate, one) for one in experiment.attachments],
+        "attached": attached_discs(plate, experiment.attachments),
         "points": shape_points(plate),
         "field_certified": False,
     }

@@ -28,8 +28,6 @@ def computed_poles(
 
     Parameters
     ----------
-    twin : InstrumentedPlate
-    laws : LocalLaws
     effects : mapping
         Values of those that are on.
     point : SweepPoint, optional

@@ -33,10 +33,6 @@ def expected_modes(campaign: AnyCampaign, laws: Path, report: Progress) -> Expec
     report : Progress
         Called with the stage's name and the share done, if the twin has to be made.
 
-    Returns
-    -------
-    ExpectedModes
-
     Raises
     ------
     ResultFileError

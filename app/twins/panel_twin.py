@@ -48,8 +48,6 @@ class PanelTwin:
 
         Parameters
         ----------
-        reduced : ReducedModel
-        grid : Grid
         footprints : sequence of Footprint
             All of the model.
         forces : int
@@ -69,8 +67,6 @@ class PanelTwin:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : (F,) ndarray
             Hz.
 
@@ -96,8 +92,6 @@ class PanelTwin:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : (F,) ndarray
             Hz.
         displacement : float
@@ -132,13 +126,6 @@ class PanelTwin:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
-        count : int
-
-        Returns
-        -------
-        PanelModes
         """
         values, shapes = lowest_modes(self.reduced, youngs_modulus, poisson_ratio, loss_factor, count)
         return PanelModes(values, shapes, -shapes.T @ (self.reduced.ports * self.signs))
@@ -151,15 +138,10 @@ def panel_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> PanelTwin:
 
     Parameters
     ----------
-    panel : Panel
     laws : MaterialLaws
         The materials the twin will be asked about.
     report : callable
         Called with a stage's name and the share of it done.
-
-    Returns
-    -------
-    PanelTwin
 
     Raises
     ------
@@ -185,15 +167,10 @@ def panel_reduction(panel: Panel, grid: Grid, report: Progress) -> ReducedModel:
 
     Parameters
     ----------
-    panel : Panel
     grid : Grid
         The panel's.
     report : callable
         Called with a stage's name and the share of it done.
-
-    Returns
-    -------
-    ReducedModel
 
     Raises
     ------

@@ -132,15 +132,10 @@ def tilted_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> TiltedTwi
 
     Parameters
     ----------
-    panel : Panel
     laws : MaterialLaws
         Of the panel's plate.
     report : callable
         Called with a stage's name and the share of it done.
-
-    Returns
-    -------
-    TiltedTwin
 
     Raises
     ------

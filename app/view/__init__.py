@@ -2,7 +2,6 @@
 
 ==================  ===============================================================
 ``application``     Qt begun, or the reason why it cannot be
-``display``         whether a window can be opened at all
 ``garbage``         garbage collected in the thread of the windows alone
 ``folder``          which campaign and which results a folder stands for
 ``theme``           dark and light

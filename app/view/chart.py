@@ -87,7 +87,6 @@ class Chart(pyqtgraph.PlotWidget):
             In the units of the axes; NaN leaves a gap.
         label : str
             Heads its columns when exported.
-        color : Color
         width : float
             Dots.
         style : str
@@ -123,8 +122,6 @@ class Chart(pyqtgraph.PlotWidget):
         ----------
         x, low, high : (n,) array_like
             In the units of the axes; NaN leaves a gap.
-        color : Color
-        label : str
 
         Returns
         -------
@@ -151,7 +148,6 @@ class Chart(pyqtgraph.PlotWidget):
         ----------
         x, y, reach : (n,) array_like
             In the units of the axes; reach of a bar to either side.
-        color : Color
 
         Returns
         -------

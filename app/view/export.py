@@ -29,10 +29,8 @@ def picture(widget: QWidget, scale: float, target: Path) -> None:
 
     Parameters
     ----------
-    widget : QWidget
     scale : float
         Dots of the picture for each of the widget's own.
-    target : Path
 
     Raises
     ------

@@ -85,9 +85,5 @@ class LogAxis(pyqtgraph.AxisItem):
             Factor of the numbers.
         spacing : float or None
             Of the ticks; None for those without a number.
-
-        Returns
-        -------
-        list of str
         """
         return ["" if spacing is None else f"{scale * 10.0**v:.6g}" for v in values]

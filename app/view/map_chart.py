@@ -33,8 +33,6 @@ class MapChart(Chart):
 
         Parameters
         ----------
-        shown : Map
-        colors : pyqtgraph.ColorMap
         levels : (float, float)
             Values at the ends of the colours.
         label : str

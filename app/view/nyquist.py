@@ -53,7 +53,6 @@ class NyquistChart(Chart):
             At the cursor.
         models : mapping of str to (m,) complex ndarray
             Those that are shown.
-        unit : str
         """
         self.set_label("bottom", f"real part [{unit}]")
         self.set_label("left", f"imaginary part [{unit}]")

@@ -1,12 +1,13 @@
 """Which window a folder is shown in."""
 
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from app.files.bad_file import ResultFileError
 from app.files.campaign_kind import is_campaign_folder
 from app.files.run_folder import is_test_run
-from app.view.folder import Viewed
+from app.view.folder import Viewed, viewed
 from app.view.theme import Theme
 from app.view.window import Window
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 Kind = Literal["live", "recorded"]
 
 
-def window_of(viewed: Viewed, kind: Kind | None, theme: Theme) -> Window:
+def window_of(found: Viewed, kind: Kind | None, theme: Theme) -> Window:
     """Build the window asked for, or else the one that fits.
 
     A campaign that is under way, or that was acquired and has no result yet, is shown live; results of a modal
@@ -24,47 +25,63 @@ def window_of(viewed: Viewed, kind: Kind | None, theme: Theme) -> Window:
 
     Parameters
     ----------
-    viewed : Viewed
+    found : Viewed
         Campaign and run that were found.
     kind : str or None
         ``live`` or ``recorded``; None for the one that fits.
-    theme : Theme
-
-    Returns
-    -------
-    Window
 
     Raises
     ------
     ResultFileError
         If a live window is asked for of something that no rig writes.
     """
-    if viewed.campaign is None and viewed.run is not None and is_test_run(viewed.run):
+    window = _fitting(found, kind, theme)
+    window.folder_chosen.connect(_try_beside)  # the window is an argument: a closure would keep it for ever
+    return window
+
+
+def open_beside(window: Window, folder: Path) -> Window:
+    """Show a campaign or run folder in a window of its own, in the same theme; ResultFileError for others."""
+    another = window_of(viewed(folder), None, window.theme)
+    window.beside.append(another)
+    another.show()
+    return another
+
+
+def _try_beside(window: Window, folder: Path) -> None:
+    try:
+        open_beside(window, folder)
+    except (OSError, ResultFileError) as error:
+        window.statusBar().showMessage(str(error))
+
+
+def _fitting(found: Viewed, kind: Kind | None, theme: Theme) -> Window:
+    if found.campaign is None and found.run is not None and is_test_run(found.run):
         if kind == "live":
-            raise ResultFileError(f"{viewed.run}: results of a modal test, nothing is live in it")
+            raise ResultFileError(f"{found.run}: results of a modal test, nothing is live in it")
         from app.view.test_run.window import TestWindow
 
-        return TestWindow(viewed.run, theme)
-    watched = _watched(viewed)
+        return TestWindow(found.run, theme)
+    watched = _watched(found)
     if kind == "live" and watched is None:
         raise ResultFileError(
-            f"{viewed.campaign or viewed.run}: no campaign of flexura acquire, nothing is live in it"
+            f"{found.campaign or found.run}: no campaign of flexura acquire, nothing is live in it"
         )
     if watched is not None and kind != "recorded":
         from app.view.live.window import UNDER_WAY, LiveWindow
 
         watched.look()
-        if kind == "live" or viewed.run is None or watched.state(time.time()) in UNDER_WAY:
+        if kind == "live" or found.run is None or watched.state(time.time()) in UNDER_WAY:
             return LiveWindow(watched, theme)
     from app.view.recorded.window import RecordedWindow
 
-    return RecordedWindow(viewed, theme)
+    return RecordedWindow(found, theme)
 
 
-def _watched(viewed: Viewed) -> "Watched | None":
-    if viewed.campaign is None or not is_campaign_folder(viewed.campaign):
+def _watched(found: Viewed) -> "Watched | None":
+    if found.campaign is None or not is_campaign_folder(found.campaign):
         return None
     from app.watch.watched import Watched
 
-    found = Watched(viewed.campaign)
-    return found if found.protocol is not None else None
+    watched = Watched(found.campaign)
+    return watched if watched.protocol is not None else None

@@ -56,7 +56,6 @@ class PartsChoice(QComboBox):
 
         Parameters
         ----------
-        above, below : Chart
         unit : str
             Of the FRF.
         """

@@ -26,8 +26,6 @@ def screenshots(window: Window, folder: Path, report: Progress) -> list[Path]:
 
     Parameters
     ----------
-    window : Window
-    folder : Path
     report : callable
         Called with the stage's name and the share done.
 

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QFileDialog, QLabel, QMainWindow, QMenu, QWidget
 
-from app.files.bad_file import ResultFileError
 from app.view import theme as themes
 from app.view.chart import Chart
 from app.view.export import EXPORTERS
@@ -22,6 +22,9 @@ class Window(QMainWindow):
     theme : Theme
     """
 
+    folder_chosen = Signal(object, object)
+    """This window, and another folder (Path) to show; `app.view.opening`, which knows all windows, answers."""
+
     def __init__(self, title: str, theme: Theme) -> None:
         super().__init__()
         self.theme = theme
@@ -32,7 +35,7 @@ class Window(QMainWindow):
         self._help = QLabel(self)
         self._help.setObjectName("help")
         self._help.hide()
-        self._opened: list[Window] = []
+        self.beside: list[Window] = []
         self.bind("Open …", "Ctrl+O", self._ask_and_open, self._file)
         self.bind("Export the plots in sight …", "Ctrl+E", self._ask_and_export, self._file)
         self.bind("Close", "Ctrl+Q", self.close, self._file)
@@ -70,11 +73,6 @@ class Window(QMainWindow):
             As Qt writes them, ``Ctrl+E``.
         slot : callable
             Called without arguments.
-        menu : QMenu, optional
-
-        Returns
-        -------
-        QAction
         """
         action = QAction(text, self)
         action.setShortcut(QKeySequence(keys))
@@ -123,38 +121,10 @@ class Window(QMainWindow):
                 exporter(chart, written[-1])
         return written
 
-    def open(self, folder: Path) -> "Window":
-        """Show another folder in a window of its own, in the same theme.
-
-        Parameters
-        ----------
-        folder : Path
-            A campaign, or a run folder.
-
-        Returns
-        -------
-        Window
-
-        Raises
-        ------
-        ResultFileError
-            If the folder is neither.
-        """
-        from app.view.folder import viewed
-        from app.view.opening import window_of  # which imports all windows, also this one
-
-        window = window_of(viewed(folder), None, self.theme)
-        self._opened.append(window)
-        window.show()
-        return window
-
     def _ask_and_open(self) -> None:
         folder = QFileDialog.getExistingDirectory(self, "Campaign or run folder")
         if folder:
-            try:
-                self.open(Path(folder))
-            except (OSError, ResultFileError) as error:
-                self.statusBar().showMessage(str(error))
+            self.folder_chosen.emit(self, Path(folder))
 
     def _ask_and_export(self) -> None:
         folder = QFileDialog.getExistingDirectory(self, "Folder for PNG, SVG and CSV of the plots in sight")

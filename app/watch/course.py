@@ -40,7 +40,6 @@ def course(
 
     Parameters
     ----------
-    protocol : AcquisitionProtocol
     start : float
         Temperature at its beginning, degrees Celsius.
     done : collection of int
@@ -49,10 +48,6 @@ def course(
         Legs whose ramp was begun before: it begins anew one lead before the next set-point.
     ramping : int, optional
         Leg in whose ramp the oven still is.
-
-    Returns
-    -------
-    Course
     """
     programme = protocol.programme
     time, temperature = [0.0], [start]

@@ -30,7 +30,6 @@ def metrics(statuses: Sequence[CampaignStatus], delivered: int, failed: int) -> 
 
     Parameters
     ----------
-    statuses : sequence of CampaignStatus
     delivered, failed : int
         Messages told, and those that could not be.
 

@@ -40,11 +40,6 @@ def addresses(
         for variables of the environment.
     folders : iterable of Path
         Campaigns, in which no secret may lie.
-    environment : mapping
-
-    Returns
-    -------
-    list of str
 
     Raises
     ------

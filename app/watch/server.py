@@ -310,9 +310,6 @@ def open_server(
         A name or address of this computer.
     port : int or None
         None: the first free one from `PORT` on.
-    published : Published
-    charts : callable
-    token : str or None
 
     Returns
     -------

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from app.files.events import seconds
-from app.terminal.campaign_progress import duration
+from app.summaries.duration import duration
 from app.watch.course import set_point_line
 from app.watch.watched import Watched
 from app.watch.words import plain
@@ -155,10 +155,6 @@ def status_of(watched: Watched, name: str, now: float) -> CampaignStatus:
         What it is called.
     now : float
         Time of day, s since 1970.
-
-    Returns
-    -------
-    CampaignStatus
     """
     _, total, left = watched.progress
     finished = {event.get("step") for event in watched.events_of("finished")}
@@ -208,13 +204,8 @@ def gone(name: str, folder: str, why: str) -> CampaignStatus:
 
     Parameters
     ----------
-    name, folder : str
     why : str
         One sentence.
-
-    Returns
-    -------
-    CampaignStatus
     """
     return CampaignStatus(name=name, folder=plain(folder), state="gone", problem=plain(why))
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from analysis.checked_fields import check_shapes
 from analysis.h1 import h1
 from analysis.protocol.limits import Limits
 from analysis.protocol.programme import Programme
@@ -64,6 +65,9 @@ class MeasuredSweep:
     frequency: NDArray[np.float64]
     h: NDArray[np.complex128]
     coherence: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        check_shapes(self, frequency="F", h="K F", coherence="K F")
 
 
 class Watched:

@@ -55,6 +55,7 @@ CONTENTS = {
         "docs/decisions/README",
         "docs/dependencies",
         "CHANGELOG",
+        "docs/history/README",
     ],
     "Reference": [f"docs/api/{name}/{name}" for name in ("flexura", "analysis", "simulation", "drivers")],
 }
@@ -108,7 +109,7 @@ apidoc_modules = [
     }
     for name, left_out in PUBLIC.items()
 ]
-autodoc_typehints = "none"  # the docstrings say more: shapes and units
+autodoc_typehints = "signature"  # docstrings add shapes and units, and do not repeat types
 autodoc_member_order = "bysource"
 default_role = "literal"
 suppress_warnings = ["ref.python"]  # a class name in an Attributes section may be that of several packages
@@ -126,8 +127,9 @@ def contents(_app: Sphinx, page: str, source: list[str]) -> None:
     if page == "docs/theory/README":
         listed = "\n".join(re.findall(r"^\d\. \[[^]]*\]\((\w+)\.md\)", source[0], re.MULTILINE))
         source[0] += f"\n```{{toctree}}\n:hidden:\n\n{listed}\n```\n"
-    if page == "docs/decisions/README":
-        source[0] += "\n```{toctree}\n:hidden:\n:glob:\n\n*-*\n```\n"
+    for folder, names in {"decisions": "*-*", "history": "[0-9]*"}.items():
+        if page == f"docs/{folder}/README":
+            source[0] += f"\n```{{toctree}}\n:hidden:\n:glob:\n\n{names}\n```\n"
 
 
 def plain_docstrings(

@@ -51,7 +51,6 @@ class Reader:
 
         Parameters
         ----------
-        fault : LineFault
         questions : float
             How many questions meet the fault; infinite: all until the line is mended.
         times : int

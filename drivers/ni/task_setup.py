@@ -33,7 +33,6 @@ def set_up_inputs(task: Any, wiring: Wiring, samples: int) -> float:
     ----------
     task : nidaqmx.Task
         Without channels.
-    wiring : Wiring
     samples : int
         Per channel.
 
@@ -72,10 +71,8 @@ def set_up_output(task: Any, wiring: Wiring, sample_rate: float, samples: int, i
     Parameters
     ----------
     task : nidaqmx.Task
-    wiring : Wiring
     sample_rate : float
         Of the inputs, Hz.
-    samples : int
     inputs : nidaqmx.Task, optional
         Whose timebase is to pace the output; a clock of its own if left out.
 

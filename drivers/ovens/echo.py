@@ -25,13 +25,8 @@ class Echo:
 
         Parameters
         ----------
-        request, received : bytes
         repeats : bool
             Whether a sound answer may be equal to the request.
-
-        Returns
-        -------
-        bytes or None
         """
         if len(received) < len(request) and request.startswith(received):
             return None
@@ -57,7 +52,6 @@ class Echo:
 
         Parameters
         ----------
-        request, received : bytes
         repeats : bool
             Whether a sound answer may be equal to the request.
 

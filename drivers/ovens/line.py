@@ -131,10 +131,6 @@ class Line:
             Whether requests carry one. Without it a controller refuses what noise has changed on its way, so that
             a refusal may pass, too.
 
-        Returns
-        -------
-        T
-
         Raises
         ------
         OvenError
@@ -212,7 +208,6 @@ class Line:
 
         Parameters
         ----------
-        request : bytes
         end : callable
             Says where the answer ends.
         quiet : float, optional

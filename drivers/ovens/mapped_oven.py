@@ -228,7 +228,6 @@ def require_rest(switch: bool, rest_at: float | None, limits: OvenLimits) -> Non
         Whether a register or command that switches the oven off is declared.
     rest_at : float or None
         Temperature at which the oven is left instead, degrees Celsius.
-    limits : OvenLimits
 
     Raises
     ------

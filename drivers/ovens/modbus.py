@@ -55,10 +55,8 @@ class ModbusUnit:
 
         Parameters
         ----------
-        register : int
         decimals : int
             The content is divided by 10 to this power.
-        signed : bool
 
         Returns
         -------
@@ -72,12 +70,10 @@ class ModbusUnit:
 
         Parameters
         ----------
-        register : int
         value : float
             In the register's unit.
         decimals : int
             The value is multiplied by 10 to this power, and rounded.
-        signed : bool
         """
         # minimalmodbus scales and then cuts off: 0.29 with two decimals would become 28
         scaled = round(value * 10**decimals)
@@ -98,7 +94,6 @@ class ModbusUnit:
         ----------
         register : int
             The first.
-        count : int
         function : int
             3 for holding registers, 4 for inputs.
 
@@ -132,7 +127,6 @@ class ModbusUnit:
 
         Parameters
         ----------
-        register : int
         value : float
             In the register's unit.
         decimals : int
@@ -167,7 +161,6 @@ class ModbusUnit:
             The first of the two.
         value, tolerance : float
             In the register's unit; what differs by no more than `tolerance` is not written, and is taken.
-        name : str
 
         Returns
         -------
@@ -188,8 +181,6 @@ class ModbusUnit:
         ----------
         register : int
             The first of the two.
-        value : int
-        name : str
 
         Returns
         -------

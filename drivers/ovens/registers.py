@@ -208,7 +208,6 @@ def read_content(unit: ModbusUnit, name: str, at: int, table: str) -> int:
 
     Parameters
     ----------
-    unit : ModbusUnit
     name : str
         The declared key, for messages.
     at : int

@@ -52,7 +52,6 @@ class OvenSettings(Declared):
 
         Parameters
         ----------
-        clock : Clock
         transport : Transport, optional
             Instead of the port declared: a simulated controller in memory, say. A kind without a line has no use
             for it.
@@ -102,14 +101,9 @@ def open_oven(settings: OvenSettings, clock: Clock | None = None, transport: Tra
 
     Parameters
     ----------
-    settings : OvenSettings
     clock : Clock, optional
         The machine's own by default.
     transport : Transport, optional
         Instead of the port declared.
-
-    Returns
-    -------
-    Oven
     """
     return settings.open(clock or SystemClock(), transport)

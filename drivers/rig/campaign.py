@@ -105,8 +105,6 @@ def run_campaign(
     ----------
     session : Session
         Open.
-    protocol : AcquisitionProtocol
-    store : Store
     observer : callable
         May raise `RigStopped` to end the campaign for now.
     paused : callable

@@ -26,10 +26,6 @@ def device_names(place: str) -> frozenset[str]:
     ----------
     place : str
         ``oven at socket://lab:502``, ``cards cDAQ1 at lab:31763``, ``cards Dev1``.
-
-    Returns
-    -------
-    frozenset of str
     """
     what, at, where = place.partition(" at ")
     if not at:

@@ -70,7 +70,6 @@ class LegRun:
 
         Parameters
         ----------
-        watch : callable
         under_way : bool
             Whether the oven is in this leg's ramp already: set-points that it has passed are missed.
         begun : bool
@@ -98,7 +97,6 @@ class LegRun:
 
         Parameters
         ----------
-        watch : callable
         target : float
             Degrees Celsius.
         rate : float

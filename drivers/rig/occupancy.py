@@ -57,10 +57,6 @@ def occupied(places: Sequence[str], does: str) -> Iterator[Occupation]:
     does : str
         Purpose, shown to other processes that want the rig meanwhile.
 
-    Yields
-    ------
-    Occupation
-
     Raises
     ------
     RigInUse
@@ -124,12 +120,6 @@ def instrument_places(
     oven: OvenSettings | None, thermometer: ThermometerSettings | None, cards: CardsSettings | None
 ) -> tuple[str, ...]:
     """Return names of the instruments that only one process can use, for `occupied`.
-
-    Parameters
-    ----------
-    oven : OvenSettings or None
-    thermometer : ThermometerSettings or None
-    cards : CardsSettings or None
 
     Returns
     -------

@@ -63,7 +63,6 @@ def require_agreement(reading: Reading, minute_before: float | None) -> None:
 
     Parameters
     ----------
-    reading : Reading
     minute_before : float or None
         The plate's temperature a minute before, degrees Celsius; None where there is none.
     """

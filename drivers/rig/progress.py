@@ -49,10 +49,6 @@ class Progress:
             Oldest first, as `Store.events` returns them.
         again : bool
             Whether to repeat what was given up: nothing counts as given up, and every leg begins at its start.
-
-        Returns
-        -------
-        Progress
         """
         attempts: dict[int, int] = {}
         given_up: set[int] = set()

@@ -32,7 +32,6 @@ def bring_to_rest(rig: Rig, oven: Oven | None = None, cards: Cards | None = None
 
     Parameters
     ----------
-    rig : Rig
     oven : Oven, optional
         If it is open.
     cards : Cards, optional

@@ -83,15 +83,10 @@ class Rig:
 
         Parameters
         ----------
-        limits : Limits
         asked_to_end : callable
             Raises if the session is to end.
         aftercare : Aftercare
             For a watchdog that outlives this process.
-
-        Returns
-        -------
-        SupervisedOven or RemoteOven
 
         Raises
         ------

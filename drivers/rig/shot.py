@@ -43,10 +43,6 @@ def fire(cards: Cards, protocol: AcquisitionProtocol, check: Callable[[], None] 
     check : callable
         Called while a sweep plays; raises to abort it.
 
-    Returns
-    -------
-    Shot
-
     Raises
     ------
     DaqError

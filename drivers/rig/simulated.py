@@ -163,22 +163,16 @@ def simulated_parts(
         As for the real cards; the plate's sensors are connected to `wiring.responses` in this order.
     oven : OvenSettings
         The kind decides which controller is simulated.
-    plate : DrivenPlate
     modules : mapping of int to Module
         Slot -> module in it.
     seed : int
         Of the noise of sensors and cards.
-    chamber : Chamber, optional
     drive_scale : float
         Volts at the drive's input per volt of the output, see `Surroundings`.
     thermometer : ThermometerSettings, optional
         On the plate, besides the cards' thermocouples.
     **chassis
         Further arguments of `Surroundings`, such as clock errors.
-
-    Returns
-    -------
-    SimulatedParts
 
     Raises
     ------

@@ -20,7 +20,6 @@ class Store(Protocol):
 
         Parameters
         ----------
-        sweep : Sweep
         set_point : SweepSetPoint
             Set-point of the sweep.
         attempt : int
@@ -33,8 +32,6 @@ class Store(Protocol):
 
         Parameters
         ----------
-        sweep : Sweep
-        set_point : SweepSetPoint
         attempt : int
             As in `keep`.
         faults : sequence of str
@@ -47,8 +44,6 @@ class Store(Protocol):
 
         Parameters
         ----------
-        record : Record
-        set_point : SweepSetPoint
         repeat : int
             Counted from 0.
         """

@@ -55,7 +55,6 @@ def look_at_cards(wiring: Wiring | None, *, needed: bool) -> Iterator[Finding]:
 
     Parameters
     ----------
-    wiring : Wiring or None
     needed : bool
         Whether a missing part is bad or only a note.
     """
@@ -109,15 +108,10 @@ def look_at_sound(settings: SoundCard, *, needed: bool, sound: Any = None) -> Fi
 
     Parameters
     ----------
-    settings : SoundCard
     needed : bool
         Whether a missing part is bad or only a note.
     sound : object, optional
         Replaces the package ``sounddevice``, for tests.
-
-    Returns
-    -------
-    Finding
     """
     lacking, what = FindingState.BAD if needed else FindingState.NOTE, f"sound card {settings.device}".rstrip()
     try:

@@ -164,14 +164,8 @@ def simulated_sound(settings: Any, plate: DrivenPlate, clock: Clock, **others: A
     Parameters
     ----------
     settings : SoundCard
-    plate : DrivenPlate
-    clock : Clock
     **others
         Any other attribute of `SimulatedSound`.
-
-    Returns
-    -------
-    SimulatedSound
     """
     from drivers.soundcard.settings import channel_number
 

@@ -92,11 +92,6 @@ TABLE: dict[tuple[State, Event], tuple[State, Reaction]] = {
 def after(state: State, event: Event) -> tuple[State, Reaction]:
     """Return the state that follows, and the action.
 
-    Parameters
-    ----------
-    state : State
-    event : Event
-
     Returns
     -------
     State

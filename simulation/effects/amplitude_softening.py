@@ -33,7 +33,6 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
 
     Parameters
     ----------
-    state : PlateState
     circumstances : Circumstances
         Of the sweep.
     values : mapping

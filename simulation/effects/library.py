@@ -157,16 +157,10 @@ def apply_all(
 
     Parameters
     ----------
-    effects : mapping of str to Effect
-    state : PlateState
     circumstances : Circumstances
         Of the sweep.
     values : mapping of str to mapping
         Parameter values of every effect that is on, in the units of its card.
-
-    Returns
-    -------
-    PlateState
 
     Raises
     ------

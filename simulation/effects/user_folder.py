@@ -18,15 +18,10 @@ def load_folder(folder: Path, experiment: Experiment, taken: Container[str] = ()
 
     Parameters
     ----------
-    folder : Path
     experiment : Experiment
         Declaration for which the effects are made and verified.
     taken : container of str
         Names already used in the library.
-
-    Returns
-    -------
-    dict of str to Effect
 
     Raises
     ------

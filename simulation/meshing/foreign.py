@@ -30,17 +30,12 @@ def foreign_mesh(
 
     Parameters
     ----------
-    declared : ForeignMesh
     borders : sequence of Border
         Borders of the declared plate.
     cuts : sequence of (float, float)
         Ends of supported edges, m: corners of cells must be there.
     tolerance : float
         Largest distance of an edge from its border, m.
-
-    Returns
-    -------
-    PlateMesh
 
     Raises
     ------

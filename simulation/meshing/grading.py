@@ -48,7 +48,6 @@ def corners_apart(cells: Cells, wanted: set[int], triangles: set[int]) -> set[in
 
     Parameters
     ----------
-    cells : Cells
     wanted : set of int
         Points to be graded.
     triangles : set of int
@@ -72,7 +71,6 @@ def path_between(cells: Cells, a: int, b: int) -> tuple[Path, bool]:
 
     Parameters
     ----------
-    cells : Cells
     a, b : int
         Numbers of the points.
 

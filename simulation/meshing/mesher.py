@@ -82,13 +82,8 @@ def mesh_plate(
         One of them the outline.
     thickness : float
         Of the plate, m.
-    recipe : MeshRecipe, optional
     cuts : sequence of points
         Points on borders where an edge must end, m: ends of supports.
-
-    Returns
-    -------
-    PlateMesh
 
     Raises
     ------

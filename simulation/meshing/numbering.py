@@ -24,19 +24,12 @@ def numbered(
 
     Parameters
     ----------
-    plan : Arrangement
-    faces : mapping
     names : sequence of str
         Of the borders.
-    cells : Cells
     triangles : (T, 3) ndarray of int
         Points of `cells`.
     owners : sequence of int
         Faces of the triangles.
-
-    Returns
-    -------
-    PlateMesh
     """
     quads = np.array(cells.quads, int).reshape(-1, 4)
     used, flat = np.unique(np.concatenate([quads.ravel(), triangles.ravel()]), return_inverse=True)

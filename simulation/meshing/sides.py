@@ -104,15 +104,10 @@ class Cutter:
 
         Parameters
         ----------
-        plan : Arrangement
         faces : mapping of int to Face
             Those to be meshed.
         sizes : mapping of int to Sizes
             Of every edge.
-
-        Returns
-        -------
-        Cutter
         """
         edges = {half.edge for face in faces.values() for cycle in face.cycles for half in cycle}
         corners = {f: corners_of(plan, face) for f, face in faces.items()}
@@ -150,10 +145,8 @@ class Cutter:
 
         Parameters
         ----------
-        edge : int
         reach : mapping of int to float
             Length of the first piece next to a corner, m, by the number of the corner's node.
-        repairs : Repairs
 
         Returns
         -------
@@ -196,12 +189,10 @@ class Cutter:
 
         Parameters
         ----------
-        half : HalfEdge
         cut : (n + 1,) ndarray
             Parameters of the ends of the edge's pieces, 0 to 1, in the edge's own direction.
         number : list of int
             Numbers of the n + 1 points there.
-        repairs : Repairs
 
         Returns
         -------

@@ -38,15 +38,10 @@ def basis_key(
 
     Parameters
     ----------
-    plate : Plate
-    patches : sequence of Patch
-    box : MaterialBox
     band : (float, float)
         Hz.
     points : (K, 2) array_like, optional
         Points at which the deflection is computed, m.
-    fineness : Fineness, optional
-    training : BasisTraining, optional
     field_certified : bool
         Whether the deflection there counts in the error.
 

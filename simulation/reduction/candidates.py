@@ -43,12 +43,10 @@ def krylov_vectors(
         Of n unknowns.
     dashpots : (n, q) ndarray, optional
         Columns whose forces are loads, as those of the patches are.
-    box : MaterialBox
     band : (float, float)
         Hz.
     lines : (F,) ndarray, Hz
         Even grid over the band.
-    training : BasisTraining
     report : callable
         Called with the share done after every material.
 
@@ -101,7 +99,6 @@ def missing_parts(
         E, Pa, and nu.
     lines : (F,) ndarray, Hz
         Even grid over the band.
-    training : BasisTraining
 
     Returns
     -------
@@ -130,10 +127,8 @@ def damped_responses(
     ----------
     model : ShellModel
         Of n unknowns.
-    box : MaterialBox
     band : (float, float)
         Hz.
-    training : BasisTraining
 
     Returns
     -------

@@ -81,7 +81,6 @@ def measured_error(
     ----------
     model : ShellModel
         The full model, of n unknowns.
-    small : ReducedModel
     vectors : (n, r) ndarray
         Of its coordinates.
     lines : (F,) ndarray, Hz
@@ -90,10 +89,6 @@ def measured_error(
         Number of the attempt, which is the seed of random materials and frequencies.
     tolerance : float
         Of the error.
-
-    Returns
-    -------
-    MeasuredError
     """
     loss = training_loss(small.box)
     materials = held_out(small.box, attempt)

@@ -81,7 +81,6 @@ class CoarsePlaces:
         material : (float, float)
             E [Pa] and nu.
         frequency : (F,) ndarray, Hz
-        loss_factor : float
         others : sequence of int
             Ports at the other end.
         patch : bool

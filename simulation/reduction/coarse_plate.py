@@ -62,7 +62,6 @@ class CoarsePlate:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
         frequency : (F,) ndarray, Hz
         loss_factor : float
             Of plate and patches.
@@ -86,7 +85,6 @@ class CoarsePlate:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
         loss_factor : float
             Of plate and patches.
 
@@ -116,11 +114,8 @@ def coarse_reduction(
     ----------
     plate : Plate
         A mesh that it declares is not used.
-    patches : sequence of Patch
-    box : MaterialBox
     band : (float, float)
         Hz.
-    footprints : sequence of Footprint
 
     Returns
     -------

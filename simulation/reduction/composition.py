@@ -208,17 +208,12 @@ def of_patches(ops: EffectOperators, zones: Real, c: Coefficients, change: Coeff
 
     Parameters
     ----------
-    ops : EffectOperators
     zones : (P, q, m) ndarray
         Motions around each patch, of the m coordinates wanted.
     c : Coefficients
         Of the state: its moduli act in the middle of the plate.
     change : Coefficients
         The same, whose moves do not count, or its derivative.
-
-    Returns
-    -------
-    Composite
     """
     m, derived = zones.shape[2], change is not c
     plate, plate_loss, fixed, mass = (np.zeros((m, m)) for _ in range(4))
@@ -267,7 +262,6 @@ class OffsetPart:
 
         Parameters
         ----------
-        ops : EffectOperators
         c : Coefficients
             Of the state, or their derivative; real.
         place : (monomials,) ndarray

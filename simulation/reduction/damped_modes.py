@@ -111,10 +111,6 @@ def relative_error(value: Complex, reference: Complex, lines: Real | None = None
     value, reference : (..., F) ndarray
     lines : (F,) ndarray, optional
         Hz, where they are uneven; even unless given.
-
-    Returns
-    -------
-    float
     """
     even = np.arange(float(reference.shape[-1])) if lines is None else lines
     rms = root_mean_square(reference, even)

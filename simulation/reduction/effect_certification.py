@@ -31,14 +31,8 @@ def measured_error(full: FullPlate, ops: EffectOperators, footprints: Sequence[F
 
     Parameters
     ----------
-    full : FullPlate
-    ops : EffectOperators
     footprints : sequence of Footprint
         The first of `EffectOperators.forces`.
-
-    Returns
-    -------
-    float
 
     Raises
     ------
@@ -67,16 +61,10 @@ def sheet_error(
 
     Parameters
     ----------
-    full : FullPlate
-    ops : EffectOperators
     near : (4,) tuple of float or None
         Moduli about which they were made, see `simulation.reduction.effect_reduction`.
     footprints : sequence of Footprint
         The first of `EffectOperators.forces`.
-
-    Returns
-    -------
-    float
     """
     away = CERTIFIED
     if near is not None:
@@ -103,8 +91,6 @@ def state_error(
 
     Parameters
     ----------
-    full : FullPlate
-    ops : EffectOperators
     reduced : PlateState
         With its fields at the points of `field_basis`.
     exact : PlateState
@@ -115,10 +101,6 @@ def state_error(
         largest.
     footprints : sequence of Footprint
         The first of `EffectOperators.forces`.
-
-    Returns
-    -------
-    float
     """
     lines = np.linspace(*ops.band, GRID)
     over_band = solved(ops, reduced, lines, len(footprints)).compliance()
@@ -140,15 +122,9 @@ def solved(ops: EffectOperators, state: PlateState, frequency: Real, count: int)
 
     Parameters
     ----------
-    ops : EffectOperators
-    state : PlateState
     frequency : (F,) ndarray, Hz
     count : int
         The first `count` forces of `ops` are further ports.
-
-    Returns
-    -------
-    LocalSolution
     """
     ones, zeros = np.ones(frequency.size), np.zeros(frequency.size)
     state = state.with_(storage=ones, loss=ones, area_mass=zeros, area_resistance=zeros)

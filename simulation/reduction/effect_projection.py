@@ -45,7 +45,6 @@ def plate_energies(
 
     Parameters
     ----------
-    p : Projector
     executor : Executor
         Works on several energies at a time.
     step : callable
@@ -80,7 +79,6 @@ def weighed_energies(
 
     Parameters
     ----------
-    p : Projector
     space : ShapeSpace
         Of the plate, or of the plate with its sensor moved.
     table : (terms, Q) ndarray

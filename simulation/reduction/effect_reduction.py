@@ -29,7 +29,7 @@ from simulation.reduction.plate_basis import PlateBasis, plain_reduction
 from simulation.reduction.projector import CHUNK, Projector
 from simulation.shell.assembly import FEW, assemble_chosen
 from simulation.shell.fineness import Fineness, relative_loss
-from simulation.shell.footprints import attached_disc
+from simulation.shell.footprints import attached_discs
 from simulation.shell.shell_model import ShellModel
 from simulation.shell.shell_plate import ShellPlate
 from simulation.state.extreme_states import (
@@ -75,13 +75,9 @@ def reduce_with_effects(
 
     Parameters
     ----------
-    experiment : Experiment
-    box : MaterialBox
     basis : PlateBasis, optional
         Of the plain reduction at the same `fineness`; if not given, or of another mesh (another version's
         triangulation), it is computed with `training`.
-    fineness : Fineness, optional
-    training : BasisTraining, optional
     near : (4,) tuple of float, optional
         Logarithms of an orthotropic sheet's moduli about which the operators are made, see
         `simulation.state.sheet_departures`; about the declared ones, and less exact, unless given.
@@ -109,7 +105,7 @@ def reduce_with_effects(
     """
     report = progress or (lambda stage, share: None)
     band = experiment.protocol.band
-    attached = [attached_disc(experiment.plate, a) for a in experiment.attachments]
+    attached = attached_discs(experiment.plate, experiment.attachments)
     acting, measured = [*attached, *experiment.footprints], experiment.footprints[:FEW]
     model, basis = _plain(experiment, box, attached, basis, fineness, training, progress)
     full = FullPlate.of(model)
@@ -241,14 +237,8 @@ def training_states(full: FullPlate, box: MaterialBox, near: Sheet | None = None
 
     Parameters
     ----------
-    full : FullPlate
-    box : MaterialBox
     near : (4,) tuple of float, optional
         See `sheet_states`.
-
-    Returns
-    -------
-    list of PlateState
     """
     reach = OFFSET_RANGE if can_move(full) else 0.0
     soft, stiff, _ = plain_states(full, box)
@@ -262,8 +252,6 @@ def sheet_states(full: FullPlate, box: MaterialBox, near: Sheet | None) -> list[
 
     Parameters
     ----------
-    full : FullPlate
-    box : MaterialBox
     near : (4,) tuple of float or None
         Moduli about which they are; None for states over the whole range.
 
@@ -296,11 +284,8 @@ def reduce_with_departures(
 
     Parameters
     ----------
-    experiment : Experiment
-    box : MaterialBox
     basis : PlateBasis, optional
         As in `reduce_with_effects`.
-    fineness : Fineness, optional
     near : (4,) tuple of float, optional
         As in `reduce_with_effects`.
     progress : callable, optional
@@ -317,7 +302,7 @@ def reduce_with_departures(
         As `reduce_with_effects`.
     """
     report = progress or (lambda stage, share: None)
-    attached = [attached_disc(experiment.plate, a) for a in experiment.attachments]
+    attached = attached_discs(experiment.plate, experiment.attachments)
     model, basis = _plain(experiment, box, attached, basis, fineness, None, progress)
     report(TOLERANCES, 0.2)
     full = FullPlate.of(model)
@@ -365,7 +350,6 @@ def project(
 
     Parameters
     ----------
-    full : FullPlate
     vectors : (n, r) ndarray
         Orthonormal in the mass.
     model : ShellModel
@@ -374,7 +358,6 @@ def project(
         Points of strings and cables.
     probe : (K + S, n) matrix
         Mean deflections there, then over the footprints of transducers.
-    box : MaterialBox
     band : (float, float)
         Hz.
     step : callable

@@ -47,7 +47,6 @@ class EnergySums:
 
         Parameters
         ----------
-        modal : ModalForm
         force : (r, N) ndarray
         frequency : (F,) array_like, Hz
 

@@ -38,17 +38,14 @@ def reduce_with_footprints(
     ----------
     model : ShellModel
         Of n unknowns.
-    box : MaterialBox
     band : (float, float)
         Hz.
-    footprints : sequence of Footprint
     driven : sequence of int
         Indices in `footprints`.
     points : (K, 2) array_like, optional
         Points at which the deflection is computed, m.
     field_certified : bool
         Whether the deflection there is included in the error.
-    training : BasisTraining, optional
     progress : callable, optional
         Called with the stage's name and the share done.
 

@@ -33,7 +33,6 @@ def projected(
         Of n unknowns.
     vectors : (n, N) ndarray
         Orthonormal in the mass.
-    box : MaterialBox
     band : (float, float)
         Hz.
     dashpots : (n, q) ndarray

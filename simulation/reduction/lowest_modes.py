@@ -14,11 +14,8 @@ def lowest_modes(
 
     Parameters
     ----------
-    model : ReducedModel
     youngs_modulus : float
         Pa.
-    poisson_ratio : float
-    loss_factor : float
     count : int
         r at most.
 

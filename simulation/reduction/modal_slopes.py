@@ -58,7 +58,6 @@ class ModalSlopes:
 
         Parameters
         ----------
-        form : ModalForm
         left : (r, I) ndarray
             The columns a.
         right : (r, J) ndarray

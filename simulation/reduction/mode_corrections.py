@@ -90,10 +90,6 @@ def mode_corrections(
         Of any transfer, relative to its rms over the band.
     beyond : float
         Margin above the band, as a share of its end, of the modes corrected.
-
-    Returns
-    -------
-    ModeCorrections
     """
     modes = reduced.damped_modes(*material)
     over = modes.lines(loss_factor, lines)

@@ -18,7 +18,6 @@ def patch_energies(p: Projector, executor: Executor, degree: int = BENDING_DEGRE
 
     Parameters
     ----------
-    p : Projector
     executor : Executor
         Works on several patches at a time.
     degree : int
@@ -62,7 +61,6 @@ def declared_patch(p: Projector, place: int, thicker: float = 1.0) -> tuple[Real
 
     Parameters
     ----------
-    p : Projector
     place : int
         Of the patch.
     thicker : float

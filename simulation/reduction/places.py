@@ -18,7 +18,7 @@ from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.reduction.energy_decomposition import middle
 from simulation.shell.factors import factorize
-from simulation.shell.footprints import attached_disc
+from simulation.shell.footprints import attached_discs
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
 from simulation.shell.shortest_wave import shortest_wave
@@ -50,7 +50,7 @@ def places(plate: Plate, spacing: float) -> Real:
 
 def deflections(full: FullPlate, at: Real) -> csr_matrix:
     """Rows (G, n) that give the mean deflection over an attachment's disc at places (G, 2)."""
-    discs = [attached_disc(full.shell.plate, Attachment(point=(float(x), float(y)))) for x, y in at]
+    discs = attached_discs(full.shell.plate, [Attachment(point=(float(x), float(y))) for x, y in at])
     return csr_matrix(full.unknowns.rows(footprint_rows(full.shell.space, discs), W))
 
 
@@ -59,7 +59,6 @@ def patterns(full: FullPlate, box: MaterialBox, band: tuple[float, float]) -> Re
 
     Parameters
     ----------
-    full : FullPlate
     box : MaterialBox
         Its softest material gives the spacing of the forces.
     band : (float, float)
@@ -78,15 +77,9 @@ def attachable(full: FullPlate, vectors: Real, box: MaterialBox, band: tuple[flo
 
     Parameters
     ----------
-    full : FullPlate
     vectors : (n, r) ndarray
-    box : MaterialBox
     band : (float, float)
         Hz.
-
-    Returns
-    -------
-    dict
     """
     spacing = SHARE * shortest_wave(full.shell.plate, box, band)
     at = places(full.shell.plate, spacing)

@@ -66,7 +66,6 @@ def plain_reduction(
 
     Parameters
     ----------
-    plate : Plate
     patches : sequence of Patch
         Voltages and charges keep this order.
     box : MaterialBox
@@ -83,8 +82,6 @@ def plain_reduction(
         Points at which the deflection is computed, m.
     field_certified : bool
         Whether the deflection there is included in the error.
-    fineness : Fineness, optional
-    training : BasisTraining, optional
     progress : callable, optional
         Called with the stage's name and the share done.
 

@@ -145,14 +145,12 @@ def material_space(
         Of n unknowns.
     youngs_modulus : float
         Pa.
-    poisson_ratio : float
     shifts : (S,) ndarray, Hz
         Expansion points, one chain for each.
     lines : (F,) ndarray, Hz
         Even grid over the band.
     loss_factor : float
         Of the light damping.
-    tolerance : float
 
     Returns
     -------

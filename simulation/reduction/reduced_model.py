@@ -104,8 +104,6 @@ class ReducedModel:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : array_like, Hz
             Of any shape; none is checked unless given.
 
@@ -124,8 +122,6 @@ class ReducedModel:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
 
         Returns
         -------
@@ -155,12 +151,6 @@ class ReducedModel:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
-
-        Returns
-        -------
-        ModalForm
 
         Raises
         ------
@@ -177,11 +167,6 @@ class ReducedModel:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-
-        Returns
-        -------
-        DampedModes
         """
         stiffness = self.stiffness(youngs_modulus, poisson_ratio, 0.0).real
         return DampedModes.of(stiffness, self.coupling, self.dashpots)
@@ -195,8 +180,6 @@ class ReducedModel:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : (F,) array_like, Hz
 
         Returns
@@ -228,8 +211,6 @@ class ReducedModel:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : (F,) array_like, Hz
         inputs : (N,) array_like of int, optional
             Columns of `ports`; all unless given.

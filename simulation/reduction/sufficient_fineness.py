@@ -49,10 +49,6 @@ class RequiredError:
             See `ShellModel.dropped`.
         reduction : float
             Error of the model reduction, by default the largest that it may have.
-
-        Returns
-        -------
-        bool
         """
         return reduction + truncation_error(dropped, self.loss_factor) <= self.allowed
 
@@ -71,12 +67,8 @@ def sufficient_fineness(
 
     Parameters
     ----------
-    plate : Plate
-    patches : sequence of Patch
-    box : MaterialBox
     band : (float, float)
         Hz.
-    required : RequiredError
     footprints : sequence of Footprint
         Of transducers.
     attached : sequence of Footprint

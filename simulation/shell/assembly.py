@@ -47,17 +47,10 @@ def assemble(
 
     Parameters
     ----------
-    plate : Plate
     patches : sequence of Patch
         Voltages and charges keep this order.
-    recipe : MeshRecipe, optional
-    degree : int
     materials : mapping
         Piezo material of each ``Patch.material``.
-
-    Returns
-    -------
-    ShellModel
 
     Raises
     ------
@@ -83,7 +76,6 @@ def assemble_for(
 
     Parameters
     ----------
-    plate : Plate
     patches : sequence of Patch
         Voltages and charges keep this order.
     box : MaterialBox
@@ -95,13 +87,8 @@ def assemble_for(
         `FEW` are enough.
     attached : sequence of Footprint, optional
         Discs on which effects act: used in the selection, not counted in the energy dropped.
-    fineness : Fineness, optional
     progress : callable, optional
         Called with the share done, 0 to 1.
-
-    Returns
-    -------
-    ShellModel
 
     Raises
     ------
@@ -148,14 +135,10 @@ def assemble_chosen(
 
     Parameters
     ----------
-    plate : Plate
-    patches : sequence of Patch
-    box : MaterialBox
     band : (float, float)
         Hz.
     kept : (5, N) ndarray of bool
         By field and function.
-    fineness : Fineness, optional
 
     Returns
     -------
@@ -179,17 +162,12 @@ def assembled(shell: ShellPlate, kept: Mask, parts: Parts, dropped: float = 0.0)
 
     Parameters
     ----------
-    shell : ShellPlate
     kept : (5, N) ndarray of bool
         By field and function.
     parts : tuple of lists of blocks
         Of K1, K2, Kp and M.
     dropped : float
         Estimate of the energy lost, see `Choice`.
-
-    Returns
-    -------
-    ShellModel
     """
     unknowns = Unknowns.of(shell.space, kept)
     with ThreadPoolExecutor(WORKERS) as executor:

@@ -70,14 +70,8 @@ def cell_group(mesh: PlateMesh, degree: int, *, triangles: bool) -> CellGroup:
 
     Parameters
     ----------
-    mesh : PlateMesh
     degree : int
         Of the functions.
-    triangles : bool
-
-    Returns
-    -------
-    CellGroup
 
     Raises
     ------

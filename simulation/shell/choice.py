@@ -58,18 +58,12 @@ def chosen(
         Of N functions.
     held : (5, N) ndarray of bool
         Functions held at zero by supports.
-    problems : sequence of ResponseProblem
-    tolerance : float
     executor : Executor, optional
         Solves several problems at a time.
     step : callable, optional
         Called after each problem.
     counted : int, optional
         Number of loads, the first ones, in whose responses the dropped energy is counted; default: all.
-
-    Returns
-    -------
-    Choice
     """
     order = elimination_order(space)
     run = map if executor is None else executor.map

@@ -76,8 +76,6 @@ def without_insides(
 
     Parameters
     ----------
-    space : ShapeSpace
-    problem : ResponseProblem
     outer : Unknowns
         The m unknowns shared by cells.
 

@@ -12,7 +12,6 @@ def couplings(shell: ShellPlate, thickness: Real, bond: float = 1.0) -> list[dic
 
     Parameters
     ----------
-    shell : ShellPlate
     thickness : (cells,) or (Q,) ndarray
         Of the plate, for every cell or every point of quadrature, m.
     bond : float

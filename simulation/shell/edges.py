@@ -53,8 +53,6 @@ def spring_blocks(space: ShapeSpace, plate: Plate, *, damping: bool = False) -> 
 
     Parameters
     ----------
-    space : ShapeSpace
-    plate : Plate
     damping : bool
         Whether to yield the dashpots instead.
 
@@ -104,7 +102,6 @@ def line_blocks(
 
     Parameters
     ----------
-    space : ShapeSpace
     edges : (K,) ndarray of int
     fields : dict of int to int or None
         Fields and, for a rotation, its component (0 or 1) in the plane.

@@ -43,14 +43,8 @@ class Fineness:
 
         Parameters
         ----------
-        plate : Plate
-        box : MaterialBox
         band : (float, float)
             Hz.
-
-        Returns
-        -------
-        MeshRecipe
         """
         return self.mesh or MeshRecipe.of_plate(plate.area, plate.thickness, shortest_wave(plate, box, band))
 

@@ -26,19 +26,28 @@ BESIDE = np.outer([1.02, 1.2, 1.5, 2.0, 3.0], np.exp(1j * TURNS)).ravel().view(f
 """Places around a point at which its disc may lie, nearest first, in units of the room that it needs."""
 
 
-def attached_disc(plate: Plate, attachment: Attachment) -> Footprint:
-    """Disc on which a string or a cable acts: as declared, reduced if the plate's edges are too near.
+def attached_discs(plate: Plate, attachments: Sequence[Attachment]) -> list[Footprint]:
+    """Discs on which strings and cables act: as declared, reduced where the plate's edges are too near.
 
     A disc is needed because the point compliance of a Mindlin plate is infinite: the effect of a point mass would
     grow with mesh refinement. So that of a point at the edge lies beside it, wholly on the plate.
     """
-    radius = 0.5 * plate.thickness if attachment.radius is None else attachment.radius
-    least = min(radius, LEAST * plate.thickness)
-    places = np.vstack([[attachment.point], attachment.point + least / INSIDE * BESIDE])
-    room = np.min([loop.distance(places) for loop in (plate.loop, *plate.hole_loops)], axis=0)
-    held = np.where(plate.contains(places), np.minimum(radius, INSIDE * room), 0.0)
-    first = int(np.argmax(held >= least)) if (held >= least).any() else int(held.argmax())
-    return Footprint((float(places[first, 0]), float(places[first, 1])), float(held[first]))
+    declared = [0.5 * plate.thickness if one.radius is None else one.radius for one in attachments]
+    least = np.minimum(declared, LEAST * plate.thickness)
+    points = np.reshape([one.point for one in attachments], (-1, 2)).astype(float)
+    held = _held(plate, points, np.array(declared))
+    for n in np.flatnonzero(held < least):  # few: each is looked for at 160 places
+        beside = np.vstack([points[n], points[n] + least[n] / INSIDE * BESIDE])
+        room = _held(plate, beside, declared[n])
+        first = int(np.argmax(room >= least[n])) if (room >= least[n]).any() else int(room.argmax())
+        points[n], held[n] = beside[first], room[first]
+    return [Footprint((float(x), float(y)), float(radius)) for (x, y), radius in zip(points, held, strict=True)]
+
+
+def _held(plate: Plate, points: Real, radius: Real | float) -> Real:
+    """Radius (K,) that a disc of `radius` may have at points (K, 2), m; 0 off the plate."""
+    room = np.min([loop.distance(points) for loop in (plate.loop, *plate.hole_loops)], axis=0)
+    return np.where(plate.contains(points), np.minimum(radius, INSIDE * room), 0.0)
 
 
 def footprint_points(footprints: Sequence[Footprint]) -> tuple[Real, csr_array]:

@@ -26,7 +26,6 @@ def map_cells(mesh: PlateMesh, places: Real, triangles: bool) -> tuple[Real, Rea
 
     Parameters
     ----------
-    mesh : PlateMesh
     places : (2, Q) ndarray
         Reference coordinates.
     triangles : bool
@@ -51,7 +50,6 @@ def map_places(mesh: PlateMesh, number: Whole, places: Real, triangles: bool) ->
 
     Parameters
     ----------
-    mesh : PlateMesh
     number : (K,) ndarray of int
         Of the cells, among those of their kind.
     places : (2, K) ndarray
@@ -95,7 +93,6 @@ def inverse_of(mesh: PlateMesh, number: Whole, points: Real, triangles: bool) ->
 
     Parameters
     ----------
-    mesh : PlateMesh
     number : (K,) ndarray of int
         Of a cell for each point, among those of its kind.
     points : (K, 2) ndarray, m

@@ -23,17 +23,12 @@ def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float], wider
 
     Parameters
     ----------
-    shell : ShellPlate
     patch : int
         Index among the plate's patches.
     shift : (float, float)
         m.
     wider : float
         Of its sides, m; of a patch that is no square, of the root of its area, all sides by the same share.
-
-    Returns
-    -------
-    ShapeSpace
 
     Raises
     ------

@@ -31,14 +31,8 @@ def mesh_of(plate: Plate, patches: Sequence[Patch], recipe: MeshRecipe | None = 
 
     Parameters
     ----------
-    plate : Plate
-    patches : sequence of Patch
     recipe : MeshRecipe, optional
         Not used where the plate declares a mesh.
-
-    Returns
-    -------
-    PlateMesh
 
     Raises
     ------

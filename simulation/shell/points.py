@@ -36,7 +36,6 @@ def point_springs(
     ----------
     space : ShapeSpace
         Of N functions.
-    plate : Plate
     damping : bool
         Whether to yield the dashpots instead.
 

@@ -124,10 +124,6 @@ class CellMatrices:
             Second moment, kg.
         slope : (2, Q) ndarray, optional
             Of a curved plate's mid-surface at the points of quadrature.
-
-        Yields
-        ------
-        Block
         """
         terms: dict[tuple[int, int], dict[tuple[str, str], Weight]] = {
             **{(k, k): {("0", "0"): straight} for k in (U, V, W)},

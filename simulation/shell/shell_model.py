@@ -74,8 +74,6 @@ class ShellModel:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
 
         Returns
         -------
@@ -97,8 +95,6 @@ class ShellModel:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : (F,) array_like, Hz
 
         Returns
@@ -121,8 +117,6 @@ class ShellModel:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : (F,) array_like, Hz
 
         Returns
@@ -149,8 +143,6 @@ class ShellModel:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        loss_factor : float
         frequency : (F,) array_like, Hz, above 0
         actuator : int
             Place among the patches.
@@ -184,8 +176,6 @@ class ShellModel:
         ----------
         youngs_modulus : float
             Pa.
-        poisson_ratio : float
-        count : int
 
         Returns
         -------

@@ -58,18 +58,12 @@ class ShellPlate:
 
         Parameters
         ----------
-        plate : Plate
-        patches : sequence of Patch
         recipe : MeshRecipe, optional
             Not used where the plate declares a mesh.
         degree : int
             Of the functions.
         materials : mapping
             Piezo material of each ``Patch.material``.
-
-        Returns
-        -------
-        ShellPlate
 
         Raises
         ------
@@ -152,10 +146,6 @@ class ShellPlate:
             Transverse, see `simulation.shell.in_plane.transverse`, Pa.
         thickness : float or ndarray
             m.
-
-        Returns
-        -------
-        Rigidity
         """
         plane = matrix(q)
         return self._rigidity(
@@ -176,10 +166,6 @@ class ShellPlate:
             Factor on the membrane stiffness that acts at the patches' mid-height.
         share : float or (P,) ndarray
             Factor on all stiffness, of each patch.
-
-        Returns
-        -------
-        Rigidity
         """
         a = [[np.zeros_like(thickness) for _ in range(3)] for _ in range(3)]
         b = [[np.zeros_like(thickness) for _ in range(3)] for _ in range(3)]
@@ -213,10 +199,6 @@ class ShellPlate:
             Whether to include the plate's own mass, and that of its patches.
         denser : float or ndarray
             Factor on the plate's density.
-
-        Yields
-        ------
-        Block
         """
         density, surface = self.density if plate else 0.0, self.surface
         if surface is not None and len(thickness) == self.space.mesh.cells:

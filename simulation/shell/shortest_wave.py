@@ -14,7 +14,6 @@ def shortest_wave(plate: Plate, box: MaterialBox, band: tuple[float, float]) -> 
 
     Parameters
     ----------
-    plate : Plate
     box : MaterialBox
         Its lowest modulus and Poisson's ratio give the softest plate; of an orthotropic one the softest of all
         directions counts.

@@ -74,7 +74,6 @@ def mode_errors(model: ShellModel, poisson_ratio: float, vectors: Real) -> Real:
     ----------
     model : ShellModel
         Of n unknowns.
-    poisson_ratio : float
     vectors : (n, K) ndarray
         Mode shapes.
 
@@ -101,16 +100,9 @@ def frequency_error(
 
     Parameters
     ----------
-    plate : Plate
     youngs_modulus : float
         Pa.
-    poisson_ratio : float
     frequency : (F,) array_like, Hz
-    patches : sequence of Patch
-
-    Returns
-    -------
-    FrequencyError
     """
     h = max([plate.thickness, *(zone.thickness for zone in plate.zone)])
     rigidity = youngs_modulus * h**3 / (12.0 * (1.0 - poisson_ratio**2))

@@ -47,10 +47,6 @@ class Unknowns:
             By field and function.
         order : (N,) ndarray of int
             All functions, in elimination order.
-
-        Returns
-        -------
-        Unknowns
         """
         rank = np.empty(space.size, int)
         rank[order] = np.arange(space.size)

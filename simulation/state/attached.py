@@ -69,8 +69,6 @@ class Seat:
 
         Parameters
         ----------
-        ops : Attachable
-        one : Attached
         state : PlateState
             Its material gives the local compliance.
 
@@ -101,7 +99,6 @@ def deflection_at(ops: Attachable, x: float, y: float) -> Real:
 
     Parameters
     ----------
-    ops : Attachable
     x, y : float
         m.
 

@@ -31,14 +31,8 @@ def with_spots(ops: EffectOperators, whole: Composite, state: PlateState) -> Com
 
     Parameters
     ----------
-    ops : EffectOperators
     whole : Composite
         Without discs, in all r coordinates.
-    state : PlateState
-
-    Returns
-    -------
-    Composite
     """
     for disc in state.discs:
         near, area = _within(ops, disc)
@@ -54,17 +48,12 @@ def spots_slope(ops: EffectOperators, moved: Composite, stepped: PlateState, bas
 
     Parameters
     ----------
-    ops : EffectOperators
     moved : Composite
         The derivative without discs, in the coordinates of `basis`.
     stepped : PlateState
         The state with an imaginary step of the parameter.
     basis : (r, m) ndarray
         Columns that span the coordinates.
-
-    Returns
-    -------
-    Composite
     """
     for disc in stepped.discs:
         near, area = _within(ops, disc)

@@ -28,15 +28,10 @@ def laws_within(box: MaterialBox, shares: tuple[float, float], loss_factor: floa
 
     Parameters
     ----------
-    box : MaterialBox
     shares : (float, float)
         0 to 1, of the ranges of log E and nu.
     loss_factor : float
         Clipped to the box's range.
-
-    Returns
-    -------
-    LocalLaws
     """
     (e0, e1), (n0, n1), (h0, h1) = box.youngs_modulus, box.poisson_ratio, box.loss_factor
     e, nu = e0 * (e1 / e0) ** shares[0], n0 + shares[1] * (n1 - n0)
@@ -52,15 +47,10 @@ def extreme_states(
     ----------
     xi, zeta : (Q,) ndarray
         Sampling points of the fields, -1 to 1.
-    laws : LocalLaws
     offset_range : float
         Farthest shift of the first sensor patch, m.
     size : float
         Share of the certified range, negative for the other side.
-
-    Returns
-    -------
-    list of PlateState
     """
     plain = PlateState.baseline(xi, zeta, laws, laws.reference, np.array([500.0]))
     return [
@@ -92,15 +82,10 @@ def combined_state(
     ----------
     xi, zeta : (Q,) ndarray
         Sampling points of the fields, -1 to 1.
-    laws : LocalLaws
     offset_range : float
         Farthest shift of the first sensor patch, m.
     size : float
         Share of the certified range, negative for the other side.
-
-    Returns
-    -------
-    PlateState
     """
     plain = PlateState.baseline(xi, zeta, laws, laws.reference, np.array([500.0]))
     return plain.with_(
@@ -127,10 +112,6 @@ def departed_sheet(state: PlateState, sheet: Orthotropy, away: Sheet) -> PlateSt
         As declared.
     away : (4,) tuple of float
         Logarithms, see `simulation.state.sheet_departures`.
-
-    Returns
-    -------
-    PlateState
     """
     ratio, shear, *across = away
     factors = departed_moduli(sheet, ratio, shear)

@@ -124,7 +124,6 @@ def footprint_slopes(full: FullPlate, footprints: Sequence[Footprint], vectors: 
 
     Parameters
     ----------
-    full : FullPlate
     footprints : sequence of S Footprint
     vectors : (n, r) ndarray
 

@@ -68,13 +68,7 @@ class Circumstances:
 
         Parameters
         ----------
-        experiment : Experiment
-        point : SweepPoint
         frequency : (F,) ndarray, Hz
-
-        Returns
-        -------
-        Circumstances
         """
         return cls(
             frequency=frequency,
@@ -249,14 +243,9 @@ class PlateState:
         ----------
         xi, zeta : (Q,) ndarray
             Sampling points of the fields, -1 to 1.
-        laws : LocalLaws
         temperature : float
             °C.
         frequency : (F,) ndarray, Hz
-
-        Returns
-        -------
-        PlateState
         """
         ones, zeros = np.ones(frequency.size), np.zeros(frequency.size)
         return cls(

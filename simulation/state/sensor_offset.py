@@ -135,7 +135,6 @@ def around(p: Projector, cells: Mask, executor: Executor, least: float = KEPT) -
 
     Parameters
     ----------
-    p : Projector
     cells : (cells,) bool ndarray
     executor : Executor
         Works on several energies at a time.

@@ -43,7 +43,6 @@ def departed_moduli(sheet: Orthotropy, ratio: Any, shear: Any) -> dict[str, Any]
 
     Parameters
     ----------
-    sheet : Orthotropy
     ratio, shear : float
         The logarithms r and s; complex for a complex step.
 

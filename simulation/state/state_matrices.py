@@ -86,10 +86,6 @@ class FullPlate:
         wider : float
             Of its sides, m.
 
-        Returns
-        -------
-        FullPlate
-
         Raises
         ------
         ValueError
@@ -113,10 +109,6 @@ class FullPlate:
             Whether K_loss is assembled; it is left at zero otherwise.
         footprints : sequence of Footprint
             Further columns of the coupling, after those of the patches.
-
-        Returns
-        -------
-        StateMatrices
 
         Raises
         ------

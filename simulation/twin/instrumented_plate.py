@@ -90,7 +90,6 @@ class InstrumentedPlate(Generic[Plate]):
 
         Parameters
         ----------
-        experiment : Experiment
         plate : ReducedPlate
         library : mapping of str to Effect, optional
             In the order in which they are applied; none for the plate as declared.
@@ -150,16 +149,11 @@ class InstrumentedPlate(Generic[Plate]):
 
         Parameters
         ----------
-        laws : LocalLaws
         frequency : (F,) ndarray, Hz
         effects : mapping
             Values of those that are on; complex ones only if none of the effects depends on the strain energy.
         point : SweepPoint, optional
             Circumstances of the sweep; unless given, a steady temperature, the laws' reference, at 1 V.
-
-        Returns
-        -------
-        PlateState
 
         Raises
         ------
@@ -204,8 +198,6 @@ class InstrumentedPlate(Generic[Plate]):
 
         Parameters
         ----------
-        point : SweepPoint
-        laws : LocalLaws
         effects : mapping
             Values of those that are on.
         asked : iterable of str

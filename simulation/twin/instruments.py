@@ -88,7 +88,6 @@ class Instruments:
             Port of the patch that is driven.
         sensors : sequence of int
             Ports of the patches that are read.
-        load : ElectricLoad
 
         Returns
         -------

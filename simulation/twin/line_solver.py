@@ -56,8 +56,6 @@ class LineSolver:
 
         Parameters
         ----------
-        plate : LocalPlate
-        state : PlateState
         frequency : (F,) ndarray, Hz
 
         Returns
@@ -137,7 +135,6 @@ def solved_by_lines(plate: LocalPlate, state: PlateState, frequency: Real) -> Co
 
     Parameters
     ----------
-    plate : LocalPlate
     state : PlateState
         Its spectra at all lines.
     frequency : (F,) ndarray, Hz

@@ -44,7 +44,6 @@ class LoadedModes:
             Over the band.
         modal : ModalForm
             Of `solved`, without dashpots.
-        instruments : Instruments
         capacitance : (P,) ndarray, F
             Of all patches.
 

@@ -46,7 +46,6 @@ def local_basis(
 
     Parameters
     ----------
-    ops : LoadedPlate
     whole : Composite
         In all r coordinates.
     storage : float

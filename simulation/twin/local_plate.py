@@ -38,10 +38,8 @@ class LocalPlate:
 
         Parameters
         ----------
-        ops : LoadedPlate
         whole : Composite
             In all r coordinates, without the state's point loads.
-        state : PlateState
         reach : float
             Modes are taken up to `reach` times the band's end; all of them if infinite.
 
@@ -75,8 +73,6 @@ def deflection_at(ops: LoadedPlate, load: PointLoad, state: PlateState, *, stepp
 
     Parameters
     ----------
-    ops : LoadedPlate
-    load : PointLoad
     state : PlateState
         Its departures move the point.
     stepped : bool

@@ -54,10 +54,8 @@ class LocalSolution:
 
         Parameters
         ----------
-        ops : LoadedPlate
         whole : Composite
             In all r coordinates, without the state's point loads.
-        state : PlateState
         frequency : (F,) ndarray, Hz
         reach : float
             Modes are taken up to `reach` times the band's end; all of them if infinite.

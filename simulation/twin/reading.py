@@ -51,8 +51,6 @@ class SignalReading:
         ----------
         solved : LocalSolution
             Its coupling has a column for each port.
-        state : PlateState
-        instruments : Instruments
         capacitance : (P,) ndarray, F
             Of the patches as declared.
 

@@ -54,7 +54,6 @@ class TransferSensitivity:
 
         Parameters
         ----------
-        solved : LocalSolution
         state : PlateState
             Whose solution it is.
         drive : (P, F) complex ndarray
@@ -153,7 +152,6 @@ def impedance_change(
 
     Parameters
     ----------
-    solved : LocalSolution
     state : PlateState
         Whose solution it is.
     local : Composite
@@ -191,7 +189,6 @@ def point_changes(
 
     Parameters
     ----------
-    solved : LocalSolution
     state : PlateState
         Whose solution it is.
     stepped : PlateState

@@ -66,18 +66,12 @@ class States:
 
         Parameters
         ----------
-        point : SweepPoint
-        laws : LocalLaws
         effects : mapping
             Values of those that are on.
         frequency : (F,) ndarray
             Hz.
         energy : (F,) ndarray
             Relative strain energy, see `Circumstances`.
-
-        Returns
-        -------
-        PlateState
 
         Raises
         ------

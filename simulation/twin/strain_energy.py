@@ -72,7 +72,6 @@ class StrainEnergy:
 
         Parameters
         ----------
-        plate : LocalPlate
         actuator : int
             Port of the patch that is driven.
         state_of : callable

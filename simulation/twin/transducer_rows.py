@@ -40,7 +40,6 @@ class Transducers:
         slopes : (2, S, r) ndarray
         masses : (S,) ndarray, kg
             As declared.
-        away : Departures
 
         Returns
         -------

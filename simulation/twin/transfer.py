@@ -42,7 +42,6 @@ class Transfer:
 
         Parameters
         ----------
-        instruments : Instruments
         capacitance : (P,) ndarray, F
             Of all patches.
         compliance : (N, c + 1, F) complex ndarray

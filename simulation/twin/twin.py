@@ -33,7 +33,6 @@ class Twin(InstrumentedPlate[Plate]):
 
         Parameters
         ----------
-        laws : LocalLaws
         frequency : (F,) array_like, Hz
         effects : mapping
             Values of those that are on.
@@ -60,7 +59,6 @@ class Twin(InstrumentedPlate[Plate]):
 
         Parameters
         ----------
-        laws : LocalLaws
         frequency : (F,) array_like, Hz
         effects : mapping
             Values of those that are on.
@@ -102,7 +100,6 @@ class Twin(InstrumentedPlate[Plate]):
 
         Parameters
         ----------
-        laws : LocalLaws
         frequency : (F,) array_like, Hz
         effects : mapping
             Values of those that are on.
@@ -110,10 +107,6 @@ class Twin(InstrumentedPlate[Plate]):
             Circumstances of the sweep; unless given, a steady temperature, the laws' reference, at 1 V.
         tangents : sequence of Tangent
             Parameters of effects by which to differentiate.
-
-        Returns
-        -------
-        Linearisation
 
         Raises
         ------

@@ -47,10 +47,6 @@ def annulus_case(thickness: float, inner: Support, outer: Support, hole: float =
         Supports of the two edges.
     hole : float
         Inner radius, m, below 1.
-
-    Returns
-    -------
-    Case
     """
     return Case(
         name=f"annulus-{inner}-{outer}-{thickness:g}",
@@ -81,10 +77,6 @@ def rectangle_case(thickness: float, lower: Support, upper: Support, width: floa
         Supports of the long edges.
     width : float
         m.
-
-    Returns
-    -------
-    Case
     """
     nu = ALUMINIUM.poisson_ratio
     all_hard = lower == upper == "hard"

@@ -30,7 +30,6 @@ def section(comparison: CaseComparison, pictures: Mapping[str, str] | None = Non
 
     Parameters
     ----------
-    comparison : CaseComparison
     pictures : mapping from caption to path
     """
     case = comparison.case

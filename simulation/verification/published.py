@@ -38,9 +38,6 @@ def plate(
 
     Parameters
     ----------
-    name : str
-    title : str
-    outline : Loop
     thickness : float
         m.
     supports : str or tuple of str
@@ -55,10 +52,6 @@ def plate(
         Origin of `values`.
     published : str
         Published values, separated by spaces.
-
-    Returns
-    -------
-    Case
 
     Raises
     ------

@@ -115,15 +115,10 @@ def compare(case: Case, frequencies: Frequencies, refinements: Sequence[int] = (
 
     Parameters
     ----------
-    case : Case
     frequencies : callable
         From a case and a refinement to natural frequencies of bending, Hz, ascending, rigid motions included.
     refinements : sequence of int
         Of the mesh, coarsest first.
-
-    Returns
-    -------
-    CaseComparison
 
     Raises
     ------
@@ -156,7 +151,6 @@ def compare_all(
 
     Parameters
     ----------
-    cases : iterable of Case
     frequencies : callable
         From a case and a refinement to natural frequencies of bending, Hz, ascending, rigid motions included.
     refinements : sequence of int

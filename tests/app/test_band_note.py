@@ -3,7 +3,7 @@
 import numpy as np
 
 from analysis.compensation.law_band import ContrastBand
-from app.terminal.compensation import band_note
+from app.summaries.compensation import band_note
 
 TEMPERATURE, ENDS = np.array([0.0, 40.0]), np.array([[0.7, 0.71], [0.6, 0.64]])
 

@@ -10,9 +10,9 @@ import pytest
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing
 from app.stages.panel_laws import said_of_range
-from app.terminal.compensation import _percent, show
-from app.terminal.focusing import notes
-from app.terminal.focusing import show as show_focusing
+from app.summaries.compensation import _percent, tables
+from app.summaries.focusing import notes, table
+from app.terminal.tables import show
 
 
 def lossy(design: str) -> tuple[Any, Any]:
@@ -80,7 +80,7 @@ def test_the_table_of_methods_has_whole_words_in_80_columns(
     """A pipe counts as 80 columns; the heading was "reduce… freque…"."""
     monkeypatch.setenv("COLUMNS", "80")
     found = load_compensation(small_run.folder / "compensation.h5")[1]
-    show(replace(found, relative_error=100.0 * np.ones_like(found.relative_error)))
+    show(tables(replace(found, relative_error=100.0 * np.ones_like(found.relative_error))))
     printed = capsys.readouterr().out
     assert "…" not in printed
     assert "reduced-" in printed
@@ -108,7 +108,7 @@ def test_the_table_of_temperatures_has_whole_words_in_80_columns(
         level_ripple=np.full(len(own.contrast), 19.5),
         phase_error=np.full(len(own.contrast), 30.8),
     )
-    show_focusing(panel, replace(found, temperature=found.temperature + 0.025, direct=weak))
+    show([table(panel, replace(found, temperature=found.temperature + 0.025, direct=weak))])
     printed = capsys.readouterr().out
     assert "…" not in printed
     assert "ripple" in printed

@@ -23,8 +23,8 @@ from app.report.gap_section import gap_section, verdict
 from app.report.page import PageTable, Picture, VerdictBox
 from app.report.style import drawing
 from app.report.summary import summary as of_run
-from app.terminal.gap import estimate, summary
-from app.terminal.with_sigma import FIXED
+from app.summaries.gap import estimate, summary
+from app.summaries.with_sigma import FIXED
 
 TEMPERATURE = np.array([10.0, 30.0, 30.05, 10.02])
 CHANNELS = ("S1", "S2")

@@ -23,7 +23,8 @@ from app.modal_test.modes_of_test import load_test
 from app.modal_test.without_windows import rebuilt
 from app.stages.identify import uff_records
 from app.stages.identify_options import Wanted
-from app.terminal.modes import modes_record, show_modes
+from app.summaries.modes import mode_table, modes_record
+from app.terminal.tables import show
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 BEAM = SHARED / "real" / "beam_roving_hammer"
@@ -90,7 +91,7 @@ def test_deviations_without_end_are_none_in_json_and_in_the_table(capsys: pytest
         record = modes_record(modes.read_as(damping))
         assert record["modes"][0]["sigma_damping_ratio"] is None
         json.dumps(record, allow_nan=False)
-        show_modes("plate", record["modes"])
+        show([mode_table("plate", record["modes"])])
         assert "∞" in capsys.readouterr().out
 
 

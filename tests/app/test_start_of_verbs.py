@@ -126,3 +126,18 @@ def test_windows_on_campaigns_need_nothing_that_computes() -> None:
     code = "import sys, app.view.recorded.window, app.view.live.window; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert set(COMPUTES) & set(done.stdout.split()) == {"PySide6"}
+
+
+def test_a_script_loads_nothing_that_draws_on_a_terminal() -> None:
+    code = """
+import sys
+import flexura
+from app.stages import compensate, focus, gap, identify, update, update_modes
+from app.terminal.progress import progress
+functions = [getattr(flexura, name) for name in flexura.__all__]
+with progress(shown=None) as report:
+    report("sweeps", 0.5)
+print(*sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert {"rich", "click"} & set(done.stdout.split()) == set()

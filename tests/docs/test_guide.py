@@ -26,7 +26,8 @@ from app.main import flexura
 from simulation.effects.library import LIBRARY
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+TODAY = [page for page in sorted((ROOT / "docs").rglob("*.md")) if page.parent.name != "history"]
+PAGES = [ROOT / "README.md", *TODAY]
 BASH = shutil.which("bash")
 GUIDE = ROOT / "docs" / "guide"
 STARTS = r"(?:flexura|python3 start\.py)"

@@ -45,20 +45,16 @@ def test_the_notebooks_are_those_of_the_scripts() -> None:
         assert script.with_suffix(".ipynb").read_text(encoding="utf-8") == maker.notebook(script)
 
 
-def test_a_table_is_returned_and_not_displayed_besides(monkeypatch: pytest.MonkeyPatch) -> None:
-    import rich.console
-    import rich.jupyter
-    from rich.table import Table
+def test_a_table_of_a_notebook_is_one_table_and_its_cells_are_escaped() -> None:
+    from app.summaries.display import as_html
+    from app.summaries.table import Table
 
-    from app.terminal.notebook import as_html
-
-    shown: list[object] = []
-    monkeypatch.setattr(rich.console, "_is_jupyter", lambda: True)
-    monkeypatch.setattr(rich.jupyter, "display", lambda *what: shown.append(what))
-    table = Table("mode")
-    table.add_row("95.0 Hz")
-    assert as_html("one", [table]).count("95.0 Hz") == 1
-    assert shown == []
+    table = Table("modes < 100 Hz", ("mode", "why"), (("95.0 Hz", "a < b"),), words=frozenset({1}))
+    page = as_html("one", [table])
+    assert page.count("<table>") == page.count("95.0 Hz") == 1
+    assert "modes &lt; 100 Hz" in page
+    assert ">a &lt; b</td>" in page
+    assert "rich" not in page
 
 
 def test_a_figure_shows_itself(monkeypatch: pytest.MonkeyPatch) -> None:

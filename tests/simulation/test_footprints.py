@@ -6,7 +6,7 @@ import pytest
 from analysis.channel import Footprint
 from analysis.experiment import Attachment, Plate
 from analysis.plate_parts import check_disc
-from simulation.shell.footprints import attached_disc, footprint_points
+from simulation.shell.footprints import attached_discs, footprint_points
 
 
 @pytest.mark.parametrize(
@@ -44,10 +44,10 @@ def test_the_disc_of_a_string_at_the_edge_lies_on_the_plate(point: tuple[float, 
     """Its radius was that of the free space, down to 0, where effects depend on the mesh."""
     hole = {"kind": "circle", "center": (0.1, 0.1), "radius": 0.02}
     plate = Plate(length_x=0.3, length_y=0.2, thickness=0.004, mass=0.23, hole=(hole,))
-    disc = attached_disc(plate, Attachment(point=point))
+    (disc,) = attached_discs(plate, [Attachment(point=point)])
     check_disc("disc", disc.point, disc.radius, plate.loop, plate.hole_loops)
     assert 0.001 <= disc.radius <= 0.002
     assert np.hypot(*np.subtract(disc.point, point)) < 0.002
-    declared = attached_disc(plate, Attachment(point=point, radius=0.0002))
+    (declared,) = attached_discs(plate, [Attachment(point=point, radius=0.0002)])
     assert declared.radius == pytest.approx(0.0002)
-    assert attached_disc(plate, Attachment(point=(0.05, 0.05))) == Footprint((0.05, 0.05), 0.002)
+    assert attached_discs(plate, [Attachment(point=(0.05, 0.05))]) == [Footprint((0.05, 0.05), 0.002)]

@@ -26,8 +26,6 @@ def write_c(shipment: Shipment, folder: Path, fixed_point: bool, prefix: str = P
 
     Parameters
     ----------
-    shipment : Shipment
-    folder : Path
     fixed_point : bool
         int16 in place of float32.
     prefix : str
@@ -57,7 +55,6 @@ def c_texts(shipment: Shipment, fixed_point: bool, prefix: str = PREFIX) -> tupl
 
     Parameters
     ----------
-    shipment : Shipment
     fixed_point : bool
         int16 in place of float32.
     prefix : str

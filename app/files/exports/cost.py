@@ -33,8 +33,6 @@ class Cost:
 
         Parameters
         ----------
-        filters : FollowingBank
-        fixed_point : bool
         block : int
             Samples filtered at a time.
         """

@@ -17,11 +17,6 @@ OLD = PARTIAL + ".old"
 def written_together(folder: Path, names: tuple[str, ...]) -> Iterator[tuple[Path, ...]]:
     """Yield a path to write to for each name; they take their names when the block ends well.
 
-    Parameters
-    ----------
-    folder : Path
-    names : tuple of str
-
     Yields
     ------
     tuple of Path

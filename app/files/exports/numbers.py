@@ -19,8 +19,6 @@ def write_npz(shipment: Shipment, folder: Path, temperature: NDArray[np.float64]
 
     Parameters
     ----------
-    shipment : Shipment
-    folder : Path
     temperature : (T,) ndarray
         Of the taps (T, N, M), degrees Celsius.
 
@@ -61,8 +59,6 @@ def write_csv(shipment: Shipment, folder: Path, temperature: NDArray[np.float64]
 
     Parameters
     ----------
-    shipment : Shipment
-    folder : Path
     temperature : (T,) ndarray
         Degrees Celsius.
 

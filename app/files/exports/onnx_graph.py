@@ -28,11 +28,6 @@ IR_VERSION = 8
 def write_onnx(shipment: Shipment, folder: Path) -> tuple[Path, ...]:
     """Write ``flexura_filters.onnx``.
 
-    Parameters
-    ----------
-    shipment : Shipment
-    folder : Path
-
     Returns
     -------
     (1,) tuple of Path
@@ -50,10 +45,6 @@ def write_onnx(shipment: Shipment, folder: Path) -> tuple[Path, ...]:
 
 def graph_of(shipment: Shipment) -> "onnx.ModelProto":
     """Return the model: input ``temperature`` (1,), °C, output ``taps`` (N, M), V per unit of audio signal.
-
-    Parameters
-    ----------
-    shipment : Shipment
 
     Returns
     -------

@@ -16,8 +16,6 @@ def write_wav(shipment: Shipment, folder: Path, temperature: NDArray[np.float64]
 
     Parameters
     ----------
-    shipment : Shipment
-    folder : Path
     temperature : (T,) ndarray
         Degrees Celsius.
 

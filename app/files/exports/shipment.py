@@ -66,10 +66,6 @@ class Shipment:
         ----------
         settings : dict
             Of values that JSON holds.
-
-        Returns
-        -------
-        Shipment
         """
         kept = self.made_from | {"settings": self.made_from["settings"] | settings}
         return replace(self, made_from=kept)
@@ -87,10 +83,6 @@ def shipment(run: Path, method: str | None, verb: str) -> Shipment:
         filters of ``flexura focus``.
     verb : str
         For messages.
-
-    Returns
-    -------
-    Shipment
 
     Raises
     ------

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.files.control import request
-from app.terminal.campaign_progress import duration
+from app.summaries.duration import duration
 from app.view.live.frf_charts import CoherenceChart, FrfChart
 from app.view.live.oven_chart import OvenChart
 from app.view.live.sweep_charts import LevelChart, SignalChart, SpectrumChart

@@ -6,9 +6,6 @@
 ``frf_page``       waterfall, cut along frequency, cut along temperature, Nyquist plane
 ``frf_choices``    what that page is asked to show
 ``sweep_cut``      one sweep: parts of its FRF and its coherence
-``readout``        what its cursors stand on, in words
-``all_sweeps``     all sweeps of a run in one plot
-``mark``           what the cursors are compared with
 ``modes_page``     poles followed over temperature, and a table of them
 ``laws_page``      E, ν and η, and what the twin misses
 ``focusing_page``  contrast and spot error

@@ -48,16 +48,10 @@ class Fields:
 
         Parameters
         ----------
-        panel : Panel
-        focusing : Focusing
         laws : MaterialLaws
             Before the plate's growth.
         report : callable
             Called with the stage's name and the share done.
-
-        Returns
-        -------
-        Fields
 
         Raises
         ------

@@ -1,10 +1,13 @@
 """Measured FRFs over temperature, cut along both, with what was identified and updated laid over."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QGridLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QVBoxLayout, QWidget
 
+from analysis.arrays import Real
 from analysis.chosen_actuator import sweeps_of_modes
 from analysis.frf import Frf
 from analysis.identification.modes import Modes
@@ -15,14 +18,118 @@ from app.view.map import Map
 from app.view.map_chart import MapChart
 from app.view.nyquist import LEFT, NyquistChart, around
 from app.view.parts import decibels
-from app.view.recorded.all_sweeps import AllSweeps
 from app.view.recorded.frf_choices import FrfChoices
-from app.view.recorded.mark import Mark
 from app.view.recorded.overlays import Answer, Computed, answers
-from app.view.recorded.readout import readout
 from app.view.recorded.results import Results
 from app.view.recorded.sweep_cut import DEVIATION, SweepCut
 from app.view.theme import Theme, one_sided
+
+
+class Mark:
+    """A place in frequency and temperature that the cursors are compared with.
+
+    Parameters
+    ----------
+    frf : Frf
+    line, row : int
+        Where it stands first: frequency line and sweep.
+    """
+
+    def __init__(self, frf: Frf, line: int, row: int) -> None:
+        self._frf, self.line, self.row = frf, line, row
+
+    def put(self, line: int, row: int) -> None:
+        """Move it."""
+        self.line, self.row = line, row
+
+    def differences(self, line: int, row: int, channel: int) -> list[tuple[str, str]]:
+        """Differences of a line of a sweep from the mark, for the readout; none where both are one.
+
+        Parameters
+        ----------
+        line, row, channel : int
+            Frequency line, sweep and output.
+
+        Returns
+        -------
+        list of (str, str)
+        """
+        if (line, row) == (self.line, self.row):
+            return []
+        frf, here, there = self._frf, self._frf.h[row, channel, line], self._frf.h[self.row, channel, self.line]
+        apart = frf.frequency[line] - frf.frequency[self.line], frf.temperature[row] - frf.temperature[self.row]
+        turn = np.degrees(np.angle(here * np.conj(there)))
+        return [
+            ("from mark (M)", f"{apart[0]:+.2f} Hz, {apart[1]:+.2f} K"),
+            ("", f"{float(decibels(here) - decibels(there)):+.2f} dB, {turn:+.1f}°"),
+        ]
+
+
+class AllSweeps(QCheckBox):
+    """Switch that lays all sweeps under the one at the cursor.
+
+    Parameters
+    ----------
+    chart : Chart
+        Level over frequency.
+    """
+
+    def __init__(self, chart: Chart) -> None:
+        super().__init__("all temperatures, cold to hot")
+        self._chart = chart
+        self._curves: list[object] = []
+
+    def show_sweeps(self, frequency: Real, level: Real, temperature: Real) -> None:
+        """Draw sweeps (T, F), dB, in the colours of their temperatures (T,), or none where it is switched off.
+
+        Parameters
+        ----------
+        frequency : (F,) ndarray
+            Hz.
+        level : (T, F) ndarray
+            dB.
+        temperature : (T,) ndarray
+            Degrees Celsius.
+        """
+        for curve in self._curves:
+            self._chart.removeItem(curve)
+        self._curves = []
+        if not self.isChecked():
+            return
+        low, high = float(temperature.min()), float(temperature.max())
+        for own, t in zip(level, temperature, strict=True):
+            color = self._chart.theme.temperature((float(t) - low) / (high - low) if high > low else 0.5)
+            curve = self._chart.curve(frequency, own, f"{t:.2f} °C", color, width=0.8, named=False)
+            curve.setZValue(-3)
+            self._curves.append(curve)
+
+
+def readout(frf: Frf, row: int, channel: int, line: int, more: Sequence[tuple[str, str]] = ()) -> str:
+    """Return one measured value with its uncertainty as a table in HTML.
+
+    Parameters
+    ----------
+    row, channel, line : int
+        Sweep, output and frequency line.
+    more : sequence of (str, str)
+        Further rows, below.
+    """
+    value = frf.h[row, channel, line]
+    values = [
+        ("frequency", f"{frf.frequency[line]:.2f} Hz"),
+        ("temperature", f"{frf.temperature[row]:.3f} °C"),
+        ("|H1|", f"{abs(value):.4g} {frf.unit(channel, row)} = {decibels(value):.2f} dB"),
+        ("phase", f"{np.degrees(np.angle(value)):.1f}°"),
+        ("σ of H1", f"{np.sqrt(frf.variance[row, channel, line]):.2g} {frf.unit(channel, row)}"),
+        ("coherence", f"{frf.coherence[row, channel, line]:.6f}"),
+    ]
+    if frf.excluded[line]:
+        values.append(("mains line", "never fitted"))
+    rows = "".join(
+        f"<tr><td style='padding-right:12px'>{what}</td><td>{seen}</td></tr>" for what, seen in (*values, *more)
+    )
+    return f"<table>{rows}</table>"
+
 
 OVER_MAP = (255, 255, 255, 170)
 """Colour of lines on a map."""

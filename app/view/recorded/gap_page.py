@@ -10,10 +10,10 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QListWidget, QList
 
 from analysis.arrays import Real
 from app.files.gap_file import GapFigures, Signatures
-from app.terminal.description import description_words
-from app.terminal.effect_words import found_words, titles_of
-from app.terminal.gap import chi2_before_and_after, concluded
-from app.terminal.plan import plan_words
+from app.summaries.description import description_words
+from app.summaries.effect_words import found_words, titles_of
+from app.summaries.gap import chi2_before_and_after, concluded
+from app.summaries.plan import plan_words
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
 from app.view.map import Map
 from app.view.map_chart import MapChart

@@ -53,7 +53,6 @@ class SweepCut:
 
         Parameters
         ----------
-        channel : int
         rows : (R,) int ndarray
             Sweeps that can be chosen.
         """

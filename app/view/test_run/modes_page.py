@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVB
 from analysis.shapes.assurance import mac
 from analysis.shapes.indicator import cmif
 from app.modal_test.records import AXIS, MODE_HEADINGS, mode_names, mode_rows
-from app.terminal.mode_rows import READ_AS
+from app.summaries.mode_rows import READ_AS
 from app.view.chart import Chart
 from app.view.cursors import FREQUENCY, Cursors
 from app.view.map import Map

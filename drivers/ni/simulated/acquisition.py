@@ -46,7 +46,6 @@ class InputRecorder:
             Has begun and has a sample clock.
         first : int
             Number of the first sample, counted from 0 where the task began.
-        count : int
 
         Returns
         -------

@@ -56,7 +56,6 @@ def delayed(volts: NDArray[np.float64], module: InputModule, sample_rate: float)
     ----------
     volts : (C, M) ndarray
         V.
-    module : InputModule
     sample_rate : float
         Hz.
 
@@ -76,7 +75,6 @@ def digitised(volts: NDArray[np.float64], module: InputModule, rng: np.random.Ge
     ----------
     volts : (C, M) ndarray
         V.
-    module : InputModule
     rng : numpy.random.Generator
         Of the noise.
 

@@ -33,7 +33,6 @@ def serving(server: SimulatedDaq, port: int = 0, host: str = "127.0.0.1") -> Ite
 
     Parameters
     ----------
-    server : SimulatedDaq
     port : int
         0 lets the system choose one that is free.
     host : str

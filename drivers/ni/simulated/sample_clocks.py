@@ -61,12 +61,10 @@ class SampleClocks:
 
         Parameters
         ----------
-        task : Task
         asked : float
             Rate asked for, Hz.
         samples : int
             Per channel: of a finite task all there are, of a continuous one its buffer.
-        finite : bool
 
         Raises
         ------

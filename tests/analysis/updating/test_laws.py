@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Protocol
-from analysis.material import Material
+from analysis.material import Material, MaterialSigma
 from analysis.updating.laws import fit_laws, laws_of_sweeps
 
 READING = 0.035
@@ -32,7 +32,7 @@ def truth(t):
 def estimates(rng: np.random.Generator, t, scale: float = 1.0):
     """Noisy estimates at readings that miss the plate's temperature by the reading's own noise."""
     real = truth(t + READING * rng.standard_normal(len(t)))
-    sigma = Material(3e-5 * real.youngs_modulus, np.full(len(t), 1e-4), 2e-3 * real.loss_factor)
+    sigma = MaterialSigma(3e-5 * real.youngs_modulus, np.full(len(t), 1e-4), 2e-3 * real.loss_factor)
     parts = [
         getattr(real, n) + scale * getattr(sigma, n) * rng.standard_normal(len(t))
         for n in ("youngs_modulus", "poisson_ratio", "loss_factor")

@@ -8,7 +8,7 @@ import pytest
 from app.report.described import curve, description_items, maps
 from app.report.page import PageTable, Paragraph, Picture
 from app.report.style import drawing
-from app.terminal.plan import answer_words, plan_rows, plan_table, plan_words
+from app.summaries.plan import answer_words, plan_rows, plan_table, plan_words
 
 PLACES = [[0.03 * k, 0.04] for k in range(1, 6)]
 
@@ -97,8 +97,8 @@ def test_a_plan_names_the_measurement_and_what_it_settles(record: dict[str, Any]
     assert words[0] == "Record both ways. (3.3 h)"
     assert words[1] == "It would settle draught gradient or thickness taper: 6 sigma apart, 1.2 now."
     assert words[-1] == "Its experiment: next-experiment.toml."
-    assert plan_table(record).row_count == 1
-    assert plan_table({"plan": None}).row_count == 0
+    assert len(plan_table(record).rows) == 1
+    assert plan_table({"plan": None}).rows == ()
 
 
 def test_a_plan_without_questions_or_measurements_says_so() -> None:

@@ -14,7 +14,7 @@ from app.files.pairing_json import pairing_record, shown
 from app.report.page import PageTable, Picture, VerdictBox
 from app.report.pairing import pairing_figure, pairing_items, points_figure
 from app.report.style import drawing
-from app.terminal.pairing import likeness, pairing_tables, rows
+from app.summaries.pairing import likeness, pairing_tables, rows
 
 F = np.array([100.0, 200.0, 330.0, 500.0])
 
@@ -78,7 +78,7 @@ def test_the_terminal_has_a_table_before_and_one_after(after: PairedSweeps | Non
     assert record is not None
     tables = pairing_tables(record)
     assert len(tables) == count
-    assert tables[0].row_count == 5
+    assert len(tables[0].rows) == 5
 
 
 @pytest.fixture
@@ -99,8 +99,8 @@ def test_wrong_points_stand_in_table_notes_and_figure(turned: PairedSweeps) -> N
     assert record["points"]["said"][0].startswith("point acc3 moves like its mirror: sign")
     assert Pairing(turned).wrong_points == tuple(record["points"]["said"])
     table = pairing_tables(record)[-1]
-    assert next(iter(table.columns[0].cells)) == "acc3"
-    assert next(iter(table.columns[2].cells)) == "not as declared"
+    assert table.rows[0][0] == "acc3"
+    assert table.rows[0][2] == "not as declared"
     places = {f"acc{k}": (0.02 + 0.04 * k, 0.1) for k in range(1, 7)}
     plate = Plate(length_x=0.3, length_y=0.2, thickness=0.003, mass=0.486)
     with drawing():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Experiment
-from analysis.material import Material
+from analysis.material import Material, MaterialSigma
 from analysis.plate_material import material_box
 from analysis.updated import Updated
 from app.files.campaign import load_campaign
@@ -52,7 +52,7 @@ def test_noise_and_least_damping_of_a_campaign_say_what_is_required() -> None:
     found = Updated(
         temperature=np.array([20.0, 30.0]),
         material=Material(70e9 * two, 0.33 * two, np.array([0.003, 0.002])),
-        sigma=Material(none, none, none),
+        sigma=MaterialSigma(none, none, none),
         correlation=np.zeros((2, 4, 4)),
         gain=1.0,
         sigma_gain=0.0,

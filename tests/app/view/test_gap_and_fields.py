@@ -160,10 +160,8 @@ def test_cuts_of_contrast_name_the_temperature_of_every_curve(
     assert window.results.focusing is not None
     found = window.results.focusing[1]
     at = np.array([0.0, 10.0, 20.0, 30.0, 40.0])
-    own, learned = (
-        Aim(np.full((5, len(found.frequency)), level), np.zeros((5, len(found.frequency))), found.direct.response)
-        for level in (0.3, 0.2)
-    )
+    shape = (5, len(found.frequency))
+    own, learned = (Aim(np.full(shape, level), np.zeros(shape), np.ones(shape, complex)) for level in (0.3, 0.2))
     compensated = SimpleNamespace(
         aim_temperature=at, frequency=found.frequency, direct_aim=own, network_aim=learned
     )

@@ -24,7 +24,7 @@ from app.modal_test.edits import edits_of
 from app.modal_test.records import MODE_HEADINGS
 from app.view.application import application
 from app.view.folder import viewed
-from app.view.opening import window_of
+from app.view.opening import open_beside, window_of
 from app.view.screenshots import screenshots
 from app.view.test_run.window import TestWindow
 from app.view.theme import DARK, LIGHT
@@ -191,11 +191,13 @@ def test_a_mode_dropped_and_added_from_the_window_is_recorded(
 
 
 def test_other_folders_are_opened_and_pages_pictured(window: TestWindow, tmp_path: Path) -> None:
-    other = window.open(window.held.run)
+    other = open_beside(window, window.held.run)
     assert isinstance(other, TestWindow)
     other.close()
     with pytest.raises(ResultFileError, match="does not exist"):
-        window.open(tmp_path / "nowhere")
+        open_beside(window, tmp_path / "nowhere")
+    window.folder_chosen.emit(window, tmp_path / "nowhere")
+    assert "does not exist" in window.statusBar().currentMessage()
     window.change_theme()
     assert window.theme is DARK
     names = [path.name for path in screenshots(window, tmp_path / "pictures", lambda *_: None)]

@@ -12,7 +12,7 @@ from simulation.reduction.effect_certification import GRID, state_error
 from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.fineness import Fineness
-from simulation.shell.footprints import attached_disc
+from simulation.shell.footprints import attached_discs
 from simulation.state.extreme_states import STEEPEST, extreme_states
 from simulation.state.field_basis import field_basis
 from simulation.twin.effect_plate import EffectPlate
@@ -44,7 +44,7 @@ def test_every_state_against_the_full_plate(experiment, reduced):
     ops, full, _ = reduced
     basis, rng = field_basis(BENDING_DEGREE), np.random.default_rng(3)
     laws = LocalLaws.of_material(2.2e9, 0.37, 0.05, slope=STEEPEST)
-    attached = [attached_disc(experiment.plate, one) for one in experiment.attachments]
+    attached = attached_discs(experiment.plate, experiment.attachments)
     acting = [*attached, *experiment.footprints]
     for size in (1.0, -1.0):
         small = extreme_states(basis.xi, basis.zeta, laws, 0.0, size)

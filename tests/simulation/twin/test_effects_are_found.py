@@ -12,7 +12,7 @@ from analysis.experiment import Attachment
 from analysis.frf import Frf
 from analysis.gap.gap import find_gap
 from analysis.local_laws import LocalLaws
-from analysis.material import Material, MaterialBox
+from analysis.material import Material, MaterialBox, MaterialSigma
 from analysis.sweep_point import SweepPoint
 from analysis.updated import Updated
 from simulation.effects.library import LIBRARY, library
@@ -20,7 +20,7 @@ from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
-from simulation.shell.footprints import attached_disc
+from simulation.shell.footprints import attached_discs
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
 from simulation.state.plate_state import Circumstances, PlateState
@@ -70,7 +70,7 @@ def measured(full, twin, name, values) -> Frf:
     inputs = experiment.acquisition
     rows = np.zeros((0, full.unknowns.size))
     if "x" in values:
-        disc = attached_disc(experiment.plate, Attachment(point=(values["x"], values["y"])))
+        (disc,) = attached_discs(experiment.plate, [Attachment(point=(values["x"], values["y"]))])
         rows = full.unknowns.rows(footprint_rows(full.shell.space, [disc]), W).toarray()
     h = np.empty((TEMPERATURES.size, 2, LINES.size), complex)
     for t, temperature in enumerate(TEMPERATURES):
@@ -114,7 +114,7 @@ def true_laws() -> Updated:
     return Updated(
         temperature=TEMPERATURES,
         material=Material(np.exp(values[:, 0]), values[:, 1], np.exp(values[:, 2])),
-        sigma=Material(nothing, nothing, nothing),
+        sigma=MaterialSigma(nothing, nothing, nothing),
         correlation=np.zeros((nothing.size, 4, 4)),
         gain=GAIN,
         sigma_gain=0.0,

@@ -18,7 +18,7 @@ from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
-from simulation.shell.footprints import attached_disc
+from simulation.shell.footprints import attached_discs
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
 from simulation.state.extreme_states import STEEPEST, combined_state, extreme_states
@@ -189,7 +189,7 @@ def test_point_loads_against_the_full_plate(twin, reduced):
     state = twin.state(LAWS, LINES, {}, POINT)
     xi, zeta = full.sampling
     exact = full.matrices(type(state).baseline(xi, zeta, LAWS, POINT.temperature, LINES))
-    discs = [attached_disc(full.shell.plate, Attachment(point=point)) for point in order]
+    discs = attached_discs(full.shell.plate, [Attachment(point=point) for point in order])
     rows = full.unknowns.rows(footprint_rows(full.shell.space, discs), W).toarray()
     peak = np.abs(twin.frf(LAWS, LINES, point=POINT)).max()
     for effects, place, k, c, m in (
@@ -224,7 +224,7 @@ def test_attachments_at_any_place_against_the_full_plate(twin, reduced, place):
     _, full, _ = reduced
     xi, zeta = full.sampling
     exact = full.matrices(PlateState.baseline(xi, zeta, LAWS, POINT.temperature, LINES))
-    discs = [attached_disc(full.shell.plate, Attachment(point=(place["x"], place["y"])))]
+    discs = attached_discs(full.shell.plate, [Attachment(point=(place["x"], place["y"]))])
     row = full.unknowns.rows(footprint_rows(full.shell.space, discs), W).toarray()[0]
     plain = twin.frf(LAWS, LINES, point=POINT)
     peak = np.abs(plain).max()

@@ -1,0 +1,306 @@
+"""A run in words, for a reader who decides and does not fit: the plate, what its twin lacked, what to do next."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from analysis.declared_quantity import DeclaredQuantity, doubts
+from analysis.material import MaterialLaws
+from analysis.updated import GOOD_MISFIT
+from app.files.best_twin import BestTwin
+from app.summaries.description import description_words
+from app.summaries.effect_words import found_words, title, titles_of
+from app.summaries.pairing import no_fit_words
+from app.summaries.plan import answer_words, plan_words
+from app.summaries.with_sigma import FIXED, roughly
+
+Record = Mapping[str, Any]
+USUAL = 20.0
+"""Temperature at which the plate is described if the laws reach it, degrees Celsius."""
+REGIONS = 3
+"""Places of what is left that are named."""
+NOTHING_LEFT = "Nothing beyond the noise."
+LONG = "docs/guide/closing-a-gap.md"
+
+
+@dataclass(frozen=True)
+class Worth:
+    """What the corrected twin is worth for filters.
+
+    Attributes
+    ----------
+    contrast : float
+        Largest gain of mean contrast over filters from uncorrected laws.
+    temperature : float
+        Where, degrees Celsius.
+    """
+
+    contrast: float
+    temperature: float
+
+
+@dataclass(frozen=True)
+class Briefing:
+    """A page of words.
+
+    Attributes
+    ----------
+    headline : str
+    settled : bool
+        Whether nothing is left open.
+    first : tuple of str
+        What has to be known before all else.
+    parts : tuple of (str, tuple of str)
+        Headings and their sentences.
+    """
+
+    headline: str
+    settled: bool
+    first: tuple[str, ...]
+    parts: tuple[tuple[str, tuple[str, ...]], ...]
+
+    def lines(self) -> list[str]:
+        """Return it as text, one sentence to a line."""
+        found = [self.headline, *self.first]
+        for heading, sentences in self.parts:
+            found += [f"{heading}:", *(f"  {sentence}" for sentence in sentences)]
+        return found
+
+
+def briefing(
+    best: BestTwin, record: Record | None, campaign: str = "CAMPAIGN", worth: Worth | None = None
+) -> Briefing:
+    """Say in words what a run found.
+
+    Parameters
+    ----------
+    record : mapping or None
+        Of its comparison, see `app.files.gap_json`; None without one.
+    campaign : str
+        How commands name the campaign.
+    worth : Worth, optional
+        Of the correction, for filters.
+    """
+    if record is None:
+        return _without_comparison(best, campaign)
+    if no_fit_words(record.get("pairing")):
+        return _no_fit(record, campaign)
+    verdict = record["verdict"]
+    makers = {"none": _nothing, "explained": _named, "partly_explained": _named, "unknown": _unknown}
+    found = makers[verdict](best, record, worth)
+    answered = tuple(answer_words(record))
+    return replace(found, parts=(("Answer", answered), *found.parts)) if answered else found
+
+
+def _without_comparison(best: BestTwin, campaign: str) -> Briefing:
+    updated = best.twin.updated
+    ratio = float((updated.misfit / updated.noise_floor).max())
+    lacks = ratio > GOOD_MISFIT
+    headline = f"The twin misses at most {ratio:.2f} times the noise of the measurement"
+    headline += ": it lacks something that the plate has." if lacks else "."
+    parts = [("The plate", _material(best.twin.laws, open_=lacks)), *_known(best.twin.declared, ())]
+    parts.append(("Next", (f"Ask what the twin lacks: flexura gap {campaign}",)))
+    return _brief(headline, not lacks, best.notes, parts)
+
+
+def _no_fit(record: Record, campaign: str) -> Briefing:
+    said = tuple(no_fit_words(record.get("pairing")))
+    parts = [("Next", (f"Correct the declaration and compare again: flexura gap {campaign}", f"More: {LONG}"))]
+    return _brief("This is no fit: the numbers below mean nothing.", False, said, parts)
+
+
+def _nothing(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
+    del worth  # without a correction there is nothing to be worth
+    before = record["gap"]["baseline"]["relative_misfit"]
+    on = f" It has {best.names}." if best.effects else ""
+    headline = f"Nothing is missing: the twin agrees with the plate to the noise of the measurement.{on}"
+    sentence = f"The twin misses {100 * before:.2g} % of the response, which is noise."
+    parts = [("The plate", _material(best.twin.laws)), ("Twin and plate", (sentence,))]
+    known = _known(best.twin.declared, _unseen(record))
+    return _brief(headline, True, best.ignored, [*parts, *known, ("Next", plan_words(record))])
+
+
+def _named(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
+    whole, left = record["verdict"] == "explained", record["unexplained"]["share"] or 0.0
+    titles = titles_of(record)
+    found = "; ".join(found_words(effect, titles) for effect in record["effects"])
+    headline = f"What the twin lacked: {found}. "
+    if whole:
+        headline += "With it, twin and plate agree to the noise of the measurement."
+    else:
+        headline += f"This explains {100 * (1.0 - left):.0f} % of the gap; the rest is still missing."
+    parts = [
+        ("The plate", _material(best.twin.laws, open_=not whole and record.get("scatter") is None)),
+        ("How sure", tuple(_how_sure(effect, record) for effect in record["effects"])),
+        ("What it is worth", tuple(_worth(best, record, worth))),
+        ("What is left", (*_left(record), *description_words(record)) if not whole else (NOTHING_LEFT,)),
+        *_known(best.twin.declared, _unseen(record)),
+        ("Next", (*plan_words(record), *(_next(effect) for effect in record["effects"]))),
+    ]
+    return _brief(headline, whole, best.ignored, parts)
+
+
+def _unknown(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
+    del worth  # nothing was named
+    before = record["gap"]["baseline"]
+    largest = max((region["largest_sigma"] for region in record["where"]["regions"]), default=0.0)
+    seen = f"The twin misses {100 * before['relative_misfit']:.2g} % of the response"
+    seen += f", in places {largest:.0f} times the noise." if largest > 0.0 else "."
+    steps = [
+        "Is a quantity doubtful? Measure it again.",
+        "Is the rest of the declaration right: mass, size, places, order of the channels?",
+        "Is a cable loose, or a sweep disturbed, where the gap is?",
+        f"More: {LONG}",
+    ]
+    parts = [
+        (
+            "What is seen",
+            (seen, *_scatter(record), *_places(record["where"]["regions"]), *description_words(record)),
+        ),
+        ("The plate", _material(best.twin.laws, open_=record.get("scatter") is None)),
+        *_known(best.twin.declared, _unseen(record)),
+        ("Next", (*plan_words(record), *steps)),
+    ]
+    headline = "Something is missing in the twin, and no effect of the library explains it."
+    return _brief(headline, False, best.ignored, parts)
+
+
+def _brief(
+    headline: str, settled: bool, first: Sequence[str], parts: Sequence[tuple[str, Sequence[str]]]
+) -> Briefing:
+    return Briefing(headline, settled, tuple(first), tuple((name, tuple(said)) for name, said in parts if said))
+
+
+def _material(laws: MaterialLaws | None, *, open_: bool = False) -> tuple[str, ...]:
+    """E, nu and eta with their whole standard deviations, in the middle and at both ends of the temperatures."""
+    if laws is None:
+        return ("Too few temperatures for laws of E, ν and η: at least 3 are needed.",)
+    low, high = laws.temperature_range
+    middle = USUAL if low < USUAL < high else 0.5 * (low + high)
+    said = []
+    for temperature in (middle, low, high):
+        value, sigma = laws.at(temperature), laws.sigma(temperature)
+        modulus = roughly(value.youngs_modulus[0] / 1e9, sigma.youngs_modulus[0] / 1e9, "GPa")
+        ratio = roughly(value.poisson_ratio[0], sigma.poisson_ratio[0])
+        loss = roughly(100 * value.loss_factor[0], 100 * sigma.loss_factor[0], "%")
+        said.append(f"At {temperature:z.0f}{FIXED}°C: E {modulus}, ν {ratio}, η {loss}.")
+    if open_:
+        said.append("Part of what is missing is in these values: their true errors are larger.")
+    return tuple(said)
+
+
+def _how_sure(effect: Record, record: Record) -> str:
+    """Say how probable an effect is, and what it cannot be told from."""
+    titles = titles_of(record)
+    name = title(effect["name"], titles)
+    said = f"{_first(name)}: {100 * effect['probability']:.0f}{FIXED}%"
+    if not effect["equivalent"]:
+        return f"{said}; the rest is for other effects of the library, and for none."
+    others = " or ".join(title(other, titles) for other in effect["equivalent"])
+    return f"{said}; but this campaign cannot tell it from: {others}."
+
+
+def _next(effect: Record) -> str:
+    if effect["equivalent"]:
+        return f"To tell them apart: {effect['separated_by']}."
+    return f"To confirm it: {effect['separated_by']}."
+
+
+def _worth(best: BestTwin, record: Record, worth: Worth | None) -> list[str]:
+    """Say what the correction changes in the laws, closes of the gap, and gains for filters."""
+    said = []
+    plain = None if best.uncorrected is None else best.uncorrected.laws
+    if best.twin.laws is not None and plain is not None:
+        said.append(_change(best.twin.laws, plain))
+    left = record["unexplained"]["share"]
+    if left is not None:
+        said.append(f"{_share(1.0 - left)} of the gap is explained{_held_out(record)}.")
+    if worth is not None:
+        said.append(f"Filters gain up to {worth.contrast:.3f} of contrast (at {worth.temperature:.0f}{FIXED}°C).")
+    return said
+
+
+def _held_out(record: Record) -> str:
+    closure = record["gap"]["held_out"]["closure"]
+    return "" if closure is None else f"; of data that were not fitted, {_share(closure)}"
+
+
+def _share(value: float) -> str:
+    """Return a share in per cent; close to all, with the digits that tell it from all."""
+    percent = 100.0 * value
+    if percent >= 99.995:
+        return "all"
+    return f"{percent:.{0 if percent < 99.0 else 2}f}{FIXED}%"
+
+
+def _change(laws: MaterialLaws, plain: MaterialLaws) -> str:
+    """Say by how much E, nu and eta change, and where most."""
+    low = max(laws.temperature_range[0], plain.temperature_range[0])
+    high = min(laws.temperature_range[1], plain.temperature_range[1])
+    t = np.linspace(low, high, 61)
+    now, before = laws.at(t), plain.at(t)
+    modulus = 100.0 * (now.youngs_modulus / before.youngs_modulus - 1.0)
+    loss = 100.0 * (now.loss_factor / before.loss_factor - 1.0)
+    ratio = now.poisson_ratio - before.poisson_ratio
+    at = int(np.abs(modulus).argmax())
+    return (
+        f"E changes by {modulus.min():+.1f} to {modulus.max():+.1f}{FIXED}% (most at {t[at]:.0f}{FIXED}°C: "
+        f"{before.youngs_modulus[at] / 1e9:.3g} GPa before), ν by {ratio.min():+.3f} to {ratio.max():+.3f}, "
+        f"η by {loss.min():+.1f} to {loss.max():+.1f}{FIXED}%."
+    )
+
+
+def _left(record: Record) -> tuple[str, ...]:
+    share = record["unexplained"]["share"] or 0.0
+    return (f"{_share(share)} of the gap.", *_scatter(record), *_places(record["unexplained"]["where"]))
+
+
+def _scatter(record: Record) -> list[str]:
+    """Say how far resonances of the plate are from those of the twin, where that is a part of the result."""
+    scatter = record.get("scatter")
+    if scatter is None:
+        return []
+    frequency, height = (100 * scatter["final"][what] for what in ("frequency", "amplitude"))
+    return [
+        f"Resonances of the plate differ from the twin's by {frequency:.2g}{FIXED}% in frequency and "
+        f"{height:.2g}{FIXED}% in height (standard deviations); the ± above contain this."
+    ]
+
+
+def _places(regions: Sequence[Record]) -> list[str]:
+    """Say where a residual is."""
+    said = []
+    for region in regions[:REGIONS]:
+        frequency = _range(region["frequency_hz"], "Hz")
+        temperature = _range(region["temperature_c"], "°C")
+        said.append(f"{100 * region['share']:.0f} % of it at {region['channel']}, {frequency}, {temperature}.")
+    return said
+
+
+def _range(ends: Sequence[float], unit: str) -> str:
+    low, high = (f"{end:z.0f}" for end in ends)
+    return f"{low}{FIXED}{unit}" if low == high else f"{low} to {high}{FIXED}{unit}"
+
+
+def _known(declared: Sequence[DeclaredQuantity], unseen: Sequence[str]) -> list[tuple[str, Sequence[str]]]:
+    """Say how well the declaration is known, and what the campaign could not show."""
+    said = [f"{_first(one)}." for one in doubts(declared)]
+    if declared and not said:
+        said = ["What was declared is confirmed within its tolerances; the ± of E, ν and η contain them."]
+    return [("How well known", [*said, *unseen])]
+
+
+def _unseen(record: Record) -> list[str]:
+    titles = titles_of(record)
+    return [
+        f"Cannot be seen with this campaign: {title(one['name'], titles)}; it needs {one['needs']}."
+        for one in record["observability"]
+        if not one["observable"]
+    ]
+
+
+def _first(text: str) -> str:
+    """Return a sentence with a capital first letter."""
+    return text[:1].upper() + text[1:]

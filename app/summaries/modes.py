@@ -1,0 +1,123 @@
+"""Modes as JSON for machines and as tables for people."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from analysis.identification.modes import Modes
+from analysis.identification.tracked_modes import TrackedModes
+from app.summaries.table import Table
+
+FIELDS = (
+    "frequency_hz",
+    "sigma_frequency_hz",
+    "damping_ratio",
+    "sigma_damping_ratio",
+    "loss_factor",
+    "sigma_loss_factor",
+)
+
+
+def modes_record(modes: Modes) -> dict[str, Any]:
+    """Return what ``--json`` prints of one identification: modes of the plate, and poles that are none."""
+    reading = modes.reading()
+    found: list[dict[str, Any]] = []
+    rejected: list[dict[str, Any]] = []
+    for j, (status, reason, other) in enumerate(zip(modes.status, modes.reason, modes.overlapped, strict=True)):
+        values: dict[str, Any] = {name: _finite(getattr(reading, name)[j]) for name in FIELDS}
+        values["pole_rad_s"] = [float(modes.stated_poles[j].real), float(modes.stated_poles[j].imag)]
+        values["overlaps_hz"] = float(reading.frequency_hz[other]) if other >= 0 else None
+        judged = {"status": status, "confirmation": modes.confirmed_word(j) or None, "reason": reason}
+        (found if modes.real[j] else rejected).append(values | judged)
+    for pole in modes.rejected:
+        place = {"frequency_hz": abs(pole.pole) / (2.0 * math.pi)}
+        rejected.append(place | {"status": pole.status, "reason": pole.reason})
+    return {
+        "residual_terms": modes.terms.name,
+        "misfit": modes.misfit,
+        "modes": found,
+        "rejected": rejected,
+    }
+
+
+def _finite(value: float) -> float | None:
+    """Return a number that JSON can hold: None for a standard deviation that the data do not bound."""
+    return float(value) if math.isfinite(value) else None
+
+
+def campaign_record(tracked: TrackedModes, seconds: float) -> dict[str, Any]:
+    """Return what ``--json`` prints of a campaign that took so many seconds: modes per sweep with their tracks."""
+    sweeps = []
+    for t, modes in enumerate(tracked.modes):
+        record = modes_record(modes)
+        numbers = {int(n): j + 1 for j, n in enumerate(tracked.track[t]) if n >= 0}
+        real = [n for n in range(len(modes.poles)) if modes.real[n]]
+        for n, mode in zip(real, record["modes"], strict=True):
+            mode["track"] = numbers.get(n)
+        place = {"temperature_c": float(tracked.temperature[t]), "direction": tracked.direction[t]}
+        sweeps.append(place | {f"level_{tracked.level_unit.lower()}": float(tracked.level[t])} | record)
+    return {"temperatures": sweeps, "notes": list(tracked.notes), "seconds": seconds}
+
+
+def tables(tracked: TrackedModes) -> list[Table]:
+    """Return tables of the modes of the coldest, a middle and the hottest sweep."""
+    order = np.argsort(tracked.temperature, kind="stable")
+    shown = sorted({int(order[0]), int(order[len(order) // 2]), int(order[-1])})
+    found = []
+    for number, t in enumerate(shown, 1):
+        title = f"{tracked.temperature[t]:.2f} °C ({number} of {len(shown)} shown of {len(order)}; all: modes.csv)"
+        found.append(mode_table(title, modes_record(tracked.modes[t])["modes"]))
+    return found
+
+
+def headline(tracked: TrackedModes) -> str:
+    """Return sweeps, modes and the misfit in one line."""
+    counts, t = [int(modes.real.sum()) for modes in tracked.modes], tracked.temperature
+    return (
+        f"{len(counts)} sweeps, {t.min():z.1f} to {t.max():z.1f} °C, {min(counts)} to {max(counts)} modes each, "
+        f"misfit at most {100 * tracked.misfit.max():.2f} %"
+    )
+
+
+def summary(tracked: TrackedModes, seconds: float) -> str:
+    """Return the line that closes an identification of `seconds` s: sweeps, modes and misfit."""
+    counts = [int(modes.real.sum()) for modes in tracked.modes]
+    unsure = sum(modes.confirmation.count("unconfirmed") for modes in tracked.modes)
+    return (
+        f"{len(counts)} sweeps, {min(counts)} to {max(counts)} modes each ({unsure} of {sum(counts)} unconfirmed) "
+        f"in {seconds:.1f} s, misfit at most {100 * tracked.misfit.max():.2f} %"
+    )
+
+
+def mode_table(title: str, modes: Sequence[dict[str, Any]]) -> Table:
+    """Return modes as a table."""
+    headings = ("f [Hz]", "σ_f [Hz]", "ζ [%]", "σ_ζ [%]", "η [%]", "status")
+    rows = tuple(
+        (
+            _number(mode["frequency_hz"]),
+            _sigma(mode["sigma_frequency_hz"]),
+            _number(mode["damping_ratio"], 100.0),
+            _sigma(mode["sigma_damping_ratio"], 100.0),
+            _number(mode["loss_factor"], 100.0),
+            _status(mode),
+        )
+        for mode in modes
+    )
+    return Table(title, headings, rows, words=frozenset({len(headings) - 1}))
+
+
+def _number(value: float | None, scale: float = 1.0) -> str:
+    return "∞" if value is None else f"{scale * value:.3f}"
+
+
+def _sigma(value: float | None, scale: float = 1.0) -> str:
+    return "∞" if value is None else f"{scale * value:.2g}"
+
+
+def _status(mode: dict[str, Any]) -> str:
+    words = ", ".join(word for word in (mode["status"], mode["confirmation"]) if word)
+    if words not in ("kept", "kept, confirmed"):
+        words += f": {mode['reason']}"
+    return words if mode["overlaps_hz"] is None else f"{words}; overlaps {mode['overlaps_hz']:.1f} Hz"

@@ -1,0 +1,227 @@
+"""Estimates of model updating as JSON, as a table and in one line; notes for the user."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analysis.channel import Channel
+from analysis.declared_quantity import budget, doubts
+from analysis.material import MaterialLaws
+from analysis.pairing.paired_sweeps import Pairing
+from analysis.updated import GOOD_MISFIT, Updated
+from analysis.updating.enough_temperatures import FEWEST, distinct_temperatures
+from app.files.declared_json import declared_record
+from app.summaries.sheet import (
+    CAPTION,
+    CONSTANTS,
+    declared_line,
+    sheet_budgets,
+    sheet_record,
+    sheet_row,
+    sheet_tables,
+    sheet_words,
+)
+from app.summaries.table import Table
+from app.summaries.with_sigma import with_sigma
+
+
+def gains_text(updated: Updated, inputs: Sequence[Channel]) -> str:
+    """Say the gain of every input, with its standard deviation: ``14.3000 ± 0.0020 V/V``; names if several."""
+    name = "{} " if len(inputs) > 1 else ""
+    return ", ".join(
+        name.format(one.id) + with_sigma(gain, sigma, one.gain_unit)
+        for one, gain, sigma in zip(inputs, updated.gains, updated.sigma_gains, strict=True)
+    )
+
+
+def record(updated: Updated, seconds: float, inputs: Sequence[Channel], source: Sequence[int]) -> dict[str, Any]:
+    """Return what ``--json`` prints: SI units, one entry per sweep in the order recorded.
+
+    Parameters
+    ----------
+    seconds : float
+        Time that it took, s.
+    inputs : sequence of Channel
+        All of the experiment. Of several, ``gains`` gives each one's, and every sweep its ``actuator``; ``gain``
+        is that of the first.
+    source : sequence of int
+        Which of them drove each sweep.
+    """
+    several, sheet = len(inputs) > 1, updated.sheet
+    rows = [
+        {**_row(updated, t), **({"actuator": inputs[source[t]].id} if several else {})}
+        for t in range(len(updated.temperature))
+    ]
+    gains = zip(inputs, updated.gains, updated.sigma_gains, strict=True)
+    by_name = {one.id: {"gain": float(gain), "sigma_gain": float(sigma)} for one, gain, sigma in gains}
+    return {
+        "temperatures": rows,
+        "gain": updated.gain,
+        "sigma_gain": updated.sigma_gain,
+        **({"gains": by_name} if several else {}),
+        **({} if sheet is None else {"sheet": sheet_record(sheet)}),
+        "declared": [declared_record(one) for one in updated.declared],
+        "budget": budgets(updated),
+        "seconds": seconds,
+    }
+
+
+def _row(updated: Updated, t: int) -> dict[str, Any]:
+    """Return one sweep's entry."""
+    e, nu, eta = updated.constants[t]
+    sigma = updated.sigma
+    isotropic = {
+        "youngs_modulus_pa": e,
+        "poisson_ratio": nu,
+        "loss_factor": eta,
+        "sigma": {
+            "youngs_modulus_pa": float(sigma.youngs_modulus[t]),
+            "poisson_ratio": float(sigma.poisson_ratio[t]),
+            "loss_factor": float(sigma.loss_factor[t]),
+        },
+    }
+    return {
+        "temperature_c": float(updated.temperature[t]),
+        **(isotropic if updated.sheet is None else sheet_row(updated.sheet, t)),
+        "misfit": float(updated.misfit[t]),
+        "misfit_start": float(updated.misfit_start[t]),
+        "noise_floor": float(updated.noise_floor[t]),
+        "chi2_per_dof": float(updated.chi2_per_dof[t]),
+        "settled": bool(updated.settled[t]),
+    }
+
+
+def tables_of(updated: Updated) -> list[Table]:
+    """Return the estimates as tables, one row per sweep: one, or of an orthotropic sheet two."""
+    return [_table_of(updated)] if updated.sheet is None else sheet_tables(updated, updated.sheet)
+
+
+def _table_of(updated: Updated) -> Table:
+    sigma = updated.sigma
+    rows = tuple(
+        (
+            f"{updated.temperature[t]:.2f}{'' if updated.settled[t] else ' ?'}",
+            f"{e / 1e9:.4f}",
+            f"{100 * sigma.youngs_modulus[t] / e:.4f}",
+            f"{nu:.4f}",
+            f"{sigma.poisson_ratio[t]:.5f}",
+            f"{100 * eta:.3f}",
+            f"{100 * sigma.loss_factor[t]:.4f}",
+            f"{100 * updated.misfit[t]:.2f} %",
+            f"{100 * updated.noise_floor[t]:.2f} %",
+        )
+        for t, (e, nu, eta) in enumerate(updated.constants)
+    )
+    headings = ("T [°C]", "E [GPa]", "σ_E [%]", "ν", "σ_ν", "η [%]", "σ_η [%]", "misfit", "noise")
+    return Table("Updated twin", headings, rows, CAPTION, whole=True)
+
+
+def budgets(updated: Updated) -> dict[str, dict[str, float]]:
+    """Return what makes up one standard deviation of E, nu and eta at the middle temperature, as shares of them.
+
+    Of nu absolute; each with its `total`; empty without tolerances. Of an orthotropic sheet of the constants by
+    direction.
+    """
+    if updated.common is None:
+        return {}
+    if updated.sheet is not None:
+        return sheet_budgets(updated, updated.sheet)
+    middle = int(np.argsort(updated.temperature)[len(updated.temperature) // 2])
+    found, own, total = {}, updated.own_sigma, updated.sigma
+    for law, name in enumerate(("youngs_modulus", "poisson_ratio", "loss_factor")):
+        scale = 1.0 if name == "poisson_ratio" else float(getattr(updated.material, name)[middle])
+        rows = budget(updated.declared, updated.common[middle, law], float(getattr(own, name)[middle]) / scale)
+        found[name] = {"total": float(getattr(total, name)[middle]) / scale, **dict(rows)}
+    return found
+
+
+def budget_lines(updated: Updated) -> list[str]:
+    """Say for E, nu and eta what one standard deviation is made of, the largest contributions first."""
+    words = {one.name: (f"σ_{one.symbol}", *((100.0, " %") if one.unit else (1.0, ""))) for one in CONSTANTS}
+    words |= {
+        "youngs_modulus": ("σ_E", 100.0, " %"),
+        "poisson_ratio": ("σ_ν", 1.0, ""),
+        "loss_factor": ("σ_η", 100.0, " %"),
+    }
+    lines = []
+    for name, parts in budgets(updated).items():
+        symbol, factor, unit = words[name]
+        largest = [(kind, share) for kind, share in parts.items() if kind != "total"][:LISTED]
+        said = ", ".join(f"{kind} {factor * share:.2g}" for kind, share in largest)
+        lines.append(f"{symbol} {factor * parts['total']:.2g}{unit}: {said}")
+    return lines
+
+
+LISTED = 4
+"""Contributions named in one line of a budget: what comes after them is too small to be seen in the sum."""
+
+
+def headline(updated: Updated) -> str:
+    """Return sweeps, E, nu, eta and the misfit in one line."""
+    m, t = updated.material, updated.temperature
+    e, nu, eta = m.youngs_modulus / 1e9, m.poisson_ratio, 100 * m.loss_factor
+    ratio = float((updated.misfit / updated.noise_floor).max())
+    constants = (
+        f"E {e.min():.3f} to {e.max():.3f} GPa, ν {nu.min():.3f} to {nu.max():.3f}, "
+        f"η {eta.min():.2f} to {eta.max():.2f} %"
+    )
+    said = constants if updated.sheet is None else sheet_words(updated.sheet)
+    return (
+        f"{len(t)} sweeps, {t.min():z.1f} to {t.max():z.1f} °C: {said}, misfit at most {ratio:.2f} times the noise"
+    )
+
+
+def summary(updated: Updated, run: Path, seconds: float, unit: str, pairing: Pairing | None = None) -> str:
+    """Return the closing line of the update verb.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder.
+    seconds : float
+        Time that it took, s.
+    unit : str
+        Of the gain.
+    """
+    ratio = float((updated.misfit / updated.noise_floor).max())
+    no_fit = "no fit: " if pairing is not None and not pairing.fits else ""
+    return (
+        f"{no_fit}{len(updated.temperature)} sweeps updated in {seconds:.1f} s, gain {updated.gain:.3f} {unit}, "
+        f"misfit at most {ratio:.2f} times the noise; results in {run}"
+    )
+
+
+def too_few(updated: Updated) -> str:
+    """Say that there are no laws, how many temperatures they need, and how many are there."""
+    count = distinct_temperatures(updated.temperature[updated.settled])
+    return (
+        f"no laws over temperature: settled estimates at {FEWEST} temperatures or more are needed, and there "
+        f"{'is' if count == 1 else 'are'} {count}"
+    )
+
+
+def notes(updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None = None) -> list[str]:
+    """Say what has to be known before the estimates are trusted."""
+    if pairing is not None and not pairing.fits:
+        return [pairing.said, *filter(None, [pairing.likely])]
+    said = [] if pairing is None else list(pairing.wrong_points)
+    unsettled = int((~updated.settled).sum())
+    if unsettled:
+        said.append(
+            f"{unsettled} of {len(updated.settled)} sweeps (marked ?) did not settle inside the twin's certified "
+            "range: their values are no estimates. Is the declaration right: mass, thickness, positions, which "
+            "channel is which?"
+        )
+    elif (updated.misfit / updated.noise_floor).max() > GOOD_MISFIT:
+        said.append(
+            "the twin lacks an effect that the plate has: the constants above absorb part of it. "
+            "To find it: flexura gap"
+        )
+    said += doubts(updated.declared)
+    if updated.sheet is not None:
+        said.append(declared_line(updated.sheet))
+    if laws is None:
+        said.append(too_few(updated))
+    return said
