@@ -67,10 +67,10 @@ class SearchContext:
         return found
 
     def at_few_temperatures(self, start: GapState) -> tuple["SearchContext", GapState]:
-        """Return a context of its own for a few temperatures, and a state of all sweeps there."""
+        """Return a context for a few temperatures, itself if there are no more, and a state of all sweeps there."""
         groups = self.coarse_groups
         if len(groups) == len(self.sweeps.groups.reference):
-            return self.of(self.sweeps), start
+            return self, start
         few = self.sweeps.only_groups(groups)
         return self.of(few), start.restricted(groups, few.original_places(self.sweeps))
 
