@@ -67,7 +67,7 @@ class SearchContext:
         return found
 
     def at_few_temperatures(self, start: GapState) -> tuple["SearchContext", GapState]:
-        """Return a context for a few temperatures, itself if there are no more, and a state of all sweeps there."""
+        """Return a context for a few temperatures, itself if there are no more, and a state of all there."""
         groups = self.coarse_groups
         if len(groups) == len(self.sweeps.groups.reference):
             return self, start
