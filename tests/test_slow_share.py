@@ -16,15 +16,16 @@ def test_five_commits_are_all_tests_once() -> None:
 
 
 def test_no_test_is_left_out_for_ever_where_one_fits() -> None:
-    one = slow_share.UNMEASURED
-    begun = {slow_share.fitting(slow_share.turn(TESTS, commits), {}, one)[0] for commits in range(125 * 5)}
+    measured = {TESTS[0]: 60.0}
+    begun = {slow_share.fitting(slow_share.turn(TESTS, commits), measured, 60.0)[0] for commits in range(125 * 5)}
     assert begun == set(TESTS)
 
 
 def test_those_chosen_fit_and_longer_ones_make_way_for_shorter() -> None:
     measured = {"a": 50.0, "b": 90.0, "c": 30.0, "d.py::known": 4.0}
-    tests = ["a", "b", "c", "unknown", "d.py::unknown"]
-    assert slow_share.fitting(tests, measured, 85.0) == ["a", "c", "d.py::unknown"]
+    tests = ["a", "b", "c", "unknown", "d.py::known", "d.py::unknown"]
+    assert slow_share.fitting(tests, measured, 87.0) == ["a", "c", "d.py::known"]
+    assert slow_share.fitting(["unknown", "d.py::unknown"], measured, 1e6) == ["d.py::unknown"]
 
 
 def test_seconds_are_kept_of_what_ran(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
