@@ -176,11 +176,13 @@ def _searched(
     released = _released(model, begun)
     if released == model:
         beside = SearchedBeside.of(context, start, few, begun) if _far(few, begun) else None
-        if beside is not None and _far(context, beside.final):
+        if beside is None:
+            found = stepwise_search(context, context.fit(context.spread(start, few, begun.state), ()))
+            last = found.fit
+        elif _far(context, beside.final):
             found, last = _nothing_found(beside), beside.final
         else:
-            baseline = context.fit(context.spread(start, few, begun.state), ())
-            found = stepwise_search(context, baseline, None if beside is None else beside.final)
+            found = stepwise_search(context, beside.baseline, beside.final)
             last = found.fit
         released = _released(model, last)
         if released == model:

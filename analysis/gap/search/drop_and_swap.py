@@ -47,7 +47,8 @@ def drop_and_swap(
             fit = max((without[name] for name in idle), key=lambda f: f.log_evidence)
             last = context.score_test(fit)
             continue
-        better = _swapped(context, fit, last, without, blind, trials)
+        # a single effect was compared with the others when it was chosen
+        better = _swapped(context, fit, last, without, blind, trials) if len(on) > 1 else None
         if better is None:
             break
         fit, last = better, context.score_test(better)
