@@ -3,6 +3,8 @@
 =========================  ======================================================================================
 ``assignments``            kind of each campaign
 ``plates``                 plates of random geometry, and the meshes of the simulated measurement
+``as_built``               plates near what is declared, as a careful workshop builds them
+``nuisances``              small causes of a campaign that nobody tells
 ``experiments``            protocol, laws and electronics of one campaign
 ``unlisted_effects``       effects that are not in the library
 ``specimen``               the plate of the simulated measurement, with any effects

@@ -18,6 +18,7 @@
 ``local_slopes``        derivatives of a state's matrices, in these coordinates
 ``sensitivity``         derivatives of responses, by adjoint fields or sums over modes
 ``derivatives``         derivatives of the recorded signals by material and effects
+``moved_patches``       what moves of patches change in all other derivatives
 ``vicinity``            one sweep's state, and complex steps of every parameter
 ``strain_energy``       self-consistent strain energy, line by line
 ``line_solver``         solution at lines whose stiffness or damping differs

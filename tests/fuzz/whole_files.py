@@ -169,10 +169,15 @@ def _write_trial(root: Path) -> None:
         truth = {"number": assignment.number, "kind": assignment.kind, "cosine": None, "ablated": None}
         truth |= {"effects": {"point_mass": {"mass": 1.2e-3, "x": 0.1, "y": 0.05}} if hidden else {}}
         truth |= {"prior_sigma": {"point_mass": {"mass": 1e-3}} if hidden else {}, "imitations": {}}
-        truth |= {"size_sigma": {"point_mass": 80.0} if hidden else {}, "legs": ["up", "down"]}
+        truth |= {"size_sigma": {"point_mass": 80.0} if hidden else {}, "legs": ["up", "down"], "scatter": 0.003}
+        laws = {"youngs_modulus": [2e9] * 4, "poisson_ratio": [0.38] * 4, "loss_factor": [0.06] * 4}
+        truth |= {"laws": {"temperature": [0.0, 20.0, 40.0, 60.0], **laws}}
         write_json(trial.truth(assignment), truth)
         gap = {"held_out": {"closure": 0.93 if hidden else 0.0}, "held_out_also": [{"closure": 0.9}]}
         verdict = {"verdict": "explained" if hidden else "none", "effects": [mass] if hidden else [], "gap": gap}
+        names = ("youngs_modulus_pa", "poisson_ratio", "loss_factor")
+        final = {name: [1.0, 1.0] for one in names for name in (one, f"sigma_{one}")}
+        verdict |= {"laws": {"final": {"temperature_c": [10.0, 30.0], **final}}}
         write_json(
             trial.run(assignment) / "gap.json", verdict | {"not_observable": ["high_pass"], "seconds": 31.0}
         )

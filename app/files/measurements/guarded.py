@@ -169,8 +169,10 @@ def _said(error: Exception, kind: str) -> str:
     origin = Path(traceback.extract_tb(error.__traceback__)[-1].filename)
     if origin.is_relative_to(PROGRAM / "app") or origin.is_relative_to(PROGRAM / "analysis"):
         return words
+    article = "an" if kind[0] in "aeiou" else "a"
     return (
-        f"cannot be read as a {kind.upper()} file ({words[:200]}); cut short or damaged? export or copy it again"
+        f"cannot be read as {article} {kind.upper()} file ({words[:200]}); "
+        "cut short or damaged? export or copy it again"
     )
 
 

@@ -32,6 +32,6 @@ def test_a_hundred_campaigns_meet_every_kind_of_plate(tmp_path: Path) -> None:
     trial = Trial(tmp_path, 4 * CAMPAIGNS_PER_PLATE, 3, ("null", "single", "pair", "outside", "ablated"))
     by_plate: dict[int, set[str]] = {}
     for assignment in trial.assignments:
-        by_plate.setdefault(trial.plates.index(trial.plate(assignment)), set()).add(assignment.kind)
+        by_plate.setdefault(trial.plates.index(trial.plate(assignment)[0]), set()).add(assignment.kind)
     assert {kind.inputs for kind in trial.plates} == {("A1",), ("exciter",), ("A1", "A2")}
     assert all(len(kinds) == 5 for kinds in by_plate.values())
