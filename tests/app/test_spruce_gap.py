@@ -11,7 +11,7 @@ from tests.app.spruce import SOFTENING, TEMPERATURE, TRANSVERSE, TRUE, WRONG, ru
 
 ACCELEROMETER = 0.0023
 """kg."""
-NOISE = 2e-3
+NOISE = 9e-4
 """V rms on every input: 2 % of the response on a line."""
 
 
