@@ -23,7 +23,7 @@ from analysis.gap.fitting.sheet import fitted_sheet
 from analysis.gap.fitting.state import starting_state
 from analysis.gap.fitting.whiteness import whiteness
 from analysis.gap.imperfect.discrepancy import Discrepancy
-from analysis.gap.imperfect.naming import BesideDiscrepancy, SearchedBeside, Surety, beside_discrepancy
+from analysis.gap.imperfect.naming import BesideDiscrepancy, Surety, beside_discrepancy
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect, PlainTwin, Verdict
 from analysis.gap.search.confidence import against, equivalents, probability
 from analysis.gap.search.confounding import signal_cosine, tangent_cosines
@@ -32,7 +32,7 @@ from analysis.gap.search.held_out import HeldOut, held_out, splits
 from analysis.gap.search.signatures import Signature, signatures
 from analysis.gap.search.stepwise import SearchResult, stepwise_search
 from analysis.gap.search.unknown import unknown_evidence
-from analysis.gap.thresholds import FAR_FROM_NOISE, Z_FLOOR
+from analysis.gap.thresholds import Z_FLOOR
 from analysis.gap.verdict import Judgement, judge
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
@@ -86,7 +86,7 @@ def find_gap(
     report: Progress = progress or (lambda stage, share: None)
     report("baseline", 0.0)
     sweeps, noise = prepare(frf, protocol, updated, floor=floor)
-    context, found, beside = _searched(HeldEffects.around(model), updated, sweeps, noise, executor, report)
+    context, found = _searched(HeldEffects.around(model), updated, sweeps, noise, executor, report)
     model, baseline = context.model, found.baseline
     tried: list[HeldOut] = []
     if found.effects:
@@ -98,10 +98,7 @@ def find_gap(
     judgement = judge(context, found, tried[0] if tried else None)
     conclusion = _concluded(context, found, tried, judgement)
     if judgement.verdict == "unknown":
-        if beside is None:
-            few, part = context.at_few_temperatures(baseline.state)
-            beside = SearchedBeside.of(context, baseline.state, few, few.fit(part, ()))
-        conclusion = _beside(context, baseline, beside_discrepancy(context, beside))
+        conclusion = _beside(context, baseline, beside_discrepancy(context, baseline))
     notes = [*noise.notes, *(floor.notes if floor is not None else ()), conclusion.reason]
     if float(np.exp(conclusion.final.state.laws[:, 2].min())) < sharpest(updated.material):
         notes.append("some resonances are sharper than the nodes resolve; the residual may show it")
@@ -163,11 +160,10 @@ def _searched(
     noise: NoiseCheck,
     executor: Executor,
     report: Progress,
-) -> tuple[SearchContext, SearchResult, SearchedBeside | None]:
+) -> tuple[SearchContext, SearchResult]:
     """Search, and again where an effect may replace a declared quantity that is beyond its tolerance.
 
-    Most are so without any effect, which saves a search. Where the twin is far from the noise the search begins
-    beside a discrepancy: it is cheap, and if it stays far, no effects come down to the noise.
+    Most are so without any effect, which saves a search.
     """
     context = SearchContext(model, sweeps, noise, executor, report)
     start = starting_state(updated, sweeps.groups)
@@ -175,30 +171,11 @@ def _searched(
     begun = few.fit(part, ())
     released = _released(model, begun)
     if released == model:
-        beside = SearchedBeside.of(context, start, few, begun) if _far(few, begun) else None
-        if beside is None:
-            found = stepwise_search(context, context.fit(context.spread(start, few, begun.state), ()))
-            last = found.fit
-        elif _far(context, beside.final):
-            found, last = _nothing_found(beside), beside.final
-        else:
-            found = stepwise_search(context, beside.baseline, beside.final)
-            last = found.fit
-        released = _released(model, last)
+        found = stepwise_search(context, context.fit(context.spread(start, few, begun.state), ()))
+        released = _released(model, found.fit)
         if released == model:
-            return context, found, beside
+            return context, found
     return _searched(released, updated, sweeps, noise, executor, report)
-
-
-def _nothing_found(beside: SearchedBeside) -> SearchResult:
-    """Return what a search beside noise alone would have found: nothing, for it was not made."""
-    baseline, found = beside.baseline, beside.found
-    return SearchResult(baseline, baseline, (), found.first, found.first, found.seen, {}, {})
-
-
-def _far(context: SearchContext, fit: GapFit) -> bool:
-    """Whether a fit leaves clearly more than noise and the twin's own error."""
-    return context.excess(fit) - context.sweeps.allowed > FAR_FROM_NOISE * fit.dof
 
 
 def _released(model: HeldEffects, fit: GapFit) -> HeldEffects:

@@ -83,10 +83,6 @@ PAIRS_REFITTED = 3
 COARSE_TEMPERATURES = 8
 """Number of temperatures on which a candidate is first fitted; laws in between are interpolated."""
 
-FAR_FROM_NOISE = 0.5
-"""Excess of chi2 over noise and the twin's own error, per degree of freedom, above which the search begins beside
-a discrepancy, and ends there if its best effects still leave more."""
-
 EXPLAINED = 0.9
 """Share of the excess that named effects must explain if more than noise is left."""
 

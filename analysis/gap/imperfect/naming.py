@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.gap.fitting.gap_fit import GapFit
-from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.other_modes import tried_elsewhere
 from analysis.gap.imperfect.search import ImperfectResult, ImperfectSearch
 from analysis.gap.imperfect.whole_campaign import over_all_sweeps
@@ -14,6 +13,7 @@ from analysis.gap.search.confidence import equivalents, probability
 from analysis.gap.search.confounding import signal_cosine
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.held_out import HeldOut
+from analysis.gap.search.refit import at_few_temperatures
 from analysis.gap.thresholds import NAMED_SHARE
 
 
@@ -67,68 +67,29 @@ class BesideDiscrepancy:
     reason: str
 
 
-@dataclass(frozen=True)
-class SearchedBeside:
-    """Result of a search beside a discrepancy, before it is decided what of it is named.
-
-    Attributes
-    ----------
-    few : SearchContext
-        Of a few temperatures, unweighted.
-    found : ImperfectResult
-        There.
-    baseline, final : GapFit
-        Of all sweeps, without and with the effects found; residuals in units of the noise.
-    """
-
-    few: SearchContext
-    found: ImperfectResult
-    baseline: GapFit
-    final: GapFit
-
-    @classmethod
-    def of(cls, context: SearchContext, start: GapState, few: SearchContext, begun: GapFit) -> "SearchedBeside":
-        """Search beside a discrepancy.
-
-        Parameters
-        ----------
-        context : SearchContext
-            Of all sweeps, unweighted.
-        start : GapState
-            Of these, without effects.
-        few : SearchContext
-            Of a few temperatures, as of `SearchContext.at_few_temperatures`.
-        begun : GapFit
-            To these, without effects, beside noise.
-
-        Returns
-        -------
-        SearchedBeside
-        """
-        found = ImperfectSearch(few, begun).run()
-        context.report("beside a discrepancy", 0.8)
-        before = over_all_sweeps(context, start, found.baseline)
-        after = over_all_sweeps(context, start, found.final) if found.final.effects else before
-        return cls(few, found, before, after)
-
-
-def beside_discrepancy(context: SearchContext, searched: SearchedBeside) -> BesideDiscrepancy:
-    """Decide what is named beside a discrepancy.
+def beside_discrepancy(context: SearchContext, baseline: GapFit) -> BesideDiscrepancy:
+    """Search beside a discrepancy, and decide what is named.
 
     Parameters
     ----------
     context : SearchContext
         Of all sweeps, unweighted.
-    searched : SearchedBeside
+    baseline : GapFit
+        Without effects.
 
     Returns
     -------
     BesideDiscrepancy
     """
-    found, before, after = searched.found, searched.baseline, searched.final
+    sweeps, begun = at_few_temperatures(context, baseline)
+    few = context.of(sweeps)
+    found = ImperfectSearch(few, begun).run()
+    context.report("beside a discrepancy", 0.8)
+    before = over_all_sweeps(context, baseline.state, found.baseline)
     if not found.final.effects:
         return BesideDiscrepancy(found, before, before, (), {}, False, _said(found, "no effect stands out of it"))
-    tried = tried_elsewhere(searched.few, found)
+    after = over_all_sweeps(context, baseline.state, found.final)
+    tried = tried_elsewhere(few, found)
     claimed, reason = _decided(context, found, before, after, tried)
     return BesideDiscrepancy(found, before, after, tried, _sure(found), claimed, _said(found, reason))
 

@@ -19,7 +19,7 @@ from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.discrepancy import Discrepancy, DiscrepancyShape
 from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext
-from analysis.gap.search.observability import Observability, observability
+from analysis.gap.search.observability import observability
 from analysis.gap.search.refit import absent
 from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import CLASS_NATS, LEAST_GAIN
@@ -98,10 +98,8 @@ class ImperfectResult:
     ----------
     baseline, final : Imperfect
         Without effects, and with those found.
-    first, last : ScoreTest
-        At `baseline` and at `final`, each beside its scatter.
-    seen : tuple of Observability
-        Of every effect, at `baseline` beside noise.
+    last : ScoreTest
+        At `final`.
     gains : mapping of str to float
         Log evidence of each effect found over the best twin without it, nats.
     rivals : mapping of str to mapping
@@ -110,9 +108,7 @@ class ImperfectResult:
 
     baseline: Imperfect
     final: Imperfect
-    first: ScoreTest
     last: ScoreTest
-    seen: tuple[Observability, ...]
     gains: dict[str, float]
     rivals: dict[str, dict[str, float]]
 
@@ -137,8 +133,7 @@ class ImperfectSearch:
         """Add effects while there is evidence for one more, then leave out and exchange each."""
         at = self._baseline
         near = _Neighbours.of(self.plain, at)
-        first, seen = near.screening, near.seen()
-        blind = {one.effect for one in seen if not one.observable}
+        blind = near.blind()
         while len(at.effects) < MOST_EFFECTS:
             better = self._better(at, near.extended(blind))
             if better is None:
@@ -155,10 +150,10 @@ class ImperfectSearch:
             rivals, swapped = near.contested(blind)
             better = self._better(at, swapped, CLASS_NATS)
             if better is None:
-                return ImperfectResult(self._baseline, at, first, near.screening, seen, gains, rivals)
+                return ImperfectResult(self._baseline, at, near.screening, gains, rivals)
             at, near = better, _Neighbours.of(self.plain, better)
         gains, (rivals, _) = near.gains(self._baseline), near.contested(blind)
-        return ImperfectResult(self._baseline, at, first, near.screening, seen, gains, rivals)
+        return ImperfectResult(self._baseline, at, near.screening, gains, rivals)
 
     def _better(self, at: Imperfect, tried: Sequence[Imperfect], least: float = LEAST_GAIN) -> Imperfect | None:
         """Fit the most promising sets with the twin, until one is better by `least` nats; None if none is."""
@@ -201,9 +196,10 @@ class _Neighbours:
         here = plain.seen_by(linear)
         return cls(at, here, here.weighted(at.context.sweeps.weights).score_test(at.fit))
 
-    def seen(self) -> tuple[Observability, ...]:
-        """Tell which effects the campaign shows beside noise; whether beside more, evidence tells."""
-        return observability(self.plain.score_test(self.at.fit), self.plain.model.cards)
+    def blind(self) -> set[str]:
+        """Tell which effects the campaign does not show beside noise; whether beside more, evidence tells."""
+        seen = observability(self.plain.score_test(self.at.fit), self.plain.model.cards)
+        return {one.effect for one in seen if not one.observable}
 
     def extended(self, blind: Container[str]) -> list[Imperfect]:
         """Try sets with one effect more, those that fit best to first order.

@@ -109,12 +109,8 @@ def refit(
 
 def at_few_temperatures(context: SearchContext, base: GapFit) -> tuple[GapSweeps, GapFit]:
     """Return the sweeps at a few temperatures and the fit of `base` to them; all if there are not many."""
-    groups = context.coarse_groups
-    if len(groups) == len(context.sweeps.groups.reference):
-        return context.sweeps, base
-    few = context.sweeps.only_groups(groups)
-    kept = base.state.restricted(groups, few.original_places(context.sweeps))
-    return few, fit_gap(context.model, few, kept, tuple(base.state.effects), context.executor)
+    few, start = context.at_few_temperatures(base.state)
+    return (context.sweeps, base) if few is context else (few.sweeps, few.fit(start, tuple(base.state.effects)))
 
 
 def _in_full(

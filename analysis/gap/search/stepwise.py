@@ -78,25 +78,13 @@ class SearchResult:
         return tuple(self.fit.state.effects)
 
 
-def stepwise_search(context: SearchContext, baseline: GapFit, begun: GapFit | None = None) -> SearchResult:
-    """Find the effects that the twin of `baseline` lacks.
-
-    Parameters
-    ----------
-    context : SearchContext
-    baseline : GapFit
-    begun : GapFit, optional
-        Near the noise, with effects found otherwise: if they leave noise alone, no effects are added one by one.
-
-    Returns
-    -------
-    SearchResult
-    """
+def stepwise_search(context: SearchContext, baseline: GapFit) -> SearchResult:
+    """Find the effects that the twin of `baseline` lacks."""
     context.report("screen", 0.0)
     first = context.score_test(baseline)
     seen = observability(first, context.model.cards)
     blind = tuple(o.effect for o in seen if not o.observable)
-    steps, path = _begun(context, begun) or _climb(context, baseline, first, blind)
+    steps, path = _climb(context, baseline, first, blind)
     fit, last = _supported(context, baseline, path)
     if len(fit.state.effects) > 1 and not _enough(context, baseline, fit):
         moved = relocated(context, baseline, fit)
@@ -115,16 +103,6 @@ def stepwise_search(context: SearchContext, baseline: GapFit, begun: GapFit | No
     without = {name: dropped(context, baseline, fit, name) for name in fit.state.effects}
     rivals = {name: relative_evidence(context, fit, last, name, blind) for name in fit.state.effects}
     return SearchResult(baseline, fit, tuple(steps), first, last, seen, without, rivals)
-
-
-def _begun(
-    context: SearchContext, near: GapFit | None
-) -> tuple[list[Step], list[tuple[GapFit, ScoreTest]]] | None:
-    """Fit effects found otherwise to all sweeps; None unless they leave noise alone."""
-    if near is None or not 0 < len(near.state.effects) <= MOST_EFFECTS:
-        return None
-    fit = context.fit(near.state, tuple(near.state.effects))
-    return ([], [(fit, context.score_test(fit))]) if fit.plausible and context.agrees(fit) else None
 
 
 def _enough(context: SearchContext, baseline: GapFit, fit: GapFit) -> bool:

@@ -3,18 +3,13 @@
 import numpy as np
 import pytest
 
-from analysis.gap.imperfect.naming import SearchedBeside, beside_discrepancy
-
-
-def searched(context, baseline):
-    few, begun = context.at_few_temperatures(baseline.state)
-    return SearchedBeside.of(context, baseline.state, few, few.fit(begun, ()))
+from analysis.gap.imperfect.naming import beside_discrepancy
 
 
 @pytest.mark.parametrize("seed", [2, 3, pytest.param(5, marks=pytest.mark.slow)])
 def test_scatter_alone_is_no_effect_and_is_in_the_laws_deviations(scattered, toy, seed):
     context, baseline = scattered(seed, 0.003, 0.015)
-    found = beside_discrepancy(context, searched(context, baseline))
+    found = beside_discrepancy(context, baseline)
     assert not found.claimed
     assert not found.sure
     away = found.baseline.state.laws - toy.laws(context.sweeps.groups.reference)
@@ -35,7 +30,7 @@ def test_scatter_alone_is_no_effect_and_is_in_the_laws_deviations(scattered, toy
 def test_an_effect_among_modes_that_scatter_is_named(scattered, effects, alike):
     (name, values) = next(iter(effects.items()))
     context, baseline = scattered(3, 0.003, 0.015, effects)
-    found = beside_discrepancy(context, searched(context, baseline))
+    found = beside_discrepancy(context, baseline)
     assert found.claimed
     assert list(found.sure) == [name]
     assert found.sure[name].equivalent == alike
@@ -50,4 +45,4 @@ def test_an_effect_among_modes_that_scatter_is_named(scattered, effects, alike):
 
 def test_without_the_true_effect_nothing_is_claimed(scattered):
     context, baseline = scattered(3, 0.003, 0.015, {"taper": {"tx": 0.03}}, left_out=("taper", "draught"))
-    assert not beside_discrepancy(context, searched(context, baseline)).claimed
+    assert not beside_discrepancy(context, baseline).claimed
