@@ -113,10 +113,10 @@ def points_figure(points: Record, plate: Plate, places: Mapping[str, tuple[float
         place.set_title(f"{points['frequency_hz'][mode]:.1f} Hz", fontsize=9)
     for place in flat[len(modes) : -1]:
         place.set_visible(False)
-    figure.colorbar(drawn, ax=list(flat[:-1]), label="measured less computed", shrink=0.7)
+    figure.colorbar(drawn, ax=list(flat), location="bottom", label="measured less computed", shrink=0.7)
     last = flat[-1].scatter(*at.T, c=np.array(points["comac"], float)[here], s=size, vmin=0.0, vmax=1.0)
     flat[-1].set_title("CoMAC", fontsize=9)
-    figure.colorbar(last, ax=flat[-1], shrink=0.7)
+    figure.colorbar(last, ax=list(flat), label="CoMAC", shrink=0.7)
     wrong = [k for k, one in enumerate(here) if one in points["wrong"]]
     for place in (*flat[: len(modes)], flat[-1]):
         for loop in (plate.loop, *plate.hole_loops):
