@@ -113,7 +113,7 @@ def points_figure(points: Record, plate: Plate, places: Mapping[str, tuple[float
         place.set_title(f"{points['frequency_hz'][mode]:.1f} Hz", fontsize=9)
     for place in flat[len(modes) : -1]:
         place.set_visible(False)
-    figure.colorbar(drawn, ax=list(flat), location="bottom", label="measured less computed", shrink=0.7)
+    figure.colorbar(drawn, ax=list(flat), label="measured less computed", shrink=0.7)
     last = flat[-1].scatter(*at.T, c=np.array(points["comac"], float)[here], s=size, vmin=0.0, vmax=1.0)
     flat[-1].set_title("CoMAC", fontsize=9)
     figure.colorbar(last, ax=list(flat), label="CoMAC", shrink=0.7)
