@@ -127,9 +127,9 @@ def compute(
         place=place,
     )
     if across:
-        from app.twins.tilted_twin import tilted_twin  # slow import: mesher and assembly
+        from app.twins.warm_twin import warm_twin  # slow import: mesher and assembly
 
-        twin = tilted_twin(panel, laws, report)
+        twin = warm_twin(panel, laws, report)
         tilted = tilted_contrast(
             twin, panel, found.filters, found.trained.networks.taps, across, (low, high), report
         )

@@ -218,13 +218,14 @@ def _problems(
     return problems
 
 
-def _parts(shell: ShellPlate) -> Parts:
+def stiffness_blocks(shell: ShellPlate) -> tuple[list[Block], list[Block]]:
+    """Cells' matrices of K1 and of K2, by which the plate is as stiff as C1 K1 + C2 K2."""
     thickness, sheet = shell.thickness, shell.sheet
     first = shell.plate_stiffness(moduli(sheet, 1.0, 0.0), transverse(sheet, 0.5), thickness)
     second = shell.plate_stiffness(moduli(sheet, 0.0, 1.0), transverse(sheet, -0.5), thickness)
-    return (
-        list(shell.cells.of(first)),
-        list(shell.cells.of(second)),
-        list(shell.cells.of(shell.patch_stiffness(thickness))),
-        list(shell.inertia(thickness)),
-    )
+    return list(shell.cells.of(first)), list(shell.cells.of(second))
+
+
+def _parts(shell: ShellPlate) -> Parts:
+    patches = list(shell.cells.of(shell.patch_stiffness(shell.thickness)))
+    return *stiffness_blocks(shell), patches, list(shell.inertia(shell.thickness))

@@ -34,9 +34,9 @@ from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
 from app.stages import panel_inputs
 from app.stages.uncorrected_filters import uncorrected_aim
-from app.twins import tilted_twin as tilted_module
+from app.twins import warm_twin as warm_module
 from app.twins.panel_twin import panel_twin
-from app.twins.tilted_twin import WholeLaws, tilted_twin
+from app.twins.warm_twin import warm_twin
 from simulation.state.plate_state import PlateState
 from tests.two_patch_panel import PANEL
 
@@ -542,15 +542,15 @@ def test_transfers_with_missing_points_or_of_other_actuators_are_refused(panel, 
 
 
 def test_vectors_of_another_plate_in_the_cache_are_refused_with_their_file(panel, monkeypatch):
-    monkeypatch.setattr(tilted_module, "load_plate_basis", lambda _: None)
+    monkeypatch.setattr(warm_module, "load_plate_basis", lambda _: None)
     with pytest.raises(ResultFileError, match=r"basis-\w+\.h5: holds no vectors of this plate; delete it"):
-        tilted_twin(read_panel(panel), laws(), silent)
+        warm_twin(read_panel(panel), laws(), silent)
 
 
 def test_a_tilted_twin_is_the_twin_where_nothing_is_tilted_and_the_full_plate_where_it_is(panel):
     """The vectors of the uniform panel carry one that is 20 K warmer on one side, at largest x."""
     declared, frequency = read_panel(panel), np.array([110.0, 190.0, 290.0])
-    tilted, plain = (made(declared, laws(), lambda _stage, _share: None) for made in (tilted_twin, panel_twin))
+    tilted, plain = (made(declared, laws(), lambda _stage, _share: None) for made in (warm_twin, panel_twin))
     here = laws().at(30.0)
     constants = (here.youngs_modulus, here.poisson_ratio, here.loss_factor)
     exact = plain.amplitudes(*(float(x[0]) for x in constants), frequency) @ plain.space.deflection.T
@@ -558,8 +558,8 @@ def test_a_tilted_twin_is_the_twin_where_nothing_is_tilted_and_the_full_plate_wh
     np.testing.assert_allclose(found, exact, atol=1e-6 * np.abs(exact).max())
 
     xi, zeta = tilted.full.sampling
-    warm = 30.0 + 10.0 * xi
-    state = PlateState.baseline(xi, zeta, WholeLaws.about(laws(), 30.0), 30.0, frequency).with_(temperature=warm)
+    warm = 30.0 + 10.0 * xi  # laws() are straight in log E: their expansion holds all over the panel
+    state = PlateState.baseline(xi, zeta, laws().local(30.0), 30.0, frequency).with_(temperature=warm)
     matrices = tilted.full.matrices(state)
     answers = tilted.amplitudes(30.0, (20.0, 0.0), frequency)
     for line, f in enumerate(frequency):

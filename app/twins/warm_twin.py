@@ -1,0 +1,182 @@
+"""A focusing panel with a temperature of its own at every place; a tilt is what the effect ``draught_gradient`` says."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from analysis.arrays import Complex, Real
+from analysis.focusing.energy import FieldSpace
+from analysis.focusing.grid import Grid
+from analysis.focusing.panel import Panel
+from analysis.material import MaterialLaws
+from analysis.progress import Progress
+from analysis.sweep_point import SweepPoint
+from analysis.weather.warm_panel import WarmAnswer
+from app.files.bad_file import ResultFileError
+from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
+from app.twins.panel_twin import PanelTwin
+from simulation.effects.draught_gradient import EFFECT
+from simulation.reduction.basis_training import BasisTraining
+from simulation.reduction.cell_stiffness import cell_centers, cell_stiffness
+from simulation.reduction.modal_form import ModalForm
+from simulation.shell.assembly import assemble_chosen
+from simulation.shell.fineness import Fineness
+from simulation.shell.plane_stress import plane_stress_moduli
+from simulation.state.plate_state import Circumstances, PlateState
+from simulation.state.state_matrices import FullPlate
+
+
+@dataclass(frozen=True)
+class WarmTwin:
+    """The twin, whose cells have a temperature each.
+
+    What `analysis.compensation.tilted.TiltedModel` and `analysis.weather.warm_panel.WarmPanel` ask for.
+
+    Attributes
+    ----------
+    panel : Panel
+    laws : MaterialLaws
+        Of the panel's plate.
+    full : FullPlate
+    uniform : PanelTwin
+        The panel at one temperature, in the same coordinates.
+    vectors : (n, r) ndarray
+        Motions of the full plate of these coordinates.
+    first, second : (cells, r, r) ndarray
+        See `simulation.reduction.cell_stiffness`.
+    """
+
+    panel: Panel
+    laws: MaterialLaws
+    full: FullPlate
+    uniform: PanelTwin
+    vectors: Real
+    first: Real
+    second: Real
+
+    @property
+    def space(self) -> FieldSpace:
+        """The deflection shapes on the panel's grid."""
+        return self.uniform.space
+
+    @cached_property
+    def points(self) -> Real:
+        """Where temperatures are given, the centroids of the cells, (Q, 2), m."""
+        return cell_centers(self.full.shell.space)
+
+    def tilted(self, temperature: float, across: tuple[float, float]) -> Real:
+        """Temperatures (Q,), °C, of a plate that is evenly warmer toward the largest x and y.
+
+        Parameters
+        ----------
+        temperature : float
+            In the middle of the box around the plate, °C.
+        across : (float, float)
+            By how much the sides at largest x and y are warmer than those at the smallest, K.
+        """
+        xi, zeta = self.panel.plate.normalised(self.points)
+        plain = PlateState.baseline(xi, zeta, self.laws.local(temperature), temperature, np.ones(1))
+        around = Circumstances(
+            frequency=np.ones(1),
+            point=SweepPoint(temperature, 0.0, 1.0),
+            room_temperature=temperature,
+            plate=self.panel.plate,
+            strings=(),
+            cables=(),
+            band=self.panel.filters.band,
+            strain_energy=np.ones(1),
+        )
+        tilted: Real = EFFECT.apply(plain, around, {"gx": across[0], "gy": across[1]}).temperature
+        return tilted
+
+    def amplitudes(self, temperature: float, across: tuple[float, float], frequency: Real) -> Complex:
+        """Generalised coordinates per volt or newton of every actuator of a tilted plate, see `tilted`.
+
+        Parameters
+        ----------
+        temperature : float
+            °C.
+        across : (float, float)
+            K.
+        frequency : (F,) ndarray
+            Hz.
+
+        Returns
+        -------
+        (N, F, r) complex ndarray
+
+        Raises
+        ------
+        ValueError
+            Where a part of the plate leaves the range of the laws.
+        """
+        return self.answer(self.tilted(temperature, across), frequency).amplitude
+
+    def answer(self, temperature: Real, frequency: Real) -> WarmAnswer:
+        """Fields and charges at a field of temperatures.
+
+        Parameters
+        ----------
+        temperature : (Q,) ndarray, °C
+            At `points`.
+        frequency : (F,) ndarray, Hz
+
+        Raises
+        ------
+        ValueError
+            Where a part of the plate leaves the range of the laws.
+        """
+        material = self.laws.at(temperature)
+        c1, c2 = plane_stress_moduli(material.youngs_modulus, material.poisson_ratio)
+        lossy = 1.0 + 1j * material.loss_factor
+        plate = np.tensordot(lossy * c1, self.first, 1) + np.tensordot(lossy * c2, self.second, 1)
+        reduced = self.uniform.reduced
+        form = ModalForm.of(plate + reduced.stiffness_patch, reduced.dashpots)
+        found = form.solve(reduced.ports, frequency)
+        charge = np.asarray(found @ reduced.ports)
+        return WarmAnswer(np.asarray(-self.uniform.signs[:, None, None] * found), charge.transpose(2, 0, 1))
+
+
+def warm_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> WarmTwin:
+    """Reduce a panel, or find it in the cache, together with the vectors that its coordinates stand for.
+
+    Parameters
+    ----------
+    laws : MaterialLaws
+        Of the panel's plate.
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Raises
+    ------
+    ResultFileError
+        Where the plate cannot be reduced, or the cache holds vectors of another one.
+    """
+    grid, footprints = Grid.of(panel), panel.footprints
+    declared = (panel.plate, panel.patch, panel.box, panel.filters.twin_band)
+    choices: dict[str, Any] = {
+        "footprints": footprints,
+        "driven": range(len(panel.drive)),
+        "attached": (),
+        "points": grid.points,
+        "fineness": Fineness(tolerance=panel.twin.function_tolerance),
+        "training": BasisTraining(tolerance=panel.twin.basis_tolerance),
+    }
+    reduced = cached_reduction(*declared, **choices, progress=report)
+    file = basis_file(*declared, **choices)
+    basis = load_plate_basis(file)
+    model = None if basis is None else assemble_chosen(*declared, basis.kept, fineness=choices["fineness"])
+    if basis is None or model is None or not basis.fits(model.mass):
+        raise ResultFileError(f"{file}: holds no vectors of this plate; delete it, it is then made anew")
+    masses = np.array([one.mass for one in footprints])
+    added = (reduced.footprints.T * masses) @ reduced.footprints if masses.any() else 0.0
+    root = scipy.linalg.cholesky(np.eye(reduced.size) + added, lower=True)
+    vectors = scipy.linalg.solve_triangular(root, basis.vectors.T, lower=True).T
+    report("Cells", 0.0)
+    first, second = cell_stiffness(model, vectors)
+    report("Cells", 1.0)
+    uniform = PanelTwin.of(reduced, grid, footprints, len(panel.drive))
+    return WarmTwin(panel, laws, FullPlate.of(model), uniform, vectors, first, second)
