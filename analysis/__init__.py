@@ -54,6 +54,7 @@
 ``compensation``       filters at any temperature: Bayesian-regularised networks and their rivals
 ``radiation``          sound of a vibrating plate: pressure, power, directivity
 ``rendering``          sound through filters that follow the temperature
+``weather``            a panel whose temperature is a field that moves
 ``thermometry``        a panel as its own thermometer
 ``arrays``             types of arrays
 ``checked_fields``     shape, finiteness, range and order of a value's fields

@@ -9,6 +9,7 @@
 ``tolerances``        declared quantities as parameters of the twin, applied before any effect
 ``sheet_tolerances``  those of an orthotropic sheet: moduli and losses by direction
 ``reduction``         reduced models for a whole range of materials and states
+``heat``              heat equation of the plate, on the same mesh
 ``twin``              transfers from inputs to outputs, with derivatives
 ``verification``      comparison with exact and published solutions
 ====================  ================================================================

@@ -15,6 +15,8 @@ from analysis.compensation.tilted import TiltedContrast
 from analysis.focusing.aim import Aim
 from analysis.focusing.fir import FirBank
 from analysis.focusing.performance import decibels
+from analysis.weather.family import TiltFamily
+from analysis.weather.judgement import WeatherJudgement
 
 NETWORK, LINEAR, SPLINE, RIGIDITY_SPLINE, REDUCED_FREQUENCY, LOW_RANK = METHODS = (
     "network",
@@ -120,6 +122,10 @@ class Compensation:
         Contrast of the networks' filters under the uncertainty of the laws.
     tilted : TiltedContrast, optional
         Contrast where one side of the panel is warmer than the other.
+    weather : WeatherJudgement, optional
+        Filters while the panel's field of temperatures moves.
+    family : TiltFamily, optional
+        The filters of tilted panels that were judged there.
     """
 
     methods: tuple[str, ...]
@@ -146,6 +152,8 @@ class Compensation:
     placed: PlacedTemperatures | None = None
     law_band: ContrastBand | None = None
     tilted: TiltedContrast | None = None
+    weather: WeatherJudgement | None = None
+    family: TiltFamily | None = None
 
     def __post_init__(self) -> None:
         by_method = dict.fromkeys(("seconds", "size", "update_cost"), "m")

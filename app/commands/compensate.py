@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import FOCUSING_METHODS, PANEL, RUN, TRANSFERS, filter_options, laws_of_twin, out_folder
+from app.commands.options import (
+    FOCUSING_METHODS,
+    PANEL,
+    RUN,
+    TRANSFERS,
+    WEATHER,
+    filter_options,
+    laws_of_twin,
+    out_folder,
+)
 from app.commands.output import Output, output_options
 from app.commands.training_options import training_of, training_options, typed
 from app.files.bad_file import UnsuitedOptionError
@@ -24,6 +33,7 @@ Examples:
   flexura compensate plate-run --spacing 4 --restarts 3
   flexura compensate plate-run --place 8
   flexura compensate plate-run --across 10 --across 20
+  flexura compensate plate-run --weather examples/warming-car.toml
   flexura compensate --transfers scan.h5 --panel scanned.toml --out scan-run
   flexura compensate plate-run --feed temperature --start random --split matlab --seed 7
 """
@@ -53,6 +63,11 @@ Examples:
     help="Loss of contrast for this difference between two sides of the panel, K; repeat for more.",
 )
 @click.option(
+    "--weather",
+    type=WEATHER,
+    help="Judge filters while the panel warms up or cools down unevenly: a weather's file (*.toml).",
+)
+@click.option(
     "--transfers",
     type=TRANSFERS,
     help="Measured transfers at five temperatures or more (HDF5, a folder of UFF58), in place of laws and twin.",
@@ -80,6 +95,7 @@ def command(
     spacing: float,
     place: int | None,
     across: tuple[float, ...],
+    weather: Path | None,
     transfers: Path | None,
     training: dict[str, Any],
     device: str,
@@ -96,9 +112,10 @@ def command(
     best twin are used: corrected, if flexura gap named an effect there. Trains on the filters every
     SPACING °C, designed as in RUN's filters.h5 unless said otherwise, and judges networks, linear interpolation,
     cubic splines, interpolation at equal reduced frequency and principal filters against the filters computed
-    every 0.25 °C. The uncertainty of the contrast due to that of the laws is given as a band. With --transfers,
-    trains on the filters of all measured temperatures, and tests each inner one with networks trained without it.
-    Writes compensation.h5. Exit status 1 where a network is refused, or loses more than 0.02 of contrast at any
+    every 0.25 °C. With --weather, the heat equation of the plate is solved, and filters are judged that know its
+    field of temperatures from one thermometer, from several, or from the panel's own response. The uncertainty of
+    the contrast due to that of the laws is given as a band. With --transfers, trains on the filters of all measured
+    temperatures, and tests each inner one with networks trained without it. Writes compensation.h5. Exit status 1 where a network is refused, or loses more than 0.02 of contrast at any
     line of any temperature tested.
     """
     from analysis.compensation.evidence_collapse import EvidenceCollapseError
@@ -110,12 +127,23 @@ def command(
         if place is not None and typed("spacing"):
             raise click.UsageError("--place and --spacing each choose the training temperatures: name one of them")
     else:
-        _refuse_with_transfers(twin, place, across)
+        _refuse_with_transfers(twin, place, across, weather)
 
     from app.stages.compensate_request import CompensateRequest
 
     wanted = CompensateRequest(
-        run, twin, panel, filters, method, spacing, place, across, chosen, typed("nodes"), transfers=transfers
+        run,
+        twin,
+        panel,
+        filters,
+        method,
+        spacing,
+        place,
+        across,
+        chosen,
+        typed("nodes"),
+        transfers=transfers,
+        weather=weather,
     )
     try:
         task = wanted.task()
@@ -147,10 +175,12 @@ def command(
         raise click.exceptions.Exit(1)
 
 
-def _refuse_with_transfers(twin: Path | None, place: int | None, across: tuple[float, ...]) -> None:
+def _refuse_with_transfers(
+    twin: Path | None, place: int | None, across: tuple[float, ...], weather: Path | None
+) -> None:
     """Refuse options on temperatures or laws together with measured transfers."""
-    if twin is not None or place is not None or across or typed("spacing"):
+    if twin is not None or place is not None or across or weather or typed("spacing"):
         raise click.UsageError(
             "--transfers takes the place of --twin, and trains on the temperatures measured: leave out "
-            "--spacing, --place and --across"
+            "--spacing, --place, --across and --weather"
         )

@@ -82,6 +82,7 @@ Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; ``toml
 ``twin_file``          twin files: a plate with its laws and effects
 ``twin_check``         whether one belongs to a campaign
 ``panel_file``         a focusing panel
+``weather_file``       surroundings of a panel over time, and its thermometers
 ``transfers_file``     measured transfers of a panel
 ``filter_files``       ``filters.h5``
 ``compensation_file``  ``compensation.h5``

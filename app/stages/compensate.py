@@ -4,6 +4,9 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from analysis.campaign_extent import CampaignExtent
 from analysis.compensation.measured import compensate_measured
@@ -14,9 +17,13 @@ from analysis.compensation.tilted import tilted_contrast
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
-from analysis.focusing.temperatures import covered
+from analysis.focusing.temperatures import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
+from analysis.weather.declared_weather import Weather
+from analysis.weather.family import FieldDesign, TiltFamily
+from analysis.weather.judgement import WeatherFields, judge_weather
+from analysis.weather.knowledge import plane
 from app.files.campaign_inputs import extent_settings
 from app.files.compensation_file import save_compensation
 from app.files.provenance import provenance
@@ -24,7 +31,14 @@ from app.stages.panel_inputs import workers
 from app.summaries.display import as_text
 from app.twins.panel_twin import panel_twin
 
+if TYPE_CHECKING:
+    from app.twins.warm_twin import WarmTwin
+
 COMPENSATION = "compensation.h5"
+FAMILY_SPACING = 5.0
+"""Largest spacing of the temperatures at which filters of tilted panels are designed, K."""
+WEATHER_SEED = 48
+"""Of the noise of the panel's own response in a weather."""
 GOOD_LOSS = 0.02
 """Largest loss of contrast of networks against directly computed filters, at any line and temperature."""
 
@@ -46,6 +60,8 @@ class CompensatedPanel:
         Whether the filters come from measured transfers; otherwise from laws and a twin.
     notes : tuple of str
         Where the laws come from, and what of the measured plate the panel has.
+    weather : Weather or None
+        In which filters were judged.
     """
 
     panel: Panel
@@ -54,6 +70,7 @@ class CompensatedPanel:
     device: str
     measured: bool = False
     notes: tuple[str, ...] = ()
+    weather: Weather | None = None
 
     def __repr__(self) -> str:
         """Training temperatures, loss of contrast and recommended method in one line, and the notes."""
@@ -77,6 +94,7 @@ def compute(
     device: str = "cpu",
     place: int | None = None,
     across: Sequence[float] = (),
+    weather: tuple[Weather, str] | None = None,
     notes: Sequence[str] = (),
 ) -> CompensatedPanel:
     """Build the panel's twin, train one network per actuator, and compare all methods.
@@ -99,6 +117,8 @@ def compute(
         Number of training temperatures, placed by need instead of every `spacing`.
     across : sequence of float
         Differences of temperature between two opposite sides of the panel, K, for which contrast is computed.
+    weather : (Weather, str), optional
+        In which filters are judged, and the name of its file.
     notes : sequence of str
         Of the laws' origin, kept in the result.
 
@@ -106,6 +126,8 @@ def compute(
     ------
     EvidenceCollapseError
         Where a network is refused.
+    ResultFileError
+        Where the weather takes the plate out of the laws.
     ValueError
         Where the common range of laws and panel is empty, has fewer than four training temperatures, or is
         narrower than a difference `across`.
@@ -113,6 +135,16 @@ def compute(
     laws = panel.plate.grown(laws)
     low, high = covered(laws, panel.filters.operating_range)
     model = panel_twin(panel, laws, report)
+    warm = None
+    if across or weather is not None:
+        from app.twins.warm_twin import warm_twin  # slow import: mesher and assembly
+
+        warm = warm_twin(panel, laws, report)
+    fields = None
+    if warm is not None and weather is not None:  # before the networks: what leaves the laws is told at once
+        from app.twins.weather_fields import weather_fields
+
+        fields = weather_fields(warm, *weather, report)
     found = compensate(
         model,
         panel,
@@ -126,15 +158,35 @@ def compute(
         workers=workers(),
         place=place,
     )
-    if across:
-        from app.twins.warm_twin import warm_twin  # slow import: mesher and assembly
-
-        twin = warm_twin(panel, laws, report)
-        tilted = tilted_contrast(
-            twin, panel, found.filters, found.trained.networks.taps, across, (low, high), report
+    if warm is not None and across:
+        networks = found.trained.networks.taps
+        found = replace(
+            found, tilted=tilted_contrast(warm, panel, found.filters, networks, across, (low, high), report)
         )
-        found = replace(found, tilted=tilted)
-    return CompensatedPanel(panel, found, spacing if place is None else None, device, notes=tuple(notes))
+    if warm is not None and fields is not None:
+        found = _in_weather(found, warm, fields, spacing, report)
+    return CompensatedPanel(
+        panel,
+        found,
+        spacing if place is None else None,
+        device,
+        notes=tuple(notes),
+        weather=None if weather is None else weather[0],
+    )
+
+
+def _in_weather(
+    found: Compensation, warm: "WarmTwin", fields: WeatherFields, spacing: float, report: Progress
+) -> Compensation:
+    """Judge filters in a weather, with a family of tilts as wide as the thermometers of the weather see."""
+    panel, limits = warm.panel, warm.laws.temperature_range
+    design = FieldDesign.of(warm, panel, found.filters.delay)
+    planes = [plane(fields.places, readings).across for readings in fields.readings]
+    across = max(1.0, float(np.abs(planes).max()))
+    knots = spaced(*covered(warm.laws, panel.filters.operating_range), min(spacing, FAMILY_SPACING))
+    family = TiltFamily.of(design, knots, min(across, limits[1] - limits[0]), limits, report)
+    judged = judge_weather(design, family, fields, limits, np.random.default_rng(WEATHER_SEED), report)
+    return replace(found, weather=judged, family=family)
 
 
 def compute_measured(
@@ -204,6 +256,7 @@ def save(
         "spacing": found.spacing,
         "place": None if outcome.placed is None else len(outcome.placed.temperature),
         "across": [] if outcome.tilted is None else outcome.tilted.difference.tolist(),
+        "weather": None if found.weather is None else found.weather.model_dump(mode="json"),
         "method": outcome.focusing,
         "device": found.device,
         "panel": found.panel.model_dump(mode="json"),

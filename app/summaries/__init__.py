@@ -12,6 +12,7 @@
 ``focusing``             focusing over temperature as JSON, as a table, notes and one line
 ``compensation``         methods of compensation as JSON, as a table and in one line
 ``radiation``            sound at listeners as JSON, as a table, notes and one line
+``weather``              filters in a weather as JSON, as a table and a note
 ``thermometer``          readings of the thermometer as JSON and in one line
 ``gap``                  tables and sentences from gap.json
 ``plan``                 the next experiment as a table and in sentences

@@ -12,6 +12,7 @@ from analysis.compensation.settings import Training
 from analysis.compensation.tilted import TiltedContrast
 from analysis.focusing.performance import area_normalised
 from app.summaries.table import Table
+from app.summaries.weather import weather_note, weather_record, weather_table
 
 
 def notes(found: Compensation, training: Training) -> list[str]:
@@ -30,6 +31,8 @@ def notes(found: Compensation, training: Training) -> list[str]:
         )
     if found.law_band is not None:
         said.append(band_note(found.law_band))
+    if found.weather is not None:
+        said.append(weather_note(found.weather))
     return said
 
 
@@ -98,6 +101,7 @@ def record(found: Compensation, seconds: float) -> dict[str, Any]:
         "placed": None if found.placed is None else _placed_record(found.placed),
         "law_band": None if found.law_band is None else _band_record(found.law_band),
         "across": None if found.tilted is None else _tilted_record(found.tilted),
+        "weather": None if found.weather is None else weather_record(found.weather),
         "seconds": seconds,
     }
 
@@ -143,7 +147,7 @@ def _tilted_record(tilted: TiltedContrast) -> list[dict[str, Any]]:
 
 
 def tables(found: Compensation) -> list[Table]:
-    """Return a table of the methods, and one of what differences of temperature across the panel cost."""
+    """Return a table of the methods, and of what differences of temperature and a weather cost, if judged."""
     latency = 1e3 * found.filters.delay / found.filters.sample_rate
     caption = (
         f"{found.focusing}, {found.filters.taps.shape[2]} taps, {latency:.1f} ms; all temperatures and lines\n"
@@ -170,7 +174,8 @@ def tables(found: Compensation) -> list[Table]:
     title = "Filters between the training temperatures" if found.judged == "everywhere" else "Filters left out"
     headings = ("", *(name.replace("-", "-\n") for name in found.methods))
     methods = Table(title, headings, rows, caption, words=frozenset({0}))
-    return [methods] if found.tilted is None else [methods, _across(found.tilted)]
+    across = () if found.tilted is None else (_across(found.tilted),)
+    return [methods, *across, *(() if found.weather is None else (weather_table(found.weather),))]
 
 
 def _across(tilted: TiltedContrast) -> Table:

@@ -1,4 +1,4 @@
-"""A focusing panel with a temperature of its own at every place; a tilt is what the effect ``draught_gradient`` says."""
+"""A focusing panel with a temperature of its own at every place."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -21,8 +21,8 @@ from simulation.shell.space import ShapeSpace
 
 Place = Literal["front", "back", "middle", "bending"]
 LAYERS = 5
-"""Polynomials through the thickness. With them a slab of Biot number 2 (a panel in air has 0.1) is within 0.4 % of its
-first difference a tenth of L²/a after it begins to cool; with four, which cool evenly on both faces as three do, 4 %."""
+"""Polynomials through the thickness. With them a slab of Biot number 2 (a panel in air has 0.1) is within 0.4 % of
+its first difference a tenth of L²/a after it begins to cool on both faces; with three or four, within 4 %."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class HeatModel:
         return cls(space, layers, csr_matrix(capacity), csr_matrix(conductance), thickness)
 
     def on_face(self, place: Literal["front", "back"], flow: float | Real) -> Real:
-        """Load (L N,), W, of heat that flows into a face, W/m2: everywhere, or (Q,) at the points of quadrature."""
+        """Load (L N,), W, of heat that flows into a face, W/m2, all over or (Q,) at the points of quadrature."""
         weight = np.broadcast_to(np.asarray(flow, dtype=float), self.space.dx.shape)
         return np.kron(ends(place, self.layers), self.space.moments("0", weight))
 
@@ -132,7 +132,7 @@ class HeatModel:
 
 
 def ends(place: Place, layers: int) -> Real:
-    """What each polynomial (L,) contributes at z = h/2, at -h/2, at 0, or to the mean weighted with z**2."""
+    """Return what each polynomial (L,) contributes at z = h/2, at -h/2, at 0, or to the mean weighted with z**2."""
     k = np.arange(layers)
     if place == "front":
         return np.ones(layers)

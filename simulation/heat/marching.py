@@ -1,14 +1,14 @@
 """Temperatures over time, step by step.
 
-Two implicit stages with the same matrix (Alexander, SIAM J. Numer. Anal. 14, 1977, 1006-1021): of second order, and
-what is much faster than a step, as the first moments of sun on a face, dies out at once instead of ringing on.
+Two implicit stages with the same matrix (Alexander, SIAM J. Numer. Anal. 14, 1977, 1006-1021): of second order,
+and what is much faster than a step, as the first moments of sun on a face, dies out instead of ringing on.
 """
 
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import splu
+from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse.linalg import SuperLU, splu
 
 from analysis.arrays import Real
 from simulation.heat.heat_model import HeatModel
@@ -17,9 +17,7 @@ SHARE = 1.0 - np.sqrt(0.5)
 """Of a step, at which the first stage stands."""
 
 
-def march(
-    model: HeatModel, load: Callable[[float], Real], start: Real, step: float, count: int
-) -> Iterator[Real]:
+def march(model: HeatModel, load: Callable[[float], Real], start: Real, step: float, count: int) -> Iterator[Real]:
     """Yield coefficients (L N,) after every step.
 
     Parameters
@@ -33,7 +31,7 @@ def march(
     count : int
         Number of steps.
     """
-    solver = splu(csc_matrix(model.capacity + SHARE * step * model.conductance))
+    solver = _factors(model.capacity + SHARE * step * model.conductance)
     here = start
     for number in range(count):
         now = number * step
@@ -55,4 +53,11 @@ def settled(model: HeatModel, load: Real) -> Real:
     uniform = model.uniform(1.0)
     if not float(uniform @ (model.conductance @ uniform)) > 0.0:
         raise ValueError("no face and no edge exchanges heat: the plate never comes to rest")
-    return np.asarray(splu(csc_matrix(model.conductance)).solve(load))
+    return np.asarray(_factors(model.conductance).solve(load))
+
+
+def _factors(matrix: csr_matrix) -> SuperLU:
+    """Factors of a symmetric matrix; by the order for those that are not, they take eight times as long."""
+    return splu(
+        csc_matrix(matrix), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    )

@@ -14,9 +14,9 @@ from simulation.heat.marching import march, settled
 from simulation.meshing.plate_mesh import PlateMesh
 from simulation.shell.space import ShapeSpace
 
-DEGREE = 3
-"""Of temperatures in the plane, on cells of the twin's mesh. On the section-2 panel half lit by the sun a fourth
-degree changes no temperature by more than 20 mK."""
+DEGREE = 2
+"""Of temperatures in the plane, on cells of the twin's mesh. On the section-2 panel half lit by the sun a third
+degree changes the thermometers by 9 mK, and no place by more than 0.31 K, at the edge of the shadow."""
 
 
 @dataclass(frozen=True)
@@ -100,12 +100,14 @@ def plate_temperatures(
         if number % 50 == 0 or number == len(time):
             report("Heat", number / len(time))
     every = np.array(found)
-    read = [
-        model.seen(every, one.face) @ places[k].toarray()[0] for k, one in enumerate(weather.thermometer)
-    ]
+    read = [model.seen(every, one.face) @ places[k].toarray()[0] for k, one in enumerate(weather.thermometer)]
     faces = (model.seen(every, "front") - model.seen(every, "back")) @ here.T
     return PlateTemperatures(
-        time, points, np.asarray(model.seen(every, "bending") @ here.T), np.array(read).T, float(np.abs(faces).max())
+        time,
+        points,
+        np.asarray(model.seen(every, "bending") @ here.T),
+        np.array(read).T,
+        float(np.abs(faces).max()),
     )
 
 

@@ -15,6 +15,7 @@ A plate over a range of materials:
 ``reduce``                 the whole reduction, from these steps
 ``footprint_reduction``    the same for forces and motions in addition to patches
 ``reduced_model``          the reduced model: small matrices for the whole range
+``cell_stiffness``         stiffness of every cell: moduli that differ from cell to cell
 ``lowest_modes``           natural modes of a reduced model
 ``certified_lines``        check that frequencies are within the certified band
 ``dashpots``               viscous supports, added to a plate without them

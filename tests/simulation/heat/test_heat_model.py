@@ -19,7 +19,7 @@ DIFFUSIVITY = CONDUCTIVITY / (DENSITY * HEAT)
 
 
 def rectangle(along, across, degree):
-    """A plate of `along` times `across` equal cells."""
+    """Return a plate of `along` times `across` equal cells."""
     x, y = np.meshgrid(np.linspace(0.0, LENGTH, along + 1), np.linspace(0.0, WIDTH, across + 1))
     points = np.stack([x.ravel(), y.ravel()], axis=1)
     first = (np.arange(across)[:, None] * (along + 1) + np.arange(along)).ravel()
@@ -155,7 +155,9 @@ def test_what_is_faster_than_a_step_dies_out():
     load = model.on_face("front", 500.0)
     step = 100.0 * THICKNESS**2 / DIFFUSIVITY
     end = model.seen(settled(model, load), "front")[0]
-    found = np.array([model.seen(one, "front")[0] for one in march(model, lambda _t: load, model.uniform(0.0), step, 6)])
+    found = np.array(
+        [model.seen(one, "front")[0] for one in march(model, lambda _t: load, model.uniform(0.0), step, 6)]
+    )
     away = np.abs(found - end)
     assert away[0] < 0.15 * end
     assert (away[1:] < 0.15 * away[:-1]).all()

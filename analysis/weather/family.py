@@ -1,0 +1,205 @@
+"""Filters for a family of temperature fields: the tilts of up to so many kelvins across the panel.
+
+For a panel evenly warmer toward one side, T + (x g_x + z g_z)/2 with x and z from -1 to 1 over its box, there are
+filters of two kinds. *Robust* filters minimise the mean squared error over the middle and both tilts along each
+axis (the mean of the quadratic forms of a design is the form of the mean), and need no reading of the tilt.
+*Tilted* filters follow it to second order along each axis,
+
+    r(T, g) = r(T) + sum_a [ (r_a+ - r_a-) g_a/(2 G) + (r_a+ + r_a- - 2 r) g_a²/(2 G²) ],
+
+r_a+ and r_a- being designed for the tilts G and -G along axis a. Between knots of T all parts are cubic splines.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from analysis.arrays import Complex, Mask, Real
+from analysis.checked_fields import check_ascending, check_finite, check_shapes
+from analysis.focusing.design import TapDesign
+from analysis.focusing.energy import EnergyForms
+from analysis.focusing.fir import FirBank
+from analysis.focusing.methods import designer
+from analysis.focusing.panel import Panel
+from analysis.focusing.panel_model import NoModes
+from analysis.focusing.performance import contrast
+from analysis.focusing.sound_aim import SoundAim
+from analysis.progress import Progress
+from analysis.weather.warm_panel import WarmPanel
+
+Across = tuple[float, float]
+"""By how much the side at largest x, and at largest y, is warmer than the opposite one, K."""
+SIDES: tuple[Across, ...] = ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+
+
+@dataclass(frozen=True)
+class FieldDesign:
+    """Design of a panel's filters for fields of temperature, by its aim.
+
+    Attributes
+    ----------
+    model : WarmPanel
+    panel : Panel
+    design : TapDesign
+    sound : SoundAim or None
+        What is aimed at in place of the field.
+    """
+
+    model: WarmPanel
+    panel: Panel
+    design: TapDesign
+    sound: SoundAim | None
+
+    @classmethod
+    def of(cls, model: WarmPanel, panel: Panel, delay: int) -> Self:
+        """Prepare designs with a modelling `delay`, samples; ValueError for a grid too coarse for the sound."""
+        sound = SoundAim.designing(panel, model.space.grid, "stif")
+        return cls(model, panel, TapDesign.of(panel, delay), sound)
+
+    @property
+    def band(self) -> Mask:
+        """Lines of full gain among those of the panel."""
+        return self.panel.filters.in_band(self.panel.filters.frequency)
+
+    def amplitude(self, temperature: Real) -> Complex:
+        """Fields (N, F, r) of the actuators at a field of temperatures (Q,), °C, at all lines of the panel."""
+        return self.model.answer(temperature, self.panel.filters.frequency).amplitude
+
+    def bank(self, taps: Real) -> FirBank:
+        """Return the filters of several sets of taps (S, N, M)."""
+        return self.design.bank(taps, np.zeros(len(taps)))
+
+    def aimed(self, amplitude: Complex) -> EnergyForms:
+        """Quadratic form of the design for amplitudes (N, F, r) at all lines of the panel."""
+        field = self.model.space.forms([amplitude], self.panel.target.displacement)
+        return field if self.sound is None else self.sound.forms(self.model.space, amplitude, field)
+
+    def lost(self, amplitude: Complex, known: Real, used: Real) -> Real:
+        """Contrast that taps lose against others.
+
+        Parameters
+        ----------
+        amplitude : (N, F, r) ndarray
+            At all lines of the panel.
+        known, used : (N, M) ndarray
+
+        Returns
+        -------
+        (2,) ndarray
+            Of the mean over the band, and at the worst line.
+        """
+        forms = self.model.space.forms([amplitude[:, self.band]])
+        lines = self.panel.filters.frequency[self.band]
+        better, worse = (contrast(forms, one)[0] for one in self.bank(np.array([known, used])).response(lines))
+        return np.array([(better - worse).mean(), (better - worse).max()])
+
+    def taps(self, forms: EnergyForms) -> Real:
+        """Taps (N, M) for the form of one field."""
+        rule = designer("stif", NoModes(self.model.space), self.panel, self.panel.filters.frequency)
+        nothing = np.zeros((0, 0, 0), dtype=complex)
+        return self.design.taps(forms, rule((0.0, 0.0, 0.0), lambda: nothing, forms))
+
+
+@dataclass(frozen=True)
+class TiltFamily:
+    """Filters of N actuators for tilted panels, at T temperatures in the middle.
+
+    Attributes
+    ----------
+    temperature : (T,) ndarray
+        Ascending, °C.
+    across : float
+        G, K.
+    even, robust : (T, N, M) ndarray
+        For panels without a tilt, and for all of the family.
+    slope, bend : (T, 2, N, M) ndarray
+        First and second derivative of the taps by the tilt along x and y, per K and per K2.
+    """
+
+    temperature: Real
+    across: float
+    even: Real
+    robust: Real
+    slope: Real
+    bend: Real
+    price: Real
+
+    def __post_init__(self) -> None:
+        shape = dict.fromkeys(("even", "robust"), "T N M")
+        check_shapes(self, temperature="T", **shape)
+        check_shapes(self, temperature="T", price="T 2", **dict.fromkeys(("slope", "bend"), "T 2 N M"))
+        check_finite(self, "even", "robust", "slope", "bend")
+        check_ascending(self, "temperature")
+
+    @classmethod
+    def of(
+        cls,
+        design: FieldDesign,
+        temperature: Real,
+        across: float,
+        limits: tuple[float, float],
+        report: Progress = lambda _stage, _share: None,
+    ) -> Self:
+        """Design the filters of a family.
+
+        Parameters
+        ----------
+        temperature : (T,) ndarray
+            Ascending, °C.
+        across : float
+            G, K.
+        limits : (float, float)
+            Of the laws, °C: at a knot nearer to them than G/2 the tilt is as much smaller, one kelvin at least.
+        report : callable, optional
+            Called with the stage and the share done.
+        """
+        rows = []
+        for number, middle in enumerate(temperature.tolist(), start=1):
+            room = 2.0 * min(middle - limits[0], limits[1] - middle)
+            reach = float(np.clip(room, 1.0, across))
+            fields = [design.model.tilted(middle, (reach * x, reach * y)) for x, y in SIDES]
+            amplitudes = [design.amplitude(np.clip(field, *limits)) for field in fields]
+            forms = [design.aimed(one) for one in amplitudes]
+            even, *sides = (design.taps(form) for form in forms)
+            robust = design.taps(_mean(forms))
+            slope = [(sides[k] - sides[k + 1]) / (2.0 * reach) for k in (0, 2)]
+            bend = [(sides[k] + sides[k + 1] - 2.0 * even) / reach**2 for k in (0, 2)]
+            price = design.lost(amplitudes[0], even, robust)
+            rows.append((even, robust, np.array(slope), np.array(bend), price))
+            report("Filters of tilted panels", number / len(temperature))
+        parts = (np.array(part) for part in zip(*rows, strict=True))
+        return cls(temperature, across, *parts)
+
+    def robust_taps(self, temperature: float) -> Real:
+        """Robust filters (N, M) at a temperature, °C; outside the range those of its end."""
+        _, robust, _, _ = self._at(temperature)
+        return robust
+
+    def taps(self, temperature: float, across: Across = (0.0, 0.0)) -> Real:
+        """Return the filters (N, M) for a temperature in the middle, °C, and a tilt, K.
+
+        Outside the range of temperatures those of its end; beyond `across` those of the largest tilt.
+        """
+        even, _, slope, bend = self._at(temperature)
+        tilt = np.clip(across, -self.across, self.across)[:, None, None]
+        return np.asarray(even + np.sum(slope * tilt + 0.5 * bend * tilt**2, axis=0))
+
+    def _at(self, temperature: float) -> tuple[Real, ...]:
+        here = float(np.clip(temperature, self.temperature[0], self.temperature[-1]))
+        return tuple(np.asarray(spline(here)) for spline in self._splines)
+
+    @cached_property
+    def _splines(self) -> tuple[object, ...]:
+        from scipy.interpolate import CubicSpline
+
+        return tuple(
+            CubicSpline(self.temperature, part) for part in (self.even, self.robust, self.slope, self.bend)
+        )
+
+
+def _mean(forms: list[EnergyForms]) -> EnergyForms:
+    """Mean of the forms of one temperature each."""
+    every = type(forms[0]).joined(forms)
+    return type(every)(*(part.mean(axis=0, keepdims=True) for part in (every.plate, every.target, every.aim)))
