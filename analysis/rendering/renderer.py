@@ -6,6 +6,7 @@ from analysis.arrays import Complex, Real
 from analysis.rendering.convolution import Past, partitions
 from analysis.rendering.fading import FADE, STEP, raised_cosine
 from analysis.rendering.following import FollowingBank
+from analysis.weather.family import Across, TiltFamily
 
 
 @dataclass
@@ -17,8 +18,12 @@ class Renderer:
     filters : FollowingBank
     temperature : float
         Of the filters in use, or faded to, degrees Celsius. At first, that of the first block.
+    across : (float, float)
+        Tilt of the panel for which they are, along x and y, K.
     block : int
         Samples of a block.
+    family : TiltFamily, optional
+        Filters of tilted panels, by which a tilt is followed; the exported C code has none.
     changes : int
         Fades begun so far.
     """
@@ -26,6 +31,8 @@ class Renderer:
     filters: FollowingBank
     temperature: float
     block: int = 512
+    family: TiltFamily | None = None
+    across: Across = (0.0, 0.0)
     changes: int = 0
     _past: Past = field(init=False, repr=False)
     _now: Complex = field(init=False, repr=False)
@@ -44,15 +51,18 @@ class Renderer:
     def _fade(self) -> int:
         return round(FADE * self.filters.sample_rate)
 
-    def follow(self, temperature: float) -> bool:
-        """Take a temperature, °C; return whether the filters begin to fade to it. NaN is ignored.
+    def follow(self, temperature: float, across: Across = (0.0, 0.0)) -> bool:
+        """Take a temperature, °C, and a tilt, K; return whether the filters begin to fade to them. NaN is ignored.
 
-        A reading nearer than `STEP` to the filters in use, or one during a fade, changes nothing.
+        A reading nearer than `STEP` to the filters in use, at any edge of the panel, or one during a fade, changes
+        nothing.
         """
         wanted = self._inside(temperature)
-        if not abs(wanted - self.temperature) >= STEP or self._faded < self._fade:
+        tilted = 0.5 * max(abs(new - old) for new, old in zip(across, self.across, strict=True))
+        moved = abs(wanted - self.temperature) + (tilted if self.family is not None else 0.0)
+        if not moved >= STEP or self._faded < self._fade:
             return False
-        self.temperature, self._before, self._faded = wanted, self._now, 0
+        self.temperature, self.across, self._before, self._faded = wanted, across, self._now, 0
         self._now = self._spectra()
         self.changes += 1
         return True
@@ -81,4 +91,7 @@ class Renderer:
         return min(max(temperature, low), high) if temperature == temperature else temperature
 
     def _spectra(self) -> Complex:
-        return partitions(self.filters.taps(self.temperature)[0], self.block)
+        taps = self.filters.taps(self.temperature)[0]
+        if self.family is not None and any(self.across):
+            taps = taps + self.family.tilt(self.temperature, self.across)
+        return partitions(taps, self.block)

@@ -182,9 +182,14 @@ class TiltFamily:
 
         Outside the range of temperatures those of its end; beyond `across` those of the largest tilt.
         """
-        even, _, slope, bend = self._at(temperature)
+        even, _, _, _ = self._at(temperature)
+        return even + self.tilt(temperature, across)
+
+    def tilt(self, temperature: float, across: Across) -> Real:
+        """Return what a tilt adds to the filters (N, M) of a panel without one; arguments as for `taps`."""
+        _, _, slope, bend = self._at(temperature)
         tilt = np.clip(across, -self.across, self.across)[:, None, None]
-        return np.asarray(even + np.sum(slope * tilt + 0.5 * bend * tilt**2, axis=0))
+        return np.asarray(np.sum(slope * tilt + 0.5 * bend * tilt**2, axis=0))
 
     def _at(self, temperature: float) -> tuple[Real, ...]:
         here = float(np.clip(temperature, self.temperature[0], self.temperature[-1]))

@@ -68,7 +68,7 @@ class OwnThermometer:
         min over T, g_x, g_y, a of sum |Y - a C(T, g)|²/s² + (T - T_0)²/`MOVED`² + (g_x² + g_y²)/`LEANING`²
 
     by Gauss and Newton from the plane T_0 of the last reading; s² is the mean of what is left of |Y|². The last
-    two terms hold what the response does not tell: two patches on one axis of a plate know little of a tilt across it.
+    two terms hold what the response does not tell: two patches on one axis know little of a tilt across it.
 
     Attributes
     ----------

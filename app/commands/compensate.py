@@ -113,10 +113,10 @@ def command(
     SPACING °C, designed as in RUN's filters.h5 unless said otherwise, and judges networks, linear interpolation,
     cubic splines, interpolation at equal reduced frequency and principal filters against the filters computed
     every 0.25 °C. With --weather, the heat equation of the plate is solved, and filters are judged that know its
-    field of temperatures from one thermometer, from several, or from the panel's own response. The uncertainty of
-    the contrast due to that of the laws is given as a band. With --transfers, trains on the filters of all measured
-    temperatures, and tests each inner one with networks trained without it. Writes compensation.h5. Exit status 1 where a network is refused, or loses more than 0.02 of contrast at any
-    line of any temperature tested.
+    field of temperatures from one thermometer, from several, or from the panel's own response. The uncertainty
+    of the contrast due to that of the laws is given as a band. With --transfers, trains on the filters of all
+    measured temperatures, and tests each inner one with networks trained without it. Writes compensation.h5. Exit
+    status 1 where a network is refused, or loses more than 0.02 of contrast at any line of any temperature tested.
     """
     from analysis.compensation.evidence_collapse import EvidenceCollapseError
 

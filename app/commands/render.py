@@ -7,17 +7,28 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import RUN_WITH_FILTERS, SOUND, following_method, laws_of_twin, out_folder, picture
+from app.commands.options import (
+    RUN_WITH_FILTERS,
+    SOUND,
+    WEATHER,
+    following_method,
+    laws_of_twin,
+    out_folder,
+    picture,
+)
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from analysis.focusing.panel import Panel
     from analysis.material import MaterialLaws
+    from analysis.progress import Progress
     from analysis.rendering.programme import TemperatureProgramme
+    from analysis.weather.declared_weather import Weather
     from app.files.exports.shipment import Shipment
     from app.sound.listeners import ListenersOfPanel
     from app.sound.rendering import Rendering
     from app.sound.trace import Trace
+    from app.sound.weather_of_panel import WeatherOfPanel
     from app.twins.panel_twin import PanelTwin
 
 
@@ -26,6 +37,7 @@ Examples:
   flexura render music.wav plate-run --temperature 20:45
   flexura render music.wav plate-run --temperature 20:60 --heard
   flexura render music.flac plate-run --temperature readings.csv --method network
+  flexura render music.flac plate-run --weather examples/warming-car.toml
 """
 
 
@@ -34,9 +46,13 @@ Examples:
 @click.argument("run", type=RUN_WITH_FILTERS, required=False)
 @click.option(
     "--temperature",
-    required=True,
     metavar="T[:T...]|FILE",
     help="°C: one, a way between several over the sound, or a CSV file of seconds and °C.",
+)
+@click.option(
+    "--weather",
+    type=WEATHER,
+    help="A weather's file (*.toml) in place of --temperature: filters follow its thermometers.",
 )
 @following_method
 @click.option(
@@ -55,7 +71,8 @@ Examples:
 def command(
     sound: Path,
     run: Path | None,
-    temperature: str,
+    temperature: str | None,
+    weather: Path | None,
     method: str | None,
     block: int,
     heard: bool,
@@ -72,15 +89,28 @@ def command(
     twin's field along the way, with the filters in use and with those of the beginning kept. --heard computes the
     sound at the listeners of the panel's file, in pascals, as WAV: SOUND-heard.wav, one channel per listener, and
     SOUND-binaural.wav, at the ears of the first (a rigid sphere for a head); SOUND-heard-kept.wav and
-    SOUND-binaural-kept.wav with the filters of the beginning kept.
+    SOUND-binaural-kept.wav with the filters of the beginning kept. With --weather, the panel has the field of
+    temperatures that the heat equation gives it, from the beginning of the sound on; filters follow the plane
+    through the thermometers, and its tilt too if flexura compensate --weather made filters for it.
     """
+    if (temperature is None) == (weather is None):
+        raise click.UsageError("name one of --temperature and --weather: what the panel's temperature does")
+    if heard and weather is not None:
+        raise click.UsageError("--heard is of a panel with one temperature: leave out --heard or --weather")
+
     from app.files.exports.shipment import shipment
+    from app.files.provenance import sha256
     from app.files.run_folder import run_folder
+    from app.files.weather_file import read_weather
     from app.stages.panel_laws import laws_for
     from app.summaries.campaign_extent import led
 
     given = run or Path()
-    sent = shipment(given, method, "render").chosen({"sound": sound.name, "temperature": temperature})
+    asked = {"sound": sound.name, "temperature": temperature}
+    declared = None
+    if weather is not None:
+        declared, asked["weather"] = read_weather(weather), sha256(weather)
+    sent = shipment(given, method, "render").chosen(asked)
     origin = laws_for(given, twin, "render")
     laws = sent.panel.plate.grown(origin.laws)
 
@@ -89,13 +119,21 @@ def command(
     from app.sound.temperatures import programme
     from app.sound.trace import Trace
     from app.twins.panel_twin import panel_twin
+    from app.twins.weather_fields import check_thermometers
 
     with opened_sound(sound, sent.filters.sample_rate) as opened:
-        course = programme(temperature, opened.seconds)
-        covered(sent, laws, course)
+        course = None if temperature is None else programme(temperature, opened.seconds)
+        if course is not None:
+            covered(sent, laws, course)
+        if declared is not None:
+            check_thermometers(sent.panel.plate, declared, str(weather))
         with run_folder(given, out or given) as folder, output.progress() as report:
             model = panel_twin(sent.panel, laws, report)
-            trace = Trace(model, sent.panel, laws, sent.filters)
+            around = None
+            if course is None and declared is not None:
+                around = weather_of_panel(sent, laws, declared, str(weather), report)
+                course = around.programme
+            trace = Trace(model, sent.panel, laws, sent.filters, around)
             listeners = listening(model, sent.panel, laws) if heard else None
             done = render(opened, sent, course, folder, block, trace, report, listeners=listeners)
         channels = opened.channels
@@ -111,9 +149,55 @@ def command(
         *notes(channels, trace),
         *beyond_rated(sent, done),
         *told(sent, done),
+        *weathered(sent, trace, done.seconds),
     ):
         output.note(note)
     output.summary(f"{led(origin.extent)}{summary(sent, done, trace)}")
+
+
+def weather_of_panel(
+    sent: "Shipment", laws: "MaterialLaws", weather: "Weather", origin: str, report: "Progress"
+) -> "WeatherOfPanel":
+    """Return the panel's field of temperatures over time, and what its thermometers tell.
+
+    Parameters
+    ----------
+    laws : MaterialLaws
+        Of the panel's plate.
+    origin : str
+        Name of the weather's file.
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Raises
+    ------
+    ResultFileError
+        Where a part of the plate leaves the laws.
+    """
+    from app.sound.weather_of_panel import WeatherOfPanel
+    from app.twins.warm_twin import warm_twin
+
+    return WeatherOfPanel.of(warm_twin(sent.panel, laws, report), weather, origin, sent.family, report)
+
+
+def weathered(sent: "Shipment", trace: "Trace", seconds: float) -> list[str]:
+    """Say what of the weather was played and what the filters followed; nothing without a weather.
+
+    Parameters
+    ----------
+    seconds : float
+        Of sound.
+    """
+    around = trace.weather
+    if around is None:
+        return []
+    length = float(around.time[-1])
+    part = f"; the sound ends after {seconds:.0f} of {length:g} s of the weather" if seconds < length else ""
+    if sent.family is None:
+        followed = "the middle of the panel only; flexura compensate --weather makes filters that follow its tilt"
+    else:
+        followed = f"the middle of the panel and its tilt, up to {sent.family.across:.1f} K"
+    return [f"filters follow {followed}{part}"]
 
 
 def listening(model: "PanelTwin", panel: "Panel", laws: "MaterialLaws") -> "ListenersOfPanel":

@@ -13,6 +13,7 @@ from analysis.progress import Progress
 from analysis.rendering.heard import LENGTH
 from analysis.rendering.programme import TemperatureProgramme
 from analysis.rendering.renderer import Renderer
+from analysis.weather.family import Across
 from app.files.bad_file import ResultFileError
 from app.files.exports.destination import written_together
 from app.files.exports.shipment import Shipment
@@ -106,7 +107,8 @@ def render(
     if listeners is not None:
         names += tuple(f"{sound.path.stem}-{part}.wav" for part in PARTS)
     first = float(programme.at(0.0))
-    work = _Work(Renderer(shipment.filters, first, block), clock)
+    family = None if trace.weather is None else trace.weather.family
+    work = _Work(Renderer(shipment.filters, first, block, family), clock)
     frames = sound.frames + shipment.filters.banks.shape[2] - 1
     actuators = len(shipment.filters.banks)
     channels = 0 if listeners is None else 2 * (len(listeners.names) + 2)
@@ -163,7 +165,8 @@ class _Work:
         for samples in _padded(sound, block, frames):
             now = written / sound.sample_rate
             temperature = float(programme.at(now))
-            out = self._block(samples, temperature)[:, : frames - written]
+            across = (0.0, 0.0) if trace.weather is None else trace.weather.across(now)
+            out = self._block(samples, temperature, across)[:, : frames - written]
             file.write(out)
             if self.heard is not None:
                 files, kept = self.heard
@@ -171,16 +174,21 @@ class _Work:
             written += out.shape[1]
             recent.append(samples)
             if now - looked >= spacing and now < sound.seconds:
-                trace.look(now, temperature, self.renderer.temperature, np.concatenate(recent))
+                trace.look(now, temperature, self.renderer.temperature, np.concatenate(recent), self._tilt())
                 recent, looked = [], now
                 report("Sound", min(now / sound.seconds, 1.0))
         if self.heard is not None:
             self.heard[0].finish()
         report("Sound", 1.0)
 
-    def _block(self, samples: Real, temperature: float) -> Real:
+    def _tilt(self) -> Real | None:
+        """Return what is added to the filters' taps (N, M) for the tilt in use."""
+        renderer = self.renderer
+        return None if renderer.family is None else renderer.family.tilt(renderer.temperature, renderer.across)
+
+    def _block(self, samples: Real, temperature: float, across: Across) -> Real:
         begun = self.clock()
-        self.renderer.follow(temperature)
+        self.renderer.follow(temperature, across)
         out = self.renderer.process(samples)
         self.processing += self.clock() - begun
         self.largest = np.maximum(self.largest, np.abs(out).max(axis=1))

@@ -1,7 +1,7 @@
 """Contrast of the simulated field along the way, beside that of filters that do not follow."""
 
 import csv
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TextIO
 
 import numpy as np
@@ -12,6 +12,7 @@ from analysis.focusing.responses import constants_at
 from analysis.material import MaterialLaws
 from analysis.rendering.field import FieldContrast, field_contrast, power_spectrum
 from analysis.rendering.following import FollowingBank
+from app.sound.weather_of_panel import WeatherOfPanel
 from app.twins.panel_twin import PanelTwin
 
 HEADING = (
@@ -59,6 +60,8 @@ class Trace:
     laws : MaterialLaws
         Of the panel's plate.
     filters : FollowingBank
+    weather : WeatherOfPanel, optional
+        Which field of temperatures the panel has; else one temperature everywhere.
     moments : list of TraceMoment
     """
 
@@ -66,9 +69,12 @@ class Trace:
     panel: Panel
     laws: MaterialLaws
     filters: FollowingBank
+    weather: WeatherOfPanel | None = None
     moments: list[TraceMoment] = field(default_factory=list)
 
-    def look(self, time: float, temperature: float, held: float, samples: Real) -> TraceMoment:
+    def look(
+        self, time: float, temperature: float, held: float, samples: Real, tilt: Real | None = None
+    ) -> TraceMoment:
         """Judge the field of a piece of sound.
 
         Parameters
@@ -81,6 +87,8 @@ class Trace:
             Temperature of the filters in use, degrees Celsius.
         samples : (n,) ndarray
             In any unit: only their spectrum's shape counts.
+        tilt : (N, M) ndarray, optional
+            What is added to the filters' taps in use for a tilted panel.
 
         Returns
         -------
@@ -89,14 +97,17 @@ class Trace:
         """
         lines = self.panel.filters.frequency
         lines = lines[self.panel.filters.in_band(lines)]
-        (constants,) = constants_at(self.laws, np.array([temperature]))
-        forms = self.twin.forms(*constants, lines, self.panel.target.displacement)
+        if self.weather is not None:
+            forms = self.weather.forms(time, lines)
+        else:
+            (constants,) = constants_at(self.laws, np.array([temperature]))
+            forms = self.twin.forms(*constants, lines, self.panel.target.displacement)
         spectrum = power_spectrum(samples, self.filters.sample_rate, lines)
         first = self.moments[0].filters if self.moments else held
-        used, kept = (
-            field_contrast(forms, response, spectrum)
-            for response in self.filters.bank([held, first]).response(lines)
-        )
+        bank = self.filters.bank([held, first])
+        if tilt is not None:
+            bank = replace(bank, taps=bank.taps + np.array([tilt, np.zeros_like(tilt)]))
+        used, kept = (field_contrast(forms, response, spectrum) for response in bank.response(lines))
         self.moments.append(TraceMoment(time, temperature, held, used, kept))
         return self.moments[-1]
 

@@ -132,7 +132,7 @@ class HeatModel:
 
 
 def ends(place: Place, layers: int) -> Real:
-    """Return what each polynomial (L,) contributes at z = h/2, at -h/2, at 0, or to the mean weighted with z**2."""
+    """Return what each polynomial (L,) contributes at z = h/2, -h/2 or 0, or to the mean weighted with z**2."""
     k = np.arange(layers)
     if place == "front":
         return np.ones(layers)

@@ -16,6 +16,7 @@ from analysis.compensation.outcome import (
 )
 from analysis.focusing.panel import Panel
 from analysis.rendering.following import FollowingBank
+from analysis.weather.family import TiltFamily
 from app.files.bad_file import ResultFileError
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing, load_method, load_panel
@@ -45,6 +46,8 @@ class Shipment:
         Provenance: versions, settings, hashes of the run's files, and their own provenance.
     notes : tuple of str
         What has to be known of the choice.
+    family : TiltFamily or None
+        What the filters add for tilted panels, where the run was judged in a weather: for ``flexura render`` only.
     """
 
     filters: FollowingBank
@@ -53,6 +56,7 @@ class Shipment:
     panel: Panel
     made_from: dict[str, Any]
     notes: tuple[str, ...] = ()
+    family: TiltFamily | None = None
 
     @property
     def stamp(self) -> str:
@@ -97,7 +101,8 @@ def shipment(run: Path, method: str | None, verb: str) -> Shipment:
     if wanted not in METHODS:
         notes.append(f"{wanted}, recommended here, is no sum of fixed banks; {SPLINE} is taken in its place")
         wanted = SPLINE
-    return _shipment(_of_compensation(found, wanted, path), wanted, panel, [path], notes)
+    sent = _shipment(_of_compensation(found, wanted, path), wanted, panel, [path], notes)
+    return replace(sent, family=found.family)
 
 
 def _newer(run: Path, panel: Panel, method: str) -> list[str]:
