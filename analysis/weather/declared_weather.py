@@ -74,7 +74,7 @@ class Surroundings(Sparse):
             return np.ones(len(points))
         dark, bright = np.array(self.lit)
         way = bright - dark
-        return np.clip((points - dark) @ way / (way @ way), 0.0, 1.0)
+        return np.asarray(np.clip((points - dark) @ way / (way @ way), 0.0, 1.0))
 
 
 class Thermometer(Declared):

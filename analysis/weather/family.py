@@ -10,6 +10,7 @@ axis (the mean of the quadratic forms of a design is the form of the mean), and 
 r_a+ and r_a- being designed for the tilts G and -G along axis a. Between knots of T all parts are cubic splines.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
@@ -196,7 +197,7 @@ class TiltFamily:
         return tuple(np.asarray(spline(here)) for spline in self._splines)
 
     @cached_property
-    def _splines(self) -> tuple[object, ...]:
+    def _splines(self) -> tuple[Callable[[float], Real], ...]:
         from scipy.interpolate import CubicSpline
 
         return tuple(

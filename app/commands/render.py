@@ -122,15 +122,15 @@ def command(
     from app.twins.weather_fields import check_thermometers
 
     with opened_sound(sound, sent.filters.sample_rate) as opened:
-        course = None if temperature is None else programme(temperature, opened.seconds)
-        if course is not None:
+        if temperature is not None:
+            course = programme(temperature, opened.seconds)
             covered(sent, laws, course)
         if declared is not None:
             check_thermometers(sent.panel.plate, declared, str(weather))
         with run_folder(given, out or given) as folder, output.progress() as report:
             model = panel_twin(sent.panel, laws, report)
             around = None
-            if course is None and declared is not None:
+            if declared is not None:
                 around = weather_of_panel(sent, laws, declared, str(weather), report)
                 course = around.programme
             trace = Trace(model, sent.panel, laws, sent.filters, around)

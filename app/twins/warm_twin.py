@@ -24,7 +24,6 @@ from simulation.reduction.cell_stiffness import cell_centers, cell_stiffness
 from simulation.reduction.modal_form import ModalForm
 from simulation.shell.assembly import assemble_chosen
 from simulation.shell.fineness import Fineness
-from simulation.shell.plane_stress import plane_stress_moduli
 from simulation.state.plate_state import Circumstances, PlateState
 from simulation.state.state_matrices import FullPlate
 
@@ -130,11 +129,11 @@ class WarmTwin:
             Where a part of the plate leaves the range of the laws.
         """
         material = self.laws.at(temperature)
-        c1, c2 = plane_stress_moduli(material.youngs_modulus, material.poisson_ratio)
         lossy = 1.0 + 1j * material.loss_factor
-        plate = np.tensordot(lossy * c1, self.first, 1) + np.tensordot(lossy * c2, self.second, 1)
+        c1 = lossy * material.youngs_modulus / (1.0 - material.poisson_ratio**2)
+        plate = np.tensordot(c1, self.first, 1) + np.tensordot(material.poisson_ratio * c1, self.second, 1)
         reduced = self.uniform.reduced
-        form = ModalForm.of(plate + reduced.stiffness_patch, reduced.dashpots)
+        form = ModalForm.of(np.asarray(plate + reduced.stiffness_patch, dtype=complex), reduced.dashpots)
         found = form.solve(reduced.ports, frequency)
         charge = np.asarray(found @ reduced.ports)
         return WarmAnswer(np.asarray(-self.uniform.signs[:, None, None] * found), charge.transpose(2, 0, 1))

@@ -19,6 +19,7 @@ from simulation.shell.edges import line_blocks
 from simulation.shell.rigidity import W
 from simulation.shell.space import ShapeSpace
 
+Face = Literal["front", "back"]
 Place = Literal["front", "back", "middle", "bending"]
 LAYERS = 5
 """Polynomials through the thickness. With them a slab of Biot number 2 (a panel in air has 0.1) is within 0.4 % of
@@ -84,28 +85,27 @@ class HeatModel:
         slopes = space.product("x", "x", weight=half) + space.product("y", "y", weight=half)
         capacity = density * specific_heat * kron(np.diag(own), inside)
         conductance = conductivity * (kron(np.diag(own), slopes) + kron(across, through))
-        for place, transfer in (("front", front), ("back", back)):
-            face = ends(place, layers)
+        for face, transfer in ((ends("front", layers), front), (ends("back", layers), back)):
             spread = space.product("0", "0", weight=np.broadcast_to(transfer, half.shape))
             conductance = conductance + kron(np.outer(face, face), spread)
         for chosen, transfer in edges:
             conductance = conductance + kron(np.diag(own), _along(space, chosen, thickness, transfer))
         return cls(space, layers, csr_matrix(capacity), csr_matrix(conductance), thickness)
 
-    def on_face(self, place: Literal["front", "back"], flow: float | Real) -> Real:
+    def on_face(self, place: Face, flow: float | Real) -> Real:
         """Load (L N,), W, of heat that flows into a face, W/m2, all over or (Q,) at the points of quadrature."""
         weight = np.broadcast_to(np.asarray(flow, dtype=float), self.space.dx.shape)
-        return np.kron(ends(place, self.layers), self.space.moments("0", weight))
+        return np.asarray(np.kron(ends(place, self.layers), self.space.moments("0", weight)))
 
     def on_edges(self, chosen: Mask, flow: float) -> Real:
         """Load (L N,), W, of heat that flows into chosen mesh edges (E,), W/m2."""
         own, _ = legendre(self.layers)
         line = _along(self.space, chosen, self.thickness, flow) @ self._one
-        return np.kron(own * np.eye(self.layers)[0], line)
+        return np.asarray(np.kron(own * np.eye(self.layers)[0], line))
 
     def uniform(self, temperature: float) -> Real:
         """Coefficients (L N,) of one temperature everywhere, °C."""
-        return np.kron(np.eye(self.layers)[0], temperature * self._one)
+        return np.asarray(np.kron(np.eye(self.layers)[0], temperature * self._one))
 
     def seen(self, coefficients: Real, place: Place) -> Real:
         """Return coefficients (..., N) of the temperature of a face or in the middle, or as bending weighs it.
@@ -148,7 +148,7 @@ def legendre(layers: int) -> tuple[Real, Real]:
     i, j = np.indices((layers, layers))
     lower = np.minimum(i, j)
     slopes = np.where((i + j) % 2, 0.0, lower * (lower + 1.0))
-    return 2.0 / (2.0 * np.arange(layers) + 1.0), slopes
+    return np.asarray(2.0 / (2.0 * np.arange(layers) + 1.0)), np.asarray(slopes)
 
 
 def _along(space: ShapeSpace, chosen: Mask, thickness: Real, transfer: float) -> csr_matrix:

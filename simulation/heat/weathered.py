@@ -9,7 +9,7 @@ from analysis.arrays import Real
 from analysis.plate import Plate
 from analysis.progress import Progress
 from analysis.weather.declared_weather import Surroundings, Weather
-from simulation.heat.heat_model import HeatModel
+from simulation.heat.heat_model import Face, HeatModel
 from simulation.heat.marching import march, settled
 from simulation.meshing.plate_mesh import PlateMesh
 from simulation.shell.space import ShapeSpace
@@ -95,8 +95,8 @@ def plate_temperatures(
     start = settled(model, load(0.0)) if weather.initial is None else model.uniform(weather.initial)
     here, places = space.values(points), space.values(np.array([one.point for one in weather.thermometer]))
     time, found = weather.times, [start]
-    for number, one in enumerate(march(model, load, start, float(time[1]), len(time) - 1), start=2):
-        found.append(one)
+    for number, after in enumerate(march(model, load, start, float(time[1]), len(time) - 1), start=2):
+        found.append(after)
         if number % 50 == 0 or number == len(time):
             report("Heat", number / len(time))
     every = np.array(found)
@@ -116,10 +116,9 @@ def _load(model: HeatModel, plate: Plate, weather: Weather, border: Real) -> Cal
     xi, zeta = plate.normalised(model.space.points)
     shapes = (np.ones_like(xi), 0.5 * xi, 0.5 * zeta)
 
-    def of_face(place: str, around: Surroundings) -> Callable[[float], Real]:
-        name = "front" if place == "front" else "back"
-        air = np.array([model.on_face(name, around.convection * shape) for shape in shapes])
-        sun = model.on_face(name, around.lit_at(model.space.points))
+    def of_face(face: Face, around: Surroundings) -> Callable[[float], Real]:
+        air = np.array([model.on_face(face, around.convection * shape) for shape in shapes])
+        sun = model.on_face(face, around.lit_at(model.space.points))
         return lambda time: around.air_at(time) @ air + around.sun_at(time) * sun
 
     front, back, edge = of_face("front", weather.front), of_face("back", weather.back), weather.edge

@@ -1,0 +1,175 @@
+"""``flexura compensate`` and ``flexura render`` in a weather: a small panel, and the section-2 panel in a car."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from analysis.compensation.settings import Training
+from analysis.focusing.panel import Panel
+from analysis.material import MaterialLaws
+from analysis.weather.judgement import ONE, OWN_TILTED, SEVERAL, TILTED, WAYS
+from app.files.compensation_file import load_compensation
+from app.files.panel_file import SECTION_2, read_panel
+from app.files.shipped import shipped
+from app.files.weather_file import read_weather
+from app.main import flexura
+from app.stages import compensate as compensate_stage
+
+soundfile = pytest.importorskip("soundfile")
+RATE = 4_000
+WEATHER = """\
+format = "weather/1"
+duration = 600.0
+step = 10.0
+initial = 8.0
+
+[front]
+convection = 25.0
+air = [[0.0, 8.0], [500.0, 50.0]]
+across = [[0.0, 0.0, 0.0], [300.0, 16.0, 6.0]]
+
+[back]
+air = [[0.0, 8.0], [500.0, 48.0]]
+
+[[thermometer]]
+name = "left"
+point = [0.02, 0.095]
+
+[[thermometer]]
+name = "lower right"
+point = [0.22, 0.02]
+
+[[thermometer]]
+name = "upper right"
+point = [0.22, 0.17]
+"""
+
+
+def flex(*words):
+    return CliRunner().invoke(flexura, [str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def weather(tmp_path_factory):
+    path = tmp_path_factory.mktemp("weather") / "car.toml"
+    path.write_text(WEATHER, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def judged(small_run, weather, tmp_path_factory):
+    """Return a run folder that was judged in the weather, and what was printed."""
+    folder = small_run.laws_alone(tmp_path_factory.mktemp("judged") / "run")
+    result = flex("compensate", folder, "--panel", small_run.panel, "--weather", weather, "--json")
+    assert result.exit_code in (0, 1), result.output
+    return folder, json.loads(result.stdout), result.stderr
+
+
+def test_three_thermometers_and_the_tilt_lose_less_than_one(judged):
+    folder, told, said = judged
+    ways = told["weather"]["ways"]
+    assert tuple(ways) == WAYS
+    assert ways[TILTED]["loss_worst_line"] < 0.1 * ways[SEVERAL]["loss_worst_line"]
+    assert ways[TILTED]["loss"] < 0.01
+    assert ways[TILTED]["level_db"] < 0.2 * ways[ONE]["level_db"]
+    assert "K from one place to another; filters robust for tilts of" in said
+    _, found = load_compensation(folder / "compensation.h5")
+    assert found.weather is not None
+    assert found.family is not None
+    assert found.weather.largest[WAYS.index(TILTED), 1] == pytest.approx(ways[TILTED]["loss_worst_line"])
+    plate = told["weather"]["plate_c"]
+    assert plate["mean"][0] == pytest.approx(8.0, abs=1e-6)
+    assert plate["coldest"][-1] < told["weather"]["readings_c"]["left"][-1] < plate["warmest"][-1]
+
+
+def test_sound_follows_the_thermometers_and_the_tilt(judged, weather, tmp_path):
+    folder, *_ = judged
+    sound = tmp_path / "noise.wav"
+    soundfile.write(sound, 0.3 * np.random.default_rng(4).standard_normal(400 * RATE), RATE, subtype="DOUBLE")
+    tilted = flex("render", sound, folder, "--weather", weather, "--out", tmp_path, "--json")
+    assert tilted.exit_code == 0, tilted.output
+    assert "filters follow the middle of the panel and its tilt" in tilted.stderr
+    assert "the sound ends after 400 of 600 s of the weather" in tilted.stderr
+    (moments,) = (json.loads(tilted.stdout)["moments"],)
+    assert moments[-1]["temperature_c"] > moments[0]["temperature_c"] + 20.0
+    fixed = f"{moments[0]['temperature_c']}:{moments[-1]['temperature_c']}"
+    plain = flex("render", sound, folder, "--temperature", fixed, "--out", tmp_path, "--json")
+    assert plain.exit_code == 0, plain.output
+    last = json.loads(plain.stdout)["moments"][-1]
+    assert moments[-1]["contrast_worst"] != pytest.approx(last["contrast_worst"], abs=1e-4)
+    assert moments[-1]["contrast_mean"] > moments[-1]["kept_mean"]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("initial = 8.0", "initial = -8.0", "it takes parts of the plate to -8.0 and"),
+        ("point = [0.22, 0.17]", "point = [0.26, 0.17]", "thermometer 'upper right' at [0.26, 0.17] m is off the"),
+        ("convection = 25.0", 'convection = "much"', "front.convection"),
+        ("step = 10.0", "steps = 10.0", "did you mean step?"),
+        ("[500.0, 50.0]]", "[500.0, 320.0]]", "320.0"),
+        ("[0.0, 8.0], [500.0, 48.0]", "[9.0, 8.0], [5.0, 48.0]", "times must ascend"),
+        ("duration = 600.0", "duration = ", "line 2"),
+    ],
+)
+def test_a_weather_that_cannot_be_is_refused_with_a_sentence(judged, small_run, tmp_path, before, after, said):
+    folder, *_ = judged
+    assert before in WEATHER
+    path = tmp_path / "wrong.toml"
+    path.write_text(WEATHER.replace(before, after), encoding="utf-8")
+    result = flex("compensate", folder, "--panel", small_run.panel, "--weather", path, "--out", tmp_path / "out")
+    assert isinstance(result.exception, SystemExit), result.output
+    assert said in result.stderr
+    assert not (tmp_path / "out" / "compensation.h5").exists()
+
+
+def test_options_that_contradict_a_weather_are_refused(judged, weather, tmp_path):
+    folder, *_ = judged
+    sound = tmp_path / "noise.wav"
+    soundfile.write(sound, np.zeros(RATE), RATE)
+    both = flex("render", sound, folder, "--weather", weather, "--temperature", 20)
+    neither = flex("render", sound, folder)
+    heard = flex("render", sound, folder, "--weather", weather, "--heard")
+    other = flex("compensate", folder, "--weather", weather, "--method", "time-reversal")
+    assert [one.exit_code for one in (both, neither, heard, other)] == [2, 2, 2, 2]
+    assert "name one of --temperature and --weather" in both.stderr
+    assert "name one of --temperature and --weather" in neither.stderr
+    assert "leave out --heard or --weather" in heard.stderr
+    assert "--weather judges filters of the method stif" in other.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("aimed_at", ["field", "listeners"])
+def test_three_thermometers_hold_contrast_and_level_of_the_section_2_panel_in_a_warming_car(aimed_at):
+    """A car from -10 °C, 20 K across: at most .01 of the mean contrast, .04 at the worst line, ±1 dB."""
+    knots = np.concatenate([[-20.0] * 4, [70.0] * 4])
+    log_e = np.log(3.2e9) - np.log(3.2) * (np.linspace(-20.0, 70.0, 4) / 60.0)
+    coefficients = np.array([log_e, np.full(4, 0.38), np.full(4, np.log(0.07))])
+    laws = MaterialLaws(knots, coefficients, np.zeros((3, 4, 4)), (-10.0, 60.0))
+    declared = read_panel(SECTION_2).model_dump(mode="json")
+    declared["filters"] |= {"aim": aimed_at, "operating_range": [-10.0, 60.0]}
+    panel = Panel.model_validate_json(json.dumps(declared), strict=True)
+    path = shipped("warming-car.toml")
+    computed = compensate_stage.compute(
+        panel,
+        laws,
+        lambda _stage, _share: None,
+        training=Training(epochs=5, restarts=1),
+        spacing=10.0,
+        weather=(read_weather(path), str(path)),
+    )
+    found = computed.compensation.weather
+    assert found is not None
+    assert 19.0 < found.widest < 22.0
+    assert found.extent[0, 1] == pytest.approx(-10.0)
+    assert found.extent[-1, 2] > 55.0
+    for way in (TILTED, OWN_TILTED):
+        mean, worst = found.largest[WAYS.index(way)]
+        assert mean <= 0.01
+        assert worst <= 0.04
+        assert found.level_error[WAYS.index(way)] <= 1.0
+    one = found.largest[WAYS.index(ONE)]
+    assert one[0] > 0.01
+    assert one[1] > 0.04
