@@ -42,6 +42,7 @@ EXAMPLES = """\b
 Examples:
   flexura export plate-run --to c
   flexura export plate-run --to c --number int16 --out firmware
+  flexura export plate-run --to c --number int16 --example --out firmware
   flexura export rear-run --to c --prefix rear_door --out firmware
   flexura export plate-run --to wav --temperature 20 --temperature 45
   flexura export my-campaign --to tdms --out for-labview
@@ -65,6 +66,11 @@ Examples:
     help="First word of names in the C code and of its files: several panels fit one program.  [default: flexura]",
 )
 @click.option(
+    "--example",
+    is_flag=True,
+    help="With int16: buffers for a serial audio port fed by DMA, and a loop-back check against a rendered file.",
+)
+@click.option(
     "--temperature",
     "temperatures",
     type=float,
@@ -80,6 +86,7 @@ def command(
     method: str | None,
     number: str,
     prefix: str | None,
+    example: bool,
     temperatures: tuple[float, ...],
     out: Path | None,
     output: Output,
@@ -96,7 +103,7 @@ def command(
     that are finished.
     """
     if run is not None and _is_campaign(run):
-        given = {"--method": method, "--prefix": prefix, "--temperature": temperatures}
+        given = {"--method": method, "--prefix": prefix, "--example": example, "--temperature": temperatures}
         given["--number"] = None if number == "float32" else number
         _sweeps(run, form, given, out, output)
         return
@@ -104,6 +111,8 @@ def command(
         raise click.UsageError(f"--to {form} is for the sweeps of a campaign; {run or Path()} holds filters")
     if number == "int16" and form != "c":
         raise click.UsageError(f"--number int16 is for --to c; {form} holds floats")
+    if example and (form != "c" or number != "int16"):
+        raise click.UsageError("--example is of 16-bit samples: it needs --to c --number int16")
     if prefix is not None and form != "c":
         raise click.UsageError(f"--prefix is for --to c; {form} has no names")
     if temperatures and form in ("c", "onnx"):
@@ -124,7 +133,7 @@ def command(
     cost = Cost.of(sent.filters, number == "int16", BLOCK) if form == "c" else None
     with run_folder(beside, out or beside) as folder:
         if form == "c":
-            written = write_c(sent, folder, number == "int16", prefix or PREFIX)
+            written = write_c(sent, folder, number == "int16", prefix or PREFIX, example)
         elif form == "onnx":
             written = write_onnx(sent, folder)
         else:

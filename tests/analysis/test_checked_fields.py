@@ -30,6 +30,9 @@ from analysis.shapes.stabilization import StabilizationChart
 from analysis.thermometry.listening import Listener
 from analysis.updated import Updated
 from analysis.updating.normal_equations import SweepData
+from analysis.weather.family import TiltFamily
+from analysis.weather.judgement import WeatherFields, WeatherJudgement
+from analysis.weather.warm_panel import WarmAnswer
 from app.files.gap_file import GapMap, Signatures
 from app.files.latest_repeat import LatestRepeat
 from app.files.laws_file import TwinFrf
@@ -57,6 +60,7 @@ def hole(*shape: int) -> Any:
 
 MATERIAL = Material(np.full(T, 2e9), np.full(T, 0.4), np.full(T, 0.05))
 SIGMA = MaterialSigma(np.full(T, 1e7), np.full(T, 0.01), np.full(T, 0.001))
+FAMILY = TiltFamily(WARMER, 20.0, ones(T, K, 8), ones(T, K, 8), ones(T, 2, K, 8), ones(T, 2, K, 8), ones(T, 2))
 FRF = Frf(
     WARMER,
     ("up",) * T,
@@ -178,6 +182,33 @@ TABLE: list[tuple[Any, str, Any, str]] = [
         "fed_mean",
         ones(1, T, 3, 2),
         "TiltedContrast.fed_mean has shape",
+    ),
+    (WarmAnswer(H[:, :, None], ones(K, K, F) + 0j), "charge", ones(K, 1, F), "WarmAnswer.charge has shape"),
+    (FAMILY, "slope", ones(T, 1, K, 8), "TiltFamily.slope has shape"),
+    (FAMILY, "temperature", WARMER[::-1], "must ascend"),
+    (
+        WeatherFields(WARMER, ones(T, 9), ones(T, 1), ones(1, 2), ("a",)),
+        "temperature",
+        hole(T, 9),
+        "WeatherFields.temperature: 1 of 27",
+    ),
+    (
+        WeatherJudgement(
+            ("one",),
+            ("a",),
+            WARMER,
+            ones(T, 3),
+            ones(T, 1),
+            ones(1, T, 3),
+            ones(1, T, F),
+            ones(T, F),
+            ones(1, T, 2),
+            ones(2),
+            5.0,
+        ),
+        "contrast",
+        ones(2, T, F),
+        "WeatherJudgement.contrast has shape",
     ),
     (LowRankBank(WARMER, ones(T, 2), ones(2, 6, 8), ones(6, 8)), "temperature", WARMER[::-1], "must ascend"),
     (LowRankBank(WARMER, ones(T, 2), ones(2, 6, 8), ones(6, 8)), "filters", hole(2, 6, 8), "filters: 1 of 96"),

@@ -4,6 +4,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from analysis.experiment import Experiment
 from analysis.focusing.grid import Grid
 from analysis.frf import campaign_frf
@@ -20,6 +22,7 @@ from app.files.recorded_campaign import read_recording
 from app.files.sweep_file import read_sweep_file
 from app.files.tdms_sweep import read_sweep
 from app.files.twin_file import read_twin
+from app.files.weather_file import read_weather
 from app.plate_frfs.given_campaign import read_plate
 from app.plate_frfs.plate_of_modes import read_plate_of_modes
 from tests.fuzz.reader import Reader, refused
@@ -32,6 +35,7 @@ EXPERIMENTS = (
     "clamped-disc.toml",
 )
 PANELS = ("section2-panel.toml",)
+WEATHERS = ("warming-car.toml",)
 INSTRUMENTS = ("instruments/modbus-map.toml", "instruments/scpi.toml")
 SWEEP = "sweeps/0000_up_T+010.0.h5"
 TDMS = ("recording/sweeps/000.tdms", "recorder/sweeps/log.tdms")
@@ -64,6 +68,15 @@ def _experiment(root: Path, name: str) -> object:
 def _panel(root: Path, name: str) -> object:
     panel = read_panel(root / name)
     return panel, Grid.of(panel)
+
+
+def _weather(root: Path, name: str) -> object:
+    weather = read_weather(root / name)
+    points = np.array([one.point for one in weather.thermometer])
+    return [
+        (around.air_at(10.0), around.sun_at(10.0), around.lit_at(points))
+        for around in (weather.front, weather.back)
+    ]
 
 
 def _twin(root: Path, name: str) -> object:
@@ -141,6 +154,7 @@ CAMPAIGNS = (
     Reader("TOML, experiment", EXPERIMENTS, _experiment, 0.05, text=True),
     Reader("TOML, instruments", INSTRUMENTS, _instruments, 0.03, text=True),
     Reader("TOML, panel", PANELS, _panel, 0.03, text=True),
+    Reader("TOML, weather", WEATHERS, _weather, 0.03, text=True),
     Reader("TOML, twin", ("twin.toml",), _twin, 0.03, text=True),
     Reader(
         "JSON, protocol",

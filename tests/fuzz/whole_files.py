@@ -23,7 +23,7 @@ from app.files.readings import ReadingLine, append_reading
 from app.files.recorded_campaign import read_recorded_campaign
 from app.files.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin, write_twin
 from tests.app.conftest import RATE, TinyCampaign, tiny_campaign
-from tests.fuzz.campaign_readers import EXPERIMENTS, INSTRUMENTS, PANELS, SWEEP, TRIAL
+from tests.fuzz.campaign_readers import EXPERIMENTS, INSTRUMENTS, PANELS, SWEEP, TRIAL, WEATHERS
 from tests.fuzz.whole_geometry import write_geometry
 from tests.fuzz.whole_measurements import write_measurements
 from tests.fuzz.whole_results import write_results
@@ -44,7 +44,7 @@ def write_all(root: Path) -> None:
     _write_instruments(root / "instruments")
     _write_trial(root)
     _write_twin(root / "twin.toml", root / "recording")
-    for name in (*EXPERIMENTS, *PANELS):
+    for name in (*EXPERIMENTS, *PANELS, *WEATHERS):
         shutil.copy(EXAMPLES / name, root / name)
     write_results(root)
     write_measurements(root)

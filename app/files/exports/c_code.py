@@ -18,10 +18,14 @@ BLOCK = 256
 """Samples filtered at a time; longer blocks are cut, shorter ones taken as they are."""
 PREFIX = "flexura"
 """Of every name that other code can see, unless another is given: two panels in one program need two."""
+EXAMPLE = ("target.h", "target.c", "loopback.c")
+"""Buffers of a serial audio port that is fed by DMA, and a program that compares them with a rendered file."""
 WIDTH = 118
 
 
-def write_c(shipment: Shipment, folder: Path, fixed_point: bool, prefix: str = PREFIX) -> tuple[Path, ...]:
+def write_c(
+    shipment: Shipment, folder: Path, fixed_point: bool, prefix: str = PREFIX, example: bool = False
+) -> tuple[Path, ...]:
     """Write ``flexura_filters.h`` and ``flexura_filters.c``, or the same with another prefix.
 
     Parameters
@@ -30,10 +34,12 @@ def write_c(shipment: Shipment, folder: Path, fixed_point: bool, prefix: str = P
         int16 in place of float32.
     prefix : str
         Small letters, digits and underscores.
+    example : bool
+        Write `EXAMPLE` as well, which needs int16.
 
     Returns
     -------
-    (2,) tuple of Path
+    tuple of Path
 
     Raises
     ------
@@ -43,10 +49,15 @@ def write_c(shipment: Shipment, folder: Path, fixed_point: bool, prefix: str = P
         Where the folder cannot be written.
     """
     header, code = c_texts(shipment, fixed_point, prefix)
-    names = (f"{prefix}_filters.h", f"{prefix}_filters.c")
-    with written_together(folder, names) as (header_path, code_path):
-        header_path.write_text(header, encoding="ascii", newline="\n")
-        code_path.write_text(code, encoding="ascii", newline="\n")
+    texts = {f"{prefix}_filters.h": header, f"{prefix}_filters.c": code}
+    template = files("app.files.exports")
+    for name in EXAMPLE if example else ():
+        text = template.joinpath(f"{name}.in").read_text(encoding="ascii")
+        texts[f"{prefix}_{name}"] = _named(text, prefix)
+    names = tuple(texts)
+    with written_together(folder, names) as paths:
+        for path, text in zip(paths, texts.values(), strict=True):
+            path.write_text(text, encoding="ascii", newline="\n")
     return tuple(folder / name for name in names)
 
 

@@ -1,11 +1,13 @@
 """The C code, compiled with every warning an error and both sanitizers, against the renderer in Python."""
 
 import json
+import re
 import shutil
 import subprocess
 
 import numpy as np
 import pytest
+from scipy.io import wavfile
 
 from analysis.rendering.fixed_point import FixedPoint
 from analysis.rendering.renderer import Renderer
@@ -185,6 +187,79 @@ def test_the_same_filters_give_the_same_bytes(tmp_path, shipments):
     assert c_texts(shipments["network"], True) == c_texts(shipments["network"], True)
     write_c(shipments["network"], tmp_path, True)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["flexura_filters.c", "flexura_filters.h"]
+
+
+@pytest.fixture(scope="module")
+def loopback(tmp_path_factory, shipments):
+    """Compile the example of int16 filters, with spare slots; return it with a function that renders a sound."""
+    folder = tmp_path_factory.mktemp("loopback")
+    shipment = shipments["cubic-spline"]
+    written = write_c(shipment, folder, True, "flexura", example=True)
+    assert [path.name for path in written[2:]] == ["flexura_target.h", "flexura_target.c", "flexura_loopback.c"]
+    sources = [path for path in written if path.suffix == ".c"]
+    command = [GCC, *STRICT, *SANITIZED, "-DFLEXURA_PLAYED_SLOTS=8", "-o", folder / "loopback", *sources, "-lm"]
+    subprocess.run([str(word) for word in command], check=True)
+
+    def rendered(counts, first, last):
+        """Drive (N, frames + taps - 1), V, as ``flexura render`` computes it in blocks of 512."""
+        renderer = Renderer(shipment.filters, first, 512)
+        length = len(counts) + shipment.filters.banks.shape[2] - 1
+        padded = np.zeros(-(-length // 512) * 512)
+        padded[: len(counts)] = counts / 32_768.0
+        out = []
+        for start in range(0, len(padded), 512):
+            renderer.follow(first + (last - first) * min(start / len(counts), 1.0))
+            out.append(renderer.process(padded[start : start + 512]))
+        return np.hstack(out)[:, :length]
+
+    return folder / "loopback", rendered
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(11)
+
+
+def checked(program, folder, counts, drive, *temperatures, rate=8_000):
+    wavfile.write(folder / "sound.wav", rate, counts)
+    wavfile.write(folder / "rendered.wav", 8_000, drive.T.astype(np.float32))
+    words = [program, folder / "sound.wav", folder / "rendered.wav", *temperatures]
+    return subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("channels", [1, 2])
+def test_the_buffers_of_the_target_play_what_was_rendered(tmp_path, loopback, channels, rng):
+    program, rendered = loopback
+    counts = np.round(9_000.0 * np.clip(rng.standard_normal(20_000), -3.0, 3.0)).astype(np.int16)
+    sound = np.repeat(counts[:, None], channels, axis=1) if channels > 1 else counts
+    for temperatures in ((31.3, 31.3), (12.0, 48.0)):
+        done = checked(program, tmp_path, sound, rendered(counts, *temperatures), *temperatures)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert len(re.findall(r"channel \d: error -\d+\.\d dB of the rendered drive\n", done.stdout)) == 3
+
+
+def test_the_loop_back_check_sees_what_is_wrong(tmp_path, loopback, rng):
+    program, rendered = loopback
+    counts = np.round(9_000.0 * np.clip(rng.standard_normal(9_000), -3.0, 3.0)).astype(np.int16)
+    drive = rendered(counts, 20.0, 20.0)
+    exchanged = checked(program, tmp_path, counts, drive[[1, 0, 2]], 20.0)
+    assert exchanged.returncode == 1
+    assert exchanged.stdout.count("NOT what was rendered") == 2
+    warmer = checked(program, tmp_path, counts, drive, 24.0)
+    assert warmer.returncode == 1
+    late = checked(program, tmp_path, counts, np.roll(drive, 1, axis=1), 20.0)
+    assert late.returncode == 1
+    few = checked(program, tmp_path, counts, drive[:2], 20.0)
+    assert (few.returncode, "2 channels at 8000 Hz; 3 at 8000 Hz wanted" in few.stderr) == (2, True)
+    slow = checked(program, tmp_path, counts, drive, 20.0, rate=44_100)
+    assert (slow.returncode, "has 44100 Hz" in slow.stderr) == (2, True)
+    floats = checked(program, tmp_path, counts.astype(np.float32), drive, 20.0)
+    assert (floats.returncode, "not a WAV file of 16-bit integers" in floats.stderr) == (2, True)
+    cut = tmp_path / "cut.wav"
+    cut.write_bytes((tmp_path / "rendered.wav").read_bytes()[:20])
+    wavfile.write(tmp_path / "sound.wav", 8_000, counts)
+    words = [str(word) for word in (program, tmp_path / "sound.wav", cut, 20.0)]
+    assert subprocess.run(words, capture_output=True, check=False).returncode == 2
 
 
 GXX = shutil.which("g++")

@@ -1,6 +1,8 @@
 """``flexura export`` on the filters of a panel small enough to be reduced in seconds."""
 
 import json
+import shutil
+import subprocess
 from pathlib import Path
 
 import h5py
@@ -155,3 +157,25 @@ def test_filters_of_one_temperature_are_said_to_follow_none(small_run, tmp_path)
     assert [path.name for path in made.glob("*.wav")] == ["flexura_filters_+020.00C.wav"]
     with h5py.File(made / "filters.h5") as file:
         assert file["focusing/temperature"][:].tolist() == [20.0]
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
+def test_the_example_for_a_target_plays_what_render_wrote(run, tmp_path):
+    """As the comment of the program says: export, render, compile, compare."""
+    soundfile = pytest.importorskip("soundfile")
+    sound = tmp_path / "sound.wav"
+    noise = 0.25 * np.clip(np.random.default_rng(5).standard_normal(30_000), -3.0, 3.0)
+    soundfile.write(sound, noise, 4_000, subtype="PCM_16")
+    words = ("--method", "cubic-spline", "--out", tmp_path, "--json")
+    exported = flex("export", run, "--to", "c", "--number", "int16", "--example", *words)
+    assert exported.exit_code == 0, exported.output
+    written = [Path(file) for file in json.loads(exported.stdout)["files"]]
+    assert [path.name for path in written[2:]] == ["flexura_target.h", "flexura_target.c", "flexura_loopback.c"]
+    assert flex("render", sound, run, "--temperature", "15:40", *words).exit_code == 0
+    sources = [path for path in written if path.suffix == ".c"]
+    command = ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-o", tmp_path / "loopback", *sources, "-lm"]
+    subprocess.run([str(word) for word in command], check=True)
+    files = (tmp_path / "loopback", sound, tmp_path / "sound-rendered.wav")
+    for way, status in ((("15", "40"), 0), (("40", "15"), 1)):
+        done = subprocess.run([*map(str, files), *way], capture_output=True, text=True, check=False)
+        assert done.returncode == status, done.stdout + done.stderr
