@@ -1,4 +1,4 @@
-"""Surroundings of a panel over time, what its plate does with heat, and its thermometers: a ``weather/1`` file."""
+"""FaceAir of a panel over time, what its plate does with heat, and its thermometers: a ``weather/1`` file."""
 
 from itertools import pairwise
 from typing import Annotated, Literal, Self
@@ -26,7 +26,7 @@ class PlateHeat(Declared):
     specific_heat: Annotated[float, Field(ge=100.0, le=5000.0, description="J/(kg K)")] = 1900.0
 
 
-class Surroundings(Sparse):
+class FaceAir(Sparse):
     """Air beside a face of the plate.
 
     Attributes
@@ -77,7 +77,7 @@ class Surroundings(Sparse):
         return np.asarray(np.clip((points - dark) @ way / (way @ way), 0.0, 1.0))
 
 
-class Thermometer(Declared):
+class PlateThermometer(Declared):
     """A thermometer on the plate."""
 
     name: Annotated[str, Field(min_length=1, max_length=40)]
@@ -86,7 +86,7 @@ class Thermometer(Declared):
 
 
 class Weather(Sparse):
-    """Surroundings of a panel's plate from the time 0 on.
+    """FaceAir of a panel's plate from the time 0 on.
 
     Attributes
     ----------
@@ -94,11 +94,11 @@ class Weather(Sparse):
         s; `step` of the computation.
     initial : float or None
         °C, all over; None for a plate that came to rest in the first surroundings.
-    front, back : Surroundings
+    front, back : FaceAir
         Of the faces toward the listener and away.
-    edge : Surroundings, optional
+    edge : FaceAir, optional
         Along all edges; no heat flows there unless given. Its `across`, `sun` and `lit` are not used.
-    thermometer : tuple of Thermometer
+    thermometer : tuple of PlateThermometer
     """
 
     format: Literal["weather/1"] = "weather/1"
@@ -107,10 +107,10 @@ class Weather(Sparse):
     step: Annotated[float, Field(gt=0.0, le=3600.0, description="s")] = 5.0
     initial: Temperature | None = None
     heat: PlateHeat = PlateHeat()
-    front: Surroundings
-    back: Surroundings
-    edge: Surroundings | None = None
-    thermometer: Annotated[tuple[Thermometer, ...], Field(min_length=1, max_length=32)]
+    front: FaceAir
+    back: FaceAir
+    edge: FaceAir | None = None
+    thermometer: Annotated[tuple[PlateThermometer, ...], Field(min_length=1, max_length=32)]
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -129,7 +129,7 @@ class Weather(Sparse):
         return self
 
     @property
-    def faces(self) -> tuple[Surroundings, Surroundings, Surroundings | None]:
+    def faces(self) -> tuple[FaceAir, FaceAir, FaceAir | None]:
         """Front, back and edge."""
         return self.front, self.back, self.edge
 

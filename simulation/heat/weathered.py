@@ -8,7 +8,7 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.plate import Plate
 from analysis.progress import Progress
-from analysis.weather.declared_weather import Surroundings, Weather
+from analysis.weather.declared_weather import FaceAir, Weather
 from simulation.heat.heat_model import Face, HeatModel
 from simulation.heat.marching import march, settled
 from simulation.meshing.plate_mesh import PlateMesh
@@ -116,7 +116,7 @@ def _load(model: HeatModel, plate: Plate, weather: Weather, border: Real) -> Cal
     xi, zeta = plate.normalised(model.space.points)
     shapes = (np.ones_like(xi), 0.5 * xi, 0.5 * zeta)
 
-    def of_face(face: Face, around: Surroundings) -> Callable[[float], Real]:
+    def of_face(face: Face, around: FaceAir) -> Callable[[float], Real]:
         air = np.array([model.on_face(face, around.convection * shape) for shape in shapes])
         sun = model.on_face(face, around.lit_at(model.space.points))
         return lambda time: around.air_at(time) @ air + around.sun_at(time) * sun

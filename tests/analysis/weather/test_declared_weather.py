@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from analysis.weather.declared_weather import Surroundings, Weather
+from analysis.weather.declared_weather import FaceAir, Weather
 
 AIR = {"air": [[0.0, -10.0], [700.0, 50.0]]}
 PLAIN = {"duration": 900.0, "front": AIR, "back": AIR, "thermometer": [{"name": "a", "point": [0.1, 0.1]}]}
@@ -17,15 +17,15 @@ def made(**changes):
 
 
 def test_air_and_sun_are_straight_in_between_and_held_outside():
-    around = Surroundings(air=((0.0, 10.0), (100.0, 30.0)), across=((0.0, 0.0, 4.0), (50.0, 8.0, 0.0)))
+    around = FaceAir(air=((0.0, 10.0), (100.0, 30.0)), across=((0.0, 0.0, 4.0), (50.0, 8.0, 0.0)))
     np.testing.assert_allclose(around.air_at(25.0), [15.0, 4.0, 2.0])
     np.testing.assert_allclose(around.air_at(500.0), [30.0, 8.0, 0.0])
     assert around.sun_at(3.0) == 0.0
-    assert Surroundings(air=((0.0, 1.0),), sun=((10.0, 0.0), (20.0, 600.0))).sun_at(15.0) == 300.0
+    assert FaceAir(air=((0.0, 1.0),), sun=((10.0, 0.0), (20.0, 600.0))).sun_at(15.0) == 300.0
 
 
 def test_the_sun_rises_evenly_from_the_dark_point_to_the_bright_one():
-    around = Surroundings(air=((0.0, 1.0),), sun=((0.0, 600.0),), lit=((0.1, 0.0), (0.2, 0.0)))
+    around = FaceAir(air=((0.0, 1.0),), sun=((0.0, 600.0),), lit=((0.1, 0.0), (0.2, 0.0)))
     points = np.array([[0.0, 0.3], [0.125, -0.2], [0.5, 0.1]])
     np.testing.assert_allclose(around.lit_at(points), [0.0, 0.25, 1.0])
 
