@@ -8,7 +8,9 @@ from pydantic import Field, model_validator
 from analysis.declared import Declared
 from analysis.material import Material, MaterialLaws
 from analysis.material_table import laws_through
+from analysis.weather.declared_weather import PlateHeat
 
+Share = Annotated[float, Field(ge=-1.8, le=1.8)]
 Column = tuple[float, ...]
 SLOTS = (("1", "NI-9234"), ("2", "NI-9260"), ("3", "NI-9211"), ("4", "NI-9215"), ("5", "NI-9263"))
 """Modules of the simulated chassis unless the file says otherwise."""
@@ -41,6 +43,24 @@ class Laws(Declared):
         return laws_through(np.array(self.temperature), Material(*(np.array(column) for column in columns)))
 
 
+class HeatInOven(PlateHeat):
+    """What warms the simulated plate: moving air on both faces."""
+
+    convection: Annotated[float, Field(gt=0.0, le=500.0, description="W/(m2 K), in the middle")] = 10.0
+    uneven: Annotated[
+        tuple[Share, Share],
+        Field(description="by which share of it more at the largest x than at the smallest, and at the largest y"),
+    ] = (0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _everywhere(self) -> Self:
+        if abs(self.uneven[0]) + abs(self.uneven[1]) >= 2.0:
+            raise ValueError(
+                f"uneven {list(self.uneven)} leaves a corner without convection; allowed: together below 2"
+            )
+        return self
+
+
 class Simulation(Declared):
     """What the simulated rig is; the real one is not asked.
 
@@ -64,6 +84,9 @@ class Simulation(Declared):
         dict[str, str], Field(min_length=2, description="slot -> module", default_factory=lambda: dict(SLOTS))
     ]
     served: Annotated[bool, Field(description="reach the cards over a loopback port, not in this process")] = False
+    heat: Annotated[
+        HeatInOven | None, Field(exclude=True, description="left out: a lag of 150 s, everywhere alike")
+    ] = None
     laws: Annotated[Laws, Field(exclude=True)]
     effects: Annotated[
         dict[str, dict[str, float]],

@@ -10,10 +10,12 @@ from analysis.material import MaterialLaws
 from analysis.plate_material import material_box
 from analysis.progress import Progress
 from analysis.sweep_point import SweepPoint
+from analysis.twin_model import Effects
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.experiment_toml import AcquiredExperiment
 from app.files.hidden_effects import with_shapes
 from app.files.simulation_section import Simulation
+from app.rig.heated_plate import NAME, PlateBehindAir
 from app.rig.plate_transfer import PlateTransfer, TwinTransfer
 from app.rig.simulated_plate import TwinPlate
 from app.twins.campaign_twin import campaign_twin, effect_twin
@@ -60,14 +62,19 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Progress) 
     silent_rig(experiment, file)  # wiring and modules are refused before a twin is built
     recorded = experiment.recorded(experiment.sample_rate)
     transfer: PlateTransfer
-    if simulation.effects:
-        transfer = _with_effects(effect_twin(recorded, report), simulation, laws, file)
+    behind = None if simulation.heat is None else PlateBehindAir.of(recorded, simulation.heat)
+    uneven = behind is not None and simulation.heat is not None and any(simulation.heat.uneven)
+    if simulation.effects or uneven:
+        gradient = {NAME: behind.effect} if behind is not None and uneven else {}
+        twin = effect_twin(recorded, report, also=gradient)
+        hidden = {**simulation.effects, **{name: {"share": 1.0} for name in gradient}}
+        transfer = _with_effects(twin, hidden, laws, file)
         _require_answerable(experiment, transfer, file)
     else:
         transfer = TwinTransfer(campaign_twin(recorded, report), laws)
     volts = np.array([response.volts for response in experiment.sensitivities.responses])
     plate = TwinPlate(transfer, _gain(experiment, simulation), sensitivity=volts)
-    return parts_around(experiment, simulation, plate, file)
+    return parts_around(experiment, simulation, plate, file, behind)
 
 
 def silent_rig(experiment: AcquiredExperiment, file: Path) -> SimulatedParts:
@@ -76,7 +83,11 @@ def silent_rig(experiment: AcquiredExperiment, file: Path) -> SimulatedParts:
 
 
 def parts_around(
-    experiment: AcquiredExperiment, simulation: Simulation, plate: DrivenPlate, file: Path
+    experiment: AcquiredExperiment,
+    simulation: Simulation,
+    plate: DrivenPlate,
+    file: Path,
+    behind: PlateBehindAir | None = None,
 ) -> SimulatedParts:
     """Build the simulated cards and oven of an experiment around a plate.
 
@@ -84,6 +95,8 @@ def parts_around(
     ----------
     file : Path
         The experiment's, for messages.
+    behind : PlateBehindAir, optional
+        How heat passes into the plate; else as into that of `Chamber`.
 
     Raises
     ------
@@ -98,6 +111,10 @@ def parts_around(
         raise CampaignFileError(file.parent, [problem])
     force = experiment.sensitivities.drive.volts
     drive_scale = _gain(experiment, simulation) * force if experiment.drive else 1.0
+    chamber = Chamber(room=experiment.oven.room_temperature)
+    if behind is not None:
+        heat = {"plate_capacity": behind.capacity, "plate_conductance": behind.conductance}
+        chamber = dataclasses.replace(chamber, **heat)
     try:
         return simulated_parts(
             wiring.model_copy(update={"grpc": None}) if isinstance(wiring, Wiring) else wiring,
@@ -105,7 +122,7 @@ def parts_around(
             plate,
             modules=_modules(simulation, file),
             seed=simulation.seed,
-            chamber=Chamber(room=experiment.oven.room_temperature),
+            chamber=chamber,
             drive_scale=drive_scale,
             thermometer=experiment.thermometer,
             iepe_sensors=frozenset(wiring.iepe if isinstance(wiring, Wiring) else ()),
@@ -163,15 +180,15 @@ def _require_covered(experiment: AcquiredExperiment, laws: MaterialLaws, file: P
         raise CampaignFileError(file.parent, problems)
 
 
-def _with_effects(twin: Twin[EffectPlate], simulation: Simulation, laws: MaterialLaws, file: Path) -> TwinTransfer:
+def _with_effects(twin: Twin[EffectPlate], effects: Effects, laws: MaterialLaws, file: Path) -> TwinTransfer:
     """Return what the plate answers with its effects; CampaignFileError for one that this plate cannot have."""
-    unheld = [name for name in simulation.effects if name not in twin.cards]
+    unheld = [name for name in effects if name not in twin.cards]
     if unheld:
         allowed = "the effects " + ", ".join(twin.cards)
         seen = "an effect that this plate and its patches leave no room for"
         problems = [Problem(file.name, f"simulation.effects.{name}", seen, allowed) for name in unheld]
         raise CampaignFileError(file.parent, problems)
-    if any(twin.library[name].needs_strain_energy for name in simulation.effects):
+    if any(twin.library[name].needs_strain_energy for name in effects):
         low, high = laws.temperature_range
         if not low <= REFERENCE <= high:
             allowed = f"to hold {REFERENCE:g} °C, at which strain energies are counted"
@@ -180,7 +197,7 @@ def _with_effects(twin: Twin[EffectPlate], simulation: Simulation, laws: Materia
                 file.parent, [Problem(file.name, "simulation.laws.temperature", seen, allowed)]
             )
         twin = twin.referred(laws.local(REFERENCE))
-    return TwinTransfer(twin, laws, with_shapes(twin.cards, simulation.effects))
+    return TwinTransfer(twin, laws, with_shapes(twin.cards, effects))
 
 
 def _require_answerable(experiment: AcquiredExperiment, transfer: TwinTransfer, file: Path) -> None:

@@ -49,6 +49,7 @@ def effect_twin(
     folder: Path | None = None,
     required: RequiredError | None = None,
     declared: Effects = NO_EFFECTS,
+    also: Mapping[str, Effect] | None = None,
 ) -> Twin[EffectPlate]:
     """Return the twin of a campaign's plate with the project's effects and a user's own.
 
@@ -63,13 +64,15 @@ def effect_twin(
     declared : mapping, optional
         Values of declared quantities, as of model updating: the moduli of an orthotropic sheet about which the
         twin is made.
+    also : mapping, optional
+        Further effects, which act last.
 
     Raises
     ------
     ValueError
         For a user's effects that cannot be loaded.
     """
-    known: Mapping[str, Effect] = library(experiment, folder)
+    known: Mapping[str, Effect] = library(experiment, folder) | dict(also or {})
     box = material_box(experiment.plate.material)
     fineness = None if required is None else finer(experiment, required, report)
     basis = (lambda: plate_basis(experiment, report)) if fineness is None else lambda: None
