@@ -24,6 +24,7 @@
 ``modal_test``      a test at many places
 ``players``         sound at a listener, to be played on the page
 ``radiation``       sound at listeners, its direction, and what of the panel radiates
+``weather``         filters while the panel's temperatures move
 ``sound``           contrast along a piece of sound, readings of the thermometer
 ``studies``         figures of the paper's studies, our numbers beside the paper's
 ==================  ======================================================

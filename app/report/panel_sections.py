@@ -5,7 +5,7 @@ from pathlib import Path
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing, load_pareto, load_uncorrected
 from app.files.radiation_file import load_radiation
-from app.report import focusing, paper, radiation
+from app.report import focusing, paper, radiation, weather
 from app.report.page import Item, PageTable, Paragraph, Picture
 from app.report.players import players
 
@@ -80,6 +80,13 @@ def compensation_section(run: Path, rows: list[paper.PaperRow]) -> list[Item]:
                 "Mean contrast of the band over temperature.",
             )
         )
+    if found.weather is not None:
+        caption = (
+            "Worst line of the band, against filters designed for the field of temperatures itself. One: the "
+            "first thermometer; all: a plane through them; own: the panel's response."
+        )
+        question = "What does a panel cost that is not evenly warm?"
+        items.append(Picture("weather", question, weather.lost_in_weather(found.weather), caption))
     worst = found.relative_error.max(axis=(1, 2))
     cells = [
         (

@@ -15,6 +15,9 @@ from app.files.panel_file import SECTION_2, read_panel
 from app.files.shipped import shipped
 from app.files.weather_file import read_weather
 from app.main import flexura
+from app.report.page import Picture
+from app.report.panel_sections import compensation_section
+from app.report.weather import lost_in_weather
 from app.stages import compensate as compensate_stage
 
 soundfile = pytest.importorskip("soundfile")
@@ -82,6 +85,20 @@ def test_three_thermometers_and_the_tilt_lose_less_than_one(judged):
     plate = told["weather"]["plate_c"]
     assert plate["mean"][0] == pytest.approx(8.0, abs=1e-6)
     assert plate["coldest"][-1] < told["weather"]["readings_c"]["left"][-1] < plate["warmest"][-1]
+
+
+def test_the_report_draws_what_each_way_loses(judged):
+    folder, told, _ = judged
+    _, found = load_compensation(folder / "compensation.h5")
+    figure = lost_in_weather(found.weather)
+    above, below = figure.axes
+    assert [line.get_label() for line in below.lines] == list(WAYS)
+    for line, way in zip(below.lines, WAYS, strict=True):
+        assert max(line.get_ydata()) == pytest.approx(max(told["weather"]["ways"][way]["loss_worst_line"], 1e-5))
+    assert {text.get_text() for text in above.texts} == {"left", "lower right", "upper right"}
+    assert "What does a panel cost that is not evenly warm?" in [
+        item.question for item in compensation_section(folder, []) if isinstance(item, Picture)
+    ]
 
 
 def test_sound_follows_the_thermometers_and_the_tilt(judged, weather, tmp_path):
