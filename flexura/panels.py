@@ -9,9 +9,10 @@ from analysis.compensation.settings import Training
 from analysis.focusing.methods import METHODS, Method
 from analysis.focusing.panel import Panel
 from app.files.panel_file import SECTION_2, read_panel
+from app.files.provenance import sha256
 from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
-from app.stages.panel_inputs import checked_device, measured_panel
+from app.stages.panel_inputs import checked_device, measured_panel, weather_for
 from app.stages.panel_laws import range_of, within
 from flexura.campaigns import File, computing
 from flexura.panel_files import Laws, folder_of, kept, laws_read, panel_followed
@@ -107,6 +108,7 @@ def compensate(
     spacing: float | None = None,
     place: int | None = None,
     across: Sequence[float] = (),
+    weather: File | None = None,
     method: Method | None = None,
     device: str = "cpu",
     out: File | None = None,
@@ -136,6 +138,9 @@ def compensate(
         How many training temperatures are placed where the filters need them, instead of every `spacing`.
     across : sequence of float
         Differences of temperature between two opposite sides of the panel, K, at which the filters are tried.
+    weather : path, optional
+        A weather's file: the panel's field of temperatures moves as it says, and filters are judged by what is
+        known of it.
     method : str, optional
         How the filters are designed that are followed; as those of filters.h5 whose panel is taken where it is
         left out, else ``stif``.
@@ -157,7 +162,7 @@ def compensate(
         For a file that cannot be used, a device that torch cannot use, and laws that share no temperatures with
         the panel.
     app.files.campaign_error.CampaignFileError
-        For a twin file that cannot be used.
+        For a twin file or a weather that cannot be used.
     """
     if method is not None:
         _require_method(method)
@@ -165,7 +170,7 @@ def compensate(
         raise ValueError(f"spacing {spacing:g} K: it must be above 0")
     extent = None
     if transfers is not None:
-        _require_none(twin=twin, spacing=spacing, place=place, across=across or None)
+        _require_none(twin=twin, spacing=spacing, place=place, across=across or None, weather=weather)
         scan, beside = Path(transfers), folder_of(laws, Path(transfers))
         declared, file, followed = panel_followed(panel, method, beside, scanned=True)
         measured = measured_panel(declared, scan, ())
@@ -182,6 +187,10 @@ def compensate(
         run, inputs = kept(out, given.path, file)
         range_of(declared, given.laws, given.origin, extent)
         declared, notes = given.on(declared)
+        around = None
+        if weather is not None:
+            around = weather_for(Path(weather), declared, followed), str(weather)
+            inputs = {**inputs, Path(weather).name: sha256(Path(weather))} if inputs else inputs
         checked_device(device)
         with computing(shown=progress) as report:
             found = compensate_stage.compute(
@@ -192,6 +201,7 @@ def compensate(
                 spacing=spacing or 5.0,
                 place=place,
                 across=across,
+                weather=around,
                 method=followed,
                 device=device,
                 notes=notes,

@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING, Any
 from analysis.campaign_extent import CampaignExtent
 from analysis.compensation.settings import FEWEST, Training, suited_nodes
 from analysis.focusing.methods import Method
-from analysis.focusing.panel import Panel
 from analysis.focusing.temperatures import spaced
 from analysis.progress import Progress
-from analysis.weather.declared_weather import Weather
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
-from app.stages.panel_inputs import PanelTask, method_for, panel_for, require_aim, scanned_panel
+from app.stages.panel_inputs import PanelTask, method_for, panel_for, require_aim, scanned_panel, weather_for
 from app.stages.panel_laws import laws_for, range_of, said_of_range
 
 if TYPE_CHECKING:
@@ -94,7 +92,7 @@ class CompensateRequest:
         panel, notes = found.on(declared)
         notes += said_of_range(panel, (low, high))
         training = self._training(None if self.place is None else suited_nodes(self.place))
-        weather = None if self.weather is None else (self._weather(self.weather, panel, method), str(self.weather))
+        weather = None if self.weather is None else (weather_for(self.weather, panel, method), str(self.weather))
 
         def compute(report: Progress, device: str) -> "CompensatedPanel":
             from app.stages import compensate  # slow import, after all that is read was found good
@@ -120,17 +118,6 @@ class CompensateRequest:
             notes=notes,
             extent=found.extent,
         )
-
-    def _weather(self, path: Path, panel: Panel, method: Method) -> Weather:
-        """Read the weather; UnsuitedOptionError or ResultFileError where it does not suit panel or method."""
-        from app.files.weather_file import read_weather
-        from app.twins.weather_fields import check_thermometers
-
-        if method != "stif":
-            raise UnsuitedOptionError(f"--weather judges filters of the method stif; the method here is {method}")
-        weather = read_weather(path)
-        check_thermometers(panel.plate, weather, str(path))
-        return weather
 
     def _training(self, suited: int | None) -> Training:
         return self.training if suited is None or self.nodes_chosen else replace(self.training, nodes=suited)

@@ -14,6 +14,7 @@ from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
 from analysis.focusing.sound_aim import SoundAim
+from analysis.weather.declared_weather import Weather
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.filter_files import load_method, load_panel, made_from_transfers
 from app.files.panel_file import SECTION_2, panel_of_text, read_panel
@@ -62,6 +63,28 @@ def changed(panel: Panel, changes: Mapping[str, Any]) -> Panel:
     if "taps" in given and "delay" not in given:
         declared["filters"]["delay"] = None  # the default delay depends on the length
     return panel_of_text(json.dumps(declared), "command line")
+
+
+def weather_for(path: Path, panel: Panel, method: Method) -> Weather:
+    """Read the weather in which filters of a panel are judged.
+
+    Raises
+    ------
+    UnsuitedOptionError
+        For filters of another method than STIF.
+    ResultFileError
+        For a thermometer off the plate.
+    CampaignFileError
+        For what is wrong in the file itself.
+    """
+    from app.files.weather_file import read_weather
+    from app.twins.weather_fields import check_thermometers
+
+    if method != "stif":
+        raise UnsuitedOptionError(f"--weather judges filters of the method stif; the method here is {method}")
+    weather = read_weather(path)
+    check_thermometers(panel.plate, weather, str(path))
+    return weather
 
 
 def panel_for(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple[Panel, Path]:

@@ -12,6 +12,7 @@ from analysis.material import MaterialLaws
 from analysis.weather.judgement import ONE, OWN_TILTED, SEVERAL, TILTED, WAYS
 from app.files.compensation_file import load_compensation
 from app.files.panel_file import SECTION_2, read_panel
+from app.files.provenance import sha256
 from app.files.shipped import shipped
 from app.files.weather_file import read_weather
 from app.main import flexura
@@ -155,6 +156,19 @@ def test_options_that_contradict_a_weather_are_refused(judged, weather, tmp_path
     assert "name one of --temperature and --weather" in neither.stderr
     assert "leave out --heard or --weather" in heard.stderr
     assert "--weather judges filters of the method stif" in other.stderr
+
+
+def test_the_library_judges_in_a_weather_as_the_verb_does(small_run, weather, tmp_path, monkeypatch):
+    import flexura as library
+
+    folder, asked = small_run.laws_alone(tmp_path / "run"), {}
+    monkeypatch.setattr(compensate_stage, "compute", lambda *_, **options: asked.update(options))
+    monkeypatch.setattr(
+        compensate_stage, "save", lambda _run, _found, inputs, _extent: asked.update(inputs=inputs)
+    )
+    library.compensate(folder, small_run.panel, weather=weather, out=folder)
+    assert asked["weather"] == (read_weather(weather), str(weather))
+    assert asked["inputs"]["car.toml"] == sha256(weather)
 
 
 @pytest.mark.slow
