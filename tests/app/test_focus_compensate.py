@@ -438,7 +438,7 @@ def test_transfers_of_several_temperatures_are_compensated_as_the_twin_is(run, p
     drawn = relative_errors(found)
     assert len(drawn.axes[1].get_legend().get_texts()) == 4
     refused = flex("compensate", tmp_path / "scan", "--transfers", scan, "--spacing", 4)
-    assert "leave out --spacing, --place and --across" in refused.output
+    assert "leave out --spacing, --place, --across and --weather" in refused.output
 
 
 def test_temperatures_are_placed_and_it_is_said_what_that_gains(run, panel):
