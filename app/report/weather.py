@@ -9,7 +9,7 @@ from app.report.style import BAND, MEASURED, MODEL, legend_below, panels
 
 def lost_in_weather(found: WeatherJudgement) -> Figure:
     """Temperatures over time, and below the contrast lost at the worst line by each way of knowing them."""
-    figure, (above, below) = panels(2, 1, height=5.2, sharex=True, height_ratios=(1, 2))
+    figure, (above, below) = panels(2, 1, height=5.6, sharex=True, height_ratios=(2, 3))
     coldest, mean, warmest = found.extent.T
     above.fill_between(
         found.time, coldest, warmest, color=MODEL, alpha=0.25, lw=0, label="coldest to warmest place"
