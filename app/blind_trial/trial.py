@@ -173,8 +173,8 @@ def prepare_twin(kind: PlateKind) -> None:
 def one_campaign(trial: Trial, assignment: Assignment) -> None:
     """Simulate a campaign and compare it; the comparison gets only the campaign's folder and the library.
 
-    It may be begun twice at a time: a cluster gives a task to another worker when the first no longer answers. Each
-    works in a folder of its own, and what one has finished the other leaves alone.
+    It may be begun twice at a time: a cluster gives a task to another worker when the first no longer answers.
+    Each works in a folder of its own, and what one has finished the other leaves alone.
     """
     truth, folder, run = trial.truth(assignment), trial.campaign(assignment), trial.run(assignment)
     if is_judged(run):

@@ -119,9 +119,11 @@ def engine_options(verb: Verb) -> Verb:
 
         if workers is not None and cluster is not None:
             raise click.UsageError("--workers are processes of this machine, --cluster those of others: name one")
-        return verb(*args, engine=Engine(workers or 2, cluster), **options)
+        return verb(*args, engine=Engine(workers, cluster), **options)
 
-    on_this = click.option("--workers", type=click.IntRange(1, 256), help="Processes of this machine (default: 2).")
+    on_this = click.option(
+        "--workers", type=click.IntRange(1, 256), help="Processes of this machine (default: 2)."
+    )
     elsewhere = click.option(
         "--cluster",
         metavar="ADDRESS",

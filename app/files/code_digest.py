@@ -33,7 +33,7 @@ def code_digest() -> str:
 
 
 def running() -> dict[str, str]:
-    """What runs here, by name: the digest of Flexura's code, the versions of Python and of the libraries."""
+    """Return what runs here, by name: the digest of Flexura's code, the versions of Python and of libraries."""
     known = versions()
     libraries = {name: str(one) for name, one in known["packages"].items()}
     return {"flexura": known["flexura"], "code": code_digest(), "python": known["python"], **libraries}

@@ -81,8 +81,8 @@ def cluster_workers(
             yield executor
         except CancelledError as error:
             raise ResultFileError(
-                f"--cluster {address}: it went away, or took its tasks back; what is finished stays: run this again "
-                "to go on, there or with --workers"
+                f"--cluster {address}: it went away, or took its tasks back; what is finished stays: run this "
+                "again to go on, there or with --workers"
             ) from error
         except _killed_worker() as error:
             raise ResultFileError(
@@ -130,7 +130,7 @@ def on_worker(
 
 
 def state_of_worker(token: Path) -> tuple[dict[str, str], bool]:
-    """What runs on a worker, and whether it sees a file."""
+    """Return what runs on a worker, and whether it sees a file."""
     return running(), token.is_file()
 
 
@@ -225,7 +225,7 @@ def _refused(client: Any, address: str, folder: Path, memory: float) -> list[str
             refused.append(f"worker {name} runs other code: {other}; install the same Flexura there")
         elif not state[1]:
             refused.append(
-                f"worker {name} does not see {os.fspath(token.parent)}; name a folder with --out that all machines "
-                "share by the same path"
+                f"worker {name} does not see {os.fspath(token.parent)}; name a folder with --out that all "
+                "machines share by the same path"
             )
     return refused

@@ -10,6 +10,9 @@ from analysis.progress import Progress
 from app.files.room import memory_left
 from app.terminal.worker_processes import worker_processes
 
+USUAL = 2
+"""Processes, unless said otherwise: of two processors one waits for the other's memory little."""
+
 
 @dataclass(frozen=True)
 class Engine:
@@ -17,14 +20,19 @@ class Engine:
 
     Attributes
     ----------
-    workers : int
-        Processes on this machine, where there is no cluster.
+    workers : int or None
+        Processes on this machine, where there is no cluster; None for `USUAL`.
     cluster : str or None
         Address of its scheduler, or the file with it.
     """
 
-    workers: int
+    workers: int | None = None
     cluster: str | None = None
+
+    @property
+    def named(self) -> bool:
+        """Whether either was typed."""
+        return self.workers is not None or self.cluster is not None
 
     @contextmanager
     def executor(
@@ -53,10 +61,11 @@ class Engine:
                 yield executor
             return
         free = memory_left()
-        count = min(self.workers, max(int(free / memory), 1)) if free < float("inf") else self.workers
-        if count < self.workers:
+        asked = self.workers or USUAL
+        count = min(asked, max(int(free / memory), 1)) if free < float("inf") else asked
+        if count < asked:
             note(
-                f"{count} of {self.workers} workers: each takes up to {memory / 1e9:.2g} GB, and {free / 1e9:.2g} GB "
+                f"{count} of {asked} workers: each takes up to {memory / 1e9:.2g} GB, and {free / 1e9:.2g} GB "
                 "of memory are free"
             )
         with worker_processes(count) as executor:

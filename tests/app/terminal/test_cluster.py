@@ -1,4 +1,4 @@
-"""Workers of a Dask cluster: real schedulers and workers on this machine; refusals by what a worker says of itself."""
+"""Workers of a Dask cluster: real ones on this machine; refusals by what a worker says of itself."""
 
 import os
 import shutil
@@ -38,7 +38,7 @@ def cluster() -> Iterator[Any]:
 
 
 def blas_threads() -> list[int]:
-    import scipy.linalg  # noqa: F401, PLC0415 (it loads BLAS)
+    import scipy.linalg  # noqa: F401 (it loads BLAS)
 
     return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
 
@@ -76,7 +76,7 @@ def test_a_task_whose_worker_is_killed_is_done_by_another(cluster: Any, tmp_path
 
 def test_an_error_of_a_task_is_its_own(cluster: Any, tmp_path: Path) -> None:
     with (
-        pytest.raises(ResultFileError, match="^a file of results is damaged$"),
+        pytest.raises(ResultFileError, match=r"^a file of results is damaged$"),
         cluster_workers(cluster.scheduler_address, tmp_path, MEMORY, silent) as executor,
     ):
         executor.submit(fail).result()
@@ -114,14 +114,18 @@ def test_a_cluster_that_is_not_there_is_one_sentence(
 def test_a_damaged_scheduler_file_is_one_sentence(tmp_path: Path) -> None:
     file = tmp_path / "scheduler.json"
     file.write_text('{"address": ')
-    with pytest.raises(ResultFileError, match="it holds no address of a scheduler"), cluster_workers(str(file), tmp_path, 1.0, silent):
+    with (
+        pytest.raises(ResultFileError, match="it holds no address of a scheduler"),
+        cluster_workers(str(file), tmp_path, 1.0, silent),
+    ):
         pass
 
 
 def test_without_the_extra_its_name_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(ResultFileError, match=r"pip install 'flexura\[cluster\]'"), cluster_workers(
-        "tcp://127.0.0.1:9", tmp_path, 1.0, silent
+    with (
+        pytest.raises(ResultFileError, match=r"pip install 'flexura\[cluster\]'"),
+        cluster_workers("tcp://127.0.0.1:9", tmp_path, 1.0, silent),
     ):
         pass
 
@@ -158,7 +162,7 @@ class StandIn:
 def test_threads_and_folders_that_are_not_shared_are_refused(
     threads: int, sees: bool, said: str, tmp_path: Path
 ) -> None:
-    from app.terminal.cluster import _refused  # noqa: PLC0415
+    from app.terminal.cluster import _refused
 
     (told,) = _refused(StandIn(threads, lambda _: sees), "tcp://here:1", tmp_path, 1e9)
     assert __import__("re").match(said, told)
@@ -169,9 +173,9 @@ def test_threads_and_folders_that_are_not_shared_are_refused(
 def test_a_worker_with_other_code_refuses_the_task(cluster: Any, tmp_path: Path) -> None:
     """As one that joins after the check."""
     with cluster_workers(cluster.scheduler_address, tmp_path, MEMORY, silent) as executor:
-        dask = executor._dask  # noqa: SLF001
+        dask = executor._dask
         task = dask.submit(on_worker, running() | {"code": "f" * 64}, pow, 2, 3)
-        with pytest.raises(RuntimeError, match="tcp://.* runs other code: code "):
+        with pytest.raises(RuntimeError, match=r"tcp://.* runs other code: code "):
             task.result()
 
 
@@ -212,11 +216,13 @@ def test_a_cluster_that_goes_away_is_one_sentence(tmp_path: Path, monkeypatch: p
     made = distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, memory_limit="1GB", dashboard_address=":0", silence_logs=50
     )
-    with (
-        pytest.raises(ResultFileError, match="it went away"),
-        cluster_workers(made.scheduler_address, tmp_path, MEMORY, silent) as executor,
-    ):
-        waiting = [executor.submit(time.sleep, 60.0) for _ in range(2)]
-        made.close()
-        for one in as_completed(waiting):
-            one.result()
+
+    def lose() -> None:
+        with cluster_workers(made.scheduler_address, tmp_path, MEMORY, silent) as executor:
+            waiting = [executor.submit(time.sleep, 60.0) for _ in range(2)]
+            made.close()
+            for one in as_completed(waiting):
+                one.result()
+
+    with pytest.raises(ResultFileError, match="it went away"):
+        lose()
