@@ -8,8 +8,8 @@ temperature k
 the mean law m, the piece's own level b (another batch of granulate, another thickness of the mould), what is left
 of its own at each temperature w, and the error of its estimate, whose covariance C_p is known. tau and omega
 maximise the restricted likelihood (Patterson and Thompson, Biometrika 58, 1971), which counts the degrees of
-freedom that m costs: of balanced data without errors it gives the estimates of the analysis of variance where those
-are not negative (Searle, Casella, McCulloch, Variance Components, 1992, sec. 4.8).
+freedom that m costs: of balanced data without errors it gives the estimates of the analysis of variance where
+those are not negative (Searle, Casella, McCulloch, Variance Components, 1992, sec. 4.8).
 """
 
 from dataclasses import dataclass

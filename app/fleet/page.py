@@ -68,8 +68,8 @@ def _found(members: Sequence[RunMember], laws: FleetLaws) -> list[Item]:
         found.append(
             Paragraph(
                 "Standard deviations, without the pieces named above, the noise of the estimates taken off. "
-                "Between pieces: of a piece's level, the same at all temperatures; what its declaration leaves open "
-                "(thickness, mass) is in it. Within a piece: what is left at each temperature."
+                "Between pieces: of a piece's level, the same at all temperatures; what its declaration leaves "
+                "open (thickness, mass) is in it. Within a piece: what is left at each temperature."
             )
         )
     return found
