@@ -209,8 +209,8 @@ def checked_device(device: str) -> None:
         import torch
     except ImportError as error:
         raise ResultFileError(
-            f"--device {device}: torch is not installed, as in a lean environment; install it with: python3 start.py "
-            "(without --lean), or pip install torch; or take cpu"
+            f"--device {device}: torch is not installed, as in a lean environment; install it with: "
+            "python3 start.py (without --lean), or pip install torch; or take cpu"
         ) from error
 
     try:

@@ -1,4 +1,4 @@
-"""Without torch, as `start.py --lean` installs: nothing on the processor asks for it, and --device says what to do."""
+"""Without torch, as `start.py --lean` installs: nothing on the processor asks for it; --device says what to do."""
 
 import ast
 import sys
@@ -34,7 +34,7 @@ def test_only_other_devices_import_torch() -> None:
 def test_a_device_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "torch", None)
     checked_device("cpu")
-    with pytest.raises(ResultFileError, match="--device cuda: torch is not installed.* python3 start.py"):
+    with pytest.raises(ResultFileError, match=r"--device cuda: torch is not installed.* python3 start.py"):
         checked_device("cuda")
 
 
