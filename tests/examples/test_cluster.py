@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.app.conftest import TinyCampaign
+from tests.app.conftest import tiny_campaign
 
 pytestmark = [
     pytest.mark.slow,
@@ -34,9 +34,9 @@ kill -- -"$1"
 
 
 @pytest.fixture
-def campaigns(tiny: TinyCampaign, tmp_path: Path) -> Path:
+def campaigns(tmp_path: Path) -> Path:
     for name in ("first", "second"):
-        tiny.write(tmp_path / "doors" / name)
+        tiny_campaign().write(tmp_path / "doors" / name)
     return tmp_path / "doors"
 
 
