@@ -1,8 +1,8 @@
 """Campaigns of a tenth of a second, in any process: what is tested with them is who does them, and how often.
 
 Truth and verdict follow from the campaign's random numbers, so that each is what it is wherever it is made.
-Workers are killed by themselves, once at each of `KILLS`: while a model is built, in the midst of a campaign's files,
-and when its verdict is written and not yet in its place.
+Workers are killed by themselves, once at each of `KILLS`: while a model is built, in the midst of a campaign's
+files, and when its verdict is written and not yet in its place.
 """
 
 import copy
