@@ -2,10 +2,10 @@
 
     python benchmarks/cluster.py [--campaigns 8] [--until update]
 
-Simulated panels are recorded first, and run once so that their model is in the cache; each way then makes the stages
-of all anew. The results of all ways must be the same. Efficiency is the processor time of the campaigns over that of
-one process: on a busy machine seconds tell how busy it was, and processor time what the way itself costs. On two idle
-processors, efficiency by the clock is printed beside it.
+Simulated panels are recorded first, and run once so that their model is in the cache; each way then makes the
+stages of all anew. The results of all ways must be the same. Efficiency is the processor time of one process over
+that of the way: on a busy machine seconds tell how busy it was, and processor time what the way itself costs. For
+two idle processors, efficiency by the clock is printed beside it.
 """
 
 import argparse

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from analysis.arrays import Real
 from analysis.fleet.new_piece import predict_piece
 from app.fleet.exchange import USABLE, Exchange
 from app.fleet.fleet_run import RunMember
@@ -80,7 +81,7 @@ def _laws(laws: FleetLaws) -> list[Item]:
         return [Absent("Nothing is compared: see above.")]
     figure = law_figure(laws)
     caption = (
-        f"Every line is a piece. Shaded: where {100 * BAND:.0f} % of further pieces will lie, of which nothing is "
+        f"Every line is a piece, the noise of its estimates in it. Shaded: where {100 * BAND:.0f} % of further pieces will lie, of which nothing is "
         "measured. Red: pieces not like the others. With bars: pieces measured at the marked temperature only, as "
         f"the fleet predicts them, with {100 * BAND:.0f} % bands."
     )
@@ -88,43 +89,45 @@ def _laws(laws: FleetLaws) -> list[Item]:
 
 
 def law_figure(laws: FleetLaws) -> "Figure":
-    """E, nu and eta of all pieces over temperature, the band of further pieces, outliers, predicted pieces."""
-    figure, axes = panels(1, 3, height=4.0)
-    known = laws.with_laws
-    for row, (each, name) in enumerate(zip(axes, CONSTANTS, strict=True)):
+    """Draw E, nu and eta of all pieces over temperature, and below how far each is from the fleet's mean."""
+    figure, axes = panels(2, 3, height=6.4, sharex=True)
+    for column, name in enumerate(CONSTANTS):
+        above, below = axes[:, column]
         label, unit = LAWS[name]
-        scale = (lambda x: x) if name == LINEAR else np.exp
+        linear, mean = name == LINEAR, laws.scatter[name].mean
         band = predict_piece(laws.scatter[name], share=BAND)
-        each.fill_between(
-            laws.temperature, scale(band.low) / unit, scale(band.high) / unit, color=SHADE, alpha=0.15
+
+        def natural(values: Real, linear: bool = linear, unit: float = unit) -> Real:
+            return (values if linear else np.exp(values)) / unit
+
+        def apart(values: Real, mean: Real, linear: bool = linear) -> Real:
+            return values - mean if linear else 100.0 * np.expm1(values - mean)
+
+        above.fill_between(laws.temperature, natural(band.low), natural(band.high), color=SHADE, alpha=0.15)
+        below.fill_between(
+            laws.temperature, apart(band.low, mean), apart(band.high, mean), color=SHADE, alpha=0.15
         )
-        for place, piece in enumerate(known):
+        for values, piece in zip(laws.values[column], laws.with_laws, strict=True):
             off = piece.name in laws.outliers
-            each.plot(
-                laws.temperature,
-                scale(laws.values[row, place]) / unit,
-                color=OFF if off else "0.4",
-                lw=1.6 if off else 0.8,
-            )
+            look = {"color": OFF, "lw": 1.6} if off else {"color": "0.4", "lw": 0.8}
+            above.plot(laws.temperature, natural(values), **look)
+            below.plot(laws.temperature, apart(values, mean), **look)
             if off:
-                each.annotate(
-                    piece.name,
-                    (laws.temperature[-1], scale(laws.values[row, place, -1]) / unit),
-                    color=OFF,
-                    fontsize=8,
-                    ha="right",
-                    va="bottom",
-                )
-        each.plot(laws.temperature, scale(laws.scatter[name].mean) / unit, color=SHADE, lw=2.0)
+                at = (laws.temperature[-1], apart(values, mean)[-1])
+                below.annotate(piece.name, at, color=OFF, fontsize=8, ha="right", va="bottom")
+        above.plot(laws.temperature, natural(mean), color=SHADE, lw=2.0)
+        below.axhline(0.0, color=SHADE, lw=2.0)
         for one in laws.predicted:
             law = one.laws[name]
-            middle = scale(law.value) / unit
-            bars = np.array([middle - scale(law.low) / unit, scale(law.high) / unit - middle])
-            each.errorbar(one.temperature, middle, bars, color=NEW, lw=1.2, capsize=2)
-            at = int(np.argmin(abs(one.temperature - one.measured_at)))
-            each.plot(one.temperature[at], middle[at], "o", color=NEW, ms=5)
-        each.set_xlabel("temperature [°C]")
-        each.set_title(label)
+            there = np.interp(one.temperature, laws.temperature, mean)
+            middle = apart(law.value, there)
+            bars = np.abs(np.array([apart(law.low, there), apart(law.high, there)]) - middle)
+            below.errorbar(one.temperature, middle, bars, color=NEW, lw=1.2, capsize=2)
+            place = int(np.argmin(np.abs(one.temperature - one.measured_at)))
+            below.plot(one.temperature[place], middle[place], "o", color=NEW, ms=5)
+        above.set_title(label)
+        below.set_title(f"{TITLES[name]} from the mean" + ("" if linear else " [%]"))
+        below.set_xlabel("temperature [°C]")
     return figure
 
 
