@@ -7,6 +7,8 @@ when it is first asked for, so that ``import flexura`` costs little. See ``docs/
 ``campaigns``         `load`, `frf`, `identify`, `update`, `update_modes`, `gap`: a plate over temperature
 ``whole_run``         `run`: all of it, and the report
 ``panels``            `focus`, `compensate`: filters that follow the temperature
+``forward_twin``      `twin`: material and effects in, FRFs, derivatives, modes and matrices out
+``um_bridge``         the same served to samplers and optimisers elsewhere: `serve`
 ``panel_files``       laws, twin files, panels and run folders that these two take
 ``figures``           `plot`: figures of all these results
 ``shipped_examples``  `example`: those that come with it
@@ -24,8 +26,10 @@ claim_names()
 if TYPE_CHECKING:
     from flexura.campaigns import frf, gap, identify, load, update, update_modes
     from flexura.figures import plot
+    from flexura.forward_twin import twin
     from flexura.panels import compensate, focus
     from flexura.shipped_examples import example
+    from flexura.um_bridge import serve
     from flexura.whole_run import run
 
 __all__ = [
@@ -38,6 +42,8 @@ __all__ = [
     "load",
     "plot",
     "run",
+    "serve",
+    "twin",
     "update",
     "update_modes",
 ]
@@ -54,6 +60,8 @@ _MODULES = {
     "plot": "figures",
     "run": "whole_run",
     "example": "shipped_examples",
+    "twin": "forward_twin",
+    "serve": "um_bridge",
 }
 
 

@@ -179,6 +179,14 @@ class TwinFile(Sparse):
         """Values of the effects that are on."""
         return {e.name: {name: p.value for name, p in e.parameter.items()} for e in self.effect}
 
+    @property
+    def departures(self) -> dict[str, dict[str, float]]:
+        """Values of the declared quantities that were fitted, by quantity and parameter."""
+        found: dict[str, dict[str, float]] = {}
+        for one in self.departure:
+            found.setdefault(one.quantity, {})[one.parameter] = one.value
+        return found
+
 
 READERS: Mapping[str, type[TwinFile]] = MappingProxyType({FORMAT: TwinFile})
 """By what the file says under ``format``; a new version adds its model here and its way to `TwinFile`."""

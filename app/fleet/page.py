@@ -81,8 +81,8 @@ def _laws(laws: FleetLaws) -> list[Item]:
         return [Absent("Nothing is compared: see above.")]
     figure = law_figure(laws)
     caption = (
-        f"Every line is a piece, the noise of its estimates in it. Shaded: where {100 * BAND:.0f} % of further pieces will lie, of which nothing is "
-        "measured. Red: pieces not like the others. With bars: pieces measured at the marked temperature only, as "
+        "Every line is a piece, the noise of its estimates in it. Shaded: where the true law of "
+        f"{100 * BAND:.0f} % of further pieces lies, of which nothing is measured. Red: pieces not like the others. With bars: pieces measured at the marked temperature only, as "
         f"the fleet predicts them, with {100 * BAND:.0f} % bands."
     )
     return [Picture("fleet-laws", "How far do the laws of the pieces differ?", figure, caption)]

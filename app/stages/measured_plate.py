@@ -68,14 +68,11 @@ class MeasuredPlate:
     @classmethod
     def of_twin(cls, twin: TwinFile) -> "MeasuredPlate":
         """Take it from a twin file."""
-        departures: dict[str, dict[str, float]] = {}
-        for one in twin.departure:
-            departures.setdefault(one.quantity, {})[one.parameter] = one.value
         effects = {
             one.name: tuple(Estimate(name, p.value, p.sigma, p.unit) for name, p in one.parameter.items())
             for one in twin.effect
         }
-        return cls(twin.experiment(), departures, effects, {name: name.replace("_", " ") for name in effects})
+        return cls(twin.experiment(), twin.departures, effects, {name: name.replace("_", " ") for name in effects})
 
     def is_that_of(self, panel: Panel) -> bool:
         """Whether a panel declares this plate: all but the material, which the laws give, and the mesh."""

@@ -171,7 +171,7 @@ def composed(ops: EffectOperators, c: Coefficients) -> Composite:
     if c.debonded.any():
         fixed = fixed - _summed(c.debonded, ops.patch_alone)
     if c.patch_each.any() or c.patch_thicker.any():
-        others = of_patches(ops, ops.patch_zone, c, c)
+        others = PatchChanges(ops, ops.patch_zone).summed(c, c)
         fixed, mass = fixed + others.fixed, mass + others.mass
     if not c.offset.any():
         return replace(whole, fixed=fixed, mass=mass)
@@ -203,43 +203,65 @@ def coupling_of(ops: EffectOperators, c: Coefficients) -> Numbers:
     return found
 
 
-def of_patches(ops: EffectOperators, zones: Real, c: Coefficients, change: Coefficients) -> Composite:
-    """Sum what patches that are not as declared change, or its derivative; of the coupling what moves change.
+class PatchChanges:
+    """What patches that are not as declared change in a plate's matrices, in some coordinates.
+
+    Each operator is transformed to these coordinates once, when it is first needed: all sums are of small
+    matrices.
 
     Parameters
     ----------
     zones : (P, q, m) ndarray
         Motions around each patch, of the m coordinates wanted.
-    c : Coefficients
-        Of the state: its moduli act in the middle of the plate.
-    change : Coefficients
-        The same, whose moves do not count, or its derivative.
     """
-    m, derived = zones.shape[2], change is not c
-    plate, plate_loss, fixed, mass = (np.zeros((m, m)) for _ in range(4))
-    coupling = np.zeros((m, len(zones)))
-    for k, zone in enumerate(zones):
-        each, thicker, heavier = change.patch_each[k], change.patch_thicker[k], change.patch_mass[k]
-        moves = change.moves[k] if derived else np.zeros(3)
-        if not (each or thicker or heavier or moves.any()):
-            continue
-        own = each * ops.patch_each[k] + thicker * ops.patch_thicker[k]
-        fixed += zone.T @ (own + np.tensordot(moves, ops.moved_fixed[k], 1)) @ zone
-        inertia = heavier * ops.patch_mass_each[k] + np.tensordot(moves, ops.moved_mass[k], 1)
-        mass += zone.T @ inertia @ zone
-        if moves.any():
-            in_plane, shear = (
-                np.tensordot(moves, ops.moved_plane[k], 1),
-                np.tensordot(moves, ops.moved_shear[k], 1),
-            )
+
+    def __init__(self, ops: EffectOperators, zones: Real) -> None:
+        self._ops, self._zones = ops, zones
+        self._stacks: dict[tuple[str, int], Real] = {}
+
+    def summed(self, c: Coefficients, change: Coefficients) -> Composite:
+        """Sum the changes, or their derivative; of the coupling what moves change.
+
+        Parameters
+        ----------
+        c : Coefficients
+            Of the state: its moduli act in the middle of the plate.
+        change : Coefficients
+            The same, whose moves do not count, or its derivative.
+        """
+        m, derived = self._zones.shape[2], change is not c
+        plate, plate_loss, fixed, mass = (np.zeros((m, m)) for _ in range(4))
+        coupling = np.zeros((m, len(self._zones)))
+        for k, zone in enumerate(self._zones):
+            for into, factor, name in (
+                (fixed, change.patch_each[k], "patch_each"),
+                (fixed, change.patch_thicker[k], "patch_thicker"),
+                (mass, change.patch_mass[k], "patch_mass_each"),
+            ):
+                if factor:
+                    into += factor * self._stack(name, k)
+            moves = change.moves[k] if derived else np.zeros(3)
+            if not moves.any():
+                continue
+            fixed += np.tensordot(moves, self._stack("moved_fixed", k), 1)
+            mass += np.tensordot(moves, self._stack("moved_mass", k), 1)
+            in_plane = np.tensordot(moves, self._stack("moved_plane", k), 1)
+            shear = np.tensordot(moves, self._stack("moved_shear", k), 1)
             # moduli in the middle of the plate; those of transverse shear are in `shear` but for departures
             for whole, bending, across in (
                 (plate, c.bending, c.shear),
                 (plate_loss, c.bending_loss, c.shear_loss),
             ):
-                whole += zone.T @ (np.tensordot(bending[:, 0], in_plane, 1) + across[:, 0].mean() * shear) @ zone
-            coupling[:, k] = c.columns[k] * (zone.T @ (moves @ ops.moved_coupling[k]))
-    return Composite(plate, plate_loss, fixed, mass, coupling)
+                whole += np.tensordot(bending[:, 0], in_plane, 1) + across[:, 0].mean() * shear
+            coupling[:, k] = c.columns[k] * (zone.T @ (moves @ self._ops.moved_coupling[k]))
+        return Composite(plate, plate_loss, fixed, mass, coupling)
+
+    def _stack(self, name: str, k: int) -> Real:
+        """Operators `name` of patch k, (..., m, m)."""
+        if (name, k) not in self._stacks:
+            zone = self._zones[k]
+            self._stacks[name, k] = zone.T @ getattr(self._ops, name)[k] @ zone
+        return self._stacks[name, k]
 
 
 @dataclass(frozen=True)

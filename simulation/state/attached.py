@@ -122,7 +122,8 @@ def _weights(ops: Attachable, x: Any, y: Any) -> tuple[Any, Numbers, Numbers]:
     away = np.hypot(*(ops.places - np.real([x, y])).T)
     if away.min() > OFF * ops.place_spacing:
         raise ValueError(f"nothing can be attached at {np.real(x):.4g}, {np.real(y):.4g} m: it is off the plate")
-    reach = max(REACH * ops.place_spacing, 1.2 * float(np.sort(away)[min(LEAST, away.size) - 1]))
+    last = min(LEAST, away.size) - 1
+    reach = max(REACH * ops.place_spacing, 1.2 * float(np.partition(away, last)[last]))
     near = np.flatnonzero(away < reach)
     u, v = (ops.places[near, 0] - x) / reach, (ops.places[near, 1] - y) / reach
     weight = (1.0 - (u * u + v * v)) ** 4

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from simulation.reduction.composition import STEP, Coefficients, Composite, OffsetPart, coupling_of, of_patches
+from simulation.reduction.composition import STEP, Coefficients, Composite, OffsetPart, PatchChanges, coupling_of
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.plate_state import PlateState
 
@@ -80,7 +80,7 @@ class LocalSlopes:
         if d.debonded.any():
             fixed = fixed - self._summed("patch_alone", d.debonded)
         if any(one.any() for one in (d.patch_each, d.patch_thicker, d.moves)):
-            others = of_patches(self._ops, self._patch_zones, self._value, d)
+            others = self._patches.summed(self._value, d)
             plate, plate_loss = plate + others.plate, plate_loss + others.plate_loss
             fixed, mass, coupling = fixed + others.fixed, mass + others.mass, coupling + others.coupling
         return Composite(plate, plate_loss, fixed, mass, coupling)
@@ -88,7 +88,7 @@ class LocalSlopes:
     def by_along_moves(self, stepped: PlateState) -> Composite:
         """Differentiate likewise what the moves of patches change: it follows the plate's moduli and d31."""
         nothing = replace(self._value, **{name: np.zeros_like(getattr(self._value, name)) for name in EACH_PATCH})
-        found = of_patches(self._ops, self._patch_zones, self._rates(stepped), nothing)
+        found = self._patches.summed(self._rates(stepped), nothing)
         return replace(found, fixed=np.zeros_like(found.fixed), mass=np.zeros_like(found.mass))
 
     def _rates(self, stepped: PlateState) -> Coefficients:
@@ -102,9 +102,9 @@ class LocalSlopes:
         return np.asarray(self._basis.T @ found)
 
     @cached_property
-    def _patch_zones(self) -> Real:
-        """Motions around each patch of the local coordinates, (P, q, m)."""
-        return np.asarray(self._ops.patch_zone @ self._basis)
+    def _patches(self) -> PatchChanges:
+        """What patches that are not as declared change, in local coordinates."""
+        return PatchChanges(self._ops, self._ops.patch_zone @ self._basis)
 
     @cached_property
     def _zone(self) -> Real:

@@ -71,6 +71,7 @@ def fit_gap(
     target: float = SETTLED,
     most_steps: int = MOST_STEPS,
     enough: float = np.inf,
+    margin: float = PREDICTION_MARGIN,
 ) -> GapFit:
     """Fit laws, readings, gains, declared quantities and all parameters of `effects`.
 
@@ -95,6 +96,8 @@ def fit_gap(
         Largest number of linearisations.
     enough : float
         The fit stops, unsettled, once it is predicted not to reach this objective, minus twice a log evidence.
+    margin : float
+        Times the predicted decrease that is allowed for this.
 
     Returns
     -------
@@ -113,7 +116,7 @@ def fit_gap(
     passes, left, done = 0, 1.0, False
     best = _evaluate(model, sweeps, start, held, executor)
     if free.tolerances and best.objective > ROUGH * sweeps.numbers:
-        switches = gain_free, laws_free, ROUGHLY_SETTLED, most_steps, enough
+        switches = gain_free, laws_free, ROUGHLY_SETTLED, most_steps, enough, margin
         best, _, passes = _descend(model, sweeps, best, held, executor, *switches)
     for turn in range(ROUNDS if free.tolerances else 1):
         if free.tolerances:
@@ -121,7 +124,7 @@ def fit_gap(
             free = replace(free, trusted=sweeps.overstated * left)
             # only the first point was linearised without the declared quantities' tangents
             best = best.under(free) if turn else _evaluate(model, sweeps, best.state, free, executor)
-        switches = gain_free, laws_free, target, most_steps, enough
+        switches = gain_free, laws_free, target, most_steps, enough, margin
         best, done, more = _descend(model, sweeps, best, free, executor, *switches)
         passes += more
         # what the fit leaves weighs the tolerances: once it leaves much less, they are fitted again
@@ -146,6 +149,7 @@ def _descend(
     target: float,
     most_steps: int,
     enough: float,
+    margin: float,
 ) -> tuple[_Trial, bool, int]:
     """Iterate from `best`: return the final point, whether it settled, and the number of linearisations."""
     damping, share, passes, done = 0.0, 1.0, 1, False
@@ -158,7 +162,7 @@ def _descend(
         if step.predicted_decrease < settled:
             done = True
             break
-        if damping == 0.0 and best.objective - PREDICTION_MARGIN * step.predicted_decrease > enough:
+        if damping == 0.0 and best.objective - margin * step.predicted_decrease > enough:
             break
         passes += 1
         trial = _try(model, sweeps, _moved(model, sweeps, best.state, free, step.times(share)), free, executor)

@@ -15,7 +15,7 @@ from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState
 from analysis.gap.fitting.whiteness import whiteness
 from analysis.gap.search.score_test import ScoreTest, score_test
-from analysis.gap.thresholds import COARSE_TEMPERATURES, LEAST_GAIN, WHITENESS, Z_FLOOR, Z_NAMED
+from analysis.gap.thresholds import COARSE_TEMPERATURES, FAR, LEAST_GAIN, WHITENESS, Z_FLOOR, Z_NAMED
 from analysis.progress import Progress
 from analysis.twin_model import TwinModel
 
@@ -99,8 +99,12 @@ class SearchContext:
         return np.asarray(np.exp(state.laws[self.sweeps.groups.of_sweep, 2]))
 
     def score_test(self, fit: GapFit) -> ScoreTest:
-        """Score test of all candidates at `fit`."""
-        return score_test(self.model, self.sweeps, fit, self.executor)
+        """Score test of all candidates at `fit`; far from the noise at a few temperatures, scaled to all."""
+        few, part = self.at_few_temperatures(fit.state)
+        if few is self or self.excess(fit) < FAR * self.sweeps.numbers:
+            return score_test(self.model, self.sweeps, fit, self.executor)
+        found = score_test(self.model, few.sweeps, replace(fit, state=part), self.executor)
+        return found.scaled(self.sweeps.numbers / few.sweeps.numbers)
 
     @property
     def least_gain(self) -> float:

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from analysis.effect_card import Values
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
@@ -11,7 +13,7 @@ from analysis.gap.fitting.state import GapState
 from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.score_test import ScoreTest
-from analysis.gap.thresholds import REFIT_SHARE
+from analysis.gap.thresholds import LEAVES_NOISE, NEAR_IT, NEAR_MARGIN, PREDICTION_MARGIN, REFIT_SHARE
 
 
 @dataclass(frozen=True)
@@ -90,15 +92,17 @@ def refit(
         return sorted(done, key=lambda r: -r.gain)
     few, reference = at_few_temperatures(context, base)
     scale = context.sweeps.numbers / few.numbers
-    best = max((r.gain / scale for r in done if r.plausible), default=0.0)
+    best, left = max((r.gain / scale for r in done if r.plausible), default=0.0), np.inf
     tried = []
     for place, (names, added) in enumerate(sets):
-        enough = -2.0 * (reference.log_evidence + REFIT_SHARE * best)
-        fit = fit_gap(
-            context.model, few, started_from(reference, names, added), names, context.executor, enough=enough
-        )
+        enough = min(-2.0 * (reference.log_evidence + REFIT_SHARE * best), NEAR_IT * left)
+        start, margin = started_from(reference, names, added), NEAR_MARGIN if left < np.inf else PREDICTION_MARGIN
+        fit = fit_gap(context.model, few, start, names, context.executor, enough=enough, margin=margin)
         trial = Refit(names, fit.log_evidence - reference.log_evidence, fit)
-        best = max(best, trial.gain) if trial.plausible else best
+        if trial.plausible:
+            best = max(best, trial.gain)
+            if fit.settled and fit.total < LEAVES_NOISE * few.numbers:
+                left = min(left, fit.total)
         tried.append(trial)
         context.report("refits", 0.5 * (place + 1) / len(sets))
     for place, trial in enumerate(tried):

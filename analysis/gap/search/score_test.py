@@ -78,6 +78,11 @@ class ScoreTest:
         left = matrix - cross.T @ solved[:, :-1]
         return 0.5 * (left + left.T), gradient - cross.T @ solved[:, -1]
 
+    def scaled(self, factor: float) -> "ScoreTest":
+        """Return the test that `factor` times the data would give, all like these."""
+        rows = {name: factor * getattr(self, name) for name in ("matrix", "read", "raw", "gradient")}
+        return replace(self, **rows)
+
     def without(self, effect: str) -> "ScoreTest":
         """Return the test with an active effect removed: its signal back in the residual, and it is a candidate.
 

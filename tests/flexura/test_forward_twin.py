@@ -1,0 +1,227 @@
+"""The twin as a function, in Python and over UM-Bridge: its answers fit together, bad questions are refused."""
+
+import json
+import threading
+from collections.abc import Iterator
+from http.client import HTTPConnection
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import flexura
+from analysis.local_laws import LocalLaws
+from app.twins.campaign_twin import campaign_twin
+from flexura.forward_twin import ForwardTwin
+from flexura.um_bridge import ModelServer
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"
+MATERIAL = (2.1e9, 0.39, 0.06)
+LINES = np.linspace(140.0, 420.0, 57)
+MASS = {"point_mass": {"mass": 1.2e-3}}
+BY = ["youngs_modulus", "poisson_ratio", "loss_factor", "point_mass.mass", "plate_thickness.share"]
+
+
+@pytest.fixture(scope="module")
+def twin() -> ForwardTwin:
+    return flexura.twin(EXAMPLE, progress=False)
+
+
+def test_it_says_what_it_is_of(twin: ForwardTwin) -> None:
+    assert repr(twin).startswith("<ForwardTwin 'polypropylene plate")
+    assert (twin.inputs, twin.outputs, twin.band) == (("A1",), ("S1",), (100.0, 1500.0))
+    assert twin.parameters["point_mass.mass"].unit == "kg"
+
+
+def test_without_effects_it_answers_as_the_plain_twin(twin: ForwardTwin) -> None:
+    plain = campaign_twin(twin.experiment, lambda *_: None)
+    wanted = plain.frf(LocalLaws.of_material(*MATERIAL, reference=25.0), LINES)
+    np.testing.assert_allclose(twin.frf(LINES, MATERIAL), wanted, atol=1e-3 * np.abs(wanted).max())
+
+
+def test_a_folder_an_experiment_and_a_campaign_are_one_plate(twin: ForwardTwin) -> None:
+    for same in (flexura.load(EXAMPLE), twin.experiment):
+        again = flexura.twin(same, progress=False)
+        np.testing.assert_array_equal(again.frf(LINES[:3], MATERIAL), twin.frf(LINES[:3], MATERIAL))
+
+
+@pytest.mark.parametrize(("name", "step"), list(zip(BY, (2e4, 1e-5, 1e-6, 1e-7, 1e-6), strict=True)))
+def test_derivatives_are_those_of_its_frfs(twin: ForwardTwin, name: str, step: float) -> None:
+    h, slopes = twin.derivatives(LINES, BY, MATERIAL, effects=MASS)
+    np.testing.assert_array_equal(h, twin.frf(LINES, MATERIAL, effects=MASS))
+
+    def at(change: float) -> Any:
+        material = [m + change * (one == name) for m, one in zip(MATERIAL, BY, strict=False)]
+        effects = {"point_mass": dict(MASS["point_mass"]), "plate_thickness": {"share": 0.0}}
+        if "." in name:
+            effect, _, parameter = name.partition(".")
+            effects[effect][parameter] += change
+        return twin.frf(LINES, (material[0], material[1], material[2]), effects=effects)
+
+    difference = (at(step) - at(-step)) / (2.0 * step)
+    found = slopes[BY.index(name)]
+    np.testing.assert_allclose(found, difference, atol=2e-3 * np.abs(difference).max())
+
+
+def test_its_matrices_answer_as_it_does(twin: ForwardTwin) -> None:
+    """One patch driven at 1 V, the other on the input's resistance and capacitance."""
+    m = twin.matrices(MATERIAL, effects=MASS)
+    assert m.ports == ("A1", "S1")
+    drive, sense = m.coupling.T
+    inputs = twin.experiment.acquisition
+    answers = []
+    for w in 2.0 * np.pi * LINES:
+        z = m.stiffness + 1j * m.structural_damping + 1j * w * m.damping - w**2 * m.mass
+        y = m.capacitance[1] + inputs.input_capacitance + 1.0 / (1j * w * inputs.input_resistance)
+        # Z u = -drive 1 V - sense V, and sense' u = y V
+        system = np.block([[z, sense[:, None]], [sense[None, :], np.array([[-y]])]])
+        answers.append(np.linalg.solve(system, np.append(-drive, 0.0))[-1])
+    wanted = twin.frf(LINES, MATERIAL, effects=MASS)[0]
+    np.testing.assert_allclose(answers, wanted, atol=1e-9 * np.abs(wanted).max())
+
+
+def test_its_modes_are_the_poles_of_its_matrices(twin: ForwardTwin) -> None:
+    modes, m = twin.modes(MATERIAL), twin.matrices(MATERIAL)
+    inputs = twin.experiment.acquisition
+    sense = m.coupling[:, 1]
+    for pole in modes.poles[:6]:
+        y = m.capacitance[1] + inputs.input_capacitance + 1.0 / (pole * inputs.input_resistance)
+        z = m.stiffness + 1j * m.structural_damping + pole**2 * m.mass + np.outer(sense, sense) / y
+        # near a pole the determinant goes through zero: a change of 1e-3 of the pole changes much more
+        there = np.linalg.svd(z, compute_uv=False)[-1]
+        away = np.linalg.svd(z + ((1.001 * pole) ** 2 - pole**2) * m.mass, compute_uv=False)[-1]
+        assert there < 1e-2 * away
+    # a hysteretic plate has eta / 2, but for the patches, which lose nothing
+    assert np.all((modes.damping_ratio > 0.8 * 0.03) & (modes.damping_ratio < 0.03))
+    np.testing.assert_allclose(np.abs(modes.shapes).max(axis=0), 1.0)
+
+
+def test_shapes_are_wanted_where_one_asks_for_them(twin: ForwardTwin) -> None:
+    everywhere = twin.modes(MATERIAL)
+    few = everywhere.points[[40, 900, 2500]]
+    some = twin.modes(MATERIAL, points=few).shapes
+    ratio = everywhere.shapes[[40, 900, 2500]][:, :5] / some[:, :5]
+    np.testing.assert_allclose(ratio, np.broadcast_to(ratio[0], ratio.shape), rtol=0.02)
+    with pytest.raises(ValueError, match="off the plate"):
+        twin.modes(MATERIAL, points=[(9.0, 9.0)])
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"material": (2e9, 0.4, -0.1)}, "E and eta above 0"),
+        ({"material": (2e12, 0.4, 0.05)}, "youngs_modulus"),
+        ({}, "a twin file's laws give it at a temperature"),
+        ({"material": MATERIAL, "effects": {"ghost": {}}}, "'ghost' is not known; allowed: "),
+        (
+            {"material": MATERIAL, "effects": {"point_mass": {"weight": 1.0}}},
+            "no parameter 'weight'; allowed: ",
+        ),
+        ({"material": MATERIAL, "effects": {"point_mass": {"mass": 9.0}}}, "point_mass.mass = 9; allowed: "),
+        ({"material": MATERIAL, "effects": {"point_mass": {"mass": float("nan")}}}, "point_mass.mass = nan"),
+        ({"material": MATERIAL, "actuator": "A9"}, "'A9' is not one of A1"),
+    ],
+)
+def test_bad_questions_are_refused_by_name(twin: ForwardTwin, asked: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        twin.frf(LINES, **asked)
+
+
+def test_unknown_derivatives_and_lines_outside_the_band_are_refused(twin: ForwardTwin) -> None:
+    with pytest.raises(ValueError, match="'mass' is no parameter; allowed: youngs_modulus, "):
+        twin.derivatives(LINES, ["mass"], MATERIAL)
+    with pytest.raises(ValueError, match="Hz"):
+        twin.frf([5.0], MATERIAL)
+
+
+def test_matrices_that_change_along_the_band_are_none(twin: ForwardTwin) -> None:
+    name = next(n for n in twin.parameters if n.startswith("relaxation."))
+    with pytest.raises(ValueError, match="change along the band"):
+        twin.matrices(MATERIAL, effects={"relaxation": {name.partition(".")[2]: 0.02}})
+
+
+@pytest.fixture(scope="module")
+def served(twin: ForwardTwin) -> Iterator[ModelServer]:
+    server = flexura.serve(twin, LINES, ["youngs_modulus", "point_mass.mass"], MATERIAL, port=0)
+    thread = threading.Thread(target=server.serve_forever, daemon=True)
+    thread.start()
+    yield server
+    server.shutdown()
+    server.server_close()
+    thread.join()
+
+
+def told(server: ModelServer, method: str, path: str, question: dict[str, Any] | None = None) -> dict[str, Any]:
+    connection = HTTPConnection("127.0.0.1", server.server_port, timeout=60)
+    connection.request(method, path, None if question is None else json.dumps(question))
+    answer: dict[str, Any] = json.load(connection.getresponse())
+    connection.close()
+    return answer
+
+
+def ask(server: ModelServer, path: str, **question: Any) -> dict[str, Any]:
+    return told(server, "POST", f"/{path}", {"name": "twin", "config": {}, **question})
+
+
+def test_um_bridge_answers_as_the_twin(twin: ForwardTwin, served: ModelServer) -> None:
+    assert told(served, "GET", "/Info") == {"protocolVersion": 1.0, "models": ["twin"]}
+    able = ask(served, "ModelInfo")["support"]
+    assert able == {"Evaluate": True, "Gradient": True, "ApplyJacobian": True, "ApplyHessian": False}
+    assert ask(served, "InputSizes") == {"inputSizes": [2]}
+    assert ask(served, "OutputSizes") == {"outputSizes": [2 * LINES.size]}
+    point = [2.0e9, 1e-3]
+    h, slopes = twin.derivatives(
+        LINES,
+        ["youngs_modulus", "point_mass.mass"],
+        (2.0e9, *MATERIAL[1:]),
+        effects={"point_mass": {"mass": 1e-3}},
+    )
+    both = [np.concatenate([one.real.ravel(), one.imag.ravel()]) for one in (h, *slopes)]
+    np.testing.assert_array_equal(ask(served, "Evaluate", input=[point])["output"][0], both[0])
+    sens = np.arange(2.0 * LINES.size)
+    gradient = ask(served, "Gradient", input=[point], outWrt=0, inWrt=0, sens=sens.tolist())["output"]
+    np.testing.assert_allclose(gradient, [sens @ both[1], sens @ both[2]])
+    along = ask(served, "ApplyJacobian", input=[point], outWrt=0, inWrt=0, vec=[1e7, 1e-4])["output"]
+    np.testing.assert_allclose(along, 1e7 * both[1] + 1e-4 * both[2])
+
+
+@pytest.mark.parametrize(
+    ("path", "question", "message"),
+    [
+        ("Evaluate", {"input": [[1.0]]}, "2 finite numbers are wanted, 1 came"),
+        ("Evaluate", {"input": [[1e3, 0.0]]}, "youngs_modulus"),
+        ("Evaluate", {"input": [["a", 0.0]]}, "input.0.0"),
+        ("Evaluate", {"name": "other", "input": [[2e9, 0.0]]}, "allowed: twin"),
+        ("Gradient", {"input": [[2e9, 0.0]], "outWrt": 1, "inWrt": 0, "sens": [1.0]}, "outWrt"),
+        ("Gradient", {"input": [[2e9, 0.0]], "outWrt": 0, "inWrt": 0, "sens": [1.0]}, "sens: 114 finite numbers"),
+        ("ApplyHessian", {"input": [[2e9, 0.0]]}, "allowed: Evaluate, Gradient, ApplyJacobian"),
+    ],
+)
+def test_um_bridge_says_what_is_wrong(
+    served: ModelServer, path: str, question: dict[str, Any], message: str
+) -> None:
+    error = ask(served, path, **question)["error"]
+    assert error["type"] == "InvalidInput"
+    assert message in error["message"]
+
+
+def test_um_bridge_is_for_this_computer_only(served: ModelServer) -> None:
+    assert served.server_address[0] == "127.0.0.1"
+    connection = HTTPConnection("127.0.0.1", served.server_port, timeout=10)
+    for headers, status in (({"Host": "elsewhere.example:80"}, 421), ({"Content-Length": str(10**12)}, 400)):
+        connection.putrequest("POST", "/Evaluate", skip_host="Host" in headers)
+        for name, value in headers.items():
+            connection.putheader(name, value)
+        connection.endheaders()
+        answer = connection.getresponse()
+        assert answer.status == status
+        answer.read()
+        connection.close()
+
+
+def test_what_cannot_be_served_is_refused_before_the_port_is_taken(twin: ForwardTwin) -> None:
+    with pytest.raises(ValueError, match="parameters 'mass': names, each once, of youngs_modulus"):
+        flexura.serve(twin, LINES, ["mass"], MATERIAL, port=0)
+    with pytest.raises(ValueError, match="Hz"):
+        flexura.serve(twin, [1e6], ["youngs_modulus"], MATERIAL, port=0)
