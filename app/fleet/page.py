@@ -82,8 +82,9 @@ def _laws(laws: FleetLaws) -> list[Item]:
     figure = law_figure(laws)
     caption = (
         "Every line is a piece, the noise of its estimates in it. Shaded: where the true law of "
-        f"{100 * BAND:.0f} % of further pieces lies, of which nothing is measured. Red: pieces not like the others. With bars: pieces measured at the marked temperature only, as "
-        f"the fleet predicts them, with {100 * BAND:.0f} % bands."
+        f"{100 * BAND:.0f} % of further pieces lies, of which nothing is measured. Red: pieces not like the "
+        "others. With bars: pieces measured at the marked temperature only, as the fleet predicts them, with "
+        f"{100 * BAND:.0f} % bands."
     )
     return [Picture("fleet-laws", "How far do the laws of the pieces differ?", figure, caption)]
 
