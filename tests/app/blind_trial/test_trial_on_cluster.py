@@ -88,10 +88,11 @@ def there(trial: Trial, cluster: Any, lines: list[str], after: Any = None) -> No
 
 
 def test_three_killed_workers_change_nothing(
-    alone: dict[str, Any], cluster: Any, deaths: Path, tmp_path: Path
+    alone: dict[str, Any], cluster: Any, deaths: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     trial, lines = trial_in(tmp_path / "there"), list[str]()
     deaths.mkdir()
+    install(deaths, monkeypatch.setattr)  # models are built by functions that this process names
     there(trial, cluster, lines)
     assert sorted(one.name for one in deaths.iterdir()) == sorted(KILLS)
     assert sorted(line.split()[1] for line in lines) == [one.name for one in trial.assignments]
