@@ -54,8 +54,8 @@ Examples:
     metavar="KEY=VALUE",
     help="One option of that table, for example focus.taps=128; repeat for more.",
 )
-@out_folder("Run folder (default: NAME-run beside CAMPAIGN); of several campaigns the fleet's folder.")
 @engine_options
+@out_folder("Run folder (default: NAME-run beside CAMPAIGN); of several campaigns the fleet's folder.")
 @output_options("what run.json, or fleet.json, holds")
 @bad_input
 def command(

@@ -1,6 +1,7 @@
 """Which campaigns are meant: each one named, all in a folder, or those of a list."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,7 +31,8 @@ def is_campaign(path: Path) -> bool:
 
 def is_fleet(named: Sequence[Path]) -> bool:
     """Whether the paths typed ask for a fleet, not for a single campaign."""
-    return len(named) > 1 or _is_list(named[0]) or (named[0].is_dir() and not is_campaign(named[0]))
+    (first, *others) = named
+    return bool(others) or _is_list(first) or (not is_campaign(first) and bool(_inside(first)))
 
 
 def fleet_members(named: Sequence[Path]) -> tuple[FleetMember, ...]:
@@ -65,13 +67,20 @@ def _campaigns_of(path: Path) -> list[Path]:
         return _listed(path)
     if is_campaign(path):
         return [path]
-    inside = sorted(one for one in path.iterdir() if one.is_dir() and is_campaign(one)) if path.is_dir() else []
+    inside = _inside(path)
     if not inside:
         raise ResultFileError(
             f"{path}: no campaign, nor a folder of campaigns; allowed: folders with campaign.toml (recorded), "
             "protocol.json (imported) or plate.toml (FRFs), folders of such, and lists of them (*.txt)"
         )
     return inside
+
+
+def _inside(folder: Path) -> list[Path]:
+    """Return the campaigns in a folder, by name; none where it is none, or cannot be listed."""
+    with suppress(OSError):
+        return sorted(one for one in folder.iterdir() if one.is_dir() and is_campaign(one))
+    return []
 
 
 def _listed(path: Path) -> list[Path]:
