@@ -83,6 +83,14 @@ def _inside(folder: Path) -> list[Path]:
     return []
 
 
+def _is_there(folder: Path) -> bool:
+    """Whether a folder that a list names is a campaign; not where its name is none that a disk takes."""
+    try:
+        return is_campaign(folder)
+    except (OSError, ValueError):
+        return False
+
+
 def _listed(path: Path) -> list[Path]:
     try:
         lines = read_text(path, LARGEST).splitlines()
@@ -96,9 +104,9 @@ def _listed(path: Path) -> list[Path]:
         if not named:
             continue
         one = path.parent / named
-        if not is_campaign(one):
+        if not _is_there(one):
             raise ResultFileError(
-                f"{path}: line {number}: {named} is no campaign; allowed: folders with campaign.toml, "
+                f"{path}: line {number}: {named[:80]} is no campaign; allowed: folders with campaign.toml, "
                 "protocol.json or plate.toml, relative to the list"
             )
         found.append(one)
