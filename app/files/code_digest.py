@@ -34,6 +34,12 @@ def code_digest() -> str:
 
 def running() -> dict[str, str]:
     """Return what runs here, by name: the digest of Flexura's code, the versions of Python and of libraries."""
+    return dict(_running())
+
+
+@cache
+def _running() -> dict[str, str]:
+    """Find it once a process: every task of a cluster asks."""
     known = versions()
     libraries = {name: str(one) for name, one in known["packages"].items()}
     return {"flexura": known["flexura"], "code": code_digest(), "python": known["python"], **libraries}
