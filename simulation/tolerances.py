@@ -119,6 +119,7 @@ def _of_patches(experiment: Experiment, movable: Real) -> Iterator[Effect]:
             )
         shares = {
             "patch_thickness": (f"thickness of patch {name}", thickness),
+            "patch_modulus": (f"stiffness of patch {name}", given.patch_modulus),
             "strain_constant": (f"strain constant d31 of patch {name}", given.strain_constant),
             "permittivity": (f"permittivity of patch {name}", given.permittivity),
         }

@@ -143,6 +143,9 @@ MOST_STEPS = 15
 SETTLED = 0.1
 """Predicted decrease of chi2 at which a fit has settled: 0.05 nats."""
 
+SETTLED_AT_FEW = 0.5
+"""The same at a few temperatures, where fits are compared by tens of nats and others start from them."""
+
 SHARPEST = 0.9
 """Nodes are placed for resonances this much sharper than the sharpest of the model updating: effects that the twin
 lacks bias the loss factor upwards."""

@@ -15,7 +15,16 @@ from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState
 from analysis.gap.fitting.whiteness import whiteness
 from analysis.gap.search.score_test import ScoreTest, score_test
-from analysis.gap.thresholds import COARSE_TEMPERATURES, FAR, LEAST_GAIN, WHITENESS, Z_FLOOR, Z_NAMED
+from analysis.gap.thresholds import (
+    COARSE_TEMPERATURES,
+    FAR,
+    LEAST_GAIN,
+    SETTLED,
+    SETTLED_AT_FEW,
+    WHITENESS,
+    Z_FLOOR,
+    Z_NAMED,
+)
 from analysis.progress import Progress
 from analysis.twin_model import TwinModel
 
@@ -49,6 +58,8 @@ class SearchContext:
         Called with a stage's name and the share of it done.
     fits : FitCache
         Fits to all sweeps made so far.
+    settled : float
+        Predicted decrease of chi2 at which a fit is settled.
     """
 
     model: TwinModel
@@ -57,12 +68,13 @@ class SearchContext:
     executor: Executor
     report: Progress = field(default=lambda stage, share: None)
     fits: FitCache = field(repr=False, default_factory=FitCache)
+    settled: float = SETTLED
 
     def fit(self, start: GapState, effects: Sequence[str]) -> GapFit:
         """Fit laws, readings, gain and `effects` to all sweeps; a result in `fits` is used again."""
         found = self.fits.known(effects)
         if found is None:
-            found = fit_gap(self.model, self.sweeps, start, effects, self.executor)
+            found = fit_gap(self.model, self.sweeps, start, effects, self.executor, target=self.settled)
             self.fits.keep(effects, found)
         return found
 
@@ -71,8 +83,8 @@ class SearchContext:
         groups = self.coarse_groups
         if len(groups) == len(self.sweeps.groups.reference):
             return self, start
-        few = self.sweeps.only_groups(groups)
-        return self.of(few), start.restricted(groups, few.original_places(self.sweeps))
+        few = replace(self.of(self.sweeps.only_groups(groups)), settled=SETTLED_AT_FEW)
+        return few, start.restricted(groups, few.sweeps.original_places(self.sweeps))
 
     def spread(self, start: GapState, few: "SearchContext", found: GapState) -> GapState:
         """Change a state of all sweeps as a fit to those of `few` changed its part there."""
