@@ -186,6 +186,8 @@ def one_campaign(trial: Trial, assignment: Assignment) -> None:
         make_campaign(assignment, kind, trial.stream, trial.seed, truth, made, built)
         told = read_record(truth)
         judge_campaign(made, judged, [*filter(None, [told["ablated"]]), *told["untold"]])
+        if is_judged(run):
+            return
         for old in folder.parent.glob(f"{folder.name}*"):  # of a trial that was stopped
             shutil.rmtree(old, ignore_errors=True)
         shutil.rmtree(run, ignore_errors=True)

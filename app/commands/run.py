@@ -1,6 +1,7 @@
 """``flexura run``: everything from files to the report, in one process."""
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -176,10 +177,11 @@ def _fleet(
 
     members = fleet_members(named)
     folder = writable_folder(out or _beside(named), "--out").resolve()
-    requests = {
-        one.name: _asked(one.campaign.resolve(), chosen, settings, typed, folder / one.name, force)
-        for one in members
-    }
+    requests: dict[str, RunRequest] = {}
+    for one in members:
+        asked = _asked(one.campaign.resolve(), chosen, settings, typed, folder / one.name, force)
+        here = replace(asked.options, folder=asked.options.folder.resolve())  # workers stand elsewhere
+        requests[one.name] = replace(asked, options=here)
 
     from app.files.atomic import write_json, write_text
     from app.files.room import require_room, room_of
@@ -201,8 +203,8 @@ def _fleet(
         runs = {one.name: one.run for one in found if (one.run / "laws.h5").is_file()}
         exchange = exchanged(runs, executor, report)
     laws = laws_beside(runs)
-    asked = requests[members[0].name]
-    record = fleet_record(found, laws, exchange, {"stages": list(asked.stages), "set": list(typed)})
+    stages = requests[members[0].name].stages
+    record = fleet_record(found, laws, exchange, {"stages": list(stages), "set": list(typed)})
     write_json(folder / NAME, record)
     with drawing():
         write_text(folder / PAGE, fleet_page(found, laws, exchange))
