@@ -84,7 +84,7 @@ class LocalSlopes:
         return Composite(plate, plate_loss, fixed, mass, coupling)
 
     def by_along_moves(self, stepped: PlateState) -> Composite:
-        """Differentiate likewise what the moves of patches change: it follows moduli and d31, the mass does not."""
+        """Differentiate likewise what the moves of patches change: it follows moduli and d31, but no mass."""
         found = self._moves.summed(self._rates(stepped), self._value.moves)
         return replace(found, mass=np.zeros_like(found.mass))
 

@@ -212,6 +212,36 @@ def changed(experiment, change):
     return Experiment.model_validate({**table, "patch": patch, "sensor": sensor})
 
 
+MOVED = {"dx": 5e-4, "dy": -3e-4}
+
+
+def about_moved(patched, fineness=None):
+    """Return a twin of the declared plate, made about one where a patch has moved, and that one's declaration."""
+    about = changed(patched, {"place": (0, MOVED["dx"], MOVED["dy"])})
+    operators = reduce_with_departures(about, BOX, fineness=fineness)
+    known = tolerances(patched, operators.movable, {"patch_place A1": MOVED})
+    return replace(Twin.of(patched, EffectPlate(operators), tolerances=known), reach=np.inf), about
+
+
+def test_a_twin_made_about_moved_patches_is_exact_there(made, patched, coarse_mesh):
+    fineness = Fineness(coarse_mesh, degree=4, tolerance=0.0)
+    twin, about = about_moved(patched, fineness)
+    assert {p.name: p.made_at for p in twin.tolerance_cards["patch_place A1"].parameters} == MOVED
+    moved = made(about, fineness)
+    wanted = moved.frf(LAWS, LINES, zeros(moved), POINT)
+    found = twin.frf(LAWS, LINES, {**zeros(twin), "patch_place A1": MOVED}, POINT)
+    np.testing.assert_allclose(found, wanted, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_where_patches_were_declared_it_is_as_good_as_the_declared_one_elsewhere(made, patched, twin):
+    moved, about = about_moved(patched)
+    before = twin.frf(LAWS, LINES, zeros(twin), POINT)
+    change = np.linalg.norm(made(about).frf(LAWS, LINES, point=POINT) - before)
+    for known_as in (zeros(moved), {}):  # a quantity without a value is as declared
+        assert np.linalg.norm(moved.frf(LAWS, LINES, known_as, POINT) - before) < 0.06 * change
+
+
 def test_what_is_exact_is_no_parameter(patched):
     exact = Tolerances(
         **dict.fromkeys(Tolerances.model_fields.keys() - {"own"}, 0.0), own={"plate.thickness": 6e-5}
