@@ -4,6 +4,7 @@
     python3 start.py tests [...]   the tests, on up to four cores; further words go to pytest
     python3 start.py docs [...]    the documentation as a site, into site/; further words go to Sphinx
     python3 start.py VERB ...      any other word goes to flexura
+    python3 start.py --lean VERB ...   the same without torch, which only --device needs: half the disk
 
 Needs nothing but Python 3.11 or newer with pip and venv. Everything is installed into
 ``.venv`` beside this file, pinned by ``constraints.txt``; a stamp holding a digest of the pins says
@@ -30,16 +31,24 @@ EXTRAS = {"tests": "dev", "docs": "docs"}
 """What else is installed for a word, when it is first asked for."""
 EVERYBODY = ("audio", "drawings", "meshes", "onnx")
 """Extras that are installed for every word."""
+LEAN = "--lean"
+LEAN_STAMP = ENVIRONMENT / "installed-lean.sha256"
+HEAVY = ("torch",)
+"""What `LEAN` leaves out: half of the environment, for the networks' training on a GPU."""
 EXTRA_STAMPS = {word: ENVIRONMENT / f"installed-{word}.sha256" for word in EXTRAS}
 TORCH_CPU_INDEX = "https://download.pytorch.org/whl/cpu"
 SIDE_BY_SIDE = ["-n", "auto", "--maxprocesses", "4", "--dist", "loadfile"]
 """Tests of one file share a set-up, so a file stays with one process; some need 2 GB, hence four at most."""
 NEVER_READ = (
     *("torch/bin/[!t]*", "torch/bin/test_*", "torch/include", "torch/test"),
-    *("PySide6/Qt/qml", "PySide6/Qt/metatypes", "PySide6/Qt/lib/libQt6Quick*", "PySide6/Qt/lib/libQt6Designer*"),
-    *("scipy/*/tests", "sympy/*/tests", "sympy/*/*/tests"),
+    *("PySide6/Qt/qml", "PySide6/Qt/metatypes", "PySide6/Qt/translations", "PySide6/Qt/plugins/qmltooling"),
+    *(f"PySide6/Qt/lib/libQt6{part}*" for part in ("Quick", "Qml", "Designer", "Labs", "Lottie", "Help")),
+    *(f"PySide6/{tool}" for tool in ("assistant", "designer", "linguist", "lrelease", "lupdate", "qml[!t]*")),
+    *("scipy/*/tests", "sympy/*/tests", "sympy/*/*/tests", "numpy/*/tests", "matplotlib/tests"),
+    *("onnx/backend/test", "ezdxf/acc/*.c", "ezdxf/acc/*.cpp"),
 )
-"""Parts of packages, 0.27 GB, that nothing here reads: their own tests, torch's C++ headers, Qt's QML."""
+"""Parts of packages, 0.33 GB, that nothing here reads: their own tests, torch's C++ headers, C sources, Qt's QML,
+translations and tools for developers."""
 IMPORT_EVERYTHING = """\
 import contextlib, importlib, pkgutil
 for package in map(importlib.import_module, ("analysis", "simulation", "drivers", "app", "flexura")):
@@ -57,6 +66,14 @@ def declared() -> configparser.ConfigParser:
     settings = configparser.ConfigParser(interpolation=None)
     settings.read(ROOT / "setup.cfg", encoding="utf-8")
     return settings
+
+
+def required() -> list[str]:
+    """Return what every environment holds, but for what a lean one leaves out."""
+    settings = declared()
+    lists = [settings["options.extras_require"][extra] for extra in EVERYBODY]
+    words = "\n".join([settings["options"]["install_requires"], *lists]).split()
+    return [word for word in words if not word.startswith(HEAVY)]
 
 
 def pins_digest(*extras: str) -> str:
@@ -93,24 +110,40 @@ def torch_index() -> list[str]:
         return []
 
 
-def install() -> None:
-    """Build the environment from nothing and stamp it."""
+def install(*, lean: bool) -> None:
+    """Build the environment from nothing and stamp it; where a lean one is there, add to it what that lacks."""
+    if not lean and ready(LEAN_STAMP):
+        print(
+            "Flexura: installing what a lean environment lacks (once, a minute) ...", file=sys.stderr, flush=True
+        )
+        wanted = declared()["options"]["install_requires"].split()
+        add(*torch_index(), *(word for word in wanted if word.startswith(HEAVY)))
+        lighten()
+        STAMP.write_text(pins_digest())
+        return
     print(f"Flexura: installing into {ENVIRONMENT} (once, a minute or two) ...", file=sys.stderr, flush=True)
     if ENVIRONMENT.exists():
-        known = {*OURS, STAMP.name, *(stamp.name for stamp in EXTRA_STAMPS.values())}
+        known = {*OURS, STAMP.name, LEAN_STAMP.name, *(stamp.name for stamp in EXTRA_STAMPS.values())}
         strangers = [child.name for child in ENVIRONMENT.iterdir() if child.name not in known]
         if strangers and not (ENVIRONMENT / "pyvenv.cfg").exists():
             sys.exit(
                 f"{ENVIRONMENT} holds {strangers[0]} and is no virtual environment: set FLEXURA_VENV to another"
             )
-        STAMP.unlink(missing_ok=True)  # first: a kill from here on must not look finished
+        for stamp in (STAMP, LEAN_STAMP):  # first: a kill from here on must not look finished
+            stamp.unlink(missing_ok=True)
         shutil.rmtree(ENVIRONMENT)
     python = getattr(sys, "_base_executable", sys.executable)  # where it is .venv's own, that was just deleted
     subprocess.run([python, "-m", "venv", str(ENVIRONMENT)], check=True)
-    add(*torch_index(), "-e", f"{ROOT}[{','.join(EVERYBODY)}]")
+    if lean:  # by name: of the project itself pip would install all that it declares
+        add(*required())
+        add("--no-deps", "-e", str(ROOT))
+    else:
+        add(*torch_index(), "-e", f"{ROOT}[{','.join(EVERYBODY)}]")
     lighten()
     compile_imports()
-    STAMP.write_text(pins_digest())  # half a digest is no digest: a torn stamp means another installation
+    (LEAN_STAMP if lean else STAMP).write_text(
+        pins_digest()
+    )  # half a digest is no digest: a torn stamp means another installation
 
 
 def add(*words: str) -> None:
@@ -158,11 +191,14 @@ def main() -> int:
     if sys.version_info < (3, 11):  # noqa: UP036 (an older Python gets this far, and deserves a sentence)
         sys.exit(f"Flexura needs Python 3.11 or newer; this is {sys.version.split()[0]}")
     words = sys.argv[1:]
+    lean = words[:1] == [LEAN]
+    words = words[1:] if lean else words
     asked = words[0] if words and words[0] in EXTRAS else None
-    if not ready() or (asked and not ready(EXTRA_STAMPS[asked], EXTRAS[asked])):
+    there = ready() or (lean and ready(LEAN_STAMP))  # a whole environment is a lean one, too
+    if not there or (asked and not ready(EXTRA_STAMPS[asked], EXTRAS[asked])):
         try:
-            if not ready():
-                install()
+            if not there:
+                install(lean=lean)
             if asked:
                 install_for(asked)
         except subprocess.CalledProcessError as error:

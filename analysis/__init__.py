@@ -50,6 +50,7 @@
 ``pairing``            measured modes beside those of a twin, and whether it is a fit
 ``updating``           material parameters of a twin fitted to measured FRFs
 ``gap``                which effect the twin lacks
+``fleet``              many pieces of one kind: scatter, outliers, prediction
 ``focusing``           STIF filters, contrast and spot error
 ``compensation``       filters at any temperature: Bayesian-regularised networks and their rivals
 ``radiation``          sound of a vibrating plate: pressure, power, directivity

@@ -101,6 +101,7 @@ KINDS = {
     "patch_place": "places of patches",
     "patch_size": "sizes of patches",
     "patch_thickness": "thickness of patches",
+    "patch_modulus": "stiffness of patches",
     "strain_constant": "d31",
     "permittivity": "permittivity",
     "input_resistance": "inputs",

@@ -45,6 +45,8 @@ class Parameter:
         Where the search for a shape starts; 0 for amplitudes.
     shown : str
         Unit for people, see `PEOPLES`; empty for `unit` itself.
+    made_at : float
+        Of a declared quantity: the value about which the twin was made, and near which it is most exact.
     """
 
     name: str
@@ -55,6 +57,7 @@ class Parameter:
     shape: bool = False
     typical: float = 0.0
     shown: str = ""
+    made_at: float = 0.0
 
     def __post_init__(self) -> None:
         if self.shown and (self.unit, self.shown) not in PEOPLES:

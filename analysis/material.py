@@ -159,6 +159,11 @@ class MaterialLaws:
         value = self.at(temperature)
         return MaterialSigma(spread[0] * value.youngs_modulus, spread[1], spread[2] * value.loss_factor)
 
+    def scaled(self, temperature: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Log E, nu and log eta (3, T) at `temperature` (T,), and the covariance (3, T, T) of each."""
+        design = self._design(temperature)
+        return self.coefficients @ design.T, np.einsum("tn,pnm,sm->pts", design, self.covariance, design)
+
     def local(self, temperature: float) -> LocalLaws:
         """Expand the laws to second order about `temperature`, degrees Celsius; ValueError outside the range."""
         from scipy.interpolate import BSpline

@@ -28,8 +28,9 @@ class Tolerances(Declared):
         Of the plate, as a share.
     patch_place, patch_size : float
         Of a patch's centre along x and along y, and of both its sides, m.
-    patch_thickness, strain_constant, permittivity : float
-        Of each patch, as a share; the strain constant is d31.
+    patch_thickness, patch_modulus, strain_constant, permittivity : float
+        Of each patch, as a share; the strain constant is d31. Ceramics of one name, and their bonds, differ by
+        more in stiffness than any thickness is wrong by.
     input_resistance, input_capacitance : float
         Of the card's inputs with their cables, as a share.
     transducer_place : float
@@ -63,6 +64,7 @@ class Tolerances(Declared):
     patch_place: Distance = 3e-4
     patch_size: Distance = 1e-4
     patch_thickness: Share = 0.02
+    patch_modulus: Share = 0.05
     strain_constant: Share = 0.05
     permittivity: Share = 0.1
     input_resistance: Share = 0.02

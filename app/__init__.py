@@ -16,6 +16,7 @@
 ``view``           the windows
 ``watch``          running campaigns seen from outside: a web page, messages
 ``chain``          all stages in one process, from files to the report
+``fleet``          many campaigns in one command, and one report of them
 ``blind_trial``    how often the gap workflow is right
 =================  =====================================================================
 """

@@ -5,6 +5,8 @@ when it is first asked for, so that ``import flexura`` costs little. See ``docs/
 
 ====================  ==============================================================
 ``campaigns``         `load`, `frf`, `identify`, `update`, `update_modes`, `gap`: a plate over temperature
+``modal_tests``       `frfs_of_test`, `identify_test`: a structure at one temperature
+``files_out``         `report`, `export_filters`, `export_sweeps`
 ``whole_run``         `run`: all of it, and the report
 ``panels``            `focus`, `compensate`: filters that follow the temperature
 ``forward_twin``      `twin`: material and effects in, FRFs, derivatives, modes and matrices out
@@ -26,7 +28,9 @@ claim_names()
 if TYPE_CHECKING:
     from flexura.campaigns import frf, gap, identify, load, update, update_modes
     from flexura.figures import plot
+    from flexura.files_out import export_filters, export_sweeps, report
     from flexura.forward_twin import twin
+    from flexura.modal_tests import frfs_of_test, identify_test
     from flexura.panels import compensate, focus
     from flexura.shipped_examples import example
     from flexura.um_bridge import serve
@@ -35,12 +39,17 @@ if TYPE_CHECKING:
 __all__ = [
     "compensate",
     "example",
+    "export_filters",
+    "export_sweeps",
     "focus",
     "frf",
+    "frfs_of_test",
     "gap",
     "identify",
+    "identify_test",
     "load",
     "plot",
+    "report",
     "run",
     "serve",
     "twin",
@@ -60,6 +69,11 @@ _MODULES = {
     "plot": "figures",
     "run": "whole_run",
     "example": "shipped_examples",
+    "identify_test": "modal_tests",
+    "frfs_of_test": "modal_tests",
+    "report": "files_out",
+    "export_filters": "files_out",
+    "export_sweeps": "files_out",
     "twin": "forward_twin",
     "serve": "um_bridge",
 }

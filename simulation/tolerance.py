@@ -1,7 +1,7 @@
 """A declared quantity of the twin that is not exact."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from simulation.effects.effect import Effect
@@ -15,6 +15,21 @@ Change = Callable[[Any, Mapping[str, Any]], dict[str, Any]]
 
 @dataclass(frozen=True)
 class Tolerance(Effect):
-    """A declared quantity, and what it changes in the departures; None where it changes the state otherwise."""
+    """A declared quantity, and what it changes in the departures.
+
+    Attributes
+    ----------
+    change : Change or None
+        None where it changes the state otherwise.
+    made_at : mapping
+        Values about which the twin was made; empty where these are the declared ones. Changes count from there.
+    """
 
     change: Change | None = None
+    made_at: Mapping[str, float] = field(default_factory=dict)
+
+    def changed(self, away: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the attributes of departures that these values change."""
+        if self.change is None:
+            raise ValueError("this quantity is no departure")
+        return self.change(away, {name: value - self.made_at.get(name, 0.0) for name, value in values.items()})

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.effect_card import EffectCard, Parameter
+from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
+from analysis.twin_model import NO_EFFECTS, Effects
 from simulation.effects.effect import Effect
 from simulation.sheet_tolerances import sheet_tolerances
 from simulation.state.departures import Departures
@@ -39,22 +40,23 @@ def depart(
     """
     away = SimpleNamespace(**vars(state.departures))
     for name, one in known.items():
-        if name not in values:
-            continue
         if isinstance(one, Tolerance) and one.change is not None:
-            away.__dict__.update(one.change(away, values[name]))
-        else:
+            if name in values or one.made_at:  # without a value it is as declared
+                away.__dict__.update(one.changed(away, values.get(name, dict.fromkeys(one.made_at, 0.0))))
+        elif name in values:
             state = one.apply(state, circumstances, values[name])
     return state.with_(departures=Departures(**vars(away)))
 
 
-def tolerances(experiment: Experiment, movable: Real) -> dict[str, Effect]:
+def tolerances(experiment: Experiment, movable: Real, made_at: Effects = NO_EFFECTS) -> dict[str, Effect]:
     """Return the declared quantities that are not exact, by name.
 
     Parameters
     ----------
     movable : (P,) ndarray
         1 for patches that have room around them to be moved, see `EffectOperators.movable`.
+    made_at : mapping
+        Values of declared quantities about which the twin was made, where these are not the declared ones.
     """
     parts = (
         _of_the_plate(experiment),
@@ -64,7 +66,23 @@ def tolerances(experiment: Experiment, movable: Real) -> dict[str, Effect]:
         _of_the_theory(experiment),
         sheet_tolerances(experiment),
     )
-    return {effect.card(experiment).name: effect for part in parts for effect in part}
+    known = {effect.card(experiment).name: effect for part in parts for effect in part}
+    return known | {name: _made_at(known[name], experiment, values) for name, values in made_at.items()}
+
+
+def _made_at(one: Effect, experiment: Experiment, values: Values) -> Effect:
+    """Return a quantity that counts its changes from the values about which the twin was made."""
+    card = one.card(experiment)
+    parameters = tuple(replace(p, made_at=values.get(p.name, 0.0)) for p in card.parameters)
+    shown = replace(card, parameters=parameters)
+    if not isinstance(one, Tolerance):
+        raise ValueError(f"{card.name}: a twin cannot be made about a value of it")
+    moved = Tolerance(lambda _: shown, one.apply, change=one.change, made_at=values)
+
+    def apply(state: PlateState, circumstances: Circumstances, given: Mapping[str, Any]) -> PlateState:
+        return state.with_(departures=replace(state.departures, **moved.changed(state.departures, given)))
+
+    return replace(moved, apply=apply)
 
 
 def _of_the_plate(experiment: Experiment) -> Iterator[Effect]:
@@ -119,6 +137,7 @@ def _of_patches(experiment: Experiment, movable: Real) -> Iterator[Effect]:
             )
         shares = {
             "patch_thickness": (f"thickness of patch {name}", thickness),
+            "patch_modulus": (f"stiffness of patch {name}", given.patch_modulus),
             "strain_constant": (f"strain constant d31 of patch {name}", given.strain_constant),
             "permittivity": (f"permittivity of patch {name}", given.permittivity),
         }

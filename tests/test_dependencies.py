@@ -27,6 +27,8 @@ def asked_for() -> dict[str, set[str]]:
         "audio": settings["options.extras_require"]["audio"],
         "drawings": settings["options.extras_require"]["drawings"],
         "meshes": settings["options.extras_require"]["meshes"],
+        "cluster": settings["options.extras_require"]["cluster"],
+        "slurm": settings["options.extras_require"]["slurm"],
         "docs": settings["options.extras_require"]["docs"],
         "notebooks": settings["options.extras_require"]["notebooks"],
         "notify": settings["options.extras_require"]["notify"],

@@ -385,3 +385,39 @@ def test_real_call_from_another_folder_with_an_app_of_its_own(
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("flexura, version")
+
+
+def test_a_lean_environment_has_no_torch_and_serves_until_the_whole_one_is_asked_for(
+    call: Call, machine: FakeMachine, project: Path
+) -> None:
+    call("--lean", "identify", "plate")
+    call("--lean", "demo")
+    packages, ours = machine.installs
+    assert not [word for word in packages if word.startswith("torch")]
+    settings = configparser.ConfigParser(interpolation=None)
+    settings.read(project / "setup.cfg", encoding="utf-8")
+    assert set(settings["options"]["install_requires"].split()) - set(packages) == {"torch==2.13.0"}
+    assert {"onnx", "ezdxf"} < set(packages)  # of the extras that everybody gets
+    assert ours[-3:] == ["--no-deps", "-e", str(project)]
+    assert machine.started[0][0][-2:] == ["identify", "plate"]
+    call("demo")
+    assert "torch==2.13.0" in machine.installs[2]
+    assert len(machine.makers) == 1  # nothing is installed twice
+    call("--lean", "demo")
+    call("demo")
+    assert len(machine.installs) == 3
+
+
+def test_a_lean_environment_is_made_anew_for_other_pins(call: Call, machine: FakeMachine, project: Path) -> None:
+    call("--lean", "demo")
+    with (project / "constraints.txt").open("a", encoding="utf-8") as pins:
+        pins.write("another==1.0\n")
+    call("--lean", "demo")
+    assert len(machine.makers) == 2
+
+
+def test_tests_run_in_a_lean_environment(call: Call, machine: FakeMachine) -> None:
+    call("--lean", "tests")
+    call("--lean", "tests")
+    assert len(machine.installs) == 3
+    assert "pytest" in machine.installs[2]

@@ -51,9 +51,7 @@ def test_every_example_a_verb_starts_from_is_in_the_wheel() -> None:
     patterns = [pattern for listed in settings()["options.data_files"].values() for pattern in listed.split()]
     shipped = {path for pattern in patterns for path in ROOT.glob(pattern)}
     wanted = {
-        path
-        for path in (ROOT / "examples").rglob("*.*")
-        if "__pycache__" not in path.parts and path.name[0] != "."
+        path for path in (ROOT / "examples").rglob("*") if "__pycache__" not in path.parts and path.name[0] != "."
     }
     assert {path for path in wanted if path.is_file()} == {path for path in shipped if path.is_file()}
 

@@ -248,7 +248,7 @@ def _sigma_gain(fit: GapFit) -> Real:
 
 def _surety(context: SearchContext, found: SearchResult, name: str) -> Surety:
     """Say how sure an effect is that brings the twin down to the noise, with others or alone."""
-    fit, without, overstated = found.fit, found.without[name], context.sweeps.overstated
+    fit, without, overstated = found.fit, found.without[name], context.overstated(found.fit)
     rivals = {other: gain / overstated for other, gain in found.rivals[name].items()}
     alike = equivalents(rivals, {other: signal_cosine(found.last, name, other) for other in rivals})
     gain = (fit.log_evidence - without.log_evidence) / overstated

@@ -39,6 +39,16 @@ is added in squares."""
 MODEL_ERROR_ALONG = 0.15
 """Share of the model error along one effect's tangent: the error is spread over many directions."""
 
+MOVED_ERROR = 5e3
+"""Second order of patches' moves, which the twin leaves out, as a share of rms|H| per square of the moves, 1/m2:
+4.6 and 5.8e3 on two campaigns whose patches lay up to 0.5 mm beside their declared places."""
+
+MOVED_ALONG = 0.3
+"""As `MODEL_ERROR_ALONG`, of that error: it comes from the borders of a few patches."""
+
+MOVES = ("patch_place", "patch_size")
+"""Beginnings of the names of declared quantities that move borders of patches."""
+
 SAME_TEMPERATURE = 0.5
 """Temperature window, K, within which readings count as one nominal temperature: ramps arrive within
 tenths, steps are at least 1 K."""
@@ -142,6 +152,9 @@ MOST_STEPS = 15
 
 SETTLED = 0.1
 """Predicted decrease of chi2 at which a fit has settled: 0.05 nats."""
+
+SETTLED_AT_FEW = 0.5
+"""The same at a few temperatures, where fits are compared by tens of nats and others start from them."""
 
 SHARPEST = 0.9
 """Nodes are placed for resonances this much sharper than the sharpest of the model updating: effects that the twin

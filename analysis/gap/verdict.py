@@ -51,7 +51,7 @@ def judge(context: SearchContext, found: SearchResult, tried: HeldOut | None) ->
 
 def _leaves_structure(context: SearchContext, fit: GapFit) -> bool:
     """Whether the residual, beyond the twin's own error, has more evidence for a discrepancy than noise has."""
-    if context.excess(fit) <= context.sweeps.allowed:
+    if context.excess(fit) <= context.allowed(fit):
         return False
-    least = noise_evidence(context.sweeps) * context.sweeps.overstated
+    least = noise_evidence(context.sweeps) * context.overstated(fit)
     return unknown_evidence(context.sweeps, fit.residual, fit.state) >= least

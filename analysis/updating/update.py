@@ -62,6 +62,7 @@ def update(
     sheet: Orthotropy | None = None,
     declared: Mapping[str, Values] | None = None,
     protocol: Protocol | None = None,
+    nearer: Callable[[Mapping[str, Values]], TwinModel | None] | None = None,
     progress: Progress | None = None,
 ) -> Updated:
     """Fit the model's material to every sweep of `frf`, with one gain over all sweeps of an input.
@@ -83,6 +84,9 @@ def update(
     protocol : Protocol, optional
         Tells the drift of the temperature, which the model then follows in the joint fit, with the slopes of laws
         through the fits of single sweeps. Else each sweep counts as measured at one temperature.
+    nearer : callable, optional
+        Asked with the values of declared quantities that a fit to a few temperatures found: gives the twin made
+        about these, with which to go on, or None where `tolerant` is as exact.
     progress : callable, optional
         Called with a stage's name and the share of it done.
 
@@ -108,19 +112,31 @@ def update(
         sweeps = apart(frf, _sharpest(material_of(alone), declared or {}), protocol)
         joint = model if tolerant is None else tolerant
         context = SearchContext(joint, sweeps, NoiseCheck.as_stated(sweeps.compressed), pool)
-        fit = _fitted(context, start, report) if joint.tolerance_cards else context.fit(start, ())
+        if not joint.tolerance_cards:
+            fit = context.fit(start, ())
+        else:
+            fit, joint = _fitted(context, start, nearer or (lambda _: None), report)
     report("common gain", 1.0)
     return _summary(frf, joint, sweeps, fit, alone, sheet)
 
 
-def _fitted(context: SearchContext, start: GapState, report: Progress) -> GapFit:
+def _fitted(
+    context: SearchContext,
+    start: GapState,
+    nearer: Callable[[Mapping[str, Values]], TwinModel | None],
+    report: Progress,
+) -> tuple[GapFit, TwinModel]:
     """Fit all sweeps within the tolerances, a few temperatures first; beside what is missing, if that is much."""
     few, part = context.at_few_temperatures(start)
     begun = few.fit(part, ())
     if not _lacks_something(few.sweeps, begun):
-        return context.fit(context.spread(start, few, begun.state), ())
+        better = nearer(begun.state.declared)
+        if better is not None:
+            context, few = context.seen_by(better), few.seen_by(better)
+            begun = few.fit(begun.state, ())
+        return context.fit(context.spread(start, few, begun.state), ()), context.model
     report("beside what is missing", 0.0)
-    return over_all_sweeps(context, start, settled_from_first_order(few, begun))
+    return over_all_sweeps(context, start, settled_from_first_order(few, begun)), context.model
 
 
 def _lacks_something(sweeps: GapSweeps, fit: GapFit) -> bool:

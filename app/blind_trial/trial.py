@@ -9,10 +9,12 @@
 ===============================  ==================================================================
 """
 
+import shutil
 from collections.abc import Callable
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -153,6 +155,8 @@ def run_trial(trial: Trial, executor: Executor, report: Progress, announce: Call
         job.result()
         report("campaigns", (before + done) / trial.count)
         announce(f"campaign {jobs[job].name} judged, {len(left) - done} left")
+    for remains in (trial.folder / "campaigns").glob(".*"):  # of workers that were killed
+        shutil.rmtree(remains, ignore_errors=True)
 
 
 def prepare_specimen(kind: PlateKind) -> None:
@@ -167,9 +171,37 @@ def prepare_twin(kind: PlateKind) -> None:
 
 
 def one_campaign(trial: Trial, assignment: Assignment) -> None:
-    """Simulate a campaign and compare it; the comparison gets only the campaign's folder and the library."""
-    truth, folder = trial.truth(assignment), trial.campaign(assignment)
+    """Simulate a campaign and compare it; the comparison gets only the campaign's folder and the library.
+
+    It may be begun twice at a time: a cluster gives a task to another worker when the first no longer answers.
+    Each works in a folder of its own, and what one has finished the other leaves alone.
+    """
+    truth, folder, run = trial.truth(assignment), trial.campaign(assignment), trial.run(assignment)
+    if is_judged(run):
+        return
     kind, built = trial.plate(assignment)
-    make_campaign(assignment, kind, trial.stream, trial.seed, truth, folder, built)
-    told = read_record(truth)
-    judge_campaign(folder, trial.run(assignment), [*filter(None, [told["ablated"]]), *told["untold"]])
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(dir=folder.parent, prefix=f".{assignment.name}-") as place:
+        made, judged = Path(place) / folder.name, Path(place) / "run"
+        make_campaign(assignment, kind, trial.stream, trial.seed, truth, made, built)
+        told = read_record(truth)
+        judge_campaign(made, judged, [*filter(None, [told["ablated"]]), *told["untold"]])
+        if is_judged(run):
+            return
+        for old in folder.parent.glob(f"{folder.name}*"):  # of a trial that was stopped
+            shutil.rmtree(old, ignore_errors=True)
+        shutil.rmtree(run, ignore_errors=True)
+        run.parent.mkdir(parents=True, exist_ok=True)
+        for one in Path(place).iterdir():  # the verdict last: with it a campaign counts as done
+            if one != judged:
+                _moved(one, folder.parent / one.name)
+        _moved(judged, run)
+
+
+def _moved(one: Path, target: Path) -> None:
+    """Give a folder its name, unless another worker was quicker: then the content is the same."""
+    try:
+        one.rename(target)
+    except OSError:
+        if not target.is_dir():
+            raise

@@ -9,12 +9,12 @@ from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
 
 from analysis.experiment import Experiment
 from analysis.focusing.panel import Panel
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
+from app.files.room import memory_left
 
 SIDE_BY_SIDE = 3e9
 """Bytes of free memory from which on two are built at a time: the plate's takes 0.9 GB, the panel's 1.6."""
@@ -52,15 +52,6 @@ def build_panel(declared: str) -> None:
     panel = Panel.model_validate_json(declared)
     with suppress(*FAULTS):
         panel_reduction(panel, Grid.of(panel), silent)
-
-
-def memory_left() -> float:
-    """Bytes of memory that can be used without swapping; infinity where the system does not say."""
-    try:
-        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
-        return 1024.0 * float(next(line.split()[1] for line in lines if line.startswith("MemAvailable:")))
-    except (OSError, StopIteration, ValueError):
-        return float("inf")
 
 
 BUILD = {PLATE: build_plate, EFFECTS: build_effects, PANEL: build_panel}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import out_folder
+from app.commands.options import engine_options, out_folder
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -14,9 +14,12 @@ if TYPE_CHECKING:
 
     from app.blind_trial.assignments import Kind
     from app.blind_trial.trial import Trial
+    from app.terminal.engine import Engine
 
 KINDS: "tuple[Kind, ...]" = ("null", "single", "pair", "outside", "ablated")
 
+CAMPAIGN_MEMORY = 1.6e9
+"""Bytes that a worker takes at most, while it reduces a plate with effects."""
 CAMPAIGN_AND_RUN = 3e6
 """Bytes of a campaign and its verdict, roughly: of a small plate they are 1.6 MB."""
 
@@ -24,6 +27,7 @@ EXAMPLES = """\b
 Examples:
   flexura blind-trial --count 200 --seed 7
   flexura blind-trial --count 20 --seed 7 --kind null --kind single --exact
+  flexura blind-trial --count 200 --seed 7 --cluster tcp://192.168.1.10:8786 --out /shared/trial
 """
 
 
@@ -33,7 +37,7 @@ Examples:
 @click.option(
     "--kind", "kinds", type=click.Choice(KINDS), multiple=True, help="What is hidden; may be given several times."
 )
-@click.option("--workers", type=click.IntRange(1, 256), default=2, show_default=True, help="Processes.")
+@engine_options
 @click.option("--exact", is_flag=True, help="Plates exactly as declared, without small causes that nobody tells.")
 @click.option("--calibrate", is_flag=True, help="Draw from the calibration's own seeds, and fit the confidence.")
 @out_folder("Folder for campaigns, truth and proof (default: blind-trial-SEED).")
@@ -43,7 +47,7 @@ def command(
     count: int,
     seed: int,
     kinds: "tuple[Kind, ...]",
-    workers: int,
+    engine: "Engine",
     exact: bool,
     calibrate: bool,
     out: Path | None,
@@ -58,7 +62,8 @@ def command(
     dimensions and places are off as in a careful workshop, and in three of four campaigns small causes that the
     library then lacks make its resonances scatter by 0.1 to 1 %; --exact leaves both out. null: nothing is
     hidden; single, pair: effects of the library; outside: physics that it has not; ablated: an effect that it
-    lacks today. Run again, it goes on where it was stopped. Writes proof.json and proof.png. Exit status 1 where
+    lacks today. Run again, it goes on where it was stopped. With --cluster the workers of a Dask cluster do it
+    (docs/guide/cluster.md). Writes proof.json and proof.png. Exit status 1 where
     a figure misses its target.
     """
     from app.files.room import RESULTS, require_room
@@ -69,14 +74,13 @@ def command(
 
     from app.blind_trial.judging import is_judged
     from app.blind_trial.trial import Trial, begin, run_trial
-    from app.terminal.worker_processes import worker_processes
 
     wanted = tuple(kind for kind in KINDS if kind in kinds) or KINDS
-    trial = Trial(folder, count, seed, wanted, stream, exact)
+    trial = Trial(folder.resolve(), count, seed, wanted, stream, exact)
     left = sum(not is_judged(trial.run(one)) for one in trial.assignments)
     require_room(folder, left * CAMPAIGN_AND_RUN + RESULTS, "--out")
     begin(trial)
-    with output.progress() as report, worker_processes(workers) as executor:
+    with output.progress() as report, engine.executor(folder, CAMPAIGN_MEMORY, report, output.note) as executor:
         run_trial(trial, executor, report, output.summary)
     record = _proven(trial)
     output.result(lambda: record, lambda: _show(record))

@@ -109,6 +109,30 @@ following_method = click.option(
     type=click.Choice(("network", "low-rank", "cubic-spline", "cubic-spline-rigidity", "linear")),
     help="How filters follow the temperature (default: what compensate recommends, else a spline).",
 )
+
+
+def engine_options(verb: Verb) -> Verb:
+    """Add --workers and --cluster to a verb, which receives them as one `app.terminal.engine.Engine`."""
+
+    @functools.wraps(verb)
+    def engaged(*args: Any, workers: int | None, cluster: str | None, **options: Any) -> object:
+        from app.terminal.engine import Engine
+
+        if workers is not None and cluster is not None:
+            raise click.UsageError("--workers are processes of this machine, --cluster those of others: name one")
+        return verb(*args, engine=Engine(workers, cluster), **options)
+
+    on_this = click.option(
+        "--workers", type=click.IntRange(1, 256), help="Processes of this machine (default: 2)."
+    )
+    elsewhere = click.option(
+        "--cluster",
+        metavar="ADDRESS",
+        help="Dask cluster that does the work instead: tcp://HOST:PORT of its scheduler, or its scheduler file.",
+    )
+    return cast(Verb, on_this(elsewhere(engaged)))
+
+
 FOCUSING_METHODS = ("stif", "time-reversal", "modal-control", "none")
 FILTER_OPTIONS = (
     click.option(

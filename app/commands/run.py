@@ -1,20 +1,27 @@
 """``flexura run``: everything from files to the report, in one process."""
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import CAMPAIGN, Existing, run_out
+from app.commands.options import CAMPAIGN, Existing, engine_options, out_folder
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
+    from app.chain.request import RunRequest
     from app.files.run_record import StageRecord
     from app.files.run_settings import Stage
+    from app.terminal.engine import Engine
+
+    Chosen = tuple[Stage | None, Stage | None, tuple[Stage, ...], tuple[Stage, ...]]
+    """First and last stage, those alone, those left out."""
 
 STAGES = click.Choice(["import", "identify", "update", "gap", "focus", "compensate", "report"])
+SEVERAL = Existing(f"{CAMPAIGN.onward}; several of them, a folder of them, or a list (*.txt)")
 SETTINGS = Existing("allowed: a TOML file with a table [run]")
 EXAMPLES = """\b
 Examples:
@@ -23,11 +30,13 @@ Examples:
   flexura run plate --until update
   flexura run plate --only focus --only report --set focus.taps=128
   flexura run plate --settings run.toml --force
+  flexura run door-1 door-2 door-3 --out doors --without gap
+  flexura run campaigns --workers 4 --until focus
 """
 
 
 @click.command(name="run", epilog=EXAMPLES, short_help="Do everything, from files to the report.")
-@click.argument("campaign", type=CAMPAIGN)
+@click.argument("campaign", type=SEVERAL, nargs=-1, required=True)
 @click.option("--from", "first", type=STAGES, help="Begin with this stage (default: import).")
 @click.option("--until", "last", type=STAGES, help="End with this stage (default: report).")
 @click.option("--only", type=STAGES, multiple=True, help="This stage alone; repeat for more.")
@@ -46,11 +55,12 @@ Examples:
     metavar="KEY=VALUE",
     help="One option of that table, for example focus.taps=128; repeat for more.",
 )
-@run_out
-@output_options("what run.json holds")
+@engine_options
+@out_folder("Run folder (default: NAME-run beside CAMPAIGN); of several campaigns the fleet's folder.")
+@output_options("what run.json, or fleet.json, holds")
 @bad_input
 def command(
-    campaign: Path,
+    campaign: tuple[Path, ...],
     first: "Stage | None",
     last: "Stage | None",
     only: "tuple[Stage, ...]",
@@ -59,6 +69,7 @@ def command(
     settings: Path | None,
     typed: tuple[str, ...],
     out: Path | None,
+    engine: "Engine",
     output: Output,
 ) -> None:
     """Do all stages with CAMPAIGN: import, identify, update, gap, focus, compensate, report.
@@ -76,21 +87,56 @@ def command(
 
     CAMPAIGN may be running or interrupted: its finished sweeps are taken; do the same again when more are there.
     It may also be a plate with FRFs of other programs (plate.toml).
+
+    Several CAMPAIGNs, a folder of them or a list (*.txt, one a line) are a fleet: all stages of each, in worker
+    processes (--workers) or on a Dask cluster (--cluster), results in OUT/NAME, and one report of all, fleet.html
+    and fleet.json: scatter between pieces, pieces not like the others, which filters suit which panel, laws of
+    pieces measured at one temperature (docs/guide/fleets.md).
     """
-    from app.chain.request import RunRequest, chosen_stages
     from app.files.campaign import not_a_campaign
-    from app.files.campaign_kind import is_campaign_folder, is_recorded_campaign
-    from app.files.plate_toml import declares_plate
+    from app.fleet.members import is_campaign, is_fleet
+
+    if is_fleet(campaign):
+        chosen = (first, last, only, without)
+        _fleet(campaign, chosen, settings, typed, out, engine, output, force=force)
+        return
+    (single,) = campaign
+    if not is_campaign(single):
+        raise not_a_campaign(single)
+    if engine.named:
+        raise click.UsageError("--workers and --cluster are for several campaigns: one is not spread over workers")
+    _single(single, (first, last, only, without), settings, typed, out, output, force=force)
+
+
+def _asked(
+    campaign: Path, chosen: "Chosen", settings: Path | None, typed: tuple[str, ...], out: Path | None, force: bool
+) -> "RunRequest":
+    """Return what is asked of one campaign."""
+    from app.chain.request import RunRequest, chosen_stages
     from app.files.run_settings import read_run_options
 
-    if not (is_campaign_folder(campaign) or is_recorded_campaign(campaign) or declares_plate(campaign)):
-        raise not_a_campaign(campaign)
+    first, last, only, without = chosen
     options = read_run_options(campaign, settings, typed)
     left_out = (*without, *(stage for stage in options.settings.without if stage not in only))
     try:
         stages = chosen_stages(first, last, only, left_out)
     except ValueError as error:
         raise click.UsageError(str(error)) from error
+    return RunRequest(campaign, out, stages, options, force, in_place="import" in left_out)
+
+
+def _single(
+    campaign: Path,
+    chosen: "Chosen",
+    settings: Path | None,
+    typed: tuple[str, ...],
+    out: Path | None,
+    output: Output,
+    *,
+    force: bool,
+) -> None:
+    """Run the stages of one campaign."""
+    request = _asked(campaign, chosen, settings, typed, out, force)
 
     from app.chain.run_chain import RunListener, run_chain
     from app.terminal.whole_run import closing_line, show, stage_line
@@ -107,9 +153,68 @@ def command(
         else:
             output.failure(stage_line(stage, state))
 
-    request = RunRequest(campaign, out, stages, options, force, in_place="import" in left_out)
     record = run_chain(request, RunListener(tell, output.progress, spare_workers))
     output.result(record.record, lambda: show(record))
     output.summary(closing_line(states, request.run, time.perf_counter() - started))
     if not all(state.whole and state.good for state in states.values()):
         raise click.exceptions.Exit(1)
+
+
+def _fleet(
+    named: tuple[Path, ...],
+    chosen: "Chosen",
+    settings: Path | None,
+    typed: tuple[str, ...],
+    out: Path | None,
+    engine: "Engine",
+    output: Output,
+    *,
+    force: bool,
+) -> None:
+    """Run the stages of many campaigns, and compare them."""
+    from app.files.run_folder import writable_folder
+    from app.fleet.members import fleet_members
+
+    members = fleet_members(named)
+    folder = writable_folder(out or _beside(named), "--out").resolve()
+    requests: dict[str, RunRequest] = {}
+    for one in members:
+        asked = _asked(one.campaign.resolve(), chosen, settings, typed, folder / one.name, force)
+        here = replace(asked.options, folder=asked.options.folder.resolve())  # workers stand elsewhere
+        requests[one.name] = replace(asked, options=here)
+
+    from app.files.atomic import write_json, write_text
+    from app.files.room import require_room, room_of
+    from app.fleet.exchange import exchanged
+    from app.fleet.fleet_run import MEMORY, RunMember, run_fleet
+    from app.fleet.laws_beside import laws_beside
+    from app.fleet.page import PAGE, fleet_page, show
+    from app.fleet.record import NAME, fleet_record, summary_of
+    from app.report.style import drawing
+
+    started = time.perf_counter()
+    require_room(folder, sum(room_of(one.campaign) for one in members), "--out")
+
+    def tell(one: RunMember) -> None:
+        (output.summary if one.good else output.failure)(f"{one.name}: {one.said}")
+
+    with output.progress() as report, engine.executor(folder, MEMORY, report, output.note) as executor:
+        found = run_fleet(members, requests, executor, report, tell)
+        runs = {one.name: one.run for one in found if (one.run / "laws.h5").is_file()}
+        exchange = exchanged(runs, executor, report)
+    laws = laws_beside(runs)
+    stages = requests[members[0].name].stages
+    record = fleet_record(found, laws, exchange, {"stages": list(stages), "set": list(typed)})
+    write_json(folder / NAME, record)
+    with drawing():
+        write_text(folder / PAGE, fleet_page(found, laws, exchange))
+    output.result(lambda: record, lambda: show(found, laws))
+    output.summary(f"{summary_of(found, laws)}; {time.perf_counter() - started:.1f} s; report in {folder / PAGE}")
+    if not all(one.good for one in found):
+        raise click.exceptions.Exit(1)
+
+
+def _beside(named: tuple[Path, ...]) -> Path:
+    """Return the folder for a fleet's results where none is named."""
+    first = named[0].resolve()
+    return first.with_name(f"{first.stem}-fleet") if len(named) == 1 else first.parent / "fleet"

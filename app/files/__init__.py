@@ -10,10 +10,11 @@ Every file:
 ``folder_lock``   one writer at a time
 ``bad_file``      what is wrong with a file of results
 ``unwritten``     what is said where the disk refuses
-``room``          whether results will fit, before the work
+``room``          whether results and work will fit, before they are begun
 ``hdf5_file``     any HDF5 file that is read: ``seal``, ``hdf5_contents``, ``isolation``
 ``hdf5_memory``   HDF5 without a file on the disk
 ``parsed_text``   any JSON and TOML that is read
+``code_digest``   whether another machine runs the same code
 ``shipped``       the examples that come with the project
 ``basis_cache``   reduced models in the user's cache
 ``effect_cache``  reduced plates with effects in the user's cache

@@ -7,7 +7,8 @@ import hashlib
 import json
 import platform
 from collections.abc import Mapping
-from importlib.metadata import version
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -48,11 +49,20 @@ def provenance(
     return {
         "flexura": analysis.__version__,
         "python": platform.python_version(),
-        "packages": {name: version(name) for name in PACKAGES},
+        "packages": _versions(),
         "inputs": dict(sorted(inputs.items())),
         "settings": dict(settings or {}),
         "seed": seed,
     }
+
+
+def _versions() -> dict[str, str]:
+    """Return the versions of `PACKAGES` that are installed: a lean environment has no torch."""
+    found = {}
+    for name in PACKAGES:
+        with suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return found
 
 
 def stamp(group: h5py.Group, made_from: Mapping[str, Any]) -> None:

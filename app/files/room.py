@@ -1,4 +1,4 @@
-"""Whether a folder's disk has room for what is going to be written, asked before hours of work."""
+"""Whether the disk has room for what is going to be written, and memory for work, asked before hours of it."""
 
 import shutil
 from collections.abc import Iterable
@@ -47,3 +47,12 @@ def bytes_of(paths: Iterable[Path]) -> int:
         inside = path.rglob("*") if path.is_dir() else (path,)
         found += sum(one.stat().st_size for one in inside if one.is_file())
     return found
+
+
+def memory_left() -> float:
+    """Bytes of memory that can be used without swapping; infinity where the system does not say."""
+    try:
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+        return 1024.0 * float(next(line.split()[1] for line in lines if line.startswith("MemAvailable:")))
+    except (OSError, StopIteration, ValueError):
+        return float("inf")

@@ -13,6 +13,7 @@ from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.single_hits import confirmed_by_hits
 from analysis.identification.tracked_modes import TrackedModes
+from analysis.labelled import Labelled, LabelledArrays
 from analysis.progress import Progress
 from analysis.shapes.participation import ModeShapes, mode_shapes, residue_deviation
 from analysis.shapes.stabilization import StabilizationChart, stabilization_chart
@@ -25,13 +26,15 @@ from app.modal_test.edit_journal import forget_edits
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.saved import load_frfs, save_frfs, save_stabilization, write_modes_table
 from app.modal_test.without_windows import rebuilt, without_windows
+from app.summaries.display import as_html, as_text
+from app.summaries.modes import mode_table, modes_record
 
 if TYPE_CHECKING:
     from app.stages.identify_options import Wanted
 
 
 @dataclass(frozen=True)
-class TestModes:
+class TestModes(Labelled):
     """What was found in a test.
 
     Attributes
@@ -45,12 +48,45 @@ class TestModes:
     chart : StabilizationChart
     """
 
-    __test__ = False
+    __test__ = False  # no class of tests, whatever its name
 
     frfs: FrfSet
     modes: Modes
     shapes: ModeShapes
     chart: StabilizationChart
+
+    def __repr__(self) -> str:
+        """FRFs, modes and misfit in one line, and the notes."""
+        return as_text(f"TestModes: {self._headline}", self.frfs.notes)
+
+    def _repr_html_(self) -> str:
+        return as_html(
+            self._headline, [mode_table(self.frfs.title, modes_record(self.modes)["modes"])], self.frfs.notes
+        )
+
+    @property
+    def _headline(self) -> str:
+        sure = self.modes.confirmation.count("confirmed")
+        return (
+            f"{len(self.frfs.transfers)} FRFs, {int(self.modes.real.sum())} modes ({sure} confirmed) at "
+            f"{len(self.shapes.places)} places, misfit {100 * self.modes.misfit:.2f} %"
+        )
+
+    def labelled(self) -> LabelledArrays:
+        """Frequency, damping and status over mode, shapes over place and mode."""
+        read, real = self.modes.reading(), self.shapes.pole
+        fields = ("frequency_hz", "sigma_frequency_hz", "damping_ratio", "sigma_damping_ratio", "loss_factor")
+        of_modes = {name.removesuffix("_hz"): (("mode",), getattr(read, name)[real]) for name in fields}
+        status = np.array([self.modes.standing(j) for j in real.tolist()])
+        return LabelledArrays(
+            {**of_modes, "status": (("mode",), status), "shape": (("place", "mode"), self.shapes.shape.T)},
+            {
+                "mode": (("mode",), np.arange(1, len(real) + 1)),
+                "place": (("place",), np.array(self.shapes.places)),
+            },
+            {"frequency": "Hz", "sigma_frequency": "Hz"},
+            tuple(self.frfs.notes),
+        )
 
     def rebuilt(self) -> NDArray[np.complex128]:
         """FRFs of the model as they were fitted, (L, F): with the window that was over the measured ones."""

@@ -228,7 +228,13 @@ def checked_device(device: str) -> None:
     """Raise ResultFileError unless networks can be trained on `device`: ``cpu`` or a device of torch."""
     if device == "cpu":
         return
-    import torch
+    try:
+        import torch
+    except ImportError as error:
+        raise ResultFileError(
+            f"--device {device}: torch is not installed, as in a lean environment; install it with: "
+            "python3 start.py (without --lean), or pip install torch; or take cpu"
+        ) from error
 
     try:
         torch.zeros(1, dtype=torch.float64, device=device)

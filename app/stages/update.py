@@ -22,7 +22,7 @@ from analysis.progress import Progress
 from analysis.protocol.advice import unresolved
 from analysis.sheet_orthotropy import Orthotropy
 from analysis.sweep_point import SweepPoint
-from analysis.twin_model import TwinModel
+from analysis.twin_model import Effects, TwinModel
 from analysis.updated import Updated
 from analysis.updating.corrected_twin import corrected_twin, fit_twin
 from analysis.updating.drift import sweep_laws, to_first_order
@@ -49,7 +49,7 @@ from app.summaries.display import as_html, as_text
 from app.summaries.pairing import pairing_tables
 from app.summaries.update import headline, notes, tables_of
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
-from app.twins.campaign_twin import campaign_twin, tolerant_twin, twin_is_built
+from app.twins.campaign_twin import campaign_twin, placed, tolerant_twin, twin_is_built
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
@@ -225,8 +225,22 @@ def _fitted(campaign: AnyCampaign, mains: float, report: Progress) -> tuple[Frf,
             tolerant = tolerant_twin(campaign.experiment, report, known)
         twin: TwinModel = HeldEffects(tolerant, known) if known else campaign_twin(campaign.experiment, report)
         frf, begin = polarity_corrected(frf, twin, report)
+
+        def nearer(declared: Effects) -> Twin[EffectPlate] | None:
+            nonlocal tolerant
+            if not placed(campaign.experiment, declared)[1]:
+                return None
+            tolerant = tolerant_twin(campaign.experiment, report, {**known, **declared})
+            return tolerant
+
         fitted = partial(
-            update, tolerant=tolerant, sheet=sheet, declared=known, protocol=protocol, progress=report
+            update,
+            tolerant=tolerant,
+            sheet=sheet,
+            declared=known,
+            protocol=protocol,
+            nearer=nearer,
+            progress=report,
         )
         updated = fitted(frf, twin, begin=begin)
         outliers = outlier_sweeps(frf, updated)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.experiment import Experiment, Plate
+from analysis.effect_card import Values
+from analysis.experiment import Experiment, Patch, Plate
 from analysis.plate_material import material_box
 from analysis.progress import Progress
 from analysis.sheet_material import ACROSS, MODULI, RATIOS
@@ -74,13 +75,14 @@ def effect_twin(
     """
     known: Mapping[str, Effect] = library(experiment, folder) | dict(also or {})
     box = material_box(experiment.plate.material)
-    fineness = None if required is None else finer(experiment, required, report)
-    basis = (lambda: plate_basis(experiment, report)) if fineness is None else lambda: None
+    about, made_at = placed(experiment, declared)
+    fineness = None if required is None else finer(about, required, report)
+    basis = (lambda: plate_basis(about, report)) if fineness is None else lambda: None
     near = sheet_near(experiment, declared)
-    operators = cached_operators(experiment, box, report, fineness=fineness, basis=basis, near=near)
+    operators = cached_operators(about, box, report, fineness=fineness, basis=basis, near=near)
     if not operators.offset_range:
         known = {name: effect for name, effect in known.items() if name != "sensor_offset"}
-    quantities = tolerances(experiment, operators.movable)
+    quantities = tolerances(experiment, operators.movable, made_at)
     if MODULI in quantities:  # the moduli of a declared orthotropic sheet are free already
         known = {name: effect for name, effect in known.items() if name != "orthotropy"}
     return Twin.of(experiment, EffectPlate(operators), known, quantities)
@@ -97,10 +99,55 @@ def tolerant_twin(experiment: Experiment, report: Progress, declared: Effects = 
         As in `effect_twin`.
     """
     box, near = material_box(experiment.plate.material), sheet_near(experiment, declared)
-    operators = cached_departures(
-        experiment, box, report, basis=lambda: plate_basis(experiment, report), near=near
-    )
-    return Twin.of(experiment, EffectPlate(operators), tolerances=tolerances(experiment, operators.movable))
+    about, made_at = placed(experiment, declared)
+    operators = cached_departures(about, box, report, basis=lambda: plate_basis(about, report), near=near)
+    known = tolerances(experiment, operators.movable, made_at)
+    return Twin.of(experiment, EffectPlate(operators), tolerances=known)
+
+
+def placed(experiment: Experiment, declared: Effects) -> tuple[Experiment, Effects]:
+    """Return the experiment about which a twin is made, patches where they were found, and its values there.
+
+    A twin is linear in moves of patches. What the second order leaves grows with their square: on the paper's
+    plate 0.05 % of the response at 0.3 mm, 0.16 % at 0.5 mm, where the noise of a fit to 30 sweeps sees 0.02 %.
+
+    Parameters
+    ----------
+    declared : mapping
+        Values of declared quantities, as of model updating.
+    """
+    patches, made_at = list(experiment.patch), dict[str, Values]()
+    for k, patch in enumerate(experiment.patch):
+        found = {name: _rounded(declared.get(f"{name} {patch.id}", {}), step) for name, step in PLACES.items()}
+        place, wider = found["patch_place"], found["patch_size"].get("wider", 0.0)
+        thicker = found["patch_thickness"].get("share", 0.0)
+        moves = (place.get("dx", 0.0), place.get("dy", 0.0), wider)
+        if max(map(abs, moves)) < FAR_MOVED:
+            continue
+        table = patch.model_dump(exclude_none=True) | {
+            "center": (patch.center[0] + moves[0], patch.center[1] + moves[1]),
+            "thickness": patch.thickness * float(np.exp(thicker)),
+        }
+        if patch.diameter is None:
+            table["size"] = (patch.size[0] + wider, patch.size[1] + wider)
+        else:
+            table |= {"diameter": patch.diameter + wider}
+            del table["size"]
+        try:
+            patches[k] = Patch.model_validate(table)
+        except ValueError:  # beyond what a patch can be: the declared one stays
+            continue
+        made_at |= {f"{name} {patch.id}": values for name, values in found.items() if values}
+    if not made_at:
+        return experiment, NO_EFFECTS
+    try:
+        return Experiment.model_validate(experiment.model_dump() | {"patch": patches}), made_at
+    except ValueError:  # patches that overlap, or leave the plate
+        return experiment, NO_EFFECTS
+
+
+def _rounded(values: Values, step: float) -> dict[str, float]:
+    return {name: round(step * round(value / step), 9) for name, value in values.items()}
 
 
 def sheet_near(experiment: Experiment, declared: Effects) -> "Sheet | None":
@@ -115,6 +162,10 @@ def sheet_near(experiment: Experiment, declared: Effects) -> "Sheet | None":
     return ratio, shear, xz, yz
 
 
+FAR_MOVED = 3e-4
+"""Smallest move of a patch, m, for which a twin is made anew."""
+PLACES = {"patch_place": 5e-5, "patch_size": 5e-5, "patch_thickness": 5e-3}
+"""Quantities about which it is made, and their steps: a fit of the same data finds it again in the cache."""
 STEP = 0.05
 """Of these logarithms: a fit of the same data finds them again in the cache."""
 

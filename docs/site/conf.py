@@ -41,6 +41,7 @@ CONTENTS = {
         "docs/view",
         "docs/watch",
         "docs/guide/command-line",
+        "docs/guide/fleets",
         "docs/guide/library",
         "docs/guide/file-formats",
         "docs/guide/troubleshooting",

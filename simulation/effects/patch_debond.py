@@ -8,8 +8,10 @@ import numpy as np
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
 from simulation.effects.effect import Effect
-from simulation.reduction.effect_operators import ALONE
 from simulation.state.plate_state import Circumstances, PlateState
+
+MOST_PATCHES = 6
+"""Of each of which a share is fitted: of more, few sensors do not tell them apart."""
 
 
 def card(experiment: Experiment) -> EffectCard:
@@ -54,7 +56,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
 
 def available(experiment: Experiment) -> bool:
     """Return whether there are patches, and few of them."""
-    return 0 < len(experiment.patch) <= ALONE
+    return 0 < len(experiment.patch) <= MOST_PATCHES
 
 
-EFFECT = Effect(card, apply, available, f"one to {ALONE} patches")
+EFFECT = Effect(card, apply, available, f"one to {MOST_PATCHES} patches")

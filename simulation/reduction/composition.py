@@ -30,8 +30,10 @@ class Coefficients:
     patch : (1 + 2 terms,) ndarray
     coupling : (1 + terms,) ndarray
     offset : (monomials,) ndarray
-    patch_each, patch_thicker, patch_mass : (P,) ndarray
+    patch_alone, patch_thicker, patch_mass : (P,) ndarray
         Of each patch, to be added to all of them.
+    patch_modulus : (P,) ndarray
+        Factor on the stiffness of each patch that moves.
     columns : (P,) ndarray
         Factor on the coupling of each patch.
     moves : (P, 3) ndarray
@@ -39,8 +41,6 @@ class Coefficients:
     momentum : float
     patch_loss : (1 + 2 terms,) ndarray
         Loss factor times `patch`.
-    debonded : (P,) ndarray
-        Share of the stiffness of each patch that is lost.
     """
 
     bending: Numbers
@@ -54,14 +54,14 @@ class Coefficients:
     patch: Numbers
     coupling: Numbers
     offset: Numbers
-    patch_each: Numbers
+    patch_alone: Numbers
+    patch_modulus: Numbers
     patch_thicker: Numbers
     patch_mass: Numbers
     columns: Numbers
     moves: Numbers
     momentum: Any
     patch_loss: Numbers
-    debonded: Numbers
 
     @classmethod
     def of(cls, state: PlateState, ops: EffectOperators) -> Self:
@@ -111,14 +111,14 @@ class Coefficients:
             patch=held,
             coupling=state.bond * np.concatenate([one, fine.coefficients(tau)[:terms]]),
             offset=monomials(state.offset_x / reach, state.offset_y / reach),
-            patch_each=patches * (1.0 / area - 1.0),
+            patch_alone=patches * (away.patch_modulus / area - 1.0 - state.debonded * state.bond),
+            patch_modulus=patches * away.patch_modulus,
             patch_thicker=thicker,
             patch_mass=thicker + patches * (area - 1.0),
-            columns=patches * away.strain_constant * (1.0 - state.debonded),
+            columns=patches * away.strain_constant * away.patch_modulus * (1.0 - state.debonded),
             momentum=away.momentum * np.mean(density * h**3 * nu / (60.0 * (1.0 - nu))),
             moves=np.array([patches * one for one in (away.shift_x, away.shift_y, away.wider)]).T,
             patch_loss=state.patch_loss * held,
-            debonded=patches * state.debonded * state.bond,
         )
 
 
@@ -168,11 +168,11 @@ def composed(ops: EffectOperators, c: Coefficients) -> Composite:
     mass = ops.patch_mass + whole.mass
     if c.momentum:
         mass = mass + c.momentum * ops.momentum
-    if c.debonded.any():
-        fixed = fixed - _summed(c.debonded, ops.patch_alone)
-    if c.patch_each.any() or c.patch_thicker.any():
-        others = PatchChanges(ops, ops.patch_zone).summed(c, c)
-        fixed, mass = fixed + others.fixed, mass + others.mass
+    for factors, stack in ((c.patch_alone, ops.patch_alone), (c.patch_thicker, ops.patch_thicker)):
+        if factors.any():
+            fixed = fixed + _summed(factors, stack)
+    if c.patch_mass.any():
+        mass = mass + _summed(c.patch_mass, ops.patch_mass_alone)
     if not c.offset.any():
         return replace(whole, fixed=fixed, mass=mass)
     moved = OffsetPart.of(ops, c, c.offset).on(ops.zone)
@@ -198,13 +198,11 @@ def _plain(ops: EffectOperators, c: Coefficients) -> Composite:
 def coupling_of(ops: EffectOperators, c: Coefficients) -> Numbers:
     """Coupling of all patches, (r, P), before the factor of each."""
     found = np.tensordot(c.coupling, ops.coupling, 1)
-    for k in np.flatnonzero(c.patch_thicker):
-        found[:, k] += c.patch_thicker[k] * (ops.patch_zone[k].T @ ops.thicker_coupling[k])
-    return found
+    return found + c.patch_thicker * ops.thicker_coupling.T if c.patch_thicker.any() else found
 
 
-class PatchChanges:
-    """What patches that are not as declared change in a plate's matrices, in some coordinates.
+class PatchMoves:
+    """What moves of patches change in a plate's matrices, in some coordinates.
 
     Each operator is transformed to these coordinates once, when it is first needed: all sums are of small
     matrices.
@@ -219,41 +217,30 @@ class PatchChanges:
         self._ops, self._zones = ops, zones
         self._stacks: dict[tuple[str, int], Real] = {}
 
-    def summed(self, c: Coefficients, change: Coefficients) -> Composite:
-        """Sum the changes, or their derivative; of the coupling what moves change.
+    def summed(self, c: Coefficients, moves: Real) -> Composite:
+        """Sum the changes for some moves, or their derivative.
 
         Parameters
         ----------
         c : Coefficients
-            Of the state: its moduli act in the middle of the plate.
-        change : Coefficients
-            The same, whose moves do not count, or its derivative.
+            Its moduli act in the middle of the plate.
+        moves : (P, 3) ndarray
         """
-        m, derived = self._zones.shape[2], change is not c
+        m = self._zones.shape[2]
         plate, plate_loss, fixed, mass = (np.zeros((m, m)) for _ in range(4))
         coupling = np.zeros((m, len(self._zones)))
-        for k, zone in enumerate(self._zones):
-            for into, factor, name in (
-                (fixed, change.patch_each[k], "patch_each"),
-                (fixed, change.patch_thicker[k], "patch_thicker"),
-                (mass, change.patch_mass[k], "patch_mass_each"),
-            ):
-                if factor:
-                    into += factor * self._stack(name, k)
-            moves = change.moves[k] if derived else np.zeros(3)
-            if not moves.any():
-                continue
-            fixed += np.tensordot(moves, self._stack("moved_fixed", k), 1)
-            mass += np.tensordot(moves, self._stack("moved_mass", k), 1)
-            in_plane = np.tensordot(moves, self._stack("moved_plane", k), 1)
-            shear = np.tensordot(moves, self._stack("moved_shear", k), 1)
+        for k in np.flatnonzero(moves.any(axis=1)).tolist():
+            fixed += c.patch_modulus[k] * np.tensordot(moves[k], self._stack("moved_fixed", k), 1)
+            mass += np.tensordot(moves[k], self._stack("moved_mass", k), 1)
+            in_plane = np.tensordot(moves[k], self._stack("moved_plane", k), 1)
+            shear = np.tensordot(moves[k], self._stack("moved_shear", k), 1)
             # moduli in the middle of the plate; those of transverse shear are in `shear` but for departures
             for whole, bending, across in (
                 (plate, c.bending, c.shear),
                 (plate_loss, c.bending_loss, c.shear_loss),
             ):
                 whole += np.tensordot(bending[:, 0], in_plane, 1) + across[:, 0].mean() * shear
-            coupling[:, k] = c.columns[k] * (zone.T @ (moves @ self._ops.moved_coupling[k]))
+            coupling[:, k] = c.columns[k] * (self._zones[k].T @ (moves[k] @ self._ops.moved_coupling[k]))
         return Composite(plate, plate_loss, fixed, mass, coupling)
 
     def _stack(self, name: str, k: int) -> Real:

@@ -25,8 +25,6 @@ OFFSET_DEGREE = 6
 """Total degree of the effect of a sensor offset, as a polynomial of the offset."""
 ZONE_DEGREES = {"bending": 1, "membrane": 0, "shear": 1, "mass": 1}
 """Total degrees of the fields over the elements that stretch when the sensor moves."""
-ALONE = 6
-"""Number of patches up to which the stiffness of each alone is kept."""
 OFFSETS_KEPT = 8
 """Number of offsets, derivatives included, whose energies are kept."""
 KEEPING = Lock()
@@ -72,8 +70,12 @@ class EffectOperators:
         Membrane stiffness of all patches at their mid-height: as declared, then the factors of tau (plate
         thickness over nominal less 1) and of tau squared, polynomial by polynomial.
     patch_mass : (r, r) ndarray
-    patch_alone : (P, r, r) ndarray
-        Stiffness of each patch as declared, N/m; zero where there are more than `ALONE`.
+    patch_alone, patch_thicker, patch_mass_alone : (P, r, r) ndarray
+        Stiffness of each patch as declared, N/m, its derivative by the patch's relative thickness, and its mass. A
+        ceramic is thirty times stiffer than a plastic plate, what changes with its moduli is a small difference of
+        large forces: the motions of `patch_zone` do not tell it.
+    thicker_coupling : (P, r) ndarray
+        Derivative of each patch's coupling by its relative thickness.
     coupling : (1 + terms, r, P) ndarray
         Of every patch: as declared, and the factors of tau.
     capacitance : (P,) ndarray
@@ -121,12 +123,7 @@ class EffectOperators:
     movable : (P,) ndarray
         1 for patches with room around them, else 0.
     patch_zone : (P, q, r) ndarray
-        Coordinates -> the motions that the cells under and around each patch can make; with all entries below for
-        `Departures`.
-    patch_each, patch_mass_each, patch_thicker : (P, q, q) ndarray
-        Stiffness, N/m, and mass of each patch as declared, and derivative of the first by its relative thickness.
-    thicker_coupling : (P, q) ndarray
-        Likewise, of its coupling.
+        Coordinates -> the motions that the cells under and around each patch can make, for its moves.
     moved_plane : (P, 3, 4, q, q) ndarray
         Derivative of the in-plane energies of Q11, Q22, Q12 and Q66, for a modulus of 1 Pa and the nominal
         thickness, by a patch's shift along x, along y, and by its sides, 1/m; ``moved_shear``, ``moved_mass``
@@ -181,12 +178,11 @@ class EffectOperators:
     place_spacing: float = 1.0
     footprints: Real = field(default_factory=lambda: np.zeros((0, 0)))
     patch_alone: Real = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    patch_thicker: Real = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    patch_mass_alone: Real = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    thicker_coupling: Real = field(default_factory=lambda: np.zeros((0, 0)))
     movable: Real = field(default_factory=lambda: np.zeros(0))
     patch_zone: Real = field(default_factory=lambda: np.zeros((0, 0, 0)))
-    patch_each: Real = field(default_factory=lambda: np.zeros((0, 0, 0)))
-    patch_mass_each: Real = field(default_factory=lambda: np.zeros((0, 0, 0)))
-    patch_thicker: Real = field(default_factory=lambda: np.zeros((0, 0, 0)))
-    thicker_coupling: Real = field(default_factory=lambda: np.zeros((0, 0)))
     moved_plane: Real = field(default_factory=lambda: np.zeros((0, 3, 4, 0, 0)))
     moved_shear: Real = field(default_factory=lambda: np.zeros((0, 3, 0, 0)))
     moved_mass: Real = field(default_factory=lambda: np.zeros((0, 3, 0, 0)))

@@ -5,12 +5,15 @@ from concurrent.futures import Executor
 import numpy as np
 
 from analysis.arrays import Real
-from simulation.reduction.effect_operators import ALONE, BENDING_DEGREE
+from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.reduction.effect_projection import weight_table
 from simulation.reduction.projector import Projector, Rows
 from simulation.shell.rigidity import U, V, W
 from simulation.shell.shear_factor import SHEAR_FACTOR
 from simulation.state.field_basis import polynomials
+
+THICKER = 1e-3
+"""Step of central differences by the relative thickness of a patch."""
 
 
 def patch_energies(p: Projector, executor: Executor, degree: int = BENDING_DEGREE) -> dict[str, Real]:
@@ -26,7 +29,7 @@ def patch_energies(p: Projector, executor: Executor, degree: int = BENDING_DEGRE
     Returns
     -------
     dict of str to ndarray
-        Stacks ``patch_own``, ``patch_membrane``, ``patch_mass``, ``patch_alone`` and ``coupling`` of
+        Stacks ``patch_own``, ``patch_membrane``, ``patch_mass``, ``coupling`` and those of each patch alone of
         `EffectOperators`.
     """
     table, nominal = (
@@ -37,12 +40,13 @@ def patch_energies(p: Projector, executor: Executor, degree: int = BENDING_DEGRE
     def of(place: int) -> tuple[Real, Real, Real, Real]:
         return _one_patch(p, place, table, nominal)
 
-    parts = list(executor.map(of, range(len(p.full.shell.patches))))
+    def thicker(place: int) -> tuple[Real, Real]:
+        high, low = (declared_patch(p, place, 1.0 + sign * THICKER) for sign in (1, -1))
+        return (high[0] - low[0]) / (2.0 * THICKER), (high[2] - low[2]) / (2.0 * THICKER)
+
+    every = range(len(p.full.shell.patches))
+    parts, slopes = list(executor.map(of, every)), list(executor.map(thicker, every))
     r, terms = p.vectors.shape[1], len(table)
-    alone = np.zeros((len(parts), r, r))
-    if len(parts) <= ALONE:
-        for place, one in enumerate(parts):
-            alone[place] = one[0] + one[1][0]
     own, membrane, mass, coupling = np.zeros((r, r)), np.zeros((1 + 2 * terms, r, r)), np.zeros((r, r)), []
     for one in parts:
         own, membrane, mass = own + one[0], membrane + one[1], mass + one[2]
@@ -51,7 +55,10 @@ def patch_energies(p: Projector, executor: Executor, degree: int = BENDING_DEGRE
         "patch_own": own + p.vectors.T @ (p.full.supports @ p.vectors),
         "patch_membrane": membrane,
         "patch_mass": mass,
-        "patch_alone": alone,
+        "patch_alone": np.reshape([one[0] + one[1][0] for one in parts], (len(parts), r, r)),
+        "patch_thicker": np.reshape([one[0] for one in slopes], (len(parts), r, r)),
+        "patch_mass_alone": np.reshape([one[2] for one in parts], (len(parts), r, r)),
+        "thicker_coupling": np.reshape([one[1] for one in slopes], (len(parts), r)),
         "coupling": np.reshape(coupling, (len(parts), 1 + terms, r)).transpose(1, 2, 0),
     }
 

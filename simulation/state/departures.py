@@ -23,8 +23,9 @@ class Departures:
     ----------
     thickness, mass, stretch_x, stretch_y : float
         Of the plate, which was weighed: its mass does not follow its thickness and its lengths.
-    patch_thickness, strain_constant, permittivity, patch_area : float or (P,) ndarray
-        Of each patch; the strain constant is d31. The area is for its capacitance alone, and follows `wider`.
+    patch_thickness, patch_modulus, strain_constant, permittivity, patch_area : float or (P,) ndarray
+        Of each patch; the modulus is a factor on all its stiffness, the strain constant is d31. The area is for
+        its capacitance alone, and follows `wider`.
     shift_x, shift_y, wider : float or (P,) ndarray
         Of each patch's centre, and of its sides, m.
     resistance, capacitance : float
@@ -52,6 +53,7 @@ class Departures:
     stretch_x: Any = 1.0
     stretch_y: Any = 1.0
     patch_thickness: Any = 1.0
+    patch_modulus: Any = 1.0
     strain_constant: Any = 1.0
     permittivity: Any = 1.0
     patch_area: Any = 1.0
@@ -124,6 +126,7 @@ OF_THE_PLATE = (
     "stretch_x",
     "stretch_y",
     "patch_thickness",
+    "patch_modulus",
     "strain_constant",
     "momentum",
     "modulus_x",

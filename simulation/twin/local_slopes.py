@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from simulation.reduction.composition import STEP, Coefficients, Composite, OffsetPart, PatchChanges, coupling_of
+from simulation.reduction.composition import STEP, Coefficients, Composite, OffsetPart, PatchMoves, coupling_of
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.plate_state import PlateState
 
@@ -35,9 +35,6 @@ FIELDS = (
     "offset_y",
 )
 """Attributes of a state on which `Coefficients` depend, besides its laws."""
-
-EACH_PATCH = ("patch_each", "patch_thicker", "patch_mass")
-"""Coefficients of patches that are not as declared, besides their moves."""
 
 
 class LocalSlopes:
@@ -76,20 +73,20 @@ class LocalSlopes:
                 part = OffsetPart.of(self._ops, by, place).on(self._zone)
                 plate, plate_loss = plate + part.plate, plate_loss + part.plate_loss
                 mass = mass + part.mass
+        mass = mass + self._summed("patch_mass_alone", d.patch_mass)
         fixed, coupling = self._summed("patch_membrane", d.patch), self._coupling(d)
-        if d.debonded.any():
-            fixed = fixed - self._summed("patch_alone", d.debonded)
-        if any(one.any() for one in (d.patch_each, d.patch_thicker, d.moves)):
-            others = self._patches.summed(self._value, d)
+        for name in ("patch_alone", "patch_thicker"):
+            fixed = fixed + self._summed(name, getattr(d, name))
+        if d.moves.any():
+            others = self._moves.summed(self._value, d.moves)
             plate, plate_loss = plate + others.plate, plate_loss + others.plate_loss
             fixed, mass, coupling = fixed + others.fixed, mass + others.mass, coupling + others.coupling
         return Composite(plate, plate_loss, fixed, mass, coupling)
 
     def by_along_moves(self, stepped: PlateState) -> Composite:
-        """Differentiate likewise what the moves of patches change: it follows the plate's moduli and d31."""
-        nothing = replace(self._value, **{name: np.zeros_like(getattr(self._value, name)) for name in EACH_PATCH})
-        found = self._patches.summed(self._rates(stepped), nothing)
-        return replace(found, fixed=np.zeros_like(found.fixed), mass=np.zeros_like(found.mass))
+        """Differentiate likewise what the moves of patches change: it follows moduli and d31, but no mass."""
+        found = self._moves.summed(self._rates(stepped), self._value.moves)
+        return replace(found, mass=np.zeros_like(found.mass))
 
     def _rates(self, stepped: PlateState) -> Coefficients:
         there = Coefficients.of(stepped, self._ops)
@@ -102,9 +99,9 @@ class LocalSlopes:
         return np.asarray(self._basis.T @ found)
 
     @cached_property
-    def _patches(self) -> PatchChanges:
-        """What patches that are not as declared change, in local coordinates."""
-        return PatchChanges(self._ops, self._ops.patch_zone @ self._basis)
+    def _moves(self) -> PatchMoves:
+        """What moves of patches change, in local coordinates."""
+        return PatchMoves(self._ops, self._ops.patch_zone @ self._basis)
 
     @cached_property
     def _zone(self) -> Real:

@@ -17,6 +17,7 @@ from simulation.effects.library import apply_all
 from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import Circumstances, PlateState
+from simulation.tolerance import Tolerance
 from simulation.tolerances import depart
 
 StateEffects = Mapping[str, Mapping[str, Any]]
@@ -55,6 +56,11 @@ class States:
             return {}
         return {name: one.card(self.experiment) for name, one in self.tolerances.items()}
 
+    @cached_property
+    def _made_elsewhere(self) -> bool:
+        """Whether the twin was made about other values than those declared."""
+        return any(isinstance(one, Tolerance) and one.made_at for one in self.tolerances.values())
+
     def follow_energy(self, effects: Iterable[str]) -> bool:
         """Whether any of some effects depends on the strain energy."""
         return any(name in self.library and self.library[name].needs_strain_energy for name in effects)
@@ -82,7 +88,7 @@ class States:
         if self.experiment is not None:
             laws = self.experiment.plate.grown(laws)
         state = PlateState.baseline(basis.xi, basis.zeta, laws, point.temperature, frequency)
-        if not effects:
+        if not effects and not self._made_elsewhere:
             return state
         if self.experiment is None:
             raise ValueError("this plate has no experiment that gives effects their circumstances")

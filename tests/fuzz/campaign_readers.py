@@ -23,8 +23,10 @@ from app.files.sweep_file import read_sweep_file
 from app.files.tdms_sweep import read_sweep
 from app.files.twin_file import read_twin
 from app.files.weather_file import read_weather
+from app.fleet.members import fleet_members
 from app.plate_frfs.given_campaign import read_plate
 from app.plate_frfs.plate_of_modes import read_plate_of_modes
+from app.terminal.cluster import _address_in
 from tests.fuzz.reader import Reader, refused
 
 EXPERIMENTS = (
@@ -171,6 +173,8 @@ CAMPAIGNS = (
         0.03,
         text=True,
     ),
+    Reader("list of campaigns", ("fleet.txt",), lambda root, name: fleet_members([root / name]), 0.02, text=True),
+    Reader("JSON, scheduler", ("scheduler.json",), lambda root, name: _address_in(root / name), 0.01, text=True),
     Reader("JSON, blind trial", TRIAL_FILES, _trial, 0.02, text=True),
     Reader(
         "control", (f"live/{control.NAME}",), lambda root, _: control.requested(root / "live"), 0.03, text=True

@@ -43,6 +43,10 @@ def write_all(root: Path) -> None:
     _write_live(root / "live")
     _write_instruments(root / "instruments")
     _write_trial(root)
+    (root / "fleet.txt").write_text("recording  # of June\nimported\n", encoding="utf-8")
+    (root / "scheduler.json").write_text(
+        '{"type": "Scheduler", "address": "tcp://10.0.0.1:8786"}', encoding="utf-8"
+    )
     _write_twin(root / "twin.toml", root / "recording")
     for name in (*EXPERIMENTS, *PANELS, *WEATHERS):
         shutil.copy(EXAMPLES / name, root / name)

@@ -26,8 +26,16 @@ BENT = 0.5
 """Share of the predicted decrease below which a step is taken again along its curve: near-collinear unknowns
 (gain, d31 and permittivity; modulus, thickness and lengths) move far together, and their second order remains."""
 
+MOST_BENT = 10.0
+"""Times the first prediction that the second may be: beyond it, second order is no description of the curve."""
+
 SHAPE_STEP = 0.25
 """Largest step of a shape parameter in one iteration, in standard deviations of its prior."""
+
+IDLE, IDLE_LAWS = 0.3, np.array([6e-4, 1e-4, 1e-3])
+"""Predicted decrease over the scatter of chi2, and steps of log E, nu and log eta, below which a fit of declared
+quantities without effects has settled. Two like patches that differ (one thicker, one thinner) change a response
+in second order only; a fit goes to and fro there for as many steps as it is given, and the laws do not follow."""
 
 ROUGH, ROUGHLY_SETTLED = 3.0, 300.0
 """chi2 per number above which a fit first moves with the declared quantities held, and the predicted decrease, per
@@ -36,10 +44,10 @@ chi2 per number, at which they are freed: they are most of the tangents, and far
 ROUNDS, FELL = 4, 0.7
 """Largest number of times that the tolerances are weighed, and how far chi2 has to fall for another time."""
 
-FAR = 1e-2
+FAR, FAR_ALONE = 1e-2, 1e-1
 """Predicted decrease, as a share of the objective, at which a fit that leaves more than `ROUGH` is settled where
-declared quantities are free: the transfer is linear in moves of patches, its derivatives are those without
-them."""
+declared quantities are free; and without effects, where it is only what others start from. What is missing there
+bends quantities that hardly differ (gain, d31, permittivity) for as many steps as one allows."""
 
 
 @dataclass(frozen=True)
@@ -158,8 +166,8 @@ def _descend(
         # where the residual is many sigma, the tolerance grows: fractions of a nat need no other linearisation
         settled = target * max(1.0, best.objective / sweeps.numbers)
         if free.tolerances and best.objective > ROUGH * sweeps.numbers:
-            settled = max(settled, FAR * best.objective)
-        if step.predicted_decrease < settled:
+            settled = max(settled, (FAR if free.effects else FAR_ALONE) * best.objective)
+        if step.predicted_decrease < settled or (free.tolerances and not free.effects and step.idle(sweeps)):
             done = True
             break
         if damping == 0.0 and best.objective - margin * step.predicted_decrease > enough:
@@ -169,7 +177,9 @@ def _descend(
         if trial is not None and share == 1.0 and damping == 0.0 and _bends(best, trial, step):
             passes += 1
             curved = _Step.of(sweeps, step.bent(best, trial), free, damping, gain_free, laws_free)
-            again = _try(model, sweeps, _moved(model, sweeps, best.state, free, curved), free, executor)
+            again = None
+            if curved.predicted_decrease < MOST_BENT * step.predicted_decrease:
+                again = _try(model, sweeps, _moved(model, sweeps, best.state, free, curved), free, executor)
             if again is not None and again.objective < trial.objective:
                 trial = again
         if trial is not None and trial.objective <= best.objective:
@@ -255,6 +265,12 @@ class _Step:
 
     def times(self, share: float) -> "_Step":
         return replace(self, common=share * self.common, local=self.local.times(share), own=share * self.own)
+
+    def idle(self, sweeps: GapSweeps) -> bool:
+        """Whether it changes chi2 by less than its scatter, and the laws by less than tolerances leave open."""
+        if self.predicted_decrease > IDLE * np.sqrt(2.0 * sweeps.numbers):
+            return False
+        return bool((np.abs(self.local.laws) < IDLE_LAWS).all())
 
     def bent(self, begun: _Trial, ended: _Trial) -> _Trial:
         """Return where the step began, with equations that know where it ended."""

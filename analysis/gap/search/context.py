@@ -15,7 +15,19 @@ from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState
 from analysis.gap.fitting.whiteness import whiteness
 from analysis.gap.search.score_test import ScoreTest, score_test
-from analysis.gap.thresholds import COARSE_TEMPERATURES, FAR, LEAST_GAIN, WHITENESS, Z_FLOOR, Z_NAMED
+from analysis.gap.thresholds import (
+    COARSE_TEMPERATURES,
+    FAR,
+    LEAST_GAIN,
+    MOVED_ALONG,
+    MOVED_ERROR,
+    MOVES,
+    SETTLED,
+    SETTLED_AT_FEW,
+    WHITENESS,
+    Z_FLOOR,
+    Z_NAMED,
+)
 from analysis.progress import Progress
 from analysis.twin_model import TwinModel
 
@@ -49,6 +61,8 @@ class SearchContext:
         Called with a stage's name and the share of it done.
     fits : FitCache
         Fits to all sweeps made so far.
+    settled : float
+        Predicted decrease of chi2 at which a fit is settled.
     """
 
     model: TwinModel
@@ -57,12 +71,13 @@ class SearchContext:
     executor: Executor
     report: Progress = field(default=lambda stage, share: None)
     fits: FitCache = field(repr=False, default_factory=FitCache)
+    settled: float = SETTLED
 
     def fit(self, start: GapState, effects: Sequence[str]) -> GapFit:
         """Fit laws, readings, gain and `effects` to all sweeps; a result in `fits` is used again."""
         found = self.fits.known(effects)
         if found is None:
-            found = fit_gap(self.model, self.sweeps, start, effects, self.executor)
+            found = fit_gap(self.model, self.sweeps, start, effects, self.executor, target=self.settled)
             self.fits.keep(effects, found)
         return found
 
@@ -71,8 +86,8 @@ class SearchContext:
         groups = self.coarse_groups
         if len(groups) == len(self.sweeps.groups.reference):
             return self, start
-        few = self.sweeps.only_groups(groups)
-        return self.of(few), start.restricted(groups, few.original_places(self.sweeps))
+        few = replace(self.of(self.sweeps.only_groups(groups)), settled=SETTLED_AT_FEW)
+        return few, start.restricted(groups, few.sweeps.original_places(self.sweeps))
 
     def spread(self, start: GapState, few: "SearchContext", found: GapState) -> GapState:
         """Change a state of all sweeps as a fit to those of `few` changed its part there."""
@@ -84,7 +99,7 @@ class SearchContext:
 
     def of(self, sweeps: GapSweeps) -> "SearchContext":
         """Return a context of its own for other sweeps."""
-        return SearchContext(self.model, sweeps, self.noise, self.executor, self.report)
+        return SearchContext(self.model, sweeps, self.noise, self.executor, self.report, settled=self.settled)
 
     def weighted(self, weights: LineWeights) -> "SearchContext":
         """Return a context of its own, in which every whitened number counts by its weights."""
@@ -92,7 +107,7 @@ class SearchContext:
 
     def seen_by(self, model: TwinModel) -> "SearchContext":
         """Return a context of its own with another model of the same sweeps."""
-        return SearchContext(model, self.sweeps, self.noise, self.executor, self.report)
+        return replace(self.of(self.sweeps), model=model)
 
     def loss_factors(self, state: GapState) -> Real:
         """Loss factor of every sweep, (T,)."""
@@ -106,14 +121,30 @@ class SearchContext:
         found = score_test(self.model, few.sweeps, replace(fit, state=part), self.executor)
         return found.scaled(self.sweeps.numbers / few.sweeps.numbers)
 
-    @property
-    def least_gain(self) -> float:
-        """Smallest gain of log evidence for an effect, nats of the likelihood, so including `overstated`."""
-        return LEAST_GAIN * self.sweeps.overstated
+    def moved_error(self, fit: GapFit) -> float:
+        """Error of the twin by patches that are not where it was made: second order, as a share of rms|H|."""
+        squares = 0.0
+        for name, card in self.model.tolerance_cards.items():
+            if name.startswith(MOVES):
+                away = [fit.state.declared.get(name, {}).get(p.name, 0.0) - p.made_at for p in card.parameters]
+                squares += float(np.square(away).sum()) ** 2
+        return float(MOVED_ERROR * np.sqrt(squares))
+
+    def allowed(self, fit: GapFit) -> float:
+        """chi2 that the twin's own error may cause, that by moved patches included."""
+        return self.sweeps.allowed + self.moved_error(fit) ** 2 * self.sweeps.power
+
+    def overstated(self, fit: GapFit) -> float:
+        """As `GapSweeps.overstated`, with the error by moved patches, which fewer directions share."""
+        return self.sweeps.overstated + (MOVED_ALONG * self.moved_error(fit)) ** 2 * self.sweeps.power
+
+    def least_gain(self, fit: GapFit | None = None) -> float:
+        """Smallest gain of an effect, nats of the likelihood: by the fit with it, or else by the sweeps alone."""
+        return LEAST_GAIN * (self.sweeps.overstated if fit is None else self.overstated(fit))
 
     def z(self, fit: GapFit) -> float:
         """Excess of a fit's chi2 over noise and the twin's own error, in its standard deviations."""
-        return self.noise.z(fit.total - min(self.sweeps.allowed, max(self.excess(fit), 0.0)), fit.dof)
+        return self.noise.z(fit.total - min(self.allowed(fit), max(self.excess(fit), 0.0)), fit.dof)
 
     def excess(self, fit: GapFit) -> float:
         """chi2 minus that of noise."""
@@ -123,7 +154,7 @@ class SearchContext:
         """Whether a fit leaves only noise and the twin's own error, which need not be white."""
         if self.z(fit) > (Z_NAMED if fit.state.effects else Z_FLOOR):
             return False
-        return self.excess(fit) <= self.sweeps.allowed or max(whiteness(self.sweeps, fit.residual)) <= WHITENESS
+        return self.excess(fit) <= self.allowed(fit) or max(whiteness(self.sweeps, fit.residual)) <= WHITENESS
 
     @property
     def coarse_groups(self) -> list[int]:

@@ -42,7 +42,7 @@ def drop_and_swap(
     for _ in range(MOST_EFFECTS):
         on = tuple(fit.state.effects)
         without = {name: dropped(context, baseline, fit, name) for name in on}
-        idle = [name for name in on if fit.log_evidence - without[name].log_evidence < context.least_gain]
+        idle = [name for name in on if fit.log_evidence - without[name].log_evidence < context.least_gain(fit)]
         if idle:
             fit = max((without[name] for name in idle), key=lambda f: f.log_evidence)
             last = context.score_test(fit)
@@ -136,9 +136,7 @@ def _swapped(
         for trial in refits:
             if trial.fit is None or not trial.plausible:
                 continue
-            least = (
-                fit.log_evidence + CLASS_NATS * context.sweeps.overstated if best is None else best.log_evidence
-            )
+            least = fit.log_evidence + CLASS_NATS * context.overstated(fit) if best is None else best.log_evidence
             if trial.fit.log_evidence > least:
                 best = trial.fit
     return best

@@ -13,7 +13,14 @@ from analysis.gap.fitting.state import GapState
 from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.score_test import ScoreTest
-from analysis.gap.thresholds import LEAVES_NOISE, NEAR_IT, NEAR_MARGIN, PREDICTION_MARGIN, REFIT_SHARE
+from analysis.gap.thresholds import (
+    LEAVES_NOISE,
+    NEAR_IT,
+    NEAR_MARGIN,
+    PREDICTION_MARGIN,
+    REFIT_SHARE,
+    SETTLED_AT_FEW,
+)
 
 
 @dataclass(frozen=True)
@@ -91,13 +98,16 @@ def refit(
     if not sets:
         return sorted(done, key=lambda r: -r.gain)
     few, reference = at_few_temperatures(context, base)
+    settled = SETTLED_AT_FEW if few is not context.sweeps else context.settled
     scale = context.sweeps.numbers / few.numbers
     best, left = max((r.gain / scale for r in done if r.plausible), default=0.0), np.inf
     tried = []
     for place, (names, added) in enumerate(sets):
         enough = min(-2.0 * (reference.log_evidence + REFIT_SHARE * best), NEAR_IT * left)
         start, margin = started_from(reference, names, added), NEAR_MARGIN if left < np.inf else PREDICTION_MARGIN
-        fit = fit_gap(context.model, few, start, names, context.executor, enough=enough, margin=margin)
+        fit = fit_gap(
+            context.model, few, start, names, context.executor, target=settled, enough=enough, margin=margin
+        )
         trial = Refit(names, fit.log_evidence - reference.log_evidence, fit)
         if trial.plausible:
             best = max(best, trial.gain)

@@ -130,10 +130,10 @@ def _climb(
     path = [(fit, screening)]
     while len(fit.state.effects) < MOST_EFFECTS:
         candidates = [c for c in screening.candidates() if c.effects[0] not in blind]
-        worth = [c for c in candidates if c.gain >= context.least_gain][:REFITTED]
+        worth = [c for c in candidates if c.gain >= context.least_gain()][:REFITTED]
         on = tuple(fit.state.effects)
         refits = refit(context, fit, [((*on, *c.effects), absent(context, screening, c)) for c in worth])
-        best = next((r for r in refits if r.plausible and r.gain >= context.least_gain), None)
+        best = next((r for r in refits if r.fit and r.plausible and r.gain >= context.least_gain(r.fit)), None)
         if best is None or best.fit is None:
             steps.append(Step(tuple(candidates), tuple(refits), on, 0.0, False))
             break
@@ -155,7 +155,9 @@ def _pair(
     """Add two effects at once, if neither one effect nor effects added one by one explain enough."""
     tried = {frozenset(r.effects) for step in steps for r in step.refits if r.fit is not None}
     singles = [c for c in first.candidates() if c.effects[0] not in blind]
-    pairs = [c for c in first.pairs(singles) if c.gain >= context.least_gain and frozenset(c.effects) not in tried]
+    pairs = [
+        c for c in first.pairs(singles) if c.gain >= context.least_gain() and frozenset(c.effects) not in tried
+    ]
     if not pairs:
         return [], None
     sets = [(c.effects, absent(context, first, c)) for c in pairs[:PAIRS_REFITTED]]

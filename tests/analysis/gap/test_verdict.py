@@ -39,7 +39,9 @@ def judged(monkeypatch: pytest.MonkeyPatch):
         monkeypatch.setattr(verdict, "noise_evidence", lambda sweeps: OF_NOISE)
         after.residual = "rest"
         bench: Any = SimpleNamespace(
-            sweeps=SimpleNamespace(overstated=2.0, allowed=allowed),
+            sweeps=SimpleNamespace(),
+            allowed=lambda f: allowed,
+            overstated=lambda f: 2.0,
             excess=lambda f: f.total,
             agrees=lambda f: f.total <= NOISE,
         )

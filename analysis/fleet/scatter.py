@@ -1,0 +1,124 @@
+"""Mean law of a fleet, scatter between pieces, and scatter within each.
+
+Of one constant, on a scale on which differences are alike over temperature (log E, nu, log eta), piece p has at
+temperature k
+
+    y_pk = m_k + b_p + w_pk + e_pk,   b ~ N(0, tau^2),   w ~ N(0, omega^2),   e_p ~ N(0, C_p):
+
+the mean law m, the piece's own level b (another batch of granulate, another thickness of the mould), what is left
+of its own at each temperature w, and the error of its estimate, whose covariance C_p is known. tau and omega
+maximise the restricted likelihood (Patterson and Thompson, Biometrika 58, 1971), which counts the degrees of
+freedom that m costs: of balanced data without errors it gives the estimates of the analysis of variance where
+those are not negative (Searle, Casella, McCulloch, Variance Components, 1992, sec. 4.8).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.arrays import Real
+from analysis.checked_fields import check_finite, check_shapes
+
+FEWEST = 3
+"""Pieces: of two, one that is off cannot be told from the other."""
+LEAST = 1e-6
+"""Least share of the values' spread that omega may have: laws are smooth, so that C_p alone may be singular."""
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """What a fleet's pieces have in common, and how far they differ.
+
+    Attributes
+    ----------
+    mean : (K,) ndarray
+    covariance : (K, K) ndarray
+        Of the error of `mean`.
+    between, within : float
+        tau and omega: standard deviations.
+    pieces : int
+        From which they were estimated.
+    """
+
+    mean: Real
+    covariance: Real
+    between: float
+    within: float
+    pieces: int
+
+    def __post_init__(self) -> None:
+        check_shapes(self, mean="K", covariance="K K")
+        check_finite(self, "mean", "covariance", "between", "within")
+        if min(self.between, self.within) < 0.0:
+            raise ValueError(f"Scatter.between {self.between:g}, within {self.within:g}; allowed: from 0")
+        if self.pieces < FEWEST - 1:
+            raise ValueError(f"Scatter.pieces {self.pieces}; allowed: from {FEWEST - 1}")
+
+    @property
+    def of_a_piece(self) -> Real:
+        """Covariance (K, K) of another piece's law about `mean`, the error of that included."""
+        count = self.mean.size
+        piece = self.between**2 * np.ones((count, count)) + self.within**2 * np.eye(count)
+        return piece + self.covariance
+
+
+def estimate_scatter(values: Real, covariance: Real) -> Scatter:
+    """Estimate the mean law and both scatters.
+
+    Parameters
+    ----------
+    values : (P, K) ndarray
+        Of two or more pieces. With K = 1 nothing tells omega from tau; it is then 0.
+    covariance : (P, K, K) ndarray
+        Of the errors of each piece's values.
+
+    Returns
+    -------
+    Scatter
+    """
+    pieces, count = values.shape
+    if pieces < FEWEST - 1 or count < 1 or covariance.shape != (pieces, count, count):
+        raise ValueError(
+            f"values {values.shape} with covariance {covariance.shape}; allowed: (P, K) with (P, K, K), P from "
+            f"{FEWEST - 1}, K from 1"
+        )
+    from scipy.optimize import minimize
+
+    spread = float(np.std(values - values.mean(0))) or 1.0
+    between = float(np.std(values.mean(1), ddof=1)) / spread
+    rest = values - values.mean(0) - (values - values.mean(0)).mean(1)[:, None]
+    within = float(np.sqrt(np.sum(rest**2) / max((pieces - 1) * (count - 1), 1))) / spread
+    several = count > 1
+
+    def deviance(logs: Real) -> float:
+        tau, omega = np.exp(logs[0]) * spread, (np.exp(logs[1]) if several else 0.0) * spread
+        return _fit(values, covariance, tau, omega)[2]
+
+    start = np.log(np.clip([between, within], 1e-3, 10.0))[: 1 + several]
+    bounds = [(np.log(LEAST), np.log(1e3))] * len(start)
+    best = min(
+        (
+            minimize(deviance, start + shift, method="L-BFGS-B", bounds=bounds)
+            for shift in (np.zeros(len(start)), np.full(len(start), -2.0))
+        ),
+        key=lambda found: float(found.fun),
+    )
+    tau = float(np.exp(best.x[0])) * spread
+    omega = float(np.exp(best.x[1])) * spread if several else 0.0
+    mean, error, least = _fit(values, covariance, tau, omega)
+    if _fit(values, covariance, 0.0, omega if several else LEAST * spread)[2] <= least:
+        tau = 0.0  # on the bound: the pieces differ by no more than their errors
+        mean, error, _ = _fit(values, covariance, tau, omega if several else LEAST * spread)
+    return Scatter(mean, error, tau, omega, pieces)
+
+
+def _fit(values: Real, covariance: Real, between: float, within: float) -> tuple[Real, Real, float]:
+    """Return the mean law, its covariance, and minus twice the logarithm of the restricted likelihood."""
+    count = values.shape[1]
+    whole = covariance + between**2 * np.ones((count, count)) + within**2 * np.eye(count)
+    weight = np.linalg.inv(whole)
+    error = np.linalg.inv(weight.sum(0))
+    mean = error @ np.einsum("pij,pj->i", weight, values)
+    left = values - mean
+    deviance = np.linalg.slogdet(whole)[1].sum() - np.linalg.slogdet(error)[1]
+    return mean, error, float(deviance + np.einsum("pi,pij,pj->", left, weight, left))

@@ -1,0 +1,201 @@
+"""``fleet.html``: one page of a fleet, loading nothing from anywhere; and the same as a table on the screen."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.arrays import Real
+from analysis.fleet.new_piece import predict_piece
+from app.fleet.exchange import USABLE, Exchange
+from app.fleet.fleet_run import RunMember
+from app.fleet.laws_beside import CONSTANTS, FleetLaws
+from app.fleet.record import BAND, LINEAR, TITLES, said_of, summary_of
+from app.report.page import Absent, Item, PageTable, Paragraph, Picture, Section, VerdictBox, page
+from app.report.style import panels
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LAWS = {"youngs_modulus": ("E [GPa]", 1e9), "poisson_ratio": ("ν", 1.0), "loss_factor": ("η [%]", 0.01)}
+SHADE, OFF, NEW = "#00798c", "#d1495b", "#e69f00"
+PAGE = "fleet.html"
+
+
+def fleet_page(members: Sequence[RunMember], laws: FleetLaws, exchange: Exchange | None) -> str:
+    """Return the page as HTML."""
+    sections = [
+        Section("What was found", _found(members, laws)),
+        Section("Laws of all pieces", _laws(laws)),
+        Section("Which filters can be used for which panel?", _exchange(exchange)),
+        Section("Every piece", [_members(members, laws)]),
+    ]
+    return page("A fleet of panels", summary_of(members, laws), sections, lead=1)
+
+
+def scatter_rows(laws: FleetLaws) -> list[list[str]]:
+    """Return a row for each constant: mean at the middle temperature, scatter between pieces and within."""
+    rows = []
+    for name, scatter in laws.scatter.items():
+        middle = laws.temperature.size // 2
+        mean = scatter.mean[middle] if name == LINEAR else np.exp(scatter.mean[middle])
+        unit = LAWS[name][1]
+        between, within = (
+            f"{one:.4f}" if name == LINEAR else f"{100 * one:.2f} %" for one in (scatter.between, scatter.within)
+        )
+        at = f"{laws.temperature[middle]:.0f} °C"
+        rows.append([LAWS[name][0], f"{mean / unit:.4g}", at, between, within, str(scatter.pieces)])
+    return rows
+
+
+HEADINGS = ("constant", "mean", "at", "between pieces", "within a piece", "pieces")
+
+
+def _found(members: Sequence[RunMember], laws: FleetLaws) -> list[Item]:
+    told = [f"{name}: {said_of(name, laws)}" for name in laws.outliers]
+    told += [
+        f"{one.name}: its twin lacks {one.lacks}"
+        for one in laws.pieces
+        if one.lacks and one.name not in laws.outliers
+    ]
+    told += [f"{one.name}: {one.said}" for one in members if one.failure]
+    headline = "Pieces that are not like the others" if laws.outliers else "No piece differs from the others"
+    if not laws.scatter:
+        headline = "The pieces cannot be compared"
+        told.append("laws of three pieces or more over a common range of temperatures are needed")
+    found: list[Item] = [VerdictBox(headline, told, not told)]
+    if laws.scatter:
+        found.append(PageTable(HEADINGS, scatter_rows(laws), numbers=(1, 2, 3, 4, 5)))
+        found.append(
+            Paragraph(
+                "Standard deviations, without the pieces named above, the noise of the estimates taken off. "
+                "Between pieces: of a piece's level, the same at all temperatures; what its declaration leaves "
+                "open (thickness, mass) is in it. Within a piece: what is left at each temperature."
+            )
+        )
+    return found
+
+
+def _laws(laws: FleetLaws) -> list[Item]:
+    if not laws.scatter:
+        return [Absent("Nothing is compared: see above.")]
+    figure = law_figure(laws)
+    caption = (
+        "Every line is a piece, the noise of its estimates in it. Shaded: where the true law of "
+        f"{100 * BAND:.0f} % of further pieces lies, of which nothing is measured. Red: pieces not like the "
+        "others. With bars: pieces measured at the marked temperature only, as the fleet predicts them, with "
+        f"{100 * BAND:.0f} % bands."
+    )
+    return [Picture("fleet-laws", "How far do the laws of the pieces differ?", figure, caption)]
+
+
+def law_figure(laws: FleetLaws) -> "Figure":
+    """Draw E, nu and eta of all pieces over temperature, and below how far each is from the fleet's mean."""
+    figure, axes = panels(2, 3, height=6.4, sharex=True)
+    for column, name in enumerate(CONSTANTS):
+        above, below = axes[:, column]
+        label, unit = LAWS[name]
+        linear, mean = name == LINEAR, laws.scatter[name].mean
+        band = predict_piece(laws.scatter[name], share=BAND)
+
+        def natural(values: Real, linear: bool = linear, unit: float = unit) -> Real:
+            return (values if linear else np.exp(values)) / unit
+
+        def apart(values: Real, mean: Real, linear: bool = linear) -> Real:
+            return values - mean if linear else 100.0 * np.expm1(values - mean)
+
+        above.fill_between(laws.temperature, natural(band.low), natural(band.high), color=SHADE, alpha=0.15)
+        below.fill_between(
+            laws.temperature, apart(band.low, mean), apart(band.high, mean), color=SHADE, alpha=0.15
+        )
+        for values, piece in zip(laws.values[column], laws.with_laws, strict=True):
+            off = piece.name in laws.outliers
+            look = {"color": OFF, "lw": 1.6} if off else {"color": "0.4", "lw": 0.8}
+            above.plot(laws.temperature, natural(values), **look)
+            below.plot(laws.temperature, apart(values, mean), **look)
+            if off:
+                at = (laws.temperature[-1], apart(values, mean)[-1])
+                below.annotate(piece.name, at, color=OFF, fontsize=8, ha="right", va="bottom")
+        above.plot(laws.temperature, natural(mean), color=SHADE, lw=2.0)
+        below.axhline(0.0, color=SHADE, lw=2.0)
+        for one in laws.predicted:
+            law = one.laws[name]
+            there = np.interp(one.temperature, laws.temperature, mean)
+            middle = apart(law.value, there)
+            bars = np.abs(np.array([apart(law.low, there), apart(law.high, there)]) - middle)
+            below.errorbar(one.temperature, middle, bars, color=NEW, lw=1.2, capsize=2)
+            place = int(np.argmin(np.abs(one.temperature - one.measured_at)))
+            below.plot(one.temperature[place], middle[place], "o", color=NEW, ms=5)
+        above.set_title(label)
+        below.set_title(f"{TITLES[name]} from the mean" + ("" if linear else " [%]"))
+        below.set_xlabel("temperature [°C]")
+    return figure
+
+
+def _exchange(exchange: Exchange | None) -> list[Item]:
+    if exchange is None:
+        return [Absent("No two panels have filters; make them: flexura run ... --until focus")]
+    rows = [
+        [name, *("" if np.isnan(lost) else f"{lost:.3f}" for lost in exchange.loss[row])]
+        for row, name in enumerate(exchange.names)
+    ]
+    lines = [
+        Paragraph(f"{name}: its filters also suit {', '.join(exchange.users_of(row)) or 'no other panel'}.")
+        for row, name in enumerate(exchange.names)
+    ]
+    said = (
+        "Contrast that the filters of the panel in the row lose on the panel in the column, against that panel's "
+        f"own (mean over the band and up to three temperatures). Up to {USABLE:g} they can be used."
+    )
+    table = PageTable(("filters of", *exchange.names), rows, numbers=range(1, len(exchange.names) + 1))
+    return [Paragraph(said), table, *lines, *(Absent(note) for note in exchange.notes)]
+
+
+def _members(members: Sequence[RunMember], laws: FleetLaws) -> PageTable:
+    known = {one.name: one for one in laws.pieces}
+    rows = []
+    for one in members:
+        piece = known.get(one.name)
+        misfit = "" if piece is None else f"{piece.misfit:.2f}"
+        lacks = "" if piece is None else piece.lacks
+        rows.append([one.name, one.said, misfit, lacks, laws.unread.get(one.name, ""), str(one.run)])
+    return PageTable(("piece", "stages", "misfit / noise", "lacks", "not read", "results"), rows, numbers=(2,))
+
+
+def show(members: Sequence[RunMember], laws: FleetLaws) -> None:
+    """Print scatter, outliers and predicted pieces."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console()
+    if laws.scatter:
+        table = Table(title="Scatter of the fleet", header_style="bold")
+        for heading in HEADINGS:
+            table.add_column(heading, justify="left" if heading == "constant" else "right")
+        for row in scatter_rows(laws):
+            table.add_row(*map(Text, row))
+        console.print(table)
+    said = Table(title="Pieces", show_header=False, show_lines=True)
+    said.add_column(style="bold", no_wrap=True)
+    said.add_column(overflow="fold")
+    for name in laws.outliers:
+        said.add_row(Text(name), Text(said_of(name, laws)))
+    for one in laws.pieces:
+        if one.lacks and one.name not in laws.outliers:
+            said.add_row(Text(one.name), Text(f"its twin lacks {one.lacks}"))
+    for new in laws.predicted:
+        law = new.laws["youngs_modulus"]
+        low, high = np.exp([law.low, law.high]) / 1e9
+        ends = ", ".join(
+            f"{low[place]:.3g} to {high[place]:.3g} GPa at {new.temperature[place]:.0f} °C" for place in (0, -1)
+        )
+        said.add_row(
+            Text(new.name),
+            Text(f"measured at {new.measured_at:.1f} °C; predicted {TITLES['youngs_modulus']}: {ends} (90 %)"),
+        )
+    for member in members:
+        if member.failure:
+            said.add_row(Text(member.name), Text(member.failure))
+    if said.row_count:
+        console.print(said)

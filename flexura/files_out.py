@@ -1,0 +1,153 @@
+"""What leaves Flexura: the report of a run, its filters for other programs, a campaign's raw sweeps."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+
+from analysis.campaign import Campaign
+from analysis.focusing.temperatures import spaced
+from app.files.campaign import load_campaign
+from app.files.exports.c_code import PREFIX, write_c
+from app.files.exports.numbers import write_csv, write_npz
+from app.files.exports.onnx_graph import write_onnx
+from app.files.exports.responses import write_wav
+from app.files.exports.shipment import Shipment, shipment
+from app.files.run_folder import is_test_run, run_file, writable_folder
+from app.files.sweeps_out import write_sweeps
+from app.report.written import WrittenReport, write_report
+from flexura.campaigns import File, computing
+
+Form = Literal["c", "onnx", "npz", "wav", "csv"]
+SweepForm = Literal["tdms", "mat", "csv", "uff"]
+
+
+def report(
+    run: File, *, out: File | None = None, pictures: bool = False, progress: bool | None = None
+) -> WrittenReport:
+    """Write everything that was found in a run on one page, as ``flexura report``.
+
+    Parameters
+    ----------
+    run : path
+        Run folder of a campaign or a modal test.
+    out : path, optional
+        Folder for ``report.html``; the run folder where it is left out.
+    pictures : bool
+        Write every figure as a PNG file beside it, too.
+    progress : bool, optional
+        Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
+
+    Raises
+    ------
+    app.files.bad_file.ResultFileError
+        For a folder without results, or one that cannot be written.
+    """
+    folder = Path(run)
+    if not is_test_run(folder):
+        run_file(folder, "frf.h5", "report")
+    target = writable_folder(folder if out is None else Path(out), "out")
+    with computing(shown=progress) as told:
+        return write_report(folder, target, told, pictures=pictures)
+
+
+def export_filters(
+    run: File,
+    to: Form,
+    *,
+    method: str | None = None,
+    number: Literal["float32", "int16"] = "float32",
+    prefix: str = PREFIX,
+    temperature: Sequence[float] = (),
+    out: File | None = None,
+) -> tuple[Path, ...]:
+    """Write the filters of a run so that other programs run them, as ``flexura export``.
+
+    Parameters
+    ----------
+    run : path
+        Run folder with compensation.h5 or filters.h5.
+    to : str
+        ``c``, ``onnx``, ``npz``, ``wav`` or ``csv``.
+    method : str, optional
+        How filters follow the temperature; what ``flexura compensate`` recommends where it is left out.
+    number, prefix : str
+        Numbers of the C code, and the first word of its names.
+    temperature : sequence of float
+        Degrees Celsius, for ``npz``, ``wav`` and ``csv``; every 5 K where it is left out.
+    out : path, optional
+        Folder for the files; the run folder where it is left out.
+
+    Returns
+    -------
+    tuple of Path
+        Files written.
+
+    Raises
+    ------
+    ValueError
+        For an unknown form or number.
+    app.files.bad_file.ResultFileError
+        For a folder without such filters, and a temperature that they do not cover.
+    """
+    if to not in get_args(Form) or number not in ("float32", "int16"):
+        raise ValueError(f"to {to!r}, number {number!r}; allowed: {', '.join(get_args(Form))}; float32, int16")
+    folder = Path(run)
+    sent = shipment(folder, method, "export").chosen({"to": to, "number": number})
+    target = writable_folder(folder if out is None else Path(out), "out")
+    if to == "c":
+        return write_c(sent, target, number == "int16", prefix)
+    if to == "onnx":
+        return write_onnx(sent, target)
+    return {"npz": write_npz, "wav": write_wav, "csv": write_csv}[to](
+        sent, target, _temperatures(sent, temperature)
+    )
+
+
+def export_sweeps(
+    campaign: File | Campaign, to: SweepForm, out: File, *, progress: bool | None = None
+) -> list[Path]:
+    """Write the raw sweeps of a campaign, a file each, as ``flexura export``.
+
+    Parameters
+    ----------
+    campaign : path or Campaign
+        Recorded, imported or acquired; of one that is not complete, the finished sweeps.
+    to : str
+        ``tdms``, ``mat``, ``csv`` or ``uff``.
+    out : path
+        Folder for the files.
+    progress : bool, optional
+        Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
+
+    Returns
+    -------
+    list of Path
+        Files written.
+
+    Raises
+    ------
+    ValueError
+        For an unknown form, and a campaign of FRFs, which holds no sweeps.
+    app.files.campaign_error.CampaignFileError
+        For a campaign that cannot be read.
+    """
+    if to not in get_args(SweepForm):
+        raise ValueError(f"to {to!r}; allowed: {', '.join(get_args(SweepForm))}")
+    loaded = campaign if isinstance(campaign, Campaign) else load_campaign(Path(campaign))
+    if not isinstance(loaded, Campaign):
+        raise ValueError(f"{campaign} holds FRFs and no sweeps")
+    folder = writable_folder(Path(out), "out")
+    with computing(shown=progress) as told:
+        return list(write_sweeps(loaded, folder, to, told))
+
+
+def _temperatures(sent: Shipment, wanted: Sequence[float]) -> np.ndarray:
+    low, high = sent.filters.temperature_range
+    for t in wanted:
+        if not low - 1e-9 <= t <= high + 1e-9:
+            raise ValueError(f"temperature {t:g} °C is outside what the filters cover, {low:g} to {high:g} °C")
+    if len(wanted):
+        return np.unique(np.asarray(wanted, float))
+    return spaced(low, high, 5.0) if low < high else np.array([low])
