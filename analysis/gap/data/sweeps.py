@@ -10,7 +10,7 @@ from analysis.gap.data.compression import CompressedSweep, Nodes
 from analysis.gap.data.groups import TemperatureGroups
 from analysis.gap.data.law_smoothness import LawSmoothness
 from analysis.gap.data.line_weights import LineWeights
-from analysis.gap.thresholds import MODEL_ERROR_ALONG
+from analysis.gap.thresholds import MODEL_ERROR_ALONG, MOVED_ALONG
 from analysis.sweep_point import SweepPoint
 
 
@@ -100,6 +100,10 @@ class GapSweeps:
         counts as g over their sum.
         """
         return 1.0 + MODEL_ERROR_ALONG**2 * self.allowed
+
+    def overstated_with(self, moved_error: float) -> float:
+        """Return the same with an error (share of rms|H|) by moved patches, which fewer directions share."""
+        return self.overstated + (MOVED_ALONG * moved_error) ** 2 * self.power
 
     @property
     def between(self) -> tuple[float, float]:

@@ -318,7 +318,7 @@ def _result(
     if laws_free:  # one error is fitted per reading and per declared quantity: numbers and unknowns cancel
         fitted += 3 * len(sweeps.groups.size)
     dof = float(sweeps.numbers - fitted)
-    excess = max((at.objective - at.prior) / dof, 1.0) * sweeps.overstated
+    excess = max((at.objective - at.prior) / dof, 1.0) * sweeps.overstated_with(free.moved_error(values))
     stated = schur_complement(sweeps, at.equations, at.state, weight=1.0 / excess, frozen=not laws_free)
     return GapFit(
         state=at.state,

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
+from analysis.gap.thresholds import MOVED_ERROR, MOVES
 from analysis.material import MaterialBox
 from analysis.sweep_point import SweepPoint
 from analysis.updated import Updated
@@ -239,6 +240,19 @@ class FreeParameters:
     def shapes(self) -> NDArray[np.bool_]:
         """Which of the parameters are shapes, (P,)."""
         return np.array([p.shape for p in self.cards], dtype=bool)
+
+    def moved_error(self, values: NDArray[np.float64]) -> float:
+        """Error of the twin by patches that are not where it was made: second order, as a share of rms|H|.
+
+        Parameters
+        ----------
+        values : (P,) ndarray
+        """
+        squares: dict[str, float] = {}
+        for (name, _), card, value in zip(self.names, self.cards, values.tolist(), strict=True):
+            if name.startswith(MOVES):
+                squares[name] = squares.get(name, 0.0) + (value - card.made_at) ** 2
+        return float(MOVED_ERROR * np.sqrt(sum(square**2 for square in squares.values())))
 
     def standing(self, values: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which parameters (P,) are shapes of effects whose amplitudes change by less than half in `step`.

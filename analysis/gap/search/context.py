@@ -19,9 +19,6 @@ from analysis.gap.thresholds import (
     COARSE_TEMPERATURES,
     FAR,
     LEAST_GAIN,
-    MOVED_ALONG,
-    MOVED_ERROR,
-    MOVES,
     SETTLED,
     SETTLED_AT_FEW,
     WHITENESS,
@@ -122,21 +119,16 @@ class SearchContext:
         return found.scaled(self.sweeps.numbers / few.sweeps.numbers)
 
     def moved_error(self, fit: GapFit) -> float:
-        """Error of the twin by patches that are not where it was made: second order, as a share of rms|H|."""
-        squares = 0.0
-        for name, card in self.model.tolerance_cards.items():
-            if name.startswith(MOVES):
-                away = [fit.state.declared.get(name, {}).get(p.name, 0.0) - p.made_at for p in card.parameters]
-                squares += float(np.square(away).sum()) ** 2
-        return float(MOVED_ERROR * np.sqrt(squares))
+        """Error of the twin by moved patches, see `FreeParameters.moved_error`."""
+        return fit.free.moved_error(fit.free.read(fit.state.on))
 
     def allowed(self, fit: GapFit) -> float:
         """chi2 that the twin's own error may cause, that by moved patches included."""
         return self.sweeps.allowed + self.moved_error(fit) ** 2 * self.sweeps.power
 
     def overstated(self, fit: GapFit) -> float:
-        """As `GapSweeps.overstated`, with the error by moved patches, which fewer directions share."""
-        return self.sweeps.overstated + (MOVED_ALONG * self.moved_error(fit)) ** 2 * self.sweeps.power
+        """As `GapSweeps.overstated`, with the error by moved patches."""
+        return self.sweeps.overstated_with(self.moved_error(fit))
 
     def least_gain(self, fit: GapFit | None = None) -> float:
         """Smallest gain of an effect, nats of the likelihood: by the fit with it, or else by the sweeps alone."""
