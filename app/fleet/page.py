@@ -12,7 +12,7 @@ from app.fleet.fleet_run import RunMember
 from app.fleet.laws_beside import CONSTANTS, FleetLaws
 from app.fleet.record import BAND, LINEAR, TITLES, said_of, summary_of
 from app.report.page import Absent, Item, PageTable, Paragraph, Picture, Section, VerdictBox, page
-from app.report.style import panels
+from app.report.style import drawing, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,13 +24,14 @@ PAGE = "fleet.html"
 
 def fleet_page(members: Sequence[RunMember], laws: FleetLaws, exchange: Exchange | None) -> str:
     """Return the page as HTML."""
-    sections = [
-        Section("What was found", _found(members, laws)),
-        Section("Laws of all pieces", _laws(laws)),
-        Section("Which filters can be used for which panel?", _exchange(exchange)),
-        Section("Every piece", [_members(members, laws)]),
-    ]
-    return page("A fleet of panels", summary_of(members, laws), sections, lead=1)
+    with drawing():
+        sections = [
+            Section("What was found", _found(members, laws)),
+            Section("Laws of all pieces", _laws(laws)),
+            Section("Which filters can be used for which panel?", _exchange(exchange)),
+            Section("Every piece", [_members(members, laws)]),
+        ]
+        return page("A fleet of panels", summary_of(members, laws), sections, lead=1)
 
 
 def scatter_rows(laws: FleetLaws) -> list[list[str]]:
