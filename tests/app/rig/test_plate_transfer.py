@@ -146,7 +146,7 @@ def hidden(
     twin: Twin[EffectPlate], monkeypatch: pytest.MonkeyPatch, effects: dict[str, dict[str, float]]
 ) -> TwinPlate:
     """Return the plate of the example's rig, with other effects, its laws within the small twin's range."""
-    monkeypatch.setattr(rig, "effect_twin", lambda *_: twin)
+    monkeypatch.setattr(rig, "effect_twin", lambda *_, **__: twin)
     found = read_acquired_experiment(EXAMPLE)
     assert found.simulation is not None
     values = {"youngs_modulus": 2.7e9 * np.exp(-0.005 * TABLE), "poisson_ratio": 0.36 + 0.0005 * TABLE}
