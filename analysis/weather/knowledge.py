@@ -65,10 +65,10 @@ class OwnThermometer:
 
     The plane of temperatures is sought whose charges explain those measured, at a gain a common to all pairs:
 
-        min over T, g_x, g_y, a of sum |Y - a C(T, g)|²/s² + (T - T_0)²/`MOVED`² + (g_x² + g_y²)/`LEANING`²
+        min over T, g_x, g_y, a of sum abs(Y - a C(T, g))²/s² + (T - T_0)²/m² + (g_x² + g_y²)/l²
 
-    by Gauss and Newton from the plane T_0 of the last reading; s² is the mean of what is left of |Y|². The last
-    two terms hold what the response does not tell: two patches on one axis know little of a tilt across it.
+    by Gauss and Newton from the plane T_0 of the last reading; s² is the mean square of what is left of Y, m is
+    `MOVED` and l `LEANING`. The last two terms hold what the response does not tell: two patches on one axis know little of a tilt across it.
 
     Attributes
     ----------
