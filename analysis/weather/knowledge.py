@@ -68,7 +68,8 @@ class OwnThermometer:
         min over T, g_x, g_y, a of sum abs(Y - a C(T, g))²/s² + (T - T_0)²/m² + (g_x² + g_y²)/l²
 
     by Gauss and Newton from the plane T_0 of the last reading; s² is the mean square of what is left of Y, m is
-    `MOVED` and l `LEANING`. The last two terms hold what the response does not tell: two patches on one axis know little of a tilt across it.
+    `MOVED` and l `LEANING`. The last two terms hold what the response does not tell: two patches on one axis know
+    little of a tilt across it.
 
     Attributes
     ----------
