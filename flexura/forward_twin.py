@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from analysis.arrays import Complex, Real
-from analysis.effect_card import Parameter, Values
+from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
 from analysis.frf_campaign import AnyCampaign
 from analysis.local_laws import LocalLaws
@@ -136,8 +136,11 @@ class ForwardTwin:
     @property
     def parameters(self) -> dict[str, Parameter]:
         """What may be changed beside the material, by ``effect.parameter``: declared quantities, then effects."""
-        cards = {**self.model.tolerance_cards, **self.model.cards}
-        return {f"{name}.{one.name}": one for name, card in cards.items() for one in card.parameters}
+        return {f"{name}.{one.name}": one for name, card in self._cards.items() for one in card.parameters}
+
+    @property
+    def _cards(self) -> Mapping[str, EffectCard]:
+        return {**self.model.tolerance_cards, **self.model.cards}
 
     def frf(
         self,
@@ -318,8 +321,7 @@ class ForwardTwin:
         """Return all parameters of the effects that are on; ValueError for one that does not exist."""
         if effects is None:
             return NO_EFFECTS if self.given is None else {**self.given.departures, **self.given.effects}
-        cards = {**self.model.tolerance_cards, **self.model.cards}
-        complete = {}
+        cards, complete = self._cards, {}
         for name, values in effects.items():
             if name not in cards:
                 raise ValueError(f"effect {name!r} is not known; allowed: {', '.join(cards)}")
@@ -337,8 +339,7 @@ class ForwardTwin:
         if name not in self.parameters:
             raise ValueError(f"{name!r} is no parameter; allowed: {', '.join((*MATERIAL, *self.parameters))}")
         effect, _, parameter = name.rpartition(".")
-        cards = {**self.model.tolerance_cards, **self.model.cards}
-        return effect, parameter, on.get(effect, cards[effect].zero())
+        return effect, parameter, on.get(effect, self._cards[effect].zero())
 
     def _referred(self, laws: LocalLaws, effects: Iterable[str]) -> Twin[EffectPlate]:
         return self.model.counted([laws], effects)

@@ -8,13 +8,10 @@ from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.reading import Damping
 from analysis.identification.settings import Settings
 from analysis.progress import Progress
-from app.files.modal_test_toml import declares_test
 from app.files.run_folder import writable_folder
-from app.files.uff58 import read_frfs
-from app.modal_test.declared_test import declared_frfs
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import TestModes
-from app.modal_test.universal_frfs import of_universal
+from app.modal_test.universal_frfs import frfs_of_file
 from app.stages import identify_structure as stage
 from app.stages.identify_options import Method, Wanted
 from flexura.campaigns import File, computing
@@ -39,7 +36,7 @@ def frfs_of_test(test: File, *, progress: bool | None = None) -> FrfSet:
         For files that cannot be used, with all that is wrong with them.
     """
     with computing(shown=progress) as report:
-        return _frfs(Path(test), report)
+        return frfs_of_file(Path(test), report)
 
 
 def identify_test(
@@ -99,10 +96,4 @@ def _taken(test: Test, report: Progress) -> FrfSet:
         if len(lines) != 1:
             raise ValueError(f"{len(test)} FRFs over {len(lines)} different sets of lines; one set is wanted")
         return FrfSet("FRFs in memory", tuple(test))
-    return _frfs(Path(test), report)
-
-
-def _frfs(path: Path, report: Progress) -> FrfSet:
-    if declares_test(path):
-        return declared_frfs(path, report)
-    return of_universal(path, read_frfs(path))
+    return frfs_of_file(Path(test), report)

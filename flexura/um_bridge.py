@@ -175,15 +175,16 @@ class _Point(_Asked):
     input: Annotated[list[Vector], Field(min_length=1, max_length=1)]
 
 
-class _Gradient(_Point):
+class _Slope(_Point):
     outWrt: Annotated[int, Field(ge=0, le=0)]  # noqa: N815 (the protocol's names)
     inWrt: Annotated[int, Field(ge=0, le=0)]  # noqa: N815
+
+
+class _Gradient(_Slope):
     sens: Vector
 
 
-class _Direction(_Point):
-    outWrt: Annotated[int, Field(ge=0, le=0)]  # noqa: N815
-    inWrt: Annotated[int, Field(ge=0, le=0)]  # noqa: N815
+class _Direction(_Slope):
     vec: Vector
 
 

@@ -197,17 +197,14 @@ def _campaign(
 
 def _structure(path: Path, out: Path | None, options: "Callable[[], Wanted]", output: Output) -> None:
     """Identify a test, or the FRFs of a universal file, as one structure."""
-    from app.files.modal_test_toml import declares_test
     from app.files.run_folder import run_folder
-    from app.files.uff58 import read_frfs
-    from app.modal_test.declared_test import declared_frfs
-    from app.modal_test.universal_frfs import of_universal
+    from app.modal_test.universal_frfs import frfs_of_file
 
     started = time.perf_counter()
     typed_mains = click.get_current_context().get_parameter_source("mains") is ParameterSource.COMMANDLINE
     folder = path.parent if path.name == "test.toml" else path
     with run_folder(folder, out) as run, output.progress() as report:
-        frfs = declared_frfs(path, report) if declares_test(path) else of_universal(path, read_frfs(path))
+        frfs = frfs_of_file(path, report)
 
         from app.modal_test.records import record_of, shape_tables
         from app.stages import identify_structure as stage

@@ -6,9 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from analysis.estimation.transfer import MeasuredTransfer
+from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
+from app.files.modal_test_toml import declares_test
 from app.files.provenance import sha256
+from app.files.uff58 import read_frfs
 from app.files.uff_nodes import read_nodes
+from app.modal_test.declared_test import declared_frfs
 from app.modal_test.frf_set import (
     FrfSet,
     require_convention,
@@ -23,6 +27,22 @@ SHARED = (
     "FRF is identified by itself"
 )
 """What to do with several FRFs between the same ends."""
+
+
+def frfs_of_file(path: Path, report: Progress) -> FrfSet:
+    """Return the FRFs of a test as declared, or of a universal file as one structure.
+
+    Parameters
+    ----------
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Raises
+    ------
+    ResultFileError, CampaignFileError
+        For files that cannot be used.
+    """
+    return declared_frfs(path, report) if declares_test(path) else of_universal(path, read_frfs(path))
 
 
 def of_universal(path: Path, transfers: list[MeasuredTransfer]) -> FrfSet:
