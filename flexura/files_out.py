@@ -4,16 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, get_args
 
-import numpy as np
-
 from analysis.campaign import Campaign
-from analysis.focusing.temperatures import spaced
 from app.files.campaign import load_campaign
-from app.files.exports.c_code import PREFIX, write_c
-from app.files.exports.numbers import write_csv, write_npz
-from app.files.exports.onnx_graph import write_onnx
-from app.files.exports.responses import write_wav
-from app.files.exports.shipment import Shipment, shipment
+from app.files.exports.c_code import PREFIX
+from app.files.exports.shipment import shipment
+from app.files.exports.written_filters import export_temperatures, same_names, write_filters
 from app.files.run_folder import is_test_run, run_file, writable_folder
 from app.files.sweeps_out import write_sweeps
 from app.report.written import WrittenReport, write_report
@@ -87,7 +82,7 @@ def export_filters(
     Raises
     ------
     ValueError
-        For an unknown form or number.
+        For an unknown form or number, and for temperatures that would share the name of a WAV file.
     app.files.bad_file.ResultFileError
         For a folder without such filters, and a temperature that they do not cover.
     """
@@ -95,14 +90,11 @@ def export_filters(
         raise ValueError(f"to {to!r}, number {number!r}; allowed: {', '.join(get_args(Form))}; float32, int16")
     folder = Path(run)
     sent = shipment(folder, method, "export").chosen({"to": to, "number": number})
+    wanted = export_temperatures(sent, temperature, "temperature")
+    if to == "wav" and same_names(wanted):
+        raise ValueError("temperature: two of them are the same to 0.01 °C, as in the names of WAV files")
     target = writable_folder(folder if out is None else Path(out), "out")
-    if to == "c":
-        return write_c(sent, target, number == "int16", prefix)
-    if to == "onnx":
-        return write_onnx(sent, target)
-    return {"npz": write_npz, "wav": write_wav, "csv": write_csv}[to](
-        sent, target, _temperatures(sent, temperature)
-    )
+    return write_filters(sent, to, target, wanted, number=number, prefix=prefix)
 
 
 def export_sweeps(
@@ -141,13 +133,3 @@ def export_sweeps(
     folder = writable_folder(Path(out), "out")
     with computing(shown=progress) as told:
         return list(write_sweeps(loaded, folder, to, told))
-
-
-def _temperatures(sent: Shipment, wanted: Sequence[float]) -> np.ndarray:
-    low, high = sent.filters.temperature_range
-    for t in wanted:
-        if not low - 1e-9 <= t <= high + 1e-9:
-            raise ValueError(f"temperature {t:g} °C is outside what the filters cover, {low:g} to {high:g} °C")
-    if len(wanted):
-        return np.unique(np.asarray(wanted, float))
-    return spaced(low, high, 5.0) if low < high else np.array([low])

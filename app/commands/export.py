@@ -12,9 +12,6 @@ from app.commands.options import RUN_WITH_FILTERS, following_method, out_folder
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from app.files.exports.cost import Cost
     from app.files.exports.shipment import Shipment
 
@@ -117,27 +114,20 @@ def command(
         raise click.UsageError(f"--prefix is for --to c; {form} has no names")
     if temperatures and form in ("c", "onnx"):
         raise click.UsageError(f"--temperature is for npz, wav and csv; {form} follows every temperature")
-    from app.files.exports.c_code import BLOCK, PREFIX, write_c
+    from app.files.exports.c_code import BLOCK
     from app.files.exports.cost import Cost
-    from app.files.exports.numbers import write_csv, write_npz
-    from app.files.exports.onnx_graph import write_onnx
-    from app.files.exports.responses import write_wav
     from app.files.exports.shipment import shipment
+    from app.files.exports.written_filters import export_temperatures, same_names, write_filters
     from app.files.run_folder import run_folder
 
     beside = run or Path()
     sent = shipment(beside, method, "export").chosen({"to": form, "number": number})
-    wanted = _temperatures(sent, temperatures)
-    if form == "wav" and len({f"{t:.2f}" for t in wanted}) < len(wanted):
+    wanted = export_temperatures(sent, temperatures, "--temperature")
+    if form == "wav" and same_names(wanted):
         raise click.UsageError("--temperature: two of them are the same to 0.01 °C, as in the names of WAV files")
     cost = Cost.of(sent.filters, number == "int16", BLOCK) if form == "c" else None
     with run_folder(beside, out or beside) as folder:
-        if form == "c":
-            written = write_c(sent, folder, number == "int16", prefix or PREFIX, example)
-        elif form == "onnx":
-            written = write_onnx(sent, folder)
-        else:
-            written = {"npz": write_npz, "wav": write_wav, "csv": write_csv}[form](sent, folder, wanted)
+        written = write_filters(sent, form, folder, wanted, number=number, prefix=prefix, example=example)
     output.result(lambda: record(sent, written, cost))
     for note in sent.notes:
         output.note(note)
@@ -173,24 +163,6 @@ def _sweeps(campaign: Path, form: str, given: Mapping[str, object], out: Path | 
     total = sum(path.stat().st_size for path in written)
     output.result(lambda: {"files": [str(path) for path in written], "bytes": total, "sweeps": len(loaded.sweeps)})
     output.summary(f"{led(loaded.extent)}{len(loaded.sweeps)} sweeps in {folder}, {total / 1e6:.1f} MB")
-
-
-def _temperatures(sent: "Shipment", given: tuple[float, ...]) -> "NDArray[np.float64]":
-    """Return the temperatures given, or every 5 °C; ResultFileError for one that the filters do not cover."""
-    import numpy as np
-
-    from analysis.focusing.temperatures import spaced
-    from app.files.bad_file import ResultFileError
-
-    low, high = sent.filters.temperature_range
-    for t in given:
-        if not low - 1e-9 <= t <= high + 1e-9:
-            raise ResultFileError(
-                f"--temperature {t:g} °C is outside what the filters cover, {low:g} to {high:g} °C"
-            )
-    if given:
-        return np.array(sorted(set(given)))
-    return spaced(low, high, 5.0) if low < high else np.array([low])
 
 
 def record(sent: "Shipment", written: tuple[Path, ...], cost: "Cost | None") -> dict[str, Any]:

@@ -1,12 +1,13 @@
 """Filters in the forms in which other programs take them.
 
-=============  =====================================================================
-``shipment``   what of a run is exported: filters that follow the temperature
-``cost``       bytes and multiplications on the target
-``c_code``     C99: a header and one file
-``onnx_graph`` ONNX: temperature in, taps out
-``numbers``    NPZ and CSV
-``responses``  WAV: impulse responses, one file per temperature
-``destination`` files that are written together
-=============  =====================================================================
+===================  ===============================================================
+``shipment``         what of a run is exported: filters that follow the temperature
+``cost``             bytes and multiplications on the target
+``c_code``           C99: a header and one file
+``onnx_graph``       ONNX: temperature in, taps out
+``numbers``          NPZ and CSV
+``responses``        WAV: impulse responses, one file per temperature
+``destination``      files that are written together
+``written_filters``  one of these forms chosen and written
+===================  ===============================================================
 """
