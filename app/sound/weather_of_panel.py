@@ -12,7 +12,7 @@ from analysis.weather.declared_weather import Weather
 from analysis.weather.family import Across, TiltFamily
 from analysis.weather.knowledge import plane
 from app.twins.warm_twin import WarmTwin
-from app.twins.weather_fields import temperatures
+from app.twins.weather_fields import temperatures, thermometer_places
 
 
 @dataclass(frozen=True)
@@ -56,12 +56,10 @@ class WeatherOfPanel:
             Where a part of the plate leaves the laws.
         """
         found = temperatures(twin, weather, origin, report)
-        places = np.stack(
-            twin.panel.plate.normalised(np.array([one.point for one in weather.thermometer])), axis=1
-        )
+        places = thermometer_places(twin.panel.plate, weather)
         believed = [plane(places, readings) for readings in found.readings]
         planes = np.array([[one.middle, *one.across] for one in believed])
-        return cls(twin, found.time, np.clip(found.bending, *twin.laws.temperature_range), planes, family)
+        return cls(twin, found.time, found.bending, planes, family)
 
     @property
     def programme(self) -> TemperatureProgramme:

@@ -1,7 +1,10 @@
 """Temperatures of a panel's twin in a declared weather, at moments to be judged."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from analysis.arrays import Real
 from analysis.plate import Plate
 from analysis.progress import Progress
 from analysis.weather.declared_weather import Weather
@@ -50,7 +53,12 @@ def temperatures(twin: WarmTwin, weather: Weather, origin: str, report: Progress
             f"{origin}: it takes parts of the plate to {coldest:.1f} and {warmest:.1f} °C; the laws hold from "
             f"{low:g} to {high:g} °C: change the weather, or update a campaign that covers it"
         )
-    return found
+    return replace(found, bending=np.clip(found.bending, low, high))
+
+
+def thermometer_places(plate: Plate, weather: Weather) -> Real:
+    """Places of the thermometers, (K, 2), -1 to 1 over the box around the plate."""
+    return np.stack(plate.normalised(np.array([one.point for one in weather.thermometer])), axis=1)
 
 
 def weather_fields(twin: WarmTwin, weather: Weather, origin: str, report: Progress) -> WeatherFields:
@@ -58,13 +66,10 @@ def weather_fields(twin: WarmTwin, weather: Weather, origin: str, report: Progre
     found = temperatures(twin, weather, origin, report)
     count = len(found.time)
     chosen = np.unique(np.linspace(0, count - 1, min(MOMENTS + 1, count)).round().astype(int))
-    points = np.array([one.point for one in weather.thermometer])
-    places = np.stack(twin.panel.plate.normalised(points), axis=1)
-    low, high = twin.laws.temperature_range
     return WeatherFields(
         found.time[chosen],
-        np.clip(found.bending[chosen], low, high),
+        found.bending[chosen],
         found.readings[chosen],
-        places,
+        thermometer_places(twin.panel.plate, weather),
         tuple(one.name for one in weather.thermometer),
     )
