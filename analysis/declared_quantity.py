@@ -110,6 +110,7 @@ KINDS = {
     "transducer_place": "places of transducers",
     "transducer_mass": "masses of transducers",
     "attachment_place": "places of attachments",
+    "plate_shear": "transverse shear",
     "plate_theory": "plate theory",
     "sheet_moduli": "ratios of moduli",
     "sheet_transverse_shear": "transverse shear",

@@ -50,6 +50,9 @@ class Tolerances(Declared):
         declared (where not, a factor of e; 0 holds them there too), natural logarithms; 0.25 is about 25 %.
     loss_direction : float
         Of such a sheet: natural logarithm of the ratios of its loss factors along x, along y and in shear.
+    plate_shear : float
+        Of the transverse shear modulus of an isotropic plate, over E / 2 (1 + nu), as a share: a drawn or rolled sheet
+        has it within some per cent. It is what else would tell the thickness beside the mass.
     plate_theory : float
         Share of what elasticity adds to the theory of plates that may be missing: a real plate has all of it, one
         computed by Mindlin's theory nothing.
@@ -78,6 +81,7 @@ class Tolerances(Declared):
     moduli: Logarithm = 0.25
     transverse_shear: Logarithm = 0.3
     loss_direction: Logarithm = 0.7
+    plate_shear: Share = 0.03
     plate_theory: Annotated[float, Field(ge=0.0, le=3.0)] = 1.0
     own: dict[str, Annotated[float, Field(ge=0.0)]] = Field(default_factory=dict, max_length=1000)
 

@@ -16,7 +16,7 @@ from analysis.arrays import Real
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
 from analysis.twin_model import NO_EFFECTS, Effects
-from simulation.effects.effect import Effect
+from simulation.effects.effect import Effect, isotropic
 from simulation.sheet_tolerances import sheet_tolerances
 from simulation.state.departures import Departures
 from simulation.state.plate_state import Circumstances, PlateState
@@ -211,7 +211,16 @@ def _of_attachments(experiment: Experiment) -> Iterator[Effect]:
 
 
 def _of_the_theory(experiment: Experiment) -> Iterator[Effect]:
-    """Share of what elasticity adds to the plate's theory; on curved plates it is not known."""
+    """Shear across an isotropic plate, and what elasticity adds to its theory, which is not known on curved plates."""
+    if isotropic(experiment):
+        shear = {"share": ("1", experiment.tolerances.plate_shear)}
+        across, along = _scaled("shear_x"), _scaled("shear_y")
+        yield from _quantity(
+            "plate_shear",
+            "transverse shear modulus of the plate",
+            shear,
+            lambda away, values: across(away, values) | along(away, values),
+        )
     if experiment.plate.curvature is None:
         yield from _quantity(
             "plate_theory",

@@ -16,10 +16,12 @@ def card(experiment: Experiment) -> EffectCard:
         summary="the plate shears more or less through its thickness than an isotropic one",
         parameters=(Parameter("delta", "1", -0.4, 0.4, 0.15, shown="%"),),
         needs=(
-            "modes with half-waves of some ten thicknesses; with longer ones the tolerance plate_theory absorbs it"
+            "modes with half-waves of some ten thicknesses; with longer ones the tolerances plate_shear and "
+            "plate_theory absorb it"
         ),
         separated_by="a short beam in three-point bending, which shears more than a long one",
         title="shear through the thickness",
+        replaces="plate_shear",
         phrase="a transverse shear modulus changed by {delta}",
     )
 

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Experiment
+from analysis.held_effects import HeldEffects
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from analysis.sweep_point import SweepPoint
 from analysis.tolerances import Tolerances
-from simulation.effects import point_mass
+from simulation.effects import point_mass, transverse_shear
 from simulation.reduction.effect_reduction import reduce_with_departures
 from simulation.shell.fineness import Fineness
 from simulation.shell.piezo_material import NCE51, PIEZO_MATERIALS, VACUUM_PERMITTIVITY
@@ -121,6 +122,20 @@ def test_every_quantity_has_its_derivative(coarse, place):
         assert np.abs(exact).max() > 0.0, name
         near = 1e-3
         assert np.abs(exact - quotient).max() < near * np.abs(quotient).max(), (name, parameter)
+
+
+def test_shear_across_the_plate_is_what_its_effect_changes(coarse):
+    """The effect is named where this tolerance is exceeded: both are the same change of the plate."""
+    known = replace(coarse, library={"transverse_shear": transverse_shear.EFFECT})
+    here = {**zeros(coarse), "plate_shear": {"share": float(np.log(1.1))}}
+    wanted = known.frf(LAWS, LINES, {**zeros(coarse), "transverse_shear": {"delta": 0.1}}, POINT)
+    np.testing.assert_allclose(coarse.frf(LAWS, LINES, here, POINT), wanted, rtol=1e-9)
+    assert not np.allclose(wanted, coarse.frf(LAWS, LINES, zeros(coarse), POINT), rtol=1e-4)
+    assert known.cards["transverse_shear"].replaces == "plate_shear"
+    assert not HeldEffects.around(known).cards
+    released = HeldEffects.around(known).releasing(["plate_shear"])
+    assert "transverse_shear" in released.cards
+    assert "plate_shear" not in released.tolerance_cards
 
 
 def test_the_place_of_an_attachment_matters_where_a_load_acts(made, patched, coarse_mesh):
