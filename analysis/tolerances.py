@@ -51,8 +51,8 @@ class Tolerances(Declared):
     loss_direction : float
         Of such a sheet: natural logarithm of the ratios of its loss factors along x, along y and in shear.
     plate_shear : float
-        Of the transverse shear modulus of an isotropic plate, over E / 2 (1 + nu), as a share: a drawn or rolled sheet
-        has it within some per cent. It is what else would tell the thickness beside the mass.
+        Of the transverse shear modulus of an isotropic plate, over E / 2 (1 + nu), as a share: a drawn or rolled
+        sheet has it within some per cent, and a plate that shears just so would tell its thickness.
     plate_theory : float
         Share of what elasticity adds to the theory of plates that may be missing: a real plate has all of it, one
         computed by Mindlin's theory nothing.

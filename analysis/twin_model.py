@@ -1,6 +1,6 @@
 """Interface of a twin for fits to data: model updating and the gap workflow."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Protocol, Self
@@ -132,3 +132,7 @@ class TwinModel(Protocol):
             Outside the box or the band, or for an effect's value outside the range its accuracy is certified for.
         """
         ...
+
+
+Remade = Callable[[Effects], TwinModel | None]
+"""Gives the twin made for values of declared quantities; None where the present one is as good for them."""

@@ -211,7 +211,7 @@ def _of_attachments(experiment: Experiment) -> Iterator[Effect]:
 
 
 def _of_the_theory(experiment: Experiment) -> Iterator[Effect]:
-    """Shear across an isotropic plate, and what elasticity adds to its theory, which is not known on curved plates."""
+    """Shear across an isotropic plate; what elasticity adds to the theory, which is not known on curved plates."""
     if isotropic(experiment):
         shear = {"share": ("1", experiment.tolerances.plate_shear)}
         across, along = _scaled("shear_x"), _scaled("shear_y")

@@ -36,7 +36,7 @@ from analysis.gap.thresholds import Z_FLOOR
 from analysis.gap.verdict import Judgement, judge
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
-from analysis.twin_model import TwinModel
+from analysis.twin_model import Remade, TwinModel
 from analysis.updated import Updated
 
 
@@ -48,6 +48,7 @@ def find_gap(
     executor: Executor,
     *,
     floor: NumericalFloor | None = None,
+    remade: Remade | None = None,
     progress: Progress | None = None,
     clock: Callable[[], float] = time.perf_counter,
 ) -> GapReport:
@@ -68,6 +69,9 @@ def find_gap(
         Sweeps are linearised on it.
     floor : NumericalFloor, optional
         Discretisation error of the twin; by default the usual one of a converged twin.
+    remade : callable, optional
+        Asked with the values of declared quantities that a fit found beyond their tolerances: gives the twin with
+        an effect that may replace one of them, or None where `model` has it already.
     progress : callable, optional
         Called with a stage's name and the share of it done.
     clock : callable
@@ -86,7 +90,8 @@ def find_gap(
     report: Progress = progress or (lambda stage, share: None)
     report("baseline", 0.0)
     sweeps, noise = prepare(frf, protocol, updated, floor=floor)
-    context, found = _searched(HeldEffects.around(model), updated, sweeps, noise, executor, report)
+    around = HeldEffects.around(model)
+    context, found = _searched(around, updated, sweeps, noise, executor, report, remade or (lambda _: None))
     model, baseline = context.model, found.baseline
     tried: list[HeldOut] = []
     if found.effects:
@@ -160,6 +165,7 @@ def _searched(
     noise: NoiseCheck,
     executor: Executor,
     report: Progress,
+    remade: Remade,
 ) -> tuple[SearchContext, SearchResult]:
     """Search, and again where an effect may replace a declared quantity that is beyond its tolerance.
 
@@ -169,19 +175,22 @@ def _searched(
     start = starting_state(updated, sweeps.groups)
     few, part = context.at_few_temperatures(start)
     begun = few.fit(part, ())
-    released = _released(model, begun)
+    released = _released(model, begun, remade)
     if released == model:
         found = stepwise_search(context, context.fit(context.spread(start, few, begun.state), ()))
-        released = _released(model, found.fit)
+        released = _released(model, found.fit, remade)
         if released == model:
             return context, found
-    return _searched(released, updated, sweeps, noise, executor, report)
+    return _searched(released, updated, sweeps, noise, executor, report, remade)
 
 
-def _released(model: HeldEffects, fit: GapFit) -> HeldEffects:
+def _released(model: HeldEffects, fit: GapFit, remade: Remade) -> HeldEffects:
     """Return the model without the tolerances that a fit exceeds and an effect replaces."""
-    declared = fit.declared_quantities(model.tolerance_cards)
-    return model.releasing(one.name for one in declared if one.beyond)
+    beyond = [one.name for one in fit.declared_quantities(model.tolerance_cards) if one.beyond]
+    better = remade(fit.state.declared) if beyond else None
+    if better is not None:
+        model = replace(model, twin=better)
+    return model.releasing(beyond)
 
 
 def _report(

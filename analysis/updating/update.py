@@ -34,7 +34,7 @@ from analysis.material import Material, MaterialBox, MaterialSigma
 from analysis.progress import Progress
 from analysis.sheet_material import LOSS, MODULI, TRANSVERSE
 from analysis.sheet_orthotropy import Orthotropy
-from analysis.twin_model import TwinModel
+from analysis.twin_model import Remade, TwinModel
 from analysis.updated import Updated
 from analysis.updating.drift import sweep_laws, to_first_order
 from analysis.updating.laws import laws_of_sweeps
@@ -62,7 +62,7 @@ def update(
     sheet: Orthotropy | None = None,
     declared: Mapping[str, Values] | None = None,
     protocol: Protocol | None = None,
-    nearer: Callable[[Mapping[str, Values]], TwinModel | None] | None = None,
+    nearer: Remade | None = None,
     progress: Progress | None = None,
 ) -> Updated:
     """Fit the model's material to every sweep of `frf`, with one gain over all sweeps of an input.
@@ -123,7 +123,7 @@ def update(
 def _fitted(
     context: SearchContext,
     start: GapState,
-    nearer: Callable[[Mapping[str, Values]], TwinModel | None],
+    nearer: Remade,
     report: Progress,
 ) -> tuple[GapFit, TwinModel]:
     """Fit all sweeps within the tolerances, a few temperatures first; beside what is missing, if that is much."""

@@ -38,10 +38,11 @@ def build_plate(declared: str) -> None:
 
 def build_effects(declared: str) -> None:
     """Build the model of a plate with the library's effects."""
-    from app.twins.campaign_twin import effect_twin
+    from app.twins.campaign_twin import effect_twin, offset_wanted
 
+    experiment = Experiment.model_validate_json(declared)
     with suppress(*FAULTS):
-        effect_twin(Experiment.model_validate_json(declared), silent)
+        effect_twin(experiment, silent, offset=offset_wanted(experiment))
 
 
 def build_panel(declared: str) -> None:

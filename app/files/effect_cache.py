@@ -68,6 +68,7 @@ def cached_operators(
     near: "Sheet | None" = None,
     *,
     exact: bool = False,
+    offset: bool = True,
 ) -> "EffectOperators":
     """Operators of an experiment's plate, from the cache or made and kept there; about a minute where made.
 
@@ -85,6 +86,8 @@ def cached_operators(
         Moduli of an orthotropic sheet about which they are made.
     exact : bool
         Whether patches are exactly as declared, as those of a simulated plate.
+    offset : bool
+        Whether the first sensor may lie millimetres beside its place.
 
     Raises
     ------
@@ -95,11 +98,19 @@ def cached_operators(
 
     def made() -> "EffectOperators":
         ops, _, _ = reduce_with_effects(
-            experiment, box, basis=basis(), fineness=fineness, near=near, exact=exact, progress=report
+            experiment,
+            box,
+            basis=basis(),
+            fineness=fineness,
+            near=near,
+            exact=exact,
+            offset=offset,
+            progress=report,
         )
         return ops
 
-    return _kept("exact" if exact else "effects", experiment, box, fineness, near, made)
+    kind = ("exact" if exact else "effects") + ("" if offset else "-in-place")
+    return _kept(kind, experiment, box, fineness, near, made)
 
 
 def cached_departures(

@@ -21,6 +21,7 @@ from analysis.held_effects import HeldEffects
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.pairing.paired_sweeps import Pairing
 from analysis.progress import Progress
+from analysis.twin_model import Effects
 from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
 from analysis.updating.drift import to_first_order
 from app.files.atomic import write_json
@@ -51,6 +52,7 @@ from app.stages.update import Updating, updated_twin
 from app.summaries.display import as_html, as_text
 from app.summaries.gap import headline, tables
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
+from app.twins.campaign_twin import OFFSET, offset_wanted
 from simulation.effects.library import untried
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
@@ -169,7 +171,8 @@ def compute(
     plain = plain or updated_twin(campaign, mains, report, run)
     frf = plain.frf
     twin, given = campaign_model(campaign.experiment, plain.updated, report, start, folder)
-    twin = replace(twin, library={name: effect for name, effect in twin.library.items() if name not in without})
+    candidates = allowed = frozenset({*twin.library, OFFSET} - set(without))
+    twin = _with_only(twin, allowed)
     model = HeldEffects(twin, {name: {p.name: p.value for p in values} for name, values in given.items()})
     protocol = campaign.experiment.protocol
     report("numerical floor", 0.0)
@@ -182,8 +185,24 @@ def compute(
             start_twin = corrected_twin(frf, plain.updated, model, protocol, begun)
         pairing = pairing_before(campaign, plain, twin, start_twin, report)
         if pairing is not None and pairing.wrong_declaration:
-            model = replace(model, twin=replace(twin, library={name: twin.library[name] for name in given}))
-        found = find_gap(steady, plain.updated, model, protocol, executor, floor=floor, progress=report)
+            candidates = frozenset(given)
+            model = replace(model, twin=_with_only(twin, candidates))
+
+        def remade(declared: Effects) -> Twin[EffectPlate] | None:
+            nonlocal twin, model
+            if OFFSET not in candidates - twin.library.keys() or not offset_wanted(campaign.experiment, declared):
+                return None
+            again, _ = campaign_model(campaign.experiment, plain.updated, report, start, folder, declared)
+            if OFFSET not in again.library:  # no room for it in this mesh
+                return None
+            twin = _with_only(again, allowed)
+            found_with = _with_only(twin, candidates)
+            model = replace(model, twin=found_with)
+            return found_with
+
+        found = find_gap(
+            steady, plain.updated, model, protocol, executor, floor=floor, remade=remade, progress=report
+        )
         not_tried = untried(campaign.experiment, folder)
         notes = (
             *untimed(protocol),
@@ -213,6 +232,10 @@ def compute(
                 found = replace(found, notes=(*found.notes, *why))
     corrected = corrected_twin(frf, plain.updated, model, protocol, fitted)
     return GapComparison(frf, plain, twin, given, found, corrected, pairing, compared, description=told)
+
+
+def _with_only(twin: Twin[EffectPlate], candidates: Collection[str]) -> Twin[EffectPlate]:
+    return replace(twin, library={name: one for name, one in twin.library.items() if name in candidates})
 
 
 def with_plan(

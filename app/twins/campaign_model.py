@@ -15,11 +15,12 @@ from analysis.gap.data.groups import TemperatureGroups, mean_laws
 from analysis.gap.data.law_smoothness import LawSmoothness
 from analysis.gap.data.numerical_floor import allowed_error
 from analysis.progress import Progress
+from analysis.twin_model import Effects
 from analysis.updated import Updated
 from app.files.bad_file import ResultFileError
 from app.files.twin_check import require_known_effects, require_same_plate
 from app.files.twin_file import TwinFile, read_twin
-from app.twins.campaign_twin import effect_twin
+from app.twins.campaign_twin import OFFSET, effect_twin, offset_wanted
 from simulation.effects.library import library
 from simulation.reduction.sufficient_fineness import RequiredError
 from simulation.twin.effect_plate import EffectPlate
@@ -47,6 +48,7 @@ def campaign_model(
     report: Progress,
     start: Start | None,
     folder: Path | None,
+    declared: Effects | None = None,
 ) -> tuple[Twin[EffectPlate], dict[str, tuple[Estimate, ...]]]:
     """Return a campaign's twin with its library, and the effects of the twin file it starts from.
 
@@ -58,6 +60,8 @@ def campaign_model(
         Called with a stage's name and the share of it done.
     folder : Path or None
         A user's own effects.
+    declared : mapping, optional
+        Values of declared quantities about which the twin is made; those of `plain` by default.
 
     Returns
     -------
@@ -70,7 +74,9 @@ def campaign_model(
     ResultFileError
         For an effect that does not fit onto the plate.
     """
-    twin = effect_twin(experiment, report, folder, required_error(plain), plain.departures)
+    declared = plain.departures if declared is None else declared
+    offset = offset_wanted(experiment, declared) or (start is not None and OFFSET in start.twin.effects)
+    twin = effect_twin(experiment, report, folder, required_error(plain), declared, offset=offset)
     given: dict[str, tuple[Estimate, ...]] = {}
     if start is not None:
         given = {

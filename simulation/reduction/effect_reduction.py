@@ -69,6 +69,7 @@ def reduce_with_effects(
     training: BasisTraining | None = None,
     near: Sheet | None = None,
     exact: bool = False,
+    offset: bool = True,
     progress: Progress | None = None,
 ) -> tuple[EffectOperators, FullPlate, Real]:
     """Reduce an experiment's plate for all states that effects can cause.
@@ -83,6 +84,9 @@ def reduce_with_effects(
         `simulation.state.sheet_departures`; about the declared ones, and less exact, unless given.
     exact : bool
         Whether patches are exactly as declared; how their places change a plate takes half of the time.
+    offset : bool
+        Whether the first sensor may lie up to `OFFSET_RANGE` beside its place, which takes a third of the time and
+        more than half of the memory.
     progress : callable, optional
         Called with the stage's name and the share done.
 
@@ -110,7 +114,7 @@ def reduce_with_effects(
     model, basis = _plain(experiment, box, attached, basis, fineness, training, progress)
     full = FullPlate.of(model)
     probe = model.footprint_rows(acting)
-    loads, states = probe[: len(attached) + FEW].T, training_states(full, box, near)
+    loads, states = probe[: len(attached) + FEW].T, training_states(full, box, near, offset=offset)
     missing = _missing(full, basis.vectors, states, loads, measured, box, band, report)
     vectors = _extended(model, basis.vectors, missing, box, band)
     done = [0.6]
@@ -132,6 +136,7 @@ def reduce_with_effects(
         footprints=experiment.footprints,
         attached=attached,
         exact=exact,
+        offset=offset,
     )
     report(STAGE, 0.9)
     error = measured_error(full, ops, acting[: len(attached) + FEW])
@@ -230,7 +235,9 @@ def plain_states(full: FullPlate, box: MaterialBox) -> list[PlateState]:
     return [PlateState.baseline(*full.sampling, there, there.reference, np.array([500.0])) for there in laws]
 
 
-def training_states(full: FullPlate, box: MaterialBox, near: Sheet | None = None) -> list[PlateState]:
+def training_states(
+    full: FullPlate, box: MaterialBox, near: Sheet | None = None, *, offset: bool = True
+) -> list[PlateState]:
     """States used for training, with offsets of both signs, because their effects are not symmetric.
 
     A compliant bond is included for a stiff plate too, because its effect differs from that on a soft plate.
@@ -240,7 +247,7 @@ def training_states(full: FullPlate, box: MaterialBox, near: Sheet | None = None
     near : (4,) tuple of float, optional
         See `sheet_states`.
     """
-    reach = OFFSET_RANGE if can_move(full) else 0.0
+    reach = OFFSET_RANGE if offset and can_move(full) else 0.0
     soft, stiff, _ = plain_states(full, box)
     loose = stiff.with_(bond=1.0 - SLIP)
     extreme = extreme_states(*full.sampling, soft.laws, reach)
@@ -345,6 +352,7 @@ def project(
     attached: Sequence[Footprint] = (),
     uniform: bool = False,
     exact: bool = False,
+    offset: bool = True,
 ) -> EffectOperators:
     """Operators on given vectors; their error is not measured yet.
 
@@ -368,6 +376,8 @@ def project(
         Whether all fields are uniform, without damaged spots and without offsets of the sensor beyond tolerances.
     exact : bool
         Whether patches are exactly as declared.
+    offset : bool
+        Whether the first sensor may lie up to `OFFSET_RANGE` beside its place.
 
     Returns
     -------
@@ -381,7 +391,7 @@ def project(
             **plate_energies(p, executor, step, (bending, other)),
             **patch_energies(p, executor, bending),
             **(patches_as_declared(p) if exact else patch_departures(p, executor)),
-            **(unmoved(vectors.shape[1]) if uniform else offset_energies(p, executor)),
+            **(offset_energies(p, executor) if offset and not uniform else unmoved(vectors.shape[1])),
             **(unspotted(p) if uniform else strains(p)),
             **(nowhere(vectors.shape[1]) if uniform else attachable(full, vectors, box, band)),
         }

@@ -3,15 +3,19 @@
 import json
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from http.client import HTTPConnection
 from pathlib import Path
 from typing import Any
 
+import emcee
 import numpy as np
 import pytest
 
 import flexura
+from analysis.frf import Frf
 from analysis.local_laws import LocalLaws
+from analysis.updating.update import update
 from app.twins.campaign_twin import campaign_twin
 from flexura.forward_twin import ForwardTwin
 from flexura.um_bridge import ModelServer
@@ -204,6 +208,52 @@ def test_um_bridge_says_what_is_wrong(
     error = ask(served, path, **question)["error"]
     assert error["type"] == "InvalidInput"
     assert message in error["message"]
+
+
+@pytest.mark.slow
+def test_a_public_samplers_posterior_is_as_wide_as_update_says(twin: ForwardTwin) -> None:
+    """E, nu and eta of one noisy sweep: emcee asks the twin over UM-Bridge, `update` fits it."""
+    rng, gain, lines = np.random.default_rng(5), 14.3, np.linspace(100.0, 600.0, 151)
+    clean = gain * twin.frf(lines, MATERIAL)[None]
+    variance = np.full(clean.shape, (0.01 * np.abs(clean)).mean() ** 2)
+    error = rng.standard_normal((2, *clean.shape)) * np.sqrt(variance / 2.0)
+    h = clean + error[0] + 1j * error[1]
+    one, none = np.ones(1), np.zeros(lines.size, dtype=bool)
+    frf = Frf(25.0 * one, ("up",), one, lines, h, variance, np.ones(h.shape), none, twin.outputs)
+    fitted = update(frf, replace(twin.model, tolerances={}, library={}))
+    centre, sigma = np.array([[*vars(rows).values()] for rows in (fitted.material, fitted.sigma)])[..., 0]
+
+    server = flexura.serve(twin, lines, ["youngs_modulus", "poisson_ratio", "loss_factor"], MATERIAL, port=0)
+    thread = threading.Thread(target=server.serve_forever, daemon=True)
+    thread.start()
+
+    def log_posterior(u: Any) -> float:
+        """Flat priors; the gain, which enters linearly, is integrated out."""
+        answered = np.array(ask(server, "Evaluate", input=[(centre + sigma * u).tolist()])["output"][0])
+        m = answered[: lines.size] + 1j * answered[lines.size :]
+        weight = 1.0 / variance[0, 0]
+        power, both = (weight * np.abs(m) ** 2).sum(), (weight * (np.conj(m) * h[0, 0]).real).sum()
+        return float(both**2 / power - (weight * np.abs(h[0, 0]) ** 2).sum() - 0.5 * np.log(power))
+
+    shape = 1.4 * np.linalg.cholesky(fitted.correlation[0][:3, :3])
+
+    def proposed(u: Any, random: Any) -> tuple[Any, Any]:
+        """Independent of where the walker is, beside and wider than what `update` says; Metropolis corrects it."""
+        new = (0.2 + random.standard_normal(u.shape)) @ shape.T
+        density = [-0.5 * ((np.linalg.solve(shape, one.T) - 0.2) ** 2).sum(0) for one in (u, new)]
+        return new, density[0] - density[1]
+
+    walkers = rng.standard_normal((8, 3))
+    sampler = emcee.EnsembleSampler(8, 3, log_posterior, moves=emcee.moves.MHMove(proposed))
+    sampler.random_state = np.random.RandomState(3).get_state()
+    sampler.run_mcmc(walkers @ shape.T, 200)
+    server.shutdown()
+    server.server_close()
+    thread.join()
+    drawn = sampler.get_chain(discard=20, flat=True)
+    assert sampler.acceptance_fraction.mean() > 0.4
+    np.testing.assert_allclose(drawn.mean(axis=0), 0.0, atol=0.15)
+    np.testing.assert_allclose(drawn.std(axis=0), 1.0, atol=0.1)
 
 
 def test_um_bridge_is_for_this_computer_only(served: ModelServer) -> None:

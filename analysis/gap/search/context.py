@@ -30,7 +30,7 @@ from analysis.twin_model import TwinModel
 
 
 class FitCache:
-    """Fits to all sweeps by their set of effects, in any order; it grows during a search."""
+    """Fits to the same sweeps by their set of effects, in any order; it grows during a search."""
 
     def __init__(self) -> None:
         self._fits: dict[frozenset[str], GapFit] = {}
@@ -56,8 +56,8 @@ class SearchContext:
     executor : Executor
     report : callable
         Called with a stage's name and the share of it done.
-    fits : FitCache
-        Fits to all sweeps made so far.
+    fits, fits_at_few : FitCache
+        Fits made so far, to all sweeps and to those at a few temperatures.
     settled : float
         Predicted decrease of chi2 at which a fit is settled.
     """
@@ -68,6 +68,7 @@ class SearchContext:
     executor: Executor
     report: Progress = field(default=lambda stage, share: None)
     fits: FitCache = field(repr=False, default_factory=FitCache)
+    fits_at_few: FitCache = field(repr=False, default_factory=FitCache)
     settled: float = SETTLED
 
     def fit(self, start: GapState, effects: Sequence[str]) -> GapFit:
@@ -83,7 +84,8 @@ class SearchContext:
         groups = self.coarse_groups
         if len(groups) == len(self.sweeps.groups.reference):
             return self, start
-        few = replace(self.of(self.sweeps.only_groups(groups)), settled=SETTLED_AT_FEW)
+        part = self.of(self.sweeps.only_groups(groups))
+        few = replace(part, fits=self.fits_at_few, settled=SETTLED_AT_FEW)
         return few, start.restricted(groups, few.sweeps.original_places(self.sweeps))
 
     def spread(self, start: GapState, few: "SearchContext", found: GapState) -> GapState:

@@ -98,6 +98,7 @@ def refit(
     if not sets:
         return sorted(done, key=lambda r: -r.gain)
     few, reference = at_few_temperatures(context, base)
+    fits = context.fits if few is context.sweeps else context.fits_at_few
     settled = SETTLED_AT_FEW if few is not context.sweeps else context.settled
     scale = context.sweeps.numbers / few.numbers
     best, left = max((r.gain / scale for r in done if r.plausible), default=0.0), np.inf
@@ -105,9 +106,11 @@ def refit(
     for place, (names, added) in enumerate(sets):
         enough = min(-2.0 * (reference.log_evidence + REFIT_SHARE * best), NEAR_IT * left)
         start, margin = started_from(reference, names, added), NEAR_MARGIN if left < np.inf else PREDICTION_MARGIN
-        fit = fit_gap(
+        fit = fits.known(names) or fit_gap(
             context.model, few, start, names, context.executor, target=settled, enough=enough, margin=margin
         )
+        if fit.settled:  # one that was given up was so against others
+            fits.keep(names, fit)
         trial = Refit(names, fit.log_evidence - reference.log_evidence, fit)
         if trial.plausible:
             best = max(best, trial.gain)

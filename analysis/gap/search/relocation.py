@@ -49,6 +49,7 @@ def _placed_again(context: SearchContext, fit: GapFit, rest: GapFit, name: str) 
     if best is None:
         return fit
     if few is not context.sweeps:
+        context.fits_at_few.keep(on, best)
         start = rest.state.corrected(context.sweeps.groups, reference.state, best.state, few.groups)
         best = fit_gap(context.model, context.sweeps, start, on, context.executor)
     if best.log_evidence <= fit.log_evidence:

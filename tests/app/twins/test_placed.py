@@ -1,4 +1,4 @@
-"""A twin is made about patches where model updating found them, if that is far from where they were declared."""
+"""A twin is made about patches where model updating found them, and for a misplaced sensor where one is likely."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ import pytest
 
 from analysis.experiment import Experiment
 from app.files.campaign import load_campaign
-from app.twins.campaign_twin import FAR_MOVED, placed
+from app.twins.campaign_twin import FAR_MOVED, offset_wanted, placed
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "pp-plate"
 
@@ -45,3 +45,15 @@ def test_near_the_declaration_nothing_changes(experiment: Experiment) -> None:
 def test_where_the_patch_cannot_be_the_declared_one_stays(experiment: Experiment) -> None:
     beyond = {"patch_place A1": {"dx": -experiment.patch[0].center[0], "dy": 0.0}}
     assert placed(experiment, beyond) == (experiment, {})
+
+
+def test_a_misplaced_sensor_is_looked_for_where_its_tolerance_does_not_cover_it(experiment: Experiment) -> None:
+    tolerance = experiment.tolerances.patch_place
+    assert not offset_wanted(experiment)
+    assert not offset_wanted(experiment, {"patch_place S1": {"dx": 2.9 * tolerance, "dy": 0.0}})
+    assert not offset_wanted(experiment, {"patch_place A1": {"dx": 9.0 * tolerance, "dy": 0.0}})
+    assert offset_wanted(experiment, {"patch_place S1": {"dx": 0.0, "dy": -3.1 * tolerance}})
+    known = experiment.tolerances.model_copy(update={"own": {"patch.S1.center": 2e-3}})
+    wider = experiment.model_copy(update={"tolerances": known})
+    assert not offset_wanted(wider, {"patch_place S1": {"dx": 0.0, "dy": -3.1 * tolerance}})
+    assert offset_wanted(experiment.model_copy(update={"tolerances": experiment.tolerances.exact()}))

@@ -61,6 +61,19 @@ def twin(experiment, reduced):
     return Twin.of(experiment, EffectPlate(reduced[0]), library(experiment)).referred(LAWS)
 
 
+def test_where_the_sensor_stays_in_place_the_twin_answers_as_well(experiment, twin, coarse_mesh):
+    """Operators for a misplaced sensor are half of the memory; all other effects do without."""
+    box, fineness = twin.box, Fineness(coarse_mesh, degree=4, tolerance=1e-6)
+    ops, _, _ = reduce_with_effects(experiment, box, fineness=fineness, offset=False)
+    known = {name: one for name, one in library(experiment).items() if name != "sensor_offset"}
+    placed = Twin.of(experiment, EffectPlate(ops), known).referred(LAWS)
+    assert ops.offset_range == 0.0
+    assert ops.size < twin.plate.operators.size
+    for effects in ({}, {"bond_shear_lag": values_of(twin, "bond_shear_lag", 1.0)}):
+        wanted = twin.frf(LAWS, LINES, effects)
+        assert np.abs(placed.frf(LAWS, LINES, effects) - wanted).max() < 2e-3 * np.abs(wanted).max()
+
+
 def values_of(twin, name, share):
     """Amplitudes at a share of their prior sigma, shapes somewhere."""
     return {p.name: SHAPES[p.name] if p.shape else share * p.sigma for p in twin.cards[name].parameters}

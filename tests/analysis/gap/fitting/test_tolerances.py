@@ -97,3 +97,36 @@ def test_a_declaration_that_is_wrong_is_said_in_words(toy, tolerant, pool):
     report = find_gap(frf, toy.updated(frf), tolerant, rig, pool)
     assert any(note.startswith("the declaration is doubtful: toy mass") for note in report.notes)
     assert [one.name for one in report.declared if one.beyond] == ["mass"]
+
+
+def test_a_twin_is_asked_for_the_effect_behind_a_quantity_that_is_beyond(toy, tolerant, pool):
+    """An effect that costs operators of its own is there only where a declared quantity says that it may be."""
+    asked = []
+
+    class Richer(type(tolerant)):
+        @property
+        def cards(self):
+            return {**super().cards, "heavier": replace(toy.cards["mass"], name="heavier", replaces="mass")}
+
+        def named(self, effects):
+            return {("mass" if name == "heavier" else name): values for name, values in effects.items()}
+
+        def frf(self, laws, frequency, effects=None, point=None):
+            return super().frf(laws, frequency, self.named(effects or {}), point)
+
+        def linearise(self, laws, frequency, effects=None, point=None, tangents=()):
+            known = [("mass" if name == "heavier" else name, *rest) for name, *rest in tangents]
+            return super().linearise(laws, frequency, self.named(effects or {}), point, known)
+
+    def remade(declared):
+        asked.append(declared["mass"]["grams"])
+        return None if len(asked) > 1 else Richer()
+
+    frf, rig = toy.record(effects={"mass": {"grams": 6.0}})
+    report = find_gap(frf, toy.updated(frf), tolerant, rig, pool, remade=remade)
+    assert asked[0] == pytest.approx(6.0, rel=0.2)
+    assert [effect.name for effect in report.effects] == ["heavier"]
+    asked.clear()
+    frf, rig = toy.record(effects=DRAWN)
+    find_gap(frf, toy.updated(frf), tolerant, rig, pool, remade=remade)
+    assert not asked
