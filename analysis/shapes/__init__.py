@@ -5,5 +5,7 @@
 ``assurance``              MAC, AutoMAC and MPC
 ``indicator``              CMIF: singular values of the FRFs at every line
 ``stabilization``          poles over the order of the model
+``wire_frame``             lines and faces between measuring points
+``frf_checks``             drive points and reciprocity
 =========================  ==================================================================
 """

@@ -18,6 +18,7 @@ Examples:
   flexura view plate
   flexura view plate-run --theme dark
   flexura view plate-run --screenshot pictures
+  flexura view hammer-run --beside hammer-run-before
 """
 
 
@@ -25,6 +26,9 @@ Examples:
 @click.argument("folder", type=Existing("name a campaign, or the run folder of flexura identify or update"))
 @click.option(
     "--window", "kind", type=click.Choice(["live", "recorded"]), help="Which window (default: the one that fits)."
+)
+@click.option(
+    "--beside", type=Existing("name the run folder of another modal test"), help="Run whose modes are compared."
 )
 @click.option("--theme", type=click.Choice(["dark", "light"]), help="Default: the desktop's.")
 @click.option(
@@ -35,7 +39,14 @@ Examples:
 )
 @output_options("the pictures written with --screenshot")
 @bad_input
-def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Path | None, output: Output) -> None:
+def command(
+    folder: Path,
+    kind: "Kind | None",
+    beside: Path | None,
+    theme: str | None,
+    screenshot: Path | None,
+    output: Output,
+) -> None:
     """Look at FOLDER, a campaign or a run folder of a campaign or a modal test.
 
     A campaign that flexura acquire is writing is shown live: oven and plate against the programme, the last
@@ -45,8 +56,10 @@ def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Pa
 
     All else is shown as recorded, a page for every stage whose result is there: FRFs over temperature with linked
     cursors, modes followed over temperature, laws, the gap with the signatures of its candidates, focusing, moving
-    fields. Of a modal test: FRFs (decibels, parts, Nyquist plane) and modes (table, stabilization, shapes,
-    AutoMAC), which can be dropped and added by hand. Every plot exports PNG, SVG and CSV; F1 shows the keys.
+    fields. Of a modal test: FRFs (decibels, parts, Nyquist plane, others behind them; whether drive points and
+    reciprocity hold) and modes (table, stabilization, moving shapes, AutoMAC), which can be dropped and added by
+    hand; with --beside, the MAC of both runs' modes and what has changed. Every plot exports PNG, SVG and CSV; F1
+    shows the keys.
     """
     import os
 
@@ -69,7 +82,7 @@ def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Pa
     from app.view.theme import THEMES, system_theme
 
     with collected_here():
-        window = window_of(found, kind, THEMES[theme] if theme else system_theme())
+        window = window_of(found, kind, THEMES[theme] if theme else system_theme(), beside)
         if screenshot is not None:
             from app.view.screenshots import screenshots
 

@@ -6,15 +6,9 @@ Some programs refuse files without header and units; lines make a cloud of nodes
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-import numpy as np
-
-Position = tuple[float, float, float]
+from analysis.shapes.wire_frame import Position, lines_between
 
 SI_UNITS = 1
-LONGEST = 1.5
-"""Length of a line, over the median, beyond which it is not drawn: it would cross a hole or close a bay."""
-FLAT = 1e-6
-"""Smallest extent across, over that along, of nodes that do not lie on one line."""
 
 
 def geometry_text(title: str, points: Mapping[int, Position] | None = None) -> str:
@@ -37,36 +31,6 @@ def geometry_text(title: str, points: Mapping[int, Position] | None = None) -> s
         parts += [_nodes(points), _nodes_double(points)]
         parts += [_trace(number, line) for number, line in enumerate(lines_between(points), start=1)]
     return "".join(parts)
-
-
-def lines_between(points: Mapping[int, Position]) -> list[list[int]]:
-    """Return nodes to be joined, in this order: those of one line along it, others by the edges of triangles.
-
-    Parameters
-    ----------
-    points : mapping of int to (float, float, float)
-
-    Returns
-    -------
-    list of list of int
-        Empty for fewer than two places; nodes that are nowhere are joined to none.
-    """
-    nodes = sorted(node for node, place in points.items() if np.isfinite(place).all())
-    place = np.array([points[node] for node in nodes])
-    if not nodes or len(np.unique(place, axis=0)) < 2:
-        return []
-    centred = place - place.mean(axis=0)
-    _, size, axes = np.linalg.svd(centred, full_matrices=False)
-    if len(size) < 2 or size[1] <= FLAT * size[0]:
-        return [[nodes[n] for n in np.argsort(centred @ axes[0], kind="stable")]]
-    from scipy.spatial import Delaunay  # slow import
-
-    flat = centred @ axes[:2].T
-    triangles = Delaunay(flat).simplices
-    edges = {tuple(sorted((int(t[a]), int(t[b])))) for t in triangles for a, b in ((0, 1), (1, 2), (2, 0))}
-    length = {edge: float(np.linalg.norm(flat[edge[0]] - flat[edge[1]])) for edge in edges}
-    longest = LONGEST * float(np.median(list(length.values())))
-    return [[nodes[a], nodes[b]] for a, b in sorted(edges) if length[(a, b)] <= longest]
 
 
 def _header(title: str) -> str:

@@ -19,6 +19,12 @@ Style = Literal["line", "dash", "dot"]
 STYLES = {"line": Qt.PenStyle.SolidLine, "dash": Qt.PenStyle.DashLine, "dot": Qt.PenStyle.DotLine}
 
 
+MOST_DOTS = 4000
+"""Points along a curve that are looked at for a legend's place: 3 dots apart over a screen's width of zigzag."""
+MOST_OF_LEGEND = 0.5
+"""Share of a plot's height up to which room is made above the curves for a legend."""
+
+
 class Chart(pyqtgraph.PlotWidget):
     """One plot.
 
@@ -61,10 +67,18 @@ class Chart(pyqtgraph.PlotWidget):
         self.getAxis(side).setLabel(label, color=self.theme.text)
 
     def legend(self, columns: int = 1, offset: tuple[int, int] = (-8, 8)) -> None:
-        """Name the curves that are drawn from now on."""
+        """Name the curves that are drawn from now on, in the corner that hides least of them.
+
+        Parameters
+        ----------
+        offset : (int, int)
+            Dots from the edges, negative from the right and the bottom: the corner that is taken where several
+            hide nothing.
+        """
         made = self.addLegend(
             offset=offset, colCount=columns, labelTextColor=self.theme.text, labelTextSize="9pt", verSpacing=-4
         )
+        self._corner = offset
         made.setBrush(pyqtgraph.mkBrush((*pyqtgraph.mkColor(self.theme.plot).getRgb()[:3], 215)))
 
     def curve(
@@ -177,6 +191,57 @@ class Chart(pyqtgraph.PlotWidget):
                 ranges[name] = (float(values.min()), float(values.max()))
         if ranges:  # together: where the aspect is locked, setting one axis alone would undo the other
             self.setRange(**ranges, padding=0.04)
+        self.place_legend(room="yRange" in ranges)
+
+    def place_legend(self, *, room: bool = False) -> None:
+        """Move the legend to the corner where it hides least.
+
+        Parameters
+        ----------
+        room : bool
+            Whether to show more of y above all curves where it would hide some in every corner.
+        """
+        legend, view = self.plotItem.legend, self.plotItem.vb
+        if legend is None or not legend.items:
+            return
+        size = np.array([legend.width(), legend.height()])
+        whole = np.array([view.width(), view.height()])
+        if (whole <= size).any():
+            return
+        dots = self._dots(whole)
+        right, down = (abs(edge) for edge in self._corner)
+        corners = [(x, y) for y in (down, -down) for x in (right, -right)]
+        corners.sort(key=lambda corner: corner != self._corner)  # the wanted one first
+        hidden = [_inside(dots, np.array(corner), size, whole) for corner in corners]
+        best = int(np.argmin(hidden))
+        if hidden[best] and room and float(size[1]) < MOST_OF_LEGEND * float(whole[1]):
+            low, high = self.viewRange()[1]
+            strip = (float(size[1]) + 2.0 * down) / float(whole[1])
+            self.setYRange(low, high + (high - low) * strip / (1.0 - strip), padding=0.0)
+            best = next(n for n, corner in enumerate(corners) if corner[1] > 0)
+        legend.anchor(*_anchors(corners[best]), offset=corners[best])
+
+    def resizeEvent(self, event: Any) -> None:
+        """Find the legend's corner anew: its dots hide another part of a smaller plot."""
+        super().resizeEvent(event)
+        if getattr(self, "plotItem", None) is not None:  # the base class resizes before it has one
+            self.place_legend()
+
+    def _dots(self, whole: Real) -> Real:
+        """Return points along all curves in dots from the upper left corner of the plot, (n, 2)."""
+        (left, right), (low, high) = self.viewRange()
+        found = [np.empty((0, 2))]
+        for _, x, y in self.curves:
+            across = np.log10(np.maximum(x, np.finfo(float).tiny)) if self.log_x else x
+            known = np.isfinite(across) & np.isfinite(y)
+            a = (across[known] - left) / (right - left) * whole[0]
+            b = (high - y[known]) / (high - low) * whole[1]
+            if len(a) > 1:  # a line between points far apart, too
+                apart = np.concatenate([[0.0], np.cumsum(np.maximum(np.hypot(np.diff(a), np.diff(b)), 1e-9))])
+                along = np.linspace(0.0, apart[-1], min(MOST_DOTS, 2 + int(apart[-1] / 3.0)))
+                a, b = np.interp(along, apart, a), np.interp(along, apart, b)
+            found.append(np.stack([a, b], axis=1))
+        return np.concatenate(found)
 
     @property
     def log_x(self) -> bool:
@@ -244,3 +309,15 @@ class Chart(pyqtgraph.PlotWidget):
             if x is not None:
                 found.append((str(item.opts["label"]), np.asarray(x, float), np.asarray(y, float)))
         return found
+
+
+def _inside(dots: Real, corner: Real, size: Real, whole: Real) -> int:
+    """Count the points that a legend would hide at a corner given by its offset from the edges."""
+    start = np.where(corner >= 0, corner, whole + corner - size)
+    return int(((dots >= start) & (dots <= start + size)).all(axis=1).sum())
+
+
+def _anchors(corner: tuple[int, int]) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return which corner of a legend stands at which of the plot."""
+    at = (int(corner[0] < 0), int(corner[1] < 0))
+    return at, at

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Kind = Literal["live", "recorded"]
 
 
-def window_of(found: Viewed, kind: Kind | None, theme: Theme) -> Window:
+def window_of(found: Viewed, kind: Kind | None, theme: Theme, beside: Path | None = None) -> Window:
     """Build the window asked for, or else the one that fits.
 
     A campaign that is under way, or that was acquired and has no result yet, is shown live; results of a modal
@@ -29,13 +29,15 @@ def window_of(found: Viewed, kind: Kind | None, theme: Theme) -> Window:
         Campaign and run that were found.
     kind : str or None
         ``live`` or ``recorded``; None for the one that fits.
+    beside : Path, optional
+        Run folder of a modal test whose modes are set beside those of the test that was found.
 
     Raises
     ------
     ResultFileError
-        If a live window is asked for of something that no rig writes.
+        If a live window is asked for of something that no rig writes, and for a run beside what is no modal test.
     """
-    window = _fitting(found, kind, theme)
+    window = _fitting(found, kind, theme, beside)
     window.folder_chosen.connect(_try_beside)  # the window is an argument: a closure would keep it for ever
     return window
 
@@ -55,13 +57,17 @@ def _try_beside(window: Window, folder: Path) -> None:
         window.statusBar().showMessage(str(error))
 
 
-def _fitting(found: Viewed, kind: Kind | None, theme: Theme) -> Window:
+def _fitting(found: Viewed, kind: Kind | None, theme: Theme, beside: Path | None) -> Window:
     if found.campaign is None and found.run is not None and is_test_run(found.run):
         if kind == "live":
             raise ResultFileError(f"{found.run}: results of a modal test, nothing is live in it")
         from app.view.test_run.window import TestWindow
 
-        return TestWindow(found.run, theme)
+        return TestWindow(found.run, theme, beside)
+    if beside is not None:
+        raise ResultFileError(
+            f"{found.run or found.campaign}: no run of a modal test, whose modes could be compared with {beside}"
+        )
     watched = _watched(found)
     if kind == "live" and watched is None:
         raise ResultFileError(

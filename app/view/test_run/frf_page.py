@@ -3,8 +3,18 @@
 import numpy as np
 import pyqtgraph
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
 
+from analysis.shapes.frf_checks import checks
 from app.view.chart import Chart
 from app.view.cursors import FREQUENCY, Cursors
 from app.view.frequency_axis import FrequencyAxis
@@ -14,10 +24,13 @@ from app.view.test_run.held import HeldTest
 from app.view.theme import Theme
 
 REBUILT = "rebuilt"
+ALONE, ALL = "alone", "beside all others"
+MOST_BESIDE = 60
+"""FRFs that are drawn behind one at most, evenly chosen."""
 
 
 class TestFrfPage(QWidget):
-    """One FRF at a time.
+    """One FRF, alone or beside others, and what its drive point or its reciprocal one says about it.
 
     Parameters
     ----------
@@ -33,7 +46,13 @@ class TestFrfPage(QWidget):
         self._held, self._cursors, self._theme = held, cursors, theme
         self.axis = FrequencyAxis(held.frfs.frequency, cursors)
         self.choice, self.display = QComboBox(), PartsChoice()
-        self.choice.addItems([one.name for one in held.frfs.transfers])
+        names = [one.name for one in held.frfs.transfers]
+        self.choice.addItems(names)
+        self.beside = QComboBox()
+        self.beside.addItems([ALONE, ALL, *(f"beside {name}" for name in names)])
+        self.checked = QLabel()
+        self.checked.setWordWrap(True)
+        self._checks = checks(held.frfs.transfers, held.frfs.frequency)
         self.rebuilt = QCheckBox("from poles and residues")
         self.rebuilt.setChecked(True)
         self.rebuilt.setStyleSheet(
@@ -49,6 +68,7 @@ class TestFrfPage(QWidget):
         self._modes: list[pyqtgraph.InfiniteLine] = []
         self._draw()
         self.choice.currentIndexChanged.connect(self._show)
+        self.beside.currentIndexChanged.connect(self._show)
         self.display.currentIndexChanged.connect(self._show)
         self.rebuilt.toggled.connect(self._show)
         self.axis.toggled.connect(self._draw_modes)
@@ -63,14 +83,17 @@ class TestFrfPage(QWidget):
     def _lay_out(self) -> None:
         chooser, switches, side, grid = QHBoxLayout(), QHBoxLayout(), QVBoxLayout(), QGridLayout(self)
         self._grid = grid
-        for widget in (self.choice, self.display):
+        for widget in (self.choice, self.beside, self.display):
             widget.setMinimumWidth(80)
+            widget.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
             chooser.addWidget(widget, stretch=1)
+        self.beside.setEnabled(self.choice.count() > 1)
         switches.addWidget(self.rebuilt)
         switches.addWidget(self.axis)
         side.addLayout(chooser)
         side.addLayout(switches)
         side.addWidget(self.readout)
+        side.addWidget(self.checked)
         side.addWidget(self.nyquist, stretch=1)
         for row, (chart, share) in enumerate(((self.above, 5), (self.below, 4), (self.coherence, 2))):
             grid.addWidget(chart, row, 0)
@@ -92,6 +115,7 @@ class TestFrfPage(QWidget):
             )
             for chart in (self.above, self.below)
         ]
+        self._others: list[pyqtgraph.PlotDataItem] = []
         self._trust = self.coherence.curve([], [], "coherence", theme.measured)
 
     def _show(self) -> None:
@@ -103,7 +127,11 @@ class TestFrfPage(QWidget):
         self.display.draw(rebuilt, x, held.rebuilt[n])
         for curve in rebuilt:
             curve.setVisible(self.rebuilt.isChecked())
+        self._show_beside(n)
         self.above.setTitle(one.name)
+        told = [check for check in self._checks if one.name in check.names]
+        self.checked.setText("\n".join(check.sentence for check in told))
+        self.checked.setVisible(bool(told))
         coherence = one.coherence
         self._trust.setData(x, np.full(len(x), np.nan) if coherence is None else coherence)
         self.coherence.setVisible(coherence is not None)
@@ -113,6 +141,26 @@ class TestFrfPage(QWidget):
         self.display.label(self.above, self.below, self._unit)
         self._draw_modes()
         self._follow()
+
+    def _show_beside(self, shown: int) -> None:
+        """Draw others behind the one that is shown: of the same quantity, for they share its axis."""
+        for item in self._others:
+            for chart in (self.above, self.below):
+                chart.removeItem(item)
+        self._others = []
+        transfers, chosen = self._held.frfs.transfers, self.beside.currentIndex()
+        wanted = [chosen - 2] if chosen > 1 else range(len(transfers)) if chosen == 1 else []
+        alike = [n for n in wanted if n != shown and transfers[n].quantity == transfers[shown].quantity]
+        for n in alike[:: -(-len(alike) // MOST_BESIDE) or 1]:
+            color = self._theme.twin if chosen > 1 else self._theme.muted
+            pair = tuple(
+                chart.curve([], [], transfers[n].name, color, width=0.8 if chosen == 1 else 1.2)
+                for chart in (self.above, self.below)
+            )
+            for item in pair:
+                item.setZValue(-8)
+            self.display.draw(pair, self._held.frfs.frequency, transfers[n].h)
+            self._others += pair
 
     def _draw_modes(self) -> None:
         for line in self._modes:

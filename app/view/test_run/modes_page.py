@@ -4,8 +4,18 @@ from collections.abc import Callable
 
 import numpy as np
 import pyqtgraph
+from PySide6.QtCore import QTimer
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
 
 from analysis.shapes.assurance import mac
 from analysis.shapes.indicator import cmif
@@ -16,12 +26,15 @@ from app.view.cursors import FREQUENCY, Cursors
 from app.view.map import Map
 from app.view.map_chart import MapChart
 from app.view.mode_table import ModeTable
+from app.view.surface import FRAME, TURN
 from app.view.test_run.held import HeldTest
+from app.view.test_run.moving_shape import MovingShape
 from app.view.test_run.shape_chart import ShapeChart
 from app.view.theme import Theme, one_sided
 
 ORDERS = "poles over the order: full dots stable, rings in frequency only"
 CMIF_SHOWN = 3
+SHOWN_AS = ("moving wire frame", "values at the points")
 MOST_TICKS = {"bottom": 5, "left": 14}
 """Names of modes that have room at the axes of the AutoMAC."""
 
@@ -75,9 +88,17 @@ class TestModesPage(QWidget):
             theme,
         )
         self.alike = MapChart("test-auto-mac", "how alike the shapes are: AutoMAC", AXIS, AXIS, theme)
-        self.shape = ShapeChart(held, theme)
+        self.shape, self.moving = ShapeChart(held, theme), MovingShape(held, theme)
+        self.shown_as, self._shapes, self._still = QComboBox(), QStackedWidget(), QPushButton("Still")
+        self._timer = QTimer(self)
+        self._timer.setInterval(FRAME)
+        self._timer.timeout.connect(self.advance)
+        self._still.clicked.connect(self.play_or_stop)
         self._lay_out()
         self._draw()
+        self.shown_as.currentIndexChanged.connect(self._show_as)
+        self.shown_as.setCurrentIndex(0 if self.moving.useful else 1)
+        self._show_as()
         self.table.chosen.connect(lambda _: self._select())
         if len(held.shapes.pole):
             self.table.mark(int(np.abs(held.places - cursors.frequency).argmin()))
@@ -96,6 +117,27 @@ class TestModesPage(QWidget):
     def _select(self) -> None:
         self._cursors.frequency = float(self._held.places[self.selected])
         self.shape.show_shape(self.selected)
+        self.moving.show_shape(self.selected)
+
+    def advance(self) -> None:
+        """Show the next picture."""
+        if self.moving.isVisible():
+            self.moving.turn(TURN)
+
+    def play_or_stop(self) -> None:
+        """Let the shape move, or stand still."""
+        if self._timer.isActive():
+            self._timer.stop()
+        else:
+            self._timer.start()
+        self._still.setText("Still" if self._timer.isActive() else "Move")
+
+    def _show_as(self) -> None:
+        moving = self.shown_as.currentIndex() == 0
+        self._shapes.setCurrentIndex(0 if moving else 1)
+        self._still.setVisible(moving)
+        if moving != self._timer.isActive():
+            self.play_or_stop()
 
     def _lay_out(self) -> None:
         left, buttons, grid = QVBoxLayout(), QHBoxLayout(), QGridLayout(self)
@@ -115,7 +157,17 @@ class TestModesPage(QWidget):
         charts.addWidget(self.cmif, stretch=1)
         charts.addWidget(self.stabilization, stretch=1)
         grid.addLayout(left, 0, 0)
-        grid.addWidget(self.shape, 0, 1)
+        choices, right = QHBoxLayout(), QVBoxLayout()
+        if self.moving.useful:
+            self.shown_as.addItems(SHOWN_AS)
+            choices.addWidget(self.shown_as)
+            choices.addWidget(self._still)
+            choices.addStretch()
+            right.addLayout(choices)
+        self._shapes.addWidget(self.moving)
+        self._shapes.addWidget(self.shape)
+        right.addWidget(self._shapes, stretch=1)
+        grid.addLayout(right, 0, 1)
         grid.addLayout(charts, 1, 0)
         grid.addWidget(self.alike, 1, 1)
         for column, share in enumerate((7, 4)):
@@ -153,6 +205,7 @@ class TestModesPage(QWidget):
             place = np.arange(1.0, len(held.shapes.pole) + 1.0)
             shown = Map(place, place, mac(held.shapes.shape, held.shapes.shape))
             self.alike.image(shown, one_sided("cividis"), (0.0, 1.0), "MAC")
+            self.alike.write_values()
             names = list(zip(place.tolist(), mode_names(held.modes, held.shapes), strict=True))
             for side, most in MOST_TICKS.items():
                 self.alike.getAxis(side).setTicks([names[:: int(np.ceil(len(names) / most))], []])

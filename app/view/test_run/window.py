@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QMessageBox, QTabWidget, QWidget
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QTabWidget, QWidget
 
 from app.files.bad_file import ResultFileError
 from app.modal_test.edit_journal import FOLDER, EditJournal
 from app.modal_test.edits import add_mode, drop_mode, redo_edit, undo_edit
 from app.view.cursors import Cursors
+from app.view.test_run.compared_page import ComparedPage
 from app.view.test_run.frf_page import TestFrfPage
 from app.view.test_run.held import HeldTest
 from app.view.test_run.modes_page import TestModesPage
@@ -27,22 +28,24 @@ class TestWindow(Window):
     run : Path
         Its folder.
     theme : Theme
+    beside : Path, optional
+        Run folder of a test whose modes are set beside these.
 
     Raises
     ------
     ResultFileError
-        Where a file of the run is missing or damaged.
+        Where a file of a run is missing or damaged.
     """
 
     __test__ = False
 
-    def __init__(self, run: Path, theme: Theme) -> None:
-        self.held = HeldTest.read(run)
+    def __init__(self, run: Path, theme: Theme, beside: Path | None = None) -> None:
+        self.held, self.other = HeldTest.read(run), None if beside is None else HeldTest.read(beside)
         super().__init__(f"{self.held.frfs.title} – Flexura", theme)
         loudest = int(np.abs(self.held.frfs.h).max(axis=0).argmax())
         self.cursors = Cursors(float(self.held.frfs.frequency[loudest]), self.held.frfs.temperature)
         self._number = 0
-        for number in (1, 2):
+        for number in (1, 2, 3):
             self.bind(f"Page {number}", str(number), lambda n=number: self.tabs.setCurrentIndex(n - 1))  # type: ignore[misc]
         for text, key, lines in (
             ("Cursor down", "Left", -1),
@@ -55,12 +58,14 @@ class TestWindow(Window):
         self.bind("Logarithmic frequencies", "L", lambda: self.frfs.axis.toggle())
         self.bind("Mode before", "[", lambda: self.modes.step(-1))
         self.bind("Mode after", "]", lambda: self.modes.step(1))
+        self.bind("Let the shape move, or stand still", "Space", lambda: self.modes.play_or_stop())
         self._undo = self.bind("Undo the last change of the modes", "Ctrl+Z", self.undo, self._file)
         self._redo = self.bind("Redo it", "Ctrl+Shift+Z", self.redo, self._file)
+        self.bind("Compare with the modes of another run …", "Ctrl+M", self._ask_and_compare, self._file)
         self.build()
 
     def content(self) -> QWidget:
-        """Return both pages."""
+        """Return the pages."""
         self._name_changes()
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
@@ -70,11 +75,29 @@ class TestWindow(Window):
         )
         self.tabs.addTab(self.frfs, "FRFs")
         self.tabs.addTab(self.modes, "Modes")
+        pages: list[QWidget] = [self.frfs, self.modes]
+        if self.other is not None:
+            self.compared = ComparedPage(self.held, self.other, self.theme)
+            self.tabs.addTab(self.compared, "Compared")
+            pages.append(self.compared)
         self.tabs.setCurrentIndex(self._number)
         self.tabs.currentChanged.connect(self._remember)
-        for page in (self.frfs, self.modes):
+        for page in pages:
             self.adopt(page)
         return self.tabs
+
+    def compare(self, run: Path) -> None:
+        """Set the modes of another run beside these; ResultFileError where it is none of a modal test."""
+        self.other, self._number = HeldTest.read(run), 2
+        self.build()
+
+    def _ask_and_compare(self) -> None:
+        folder = QFileDialog.getExistingDirectory(self, "Run folder of the other test")
+        if folder:
+            try:
+                self.compare(Path(folder))
+            except (OSError, ResultFileError) as error:
+                self.statusBar().showMessage(str(error))
 
     def ask_and_drop(self, frequency: float) -> None:
         """Drop the mode nearest to a frequency, Hz, once that is confirmed."""

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import pyuff
 
-from app.files.uff_geometry import geometry_text, lines_between
+from analysis.shapes.wire_frame import faces_between, lines_between
+from app.files.uff_geometry import geometry_text
 from app.files.uff_nodes import read_nodes
 
 GRID = {1 + i + 4 * j: (0.1 * i, 0.07 * j, 0.012345678901) for i in range(4) for j in range(3)}
@@ -40,6 +41,16 @@ def test_lines_join_neighbours_of_a_grid() -> None:
     assert len(lines) == 17 + 6
     longest = max(np.linalg.norm(np.subtract(GRID[a], GRID[b])) for a, b in lines)
     assert longest == pytest.approx(np.hypot(0.1, 0.07))
+
+
+def test_faces_fill_the_cells_of_a_grid_and_leave_holes_open() -> None:
+    assert len(faces_between(GRID)) == 2 * 6
+    ring = {10 * i + j: (0.1 * i, 0.1 * j, 0.0) for i in range(5) for j in range(5) if (i, j) != (2, 2)}
+    corners = np.array([[ring[node][:2] for node in face] for face in faces_between(ring)])
+    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = 0.5 * np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
+    assert area.sum() <= 0.16 - 0.5 * 0.01  # of the four cells around the missing node half is left open
+    assert faces_between({n: (0.1 * n, 0.0, 0.0) for n in range(5)}) == []
 
 
 def test_nodes_of_one_line_are_joined_along_it(tmp_path: Path) -> None:

@@ -36,3 +36,50 @@ def test_a_band_is_not_filled_across_a_gap(missing: list[int], filled: list[int]
     assert [n for n in range(5) if filling.path().contains(QPointF(n + 0.5, 0.5))] == filled
     chart.fit()
     chart.grab()
+
+
+@pytest.mark.parametrize(
+    ("y", "corner"),
+    [(np.linspace(0.0, 1.0, 50), "upper left"), (np.linspace(1.0, 0.0, 50), "upper right")],
+)
+def test_a_legend_stands_where_it_hides_nothing(y: np.ndarray, corner: str) -> None:
+    application()
+    chart = Chart("laws", "", "x", "y", LIGHT)
+    chart.resize(420, 260)
+    chart.legend(offset=(-8, 8))
+    chart.curve(np.linspace(0.0, 1.0, 50), y, "a law of some length", "#ff0000")
+    chart.show()
+    chart.fit()
+    assert hidden(chart) == 0
+    view, legend = chart.plotItem.vb, chart.plotItem.legend
+    left = legend.pos().x() < 0.5 * (view.width() - legend.width())
+    upper = legend.pos().y() < 0.5 * (view.height() - legend.height())
+    assert f"{'upper' if upper else 'lower'} {'left' if left else 'right'}" == corner
+
+
+def test_where_curves_are_in_every_corner_there_is_room_above_them() -> None:
+    application()
+    chart = Chart("laws", "", "x", "y", LIGHT)
+    chart.resize(420, 260)
+    chart.legend()
+    for n in range(3):
+        x = np.linspace(0.0, 1.0, 300)
+        chart.curve(x, np.sin(40.0 * x + n), f"curve {n}", "#ff0000")
+    chart.show()
+    chart.fit()
+    assert hidden(chart) == 0
+    assert chart.viewRange()[1][0] <= -1.0
+    chart.resize(340, 240)
+    chart.fit()
+    assert hidden(chart) == 0
+
+
+def hidden(chart: Chart) -> int:
+    """Count points of curves, 1000 along each, below the legend."""
+    view, legend = chart.plotItem.vb, chart.plotItem.legend
+    box = legend.mapRectToItem(view, legend.boundingRect())
+    found = 0
+    for _, x, y in chart.curves:
+        for a in np.linspace(x[0], x[-1], 1000):
+            found += box.contains(view.mapFromView(QPointF(a, float(np.interp(a, x, y)))))
+    return found

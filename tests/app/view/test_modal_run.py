@@ -233,3 +233,81 @@ def test_the_axes_of_the_auto_mac_give_number_and_frequency(window: TestWindow) 
         (names, _) = window.modes.alike.getAxis(side)._tickLevels
         assert [text for _, text in names] == [f"{n}: {f:.0f}" for n, f in enumerate(F, start=1)]
         assert "f [Hz]" in window.modes.alike.getAxis(side).labelText
+
+
+def test_a_shape_moves_on_a_wire_frame(laser: TestWindow, qtbot: Any) -> None:
+    """Twelve points of a plate; half a turn later the shape is upside down."""
+    page = laser.modes
+    laser.tabs.setCurrentIndex(1)
+    assert page.moving.isVisible()
+    page.play_or_stop()
+    page.table.selectRow(1)
+    before = page.moving.motion
+    assert np.abs(before).max() == pytest.approx(1.0, abs=1e-3)
+    assert np.abs(before[:, :2]).max() == 0.0
+    page.moving.turn(np.pi)
+    np.testing.assert_allclose(page.moving.motion, -before, atol=1e-12)
+    phase = page.moving.motion
+    page.play_or_stop()
+    qtbot.waitUntil(lambda: not np.allclose(page.moving.motion, phase))
+    page.shown_as.setCurrentIndex(1)
+    assert page.shape.isVisible()
+    assert not page.moving.isVisible()
+
+
+def test_others_are_drawn_behind_an_frf_and_its_drive_point_is_judged(laser: TestWindow) -> None:
+    page = laser.frfs
+    assert [label for label, _, _ in page.above.curves] == ["measured", "rebuilt"]
+    assert page.checked.text().startswith("drive point: takes power")
+    page.beside.setCurrentIndex(1)
+    assert len(page.above.curves) == 2 + 11
+    page.beside.setCurrentIndex(4)
+    assert len(page.above.curves) == 3
+    np.testing.assert_allclose(page.above.curves[2][2], 20 * np.log10(np.abs(laser.held.frfs.h[2])), rtol=1e-6)
+    page.choice.setCurrentIndex(1)
+    assert page.checked.text() == ""
+
+
+def test_modes_of_two_runs_are_set_side_by_side(laser: TestWindow, tmp_path: Path) -> None:
+    laser.compare(laser.held.run)
+    table = laser.compared.table
+    assert laser.tabs.tabText(laser.tabs.currentIndex()) == "Compared"
+    rows = [[table.item(n, c).text() for c in range(table.columnCount())] for n in range(table.rowCount())]
+    assert [float(row[2]) for row in rows] == pytest.approx([0.0] * len(rows))
+    assert [float(row[5]) for row in rows] == pytest.approx([1.0] * len(rows))
+    assert len(laser.compared.alike._written) == len(rows) ** 2
+    with pytest.raises(ResultFileError):
+        laser.compare(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def plate_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Run folder of twelve accelerances over a plate with half-waves along x and y."""
+    folder, rng = tmp_path_factory.mktemp("plate"), np.random.default_rng(1)
+    frequency = np.arange(40.0, 400.0, 0.5)
+    points = {1 + i + 4 * j: (0.05 + 0.08 * i, 0.04 + 0.07 * j, 0.0) for i in range(4) for j in range(3)}
+    natural, w = 2.0 * np.pi * np.array([90.0, 180.0, 260.0]), 2.0 * np.pi * frequency
+    shapes = np.array(
+        [
+            [np.sin(np.pi * m * x / 0.34) * np.sin(np.pi * n * y / 0.22) for x, y, _ in points.values()]
+            for m, n in ((1, 1), (2, 1), (1, 2))
+        ]
+    )
+    frfs = []
+    for k, node in enumerate(points):
+        h = sum(
+            a[k] * a[0] * -(w**2) / (o**2 - w**2 + 0.02j * o * w) for a, o in zip(shapes, natural, strict=True)
+        )
+        h = h + 1e-3 * np.abs(h).max() * (rng.normal(size=h.shape) + 1j * rng.normal(size=h.shape))
+        frfs.append(MeasuredTransfer(f"point {node}", f"{node}:+3", "1:+3", "acceleration", frequency, h))
+    write_frfs(folder / "plate.uff", frfs, points=points)
+    found = typed("identify", folder / "plate.uff", "--shared-poles", "--out", folder / "run", "--quiet")
+    assert found.exit_code == 0, found.stderr
+    return folder / "run"
+
+
+@pytest.fixture
+def laser(plate_run: Path, tmp_path: Path, shown: Callable[[Any], Any]) -> TestWindow:
+    application()
+    opened: TestWindow = shown(window_of(viewed(shutil.copytree(plate_run, tmp_path / "run")), None, LIGHT))
+    return opened
