@@ -175,10 +175,10 @@ def _descend(
         passes += 1
         trial = _try(model, sweeps, _moved(model, sweeps, best.state, free, step.times(share)), free, executor)
         if trial is not None and share == 1.0 and damping == 0.0 and _bends(best, trial, step):
-            passes += 1
             curved = _Step.of(sweeps, step.bent(best, trial), free, damping, gain_free, laws_free)
             again = None
             if curved.predicted_decrease < MOST_BENT * step.predicted_decrease:
+                passes += 1
                 again = _try(model, sweeps, _moved(model, sweeps, best.state, free, curved), free, executor)
             if again is not None and again.objective < trial.objective:
                 trial = again

@@ -81,8 +81,8 @@ def beside_discrepancy(context: SearchContext, baseline: GapFit) -> BesideDiscre
     -------
     BesideDiscrepancy
     """
-    sweeps, begun = at_few_temperatures(context, baseline)
-    few = context.of(sweeps)
+    part, begun = at_few_temperatures(context, baseline)
+    few = context.of(part.sweeps)
     found = ImperfectSearch(few, begun).run()
     context.report("beside a discrepancy", 0.8)
     before = over_all_sweeps(context, baseline.state, found.baseline)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analysis.effect_card import Values
-from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState
@@ -19,7 +18,6 @@ from analysis.gap.thresholds import (
     NEAR_MARGIN,
     PREDICTION_MARGIN,
     REFIT_SHARE,
-    SETTLED_AT_FEW,
 )
 
 
@@ -98,23 +96,21 @@ def refit(
     if not sets:
         return sorted(done, key=lambda r: -r.gain)
     few, reference = at_few_temperatures(context, base)
-    fits = context.fits if few is context.sweeps else context.fits_at_few
-    settled = SETTLED_AT_FEW if few is not context.sweeps else context.settled
-    scale = context.sweeps.numbers / few.numbers
+    scale = context.sweeps.numbers / few.sweeps.numbers
     best, left = max((r.gain / scale for r in done if r.plausible), default=0.0), np.inf
     tried = []
     for place, (names, added) in enumerate(sets):
         enough = min(-2.0 * (reference.log_evidence + REFIT_SHARE * best), NEAR_IT * left)
         start, margin = started_from(reference, names, added), NEAR_MARGIN if left < np.inf else PREDICTION_MARGIN
-        fit = fits.known(names) or fit_gap(
-            context.model, few, start, names, context.executor, target=settled, enough=enough, margin=margin
+        fit = few.fits.known(names) or fit_gap(
+            few.model, few.sweeps, start, names, few.executor, target=few.settled, enough=enough, margin=margin
         )
         if fit.settled:  # one that was given up was so against others
-            fits.keep(names, fit)
+            few.fits.keep(names, fit)
         trial = Refit(names, fit.log_evidence - reference.log_evidence, fit)
         if trial.plausible:
             best = max(best, trial.gain)
-            if fit.settled and fit.total < LEAVES_NOISE * few.numbers:
+            if fit.settled and fit.total < LEAVES_NOISE * few.sweeps.numbers:
                 left = min(left, fit.total)
         tried.append(trial)
         context.report("refits", 0.5 * (place + 1) / len(sets))
@@ -124,25 +120,25 @@ def refit(
     return sorted(done, key=lambda r: (r.fit is None, -r.gain))
 
 
-def at_few_temperatures(context: SearchContext, base: GapFit) -> tuple[GapSweeps, GapFit]:
-    """Return the sweeps at a few temperatures and the fit of `base` to them; all if there are not many."""
+def at_few_temperatures(context: SearchContext, base: GapFit) -> tuple[SearchContext, GapFit]:
+    """Return the context of a few temperatures and the fit of `base` there; `context` if there are not many."""
     few, start = context.at_few_temperatures(base.state)
-    return (context.sweeps, base) if few is context else (few.sweeps, few.fit(start, tuple(base.state.effects)))
+    return (context, base) if few is context else (few, few.fit(start, tuple(base.state.effects)))
 
 
 def _in_full(
-    context: SearchContext, base: GapFit, reference: GapFit, few: GapSweeps, trial: Refit, deserved: bool
+    context: SearchContext, base: GapFit, reference: GapFit, few: SearchContext, trial: Refit, deserved: bool
 ) -> list[Refit]:
     """Fit to all sweeps a set that was fitted to a few; an empty list if the fit was stopped."""
     names, fit = trial.effects, trial.fit
     if fit is None or not (deserved or fit.settled):
         return []
-    if few is context.sweeps:
+    if few is context:
         context.fits.keep(names, fit)
         return [trial]
     if not deserved:
-        return [Refit(names, trial.gain * context.sweeps.numbers / few.numbers, None)]
-    start = base.state.corrected(context.sweeps.groups, reference.state, fit.state, few.groups)
+        return [Refit(names, trial.gain * context.sweeps.numbers / few.sweeps.numbers, None)]
+    start = base.state.corrected(context.sweeps.groups, reference.state, fit.state, few.sweeps.groups)
     full = context.fit(start, names)
     return [Refit(names, full.log_evidence - base.log_evidence, full)]
 

@@ -44,13 +44,13 @@ def _placed_again(context: SearchContext, fit: GapFit, rest: GapFit, name: str) 
     for site in sites:
         start = started_from(reference, on, absent(context, contest, site))
         enough = -2.0 * best.log_evidence if best else float("inf")
-        trial = fit_gap(context.model, few, start, on, context.executor, enough=enough)
+        trial = fit_gap(few.model, few.sweeps, start, on, few.executor, enough=enough)
         best = trial if best is None or trial.log_evidence > best.log_evidence else best
     if best is None:
         return fit
-    if few is not context.sweeps:
-        context.fits_at_few.keep(on, best)
-        start = rest.state.corrected(context.sweeps.groups, reference.state, best.state, few.groups)
+    if few is not context:
+        few.fits.keep(on, best)
+        start = rest.state.corrected(context.sweeps.groups, reference.state, best.state, few.sweeps.groups)
         best = fit_gap(context.model, context.sweeps, start, on, context.executor)
     if best.log_evidence <= fit.log_evidence:
         return fit
