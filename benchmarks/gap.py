@@ -36,7 +36,7 @@ from analysis.updating.update import update
 from app.files.campaign import load_campaign
 from app.terminal.progress import progress
 from app.twins.campaign_model import WORKERS, referred
-from app.twins.campaign_twin import campaign_twin, effect_twin
+from app.twins.campaign_twin import OFFSET, campaign_twin, effect_twin, offset_wanted
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
@@ -140,7 +140,8 @@ def main() -> int:
     given = words.parse_args()
     experiment = declared()
     with threadpool_limits(1), progress() as report, ThreadPoolExecutor(WORKERS) as executor:
-        whole = effect_twin(experiment, report)
+        offset = given.hidden == OFFSET or offset_wanted(experiment)
+        whole = effect_twin(experiment, report, offset=offset)
         frf = simulated(whole.referred(LAWS), given.hidden, given.noise)
         plain = campaign_twin(experiment, report)
         started = time.perf_counter(), time.process_time()
