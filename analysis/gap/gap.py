@@ -176,21 +176,20 @@ def _searched(
     few, part = context.at_few_temperatures(start)
     begun = few.fit(part, ())
     released = _released(model, begun, remade)
-    if released == model:
+    if released is None:
         found = stepwise_search(context, context.fit(context.spread(start, few, begun.state), ()))
         released = _released(model, found.fit, remade)
-        if released == model:
+        if released is None:
             return context, found
     return _searched(released, updated, sweeps, noise, executor, report, remade)
 
 
-def _released(model: HeldEffects, fit: GapFit, remade: Remade) -> HeldEffects:
-    """Return the model without the tolerances that a fit exceeds and an effect replaces."""
+def _released(model: HeldEffects, fit: GapFit, remade: Remade) -> HeldEffects | None:
+    """Return the model without the tolerances that a fit exceeds and an effect replaces; None without such."""
     beyond = [one.name for one in fit.declared_quantities(model.tolerance_cards) if one.beyond]
     better = remade(fit.state.declared) if beyond else None
-    if better is not None:
-        model = replace(model, twin=better)
-    return model.releasing(beyond)
+    found = (model if better is None else replace(model, twin=better)).releasing(beyond)
+    return None if better is None and found.released == model.released else found
 
 
 def _report(

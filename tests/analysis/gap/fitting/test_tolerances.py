@@ -104,6 +104,11 @@ def test_a_twin_is_asked_for_the_effect_behind_a_quantity_that_is_beyond(toy, to
     asked = []
 
     class Richer(type(tolerant)):
+        __hash__ = object.__hash__
+
+        def __eq__(self, other):
+            raise ValueError("twins hold arrays of different shapes, which cannot be compared")
+
         @property
         def cards(self):
             return {**super().cards, "heavier": replace(toy.cards["mass"], name="heavier", replaces="mass")}
