@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -44,10 +45,18 @@ chi2 per number, at which they are freed: they are most of the tangents, and far
 ROUNDS, FELL = 4, 0.7
 """Largest number of times that the tolerances are weighed, and how far chi2 has to fall for another time."""
 
+HOPELESS = 10.0
+"""Times what would be enough, from which a fit that is given up before its declared quantities are freed ends there:
+they are most of the cost, and only follow. A damaged spot in place of a mass took 31 of 480 s of CPU."""
+
 FAR, FAR_ALONE = 1e-2, 1e-1
 """Predicted decrease, as a share of the objective, at which a fit that leaves more than `ROUGH` is settled where
 declared quantities are free; and without effects, where it is only what others start from. What is missing there
 bends quantities that hardly differ (gain, d31, permittivity) for as many steps as one allows."""
+
+
+Ended = Literal["settled", "given up", "unsettled"]
+"""How a descent ended: given up where it is predicted not to reach what is enough."""
 
 
 @dataclass(frozen=True)
@@ -121,11 +130,14 @@ def fit_gap(
     values = np.clip(free.read(start.on), free.low, free.high)
     start = replace(start, laws=clipped_laws(model.box, start.laws)).with_values(free.write(start.on, values))
     held = FreeParameters.of(model.cards, effects, {}) if free.tolerances else free
-    passes, left, done = 0, 1.0, False
+    passes, left = 0, 1.0
+    ended: Ended = "unsettled"
     best = _evaluate(model, sweeps, start, held, executor)
     if free.tolerances and best.objective > ROUGH * sweeps.numbers:
         switches = gain_free, laws_free, ROUGHLY_SETTLED, most_steps, enough, margin
-        best, _, passes = _descend(model, sweeps, best, held, executor, *switches)
+        best, ended, passes = _descend(model, sweeps, best, held, executor, *switches)
+        if ended == "given up" and best.objective > HOPELESS * enough:
+            return _result(sweeps, best, held, gain_free, laws_free, ended, passes)
     for turn in range(ROUNDS if free.tolerances else 1):
         if free.tolerances:
             left = _left(sweeps, best)
@@ -133,12 +145,12 @@ def fit_gap(
             # only the first point was linearised without the declared quantities' tangents
             best = best.under(free) if turn else _evaluate(model, sweeps, best.state, free, executor)
         switches = gain_free, laws_free, target, most_steps, enough, margin
-        best, done, more = _descend(model, sweeps, best, free, executor, *switches)
+        best, ended, more = _descend(model, sweeps, best, free, executor, *switches)
         passes += more
         # what the fit leaves weighs the tolerances: once it leaves much less, they are fitted again
         if _left(sweeps, best) > FELL * left:
             break
-    return _result(sweeps, best, free, gain_free, laws_free, done, passes)
+    return _result(sweeps, best, free, gain_free, laws_free, ended, passes)
 
 
 def _left(sweeps: GapSweeps, at: _Trial) -> float:
@@ -158,9 +170,9 @@ def _descend(
     most_steps: int,
     enough: float,
     margin: float,
-) -> tuple[_Trial, bool, int]:
-    """Iterate from `best`: return the final point, whether it settled, and the number of linearisations."""
-    damping, share, passes, done = 0.0, 1.0, 1, False
+) -> tuple[_Trial, Ended, int]:
+    """Iterate from `best`: return the final point, how it ended, and the number of linearisations."""
+    damping, share, passes = 0.0, 1.0, 1
     while passes < most_steps:
         step = _Step.of(sweeps, best, free, damping, gain_free, laws_free)
         # where the residual is many sigma, the tolerance grows: fractions of a nat need no other linearisation
@@ -168,10 +180,9 @@ def _descend(
         if free.tolerances and best.objective > ROUGH * sweeps.numbers:
             settled = max(settled, (FAR if free.effects else FAR_ALONE) * best.objective)
         if step.predicted_decrease < settled or (free.tolerances and not free.effects and step.idle(sweeps)):
-            done = True
-            break
+            return best, "settled", passes
         if damping == 0.0 and best.objective - margin * step.predicted_decrease > enough:
-            break
+            return best, "given up", passes
         passes += 1
         trial = _try(model, sweeps, _moved(model, sweeps, best.state, free, step.times(share)), free, executor)
         if trial is not None and share == 1.0 and damping == 0.0 and _bends(best, trial, step):
@@ -187,11 +198,9 @@ def _descend(
             best, damping, share = trial, (0.0 if damping < 1e-3 else damping / 10.0), 1.0
             # at a bound predictions are not accurate
             if fallen < 0.3 * settled:
-                done = True
-                break
+                return best, "settled", passes
         elif step.predicted_decrease < 10.0 * settled:
-            done = True
-            break
+            return best, "settled", passes
         elif share == 1.0 and damping == 0.0:
             # shorten the step first: with nearly collinear unknowns, damping changes its direction
             share = BACKTRACKED
@@ -199,7 +208,7 @@ def _descend(
             damping, share = max(10.0 * damping, 1e-2), 1.0
             if damping > 1e6:
                 break
-    return best, done, passes
+    return best, "unsettled", passes
 
 
 def _evaluate(
@@ -308,7 +317,7 @@ def _result(
     free: FreeParameters,
     gain_free: bool,
     laws_free: bool,
-    settled: bool,
+    ended: Ended,
     passes: int,
 ) -> GapFit:
     values = free.read(at.state.on)
@@ -335,7 +344,7 @@ def _result(
         residual=np.array([e.residual for e in at.equations]),
         predicted=np.array([e.predicted for e in at.equations]),
         alone=np.array([_alone(e, p.source) for e, p in zip(at.equations, sweeps.points, strict=True)]),
-        settled=settled,
+        settled=ended == "settled",
         on_wall=tuple(name for name, there in zip(free.names, wall, strict=True) if there),
         passes=passes,
     )
