@@ -46,8 +46,8 @@ ROUNDS, FELL = 4, 0.7
 """Largest number of times that the tolerances are weighed, and how far chi2 has to fall for another time."""
 
 HOPELESS = 10.0
-"""Times what would be enough, from which a fit that is given up before its declared quantities are freed ends there:
-they are most of the cost, and only follow. A damaged spot in place of a mass took 31 of 480 s of CPU."""
+"""Times what would be enough, from which a fit that is given up before its declared quantities are freed ends
+there: they are most of the cost, and only follow. A damaged spot in place of a mass took 31 of 480 s of CPU."""
 
 FAR, FAR_ALONE = 1e-2, 1e-1
 """Predicted decrease, as a share of the objective, at which a fit that leaves more than `ROUGH` is settled where
