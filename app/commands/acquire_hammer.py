@@ -99,7 +99,7 @@ def _run(
             )
         except CampaignFileError:
             raise
-        except BaseException as error:
+        except BaseException as error:  # noqa: BLE001 (however it ends, it is said how)
             if not isinstance(error, RigStopped | RigInterrupted | OSError):
                 traceback.print_exception(error)
             return broken_off(error, None, folder, requests.number)

@@ -76,9 +76,7 @@ class HammerHits(Declared):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if not 0.0 < self.band[0] < self.band[1]:
-            raise ValueError(
-                f"band {list(self.band)} Hz: the lower edge must be above 0 and below the upper edge"
-            )
+            raise ValueError(f"band {list(self.band)} Hz: the lower edge must be above 0 and below the upper edge")
         self.test()
         return self
 
@@ -185,9 +183,7 @@ class HammerExperiment(Sparse):
             sensor=tuple(sensor.recorded() for sensor in self.sensor),
             string=self.string,
             cable=self.cable,
-            acquisition=Acquisition(
-                module="none", sample_rate=rate, input_resistance=1e6, input_capacitance=0.0
-            ),
+            acquisition=Acquisition(module="none", sample_rate=rate, input_resistance=1e6, input_capacitance=0.0),
             protocol=Protocol(
                 sweep="linear",
                 band=self.hammer.band,
@@ -258,7 +254,9 @@ def read_hammer_experiment(path: Path) -> HammerExperiment:
     """Read an experiment with ``kind = "hammer"``; CampaignFileError with every key that is wrong."""
     experiment = checked(path, read_table(path), HammerExperiment)
     if experiment.simulation is not None and experiment.simulation.effects:
-        from app.files.hidden_effects import effect_problems  # the library takes a moment, and few files ask for it
+        from app.files.hidden_effects import (
+            effect_problems,  # the library takes a moment, and few files ask for it
+        )
 
         problems = effect_problems(path.name, experiment.struck(), experiment.simulation.effects)
         if problems:

@@ -153,7 +153,9 @@ class HammerFolder:
         places = {str(number): (*place, 0.0) for number, place in enumerate(experiment.mallet.places, 1)}
         places |= {
             str(FIRST_SENSOR + number): (*place, 0.0)
-            for number, place in enumerate(p for sensor in experiment.sensor for p in sensor.places(experiment.plate))
+            for number, place in enumerate(
+                p for sensor in experiment.sensor for p in sensor.places(experiment.plate)
+            )
         }
         temperatures = [self._files[hit.number][2] for hit in hits]
         return {
@@ -249,7 +251,9 @@ def require_our_test(folder: Path, acquired: Mapping[str, Any]) -> None:
             seen = f"holds a hammer test begun with another experiment; different: {', '.join(changed[:6])}"
             allowed = "a new folder, or this same experiment"
             raise CampaignFileError(folder, [Problem("", "", seen, allowed, "undo the change, or use --out")])
-    elif folder.exists() and (not folder.is_dir() or {child.name for child in folder.iterdir()} - {f"{NAME}.part"}):
+    elif folder.exists() and (
+        not folder.is_dir() or {child.name for child in folder.iterdir()} - {f"{NAME}.part"}
+    ):
         allowed = "a new folder, or one this same experiment began"
         raise CampaignFileError(folder, [Problem("", "", "exists and is no hammer test", allowed, "use --out")])
 
@@ -260,7 +264,9 @@ def _begun(folder: Path) -> dict[str, Any]:
     try:
         begun = parse_json(read_text(folder / NAME))
     except (ValueError, OSError) as error:
-        raise CampaignFileError(folder, [Problem(NAME, "", str(error), "a file as it was written", remedy)]) from error
+        raise CampaignFileError(
+            folder, [Problem(NAME, "", str(error), "a file as it was written", remedy)]
+        ) from error
     acquired = begun.get("acquired") if isinstance(begun, dict) and begun.get("format") == FORMAT else None
     if not isinstance(acquired, dict):
         raise CampaignFileError(folder, [Problem(NAME, "format", "not read", FORMAT, remedy)])

@@ -142,7 +142,13 @@ def simulated_hammer_rig(
     hammer = SimulatedHammer(
         plate,
         HandSettings(
-            hand.peak, hand.spread, hand.width, hand.double_hits, hand.overloads, hand.pause, experiment.hammer.duration
+            hand.peak,
+            hand.spread,
+            hand.width,
+            hand.double_hits,
+            hand.overloads,
+            hand.pause,
+            experiment.hammer.duration,
         ),
         clock,
         simulation.temperature,

@@ -198,7 +198,9 @@ def require_laws(
         raise CampaignFileError(file.parent, problems)
 
 
-def transfer_with_effects(twin: Twin[EffectPlate], effects: Effects, laws: MaterialLaws, file: Path) -> TwinTransfer:
+def transfer_with_effects(
+    twin: Twin[EffectPlate], effects: Effects, laws: MaterialLaws, file: Path
+) -> TwinTransfer:
     """Return what the plate answers with its effects; CampaignFileError for one that this plate cannot have."""
     unheld = [name for name in effects if name not in twin.cards]
     if unheld:

@@ -60,4 +60,6 @@ class HammerScreen:
 
     def _say(self, line: str, colour: str | None = None, bells: int = 0, *, bold: bool = False) -> None:
         if self._shown:
-            click.echo(click.style(line, fg=colour, bold=bold) + (BELL * bells if self._terminal else ""), err=True)
+            click.echo(
+                click.style(line, fg=colour, bold=bold) + (BELL * bells if self._terminal else ""), err=True
+            )

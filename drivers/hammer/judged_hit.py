@@ -104,9 +104,7 @@ class HitJudge:
             rejected = "the force is negative; exchange the poles of its sensor, or turn the hammer's tip round"
         if not rejected and others:
             rejected = f"double hit: another hit {1e3 * (others[0].start - hit.start) / sample_rate:.1f} ms later"
-        return JudgedHit(
-            force, responses, sample_rate, hit.peak, rejected, None if rejected else blows.spectra()
-        )
+        return JudgedHit(force, responses, sample_rate, hit.peak, rejected, None if rejected else blows.spectra())
 
     @property
     def full_scales(self) -> Sequence[float]:

@@ -1,0 +1,85 @@
+"""A hammer test on simulated cards, with a plate that costs nothing: one resonance a point, computed in closed form."""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import lfilter
+
+from analysis.arrays import Real
+from app.files.hammer_experiment import HammerExperiment, read_hammer_experiment
+from app.files.sweep_file import Source
+from app.rig.hammer_assembly import SimulatedHammerRig, simulated_hammer_rig
+from app.stages.acquire_hammer import HammerOutcome, acquire_hammer, interrupted_at
+from drivers.hammer.campaign import AskedHit, Key, ToldHit, no_key
+from drivers.hammer.hammer_rig import HammerRig
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "hammer-rig.toml"
+FREQUENCY, DECAY, MASS = 150.0, 40.0, 0.1
+"""Hz, 1/s and kg of the only mode of the plate; point p moves with shape 1 + 0.1 p."""
+
+
+def one_mode(volts: float) -> Callable[[int, Real, float, float], Real]:
+    """Acceleration of one mode: impulse response of the velocity sampled, differences of it filtered."""
+
+    def answer(point: int, force: Real, sample_rate: float, temperature: float) -> Real:
+        pole = np.exp((-DECAY + 2j * np.pi * FREQUENCY) / sample_rate)
+        shape = (1.0 + 0.1 * point) / MASS
+        kept = lfilter([1.0], [1.0, -pole], force.astype(complex)).real
+        return np.asarray(volts * shape * kept)[None]
+
+    return answer
+
+
+class Listener:
+    """Keeps what is shown."""
+
+    def __init__(self) -> None:
+        self.hits: list[ToldHit] = []
+        self.places: list[AskedHit] = []
+        self.lines: list[str] = []
+
+    def asked(self, hit: AskedHit) -> None:
+        self.places.append(hit)
+
+    def told(self, hit: ToldHit) -> None:
+        self.hits.append(hit)
+
+    def said(self, line: str) -> None:
+        self.lines.append(line)
+
+
+def experiment(**hand: float) -> HammerExperiment:
+    """Return the example, its simulated hammer held otherwise."""
+    read = read_hammer_experiment(EXAMPLE)
+    assert read.simulation is not None
+    held = read.simulation.hammer.model_copy(update=hand)
+    return read.model_copy(update={"simulation": read.simulation.model_copy(update={"hammer": held})})
+
+
+def rig(declared: HammerExperiment, since: float = 0.0) -> SimulatedHammerRig:
+    """Return simulated cards around the mode."""
+    assert declared.simulation is not None
+    return simulated_hammer_rig(declared, declared.simulation, one_mode(declared.volts[1]), EXAMPLE, since)
+
+
+def acquire(
+    declared: HammerExperiment,
+    folder: Path,
+    key: Callable[[], Key | None] = no_key,
+    check: Callable[[], None] = lambda: None,
+    *,
+    again: bool = False,
+) -> tuple[HammerOutcome, Listener, SimulatedHammerRig]:
+    """Do what `flexura acquire` does."""
+    parts, heard = rig(declared, interrupted_at(folder)), Listener()
+
+    def opened() -> AbstractContextManager[HammerRig]:
+        return nullcontext(parts.rig())
+
+    acquired = declared.model_dump(mode="json") | {"rig": "simulated"}
+    outcome = acquire_hammer(
+        opened, declared, folder, Source("mine.toml", "0" * 64), acquired, heard, key=key, check=check, again=again
+    )
+    return outcome, heard, parts
