@@ -1,7 +1,7 @@
 """The folder of a hammer test: a finished file for every hit, and declarations with which other verbs read them.
 
-``test.toml`` makes a modal test of it (`flexura identify FOLDER`), ``plate.toml`` a plate with FRFs (`flexura update
-FOLDER`); both are written anew with every hit, and name the hits that count.
+``test.toml`` makes a modal test of it (`flexura identify FOLDER`), ``plate.toml`` a plate with FRFs (`flexura
+update FOLDER`); both are written anew with every hit, and name the hits that count.
 """
 
 import json
@@ -34,7 +34,7 @@ FORMAT = "hammer-campaign/1"
 HITS, REJECTED = "hits", "rejected"
 FIRST_SENSOR = 901
 """Node of the first sensor: above those of points that are hit."""
-HEAD = """Written by flexura acquire, anew with every hit until the campaign is complete: it names the hits that count.
+HEAD = """Written by flexura acquire, anew with every hit: it names the hits that count.
 To change it, copy it under another name beside this file."""
 
 

@@ -1,7 +1,8 @@
 """Whoever holds the hammer, simulated: hits when asked, sometimes twice, sometimes too hard.
 
-The cards that record it are the simulated ones of `drivers.ni.simulated`, behind the real driver. What is drawn for a
-hit depends on the seed and on its number alone, so that a campaign that is taken up again goes on with the same hits.
+The cards that record it are the simulated ones of `drivers.ni.simulated`, behind the real driver. What is drawn
+for a hit depends on the seed and on its number alone, so that a campaign that is taken up again goes on with the
+same hits.
 """
 
 from dataclasses import dataclass, field
@@ -14,7 +15,7 @@ from analysis.checked_fields import check_range
 from drivers.clock import Clock
 
 LEAD = 0.1
-"""s before a hit from which its response is computed: a response of limited band begins a little before its hit."""
+"""s before a hit from which its response is computed: one of limited band begins a little before its hit."""
 BOUNCE = (0.012, 0.080)
 """s between the two peaks of a double hit: a hammer that is held too long bounces within a few hundredths."""
 SECOND = (0.2, 0.8)

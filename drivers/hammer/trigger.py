@@ -2,8 +2,8 @@
 
 Both signs count: a sensor whose poles are exchanged is told at the first hit, not by a trigger that stays silent.
 
-The level counts from where the force is at rest, the median of the last second: a sensor with a constant offset, or
-one whose supply still settles, triggers where another one does.
+The level counts from where the force is at rest, the median of the last second: a sensor with a constant offset,
+or one whose supply still settles, triggers where another one does.
 """
 
 from dataclasses import dataclass

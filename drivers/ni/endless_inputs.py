@@ -1,7 +1,7 @@
 """Inputs through NI-DAQmx that are read without end: what a trigger in software looks for hits in.
 
-Many cards (an NI 9234 among them) have no analog reference trigger, so that samples from before a hit cannot be had
-from the hardware. The driver's circular buffer holds them anyway, on every card.
+Many cards (an NI 9234 among them) have no analog reference trigger, so that samples from before a hit cannot be
+had from the hardware. The driver's circular buffer holds them anyway, on every card.
 """
 
 from collections.abc import Callable
@@ -20,8 +20,8 @@ from drivers.ni.input_wiring import InputWiring
 from drivers.ni.task_setup import read_thermocouples, require_iepe, set_up_inputs
 
 BUFFERED = 20.0
-"""What the driver's buffer holds, s: a hit is judged and written in a fraction of a second, a network disk may take
-seconds."""
+"""What the driver's buffer holds, s: a hit is judged and written in a fraction of a second, but a network disk may
+take seconds."""
 MARGIN = 5.0
 """How much longer than the samples take a read may wait for them, s."""
 

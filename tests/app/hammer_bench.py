@@ -1,4 +1,4 @@
-"""A hammer test on simulated cards, with a plate that costs nothing: one resonance a point, computed in closed form."""
+"""A hammer test on simulated cards, with a plate that costs nothing: one mode, in closed form."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext

@@ -168,7 +168,7 @@ needs_fork = pytest.mark.skipif(sys.platform == "win32", reason="needs fork and 
 
 
 def killed(declared: HammerExperiment, folder: Path, after: float, told: Path) -> bool:
-    """Acquire in a process of its own, which writes down what it tells, and kill it; False if it was done before."""
+    """Acquire in a process of its own, which writes down what it tells, and kill it; False if it was done."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # of forking where threads are about: none runs here
         child = os.fork()
