@@ -2,7 +2,7 @@
 
 import time
 import traceback
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,13 +11,10 @@ import click
 from app.commands.output import Output
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from app.files.experiment_toml import RigKind
     from app.files.hammer_experiment import HammerExperiment
     from app.stages.acquire_hammer import HammerOutcome
     from app.terminal.campaign_ending import Ending
-    from drivers.hammer.hammer_rig import HammerRig
 
 
 def acquire_hits(
@@ -71,9 +68,10 @@ def _run(
 ) -> "Ending":
     """Record; return how it ended, complete or broken off."""
     from app.files.campaign_error import CampaignFileError
+    from app.files.hammer_folder import hammer_log
     from app.files.provenance import sha256
     from app.files.sweep_file import Source
-    from app.rig.hammer_assembly import hammer_places
+    from app.rig.hammer_assembly import hammer_places, hammer_rig
     from app.stages.acquire_hammer import acquire_hammer, interrupted_at
     from app.terminal.campaign_ending import broken_off
     from app.terminal.hammer_screen import HammerScreen
@@ -81,12 +79,20 @@ def _run(
     from drivers.hammer.campaign import no_key
     from drivers.rig.end_requests import EndRequests
     from drivers.rig.errors import RigInterrupted, RigStopped
+    from drivers.rig.session import Session
 
-    with EndRequests() as requests, hammer_keys() as key:
+    with ExitStack() as stack:
+        with output.progress() as report:  # of reducing the twin of a simulated rig
+            opened = stack.enter_context(hammer_rig(declared, kind, file, interrupted_at(folder), report))
+        requests, key = stack.enter_context(EndRequests()), stack.enter_context(hammer_keys())
         screen = HammerScreen(declared.mallet.places, shown=not output.quiet, keys=key is not no_key)
+        session = None
+        if opened.oven is not None and declared.limits is not None:
+            session = Session(opened.oven, declared.limits, hammer_log(folder), requests.check)
         try:
             outcome = acquire_hammer(
-                lambda: _open(declared, kind, file, interrupted_at(folder), output),
+                opened,
+                session,
                 declared,
                 folder,
                 Source(file.name, sha256(file)),
@@ -97,33 +103,20 @@ def _run(
                 again=again,
                 places=hammer_places(declared, kind),
             )
-        except CampaignFileError:
-            raise
-        except BaseException as error:  # noqa: BLE001 (however it ends, it is said how)
-            if not isinstance(error, RigStopped | RigInterrupted | OSError):
+        except BaseException as error:
+            unsafe = None if session is None else session.unsafe
+            if isinstance(error, CampaignFileError) and not unsafe:
+                raise
+            if not isinstance(error, RigStopped | RigInterrupted | OSError | CampaignFileError):
                 traceback.print_exception(error)
-            return broken_off(error, None, folder, requests.number)
-    return _complete(outcome, folder, time.perf_counter() - started)
+            return broken_off(error, unsafe, folder, requests.number)
+        unsafe = () if session is None else session.unsafe or ()
+        return _complete(outcome, unsafe, folder, time.perf_counter() - started)
 
 
-def _open(
-    declared: "HammerExperiment", kind: "RigKind", file: Path, since: float, output: Output
-) -> "AbstractContextManager[HammerRig]":
-    from app.rig.hammer_assembly import hammer_rig
-
-    @contextmanager
-    def opened() -> "Iterator[HammerRig]":
-        with ExitStack() as stack:
-            with output.progress() as report:  # of reducing the twin of a simulated rig
-                made = stack.enter_context(hammer_rig(declared, kind, file, since, report))
-            yield made
-
-    return opened()
-
-
-def _complete(outcome: "HammerOutcome", folder: Path, seconds: float) -> "Ending":
+def _complete(outcome: "HammerOutcome", unsafe: tuple[str, ...], folder: Path, seconds: float) -> "Ending":
     """Return the ending of a test that was not broken off."""
-    from app.terminal.campaign_ending import NOT_GOOD_ENOUGH, Ending
+    from app.terminal.campaign_ending import NOT_AT_REST, NOT_GOOD_ENOUGH, Ending, not_at_rest
 
     state = "stopped" if outcome.stopped else "complete with hits missing" if outcome.missing else "complete"
     record = {
@@ -133,6 +126,7 @@ def _complete(outcome: "HammerOutcome", folder: Path, seconds: float) -> "Ending
         "rejected": outcome.rejected,
         "skipped": outcome.skipped,
         "made_now": outcome.made_now,
+        "unsafe": list(unsafe),
         "seconds": seconds,
     }
     line = f"{outcome.accepted} hits in {folder}, {outcome.made_now} of them now, {outcome.rejected} rejected"
@@ -142,4 +136,5 @@ def _complete(outcome: "HammerOutcome", folder: Path, seconds: float) -> "Ending
         line += f"; {outcome.missing} are missing at {outcome.skipped} skipped points (--again asks for them)"
     else:
         line += f"; flexura identify {folder}, flexura update {folder}"
-    return Ending(record, line, NOT_GOOD_ENOUGH if outcome.missing else 0)
+    status = NOT_AT_REST if unsafe else NOT_GOOD_ENOUGH if outcome.missing else 0
+    return Ending(record, line + not_at_rest(unsafe), status)

@@ -4,19 +4,25 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from analysis.declared import Declared, Point, Sparse, Temperature
 from analysis.estimation.impacts import HammerTest
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Plate, Protocol
+from analysis.protocol.limits import Limits
+from analysis.protocol.programme import Programme, Rate, Settling
+from analysis.protocol.protocol import AcquisitionProtocol
+from analysis.protocol.sweep import SweepSettings
 from analysis.tolerances import Tolerances
 from analysis.transducers import Drive, Name, Radius, Side
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.experiment_toml import AcquiredSensor, RigKind
+from app.files.experiment_toml import AcquiredSensor, RigKind, far_limits
+from app.files.instrument_sections import OvenSection, UnknownInstrument, instrument_sections
 from app.files.settings_toml import checked, read_table
 from app.files.simulation_section import Simulation
 from drivers.hammer.trigger import TriggerSettings
 from drivers.ni.input_wiring import InputWiring
+from drivers.thermometers.settings import ThermometerSettings
 
 KIND = "hammer"
 MOST_SIMULATED = 100
@@ -89,6 +95,55 @@ class HammerHits(Declared):
         return TriggerSettings(self.trigger * volts, self.pretrigger, self.duration)
 
 
+class HammerSetPoints(Declared):
+    """Temperatures at which the plate is hit, one after the other, each held while it is hit: ``[set_points]``."""
+
+    temperatures: Annotated[tuple[Temperature, ...], Field(min_length=1, max_length=200)]
+    ramp_rate: Annotated[Rate, Field(description="K/min, magnitude, from one to the next")]
+    within: Annotated[
+        float, Field(ge=0.05, le=5.0, description="K from the set-point; a hit beyond is rejected")
+    ] = 0.5
+    soak: Annotated[float, Field(ge=0.0, le=86_400.0, description="s within it, before the first hit")] = 600.0
+    timeout: Annotated[float, Field(ge=60.0, le=172_800.0, description="s to get there, beyond the ramp")] = (
+        14_400.0
+    )
+    watch: Annotated[Literal["plate", "air"], Field(description="temperature that counts")] = "plate"
+    poll_interval: Annotated[float, Field(ge=0.1, le=60.0, description="s between two readings")] = 5.0
+
+    @model_validator(mode="after")
+    def _each_once(self) -> Self:
+        for one in self.temperatures:
+            if self.temperatures.count(one) > 1:
+                raise ValueError(f"temperatures: {one:g} °C is there twice; each once")
+        return self
+
+    def protocol(self, limits: Limits, hits: HammerHits) -> AcquisitionProtocol:
+        """Return what the rig's readings and ramps are held against; nothing of its sweep is ever played."""
+        low, high = min(self.temperatures), max(self.temperatures)
+        programme = Programme(
+            lowest=low,
+            highest=high,
+            every=max(high - low, 10.0),
+            ramp_rate=self.ramp_rate,
+            lead=0.0,
+            soak_before=self.soak,
+            settling=Settling(within=self.within, lasting=self.soak, timeout=self.timeout),
+            watch=self.watch,
+            tolerance=5.0 if high - low == 0.0 else min(0.4 * max(high - low, 10.0), 5.0),
+            poll_interval=self.poll_interval,
+        )
+        sweep = SweepSettings(
+            kind="logarithmic",
+            band=hits.band,
+            duration=hits.duration,
+            taper=0.1 * hits.duration,
+            tail=0.1,
+            repeats=1,
+            levels=(1.0,),
+        )
+        return AcquisitionProtocol(sweep, programme, limits)
+
+
 class HammerInHand(Declared):
     """How the simulated hammer is held: ``[simulation.hammer]``."""
 
@@ -116,10 +171,10 @@ class HammerSimulation(Simulation):
     hammer: Annotated[HammerInHand, Field(default_factory=HammerInHand)]
 
     @model_validator(mode="after")
-    def _has_no_oven(self) -> Self:
+    def _has_no_amplifier(self) -> Self:
         for name in ("heat", "gain"):
             if getattr(self, name) is not None:
-                raise ValueError(f"{name}: a hammer test has neither oven nor amplifier; remove it")
+                raise ValueError(f"{name} belongs to a simulated campaign of sweeps, on ramps; remove it")
         return self
 
 
@@ -143,8 +198,17 @@ class HammerExperiment(Sparse):
     cable: tuple[Attachment, ...] = ()
     cards: InputWiring
     hammer: HammerHits
+    oven: OvenSection | None = None
+    thermometer: ThermometerSettings | None = None
+    set_points: HammerSetPoints | None = None
+    limits: Limits | None = None
     simulation: HammerSimulation | None = None
     tolerances: Tolerances = Tolerances()
+
+    @property
+    def temperatures(self) -> tuple[float | None, ...]:
+        """Set-points, degrees Celsius; a single None where no oven is driven."""
+        return (None,) if self.set_points is None else self.set_points.temperatures
 
     def on(self, rig: RigKind) -> Self:
         """Return the same for a rig; where that is simulated, the title says so wherever results go."""
@@ -224,15 +288,63 @@ class HammerExperiment(Sparse):
                 f"hammer.band ends at {self.hammer.band[1]:g} Hz; below {0.45 * self.cards.sample_rate:g} Hz "
                 "allowed, 0.45 of cards.sample_rate, where the filters of the cards end"
             )
-        if (self.temperature is None) == (not self.cards.has_thermocouples):
-            both = self.temperature is not None
+        measured = {
+            "temperature": self.temperature is not None,
+            "cards.thermocouples": self.cards.has_thermocouples,
+            "[thermometer]": self.thermometer is not None,
+        }
+        given = [name for name, there in measured.items() if there]
+        if len(given) > 1:
+            raise ValueError(f"{' and '.join(given)} are given; keep one of them")
+        if not given and (self.set_points is None or self.set_points.watch == "plate"):
             raise ValueError(
-                f"temperature and cards.thermocouples: {'both' if both else 'none'} given; "
-                + ("remove one" if both else "declare the plate's temperature, or a thermocouple on it")
+                "temperature, cards.thermocouples and [thermometer]: none given; declare the plate's temperature, "
+                "or what measures it"
             )
+        self._with_its_oven()
         if self.rig == "simulated" and self.simulation is None:
             raise ValueError("rig is simulated, but there is no [simulation], which declares what is simulated")
         return self
+
+    def _with_its_oven(self) -> None:
+        """Raise ValueError where oven, limits and set-points do not belong together."""
+        parts = {"oven": self.oven, "set_points": self.set_points, "limits": self.limits}
+        missing = [name for name, part in parts.items() if part is None]
+        if 0 < len(missing) < 3:
+            raise ValueError(
+                f"[{missing[0]}] is missing; at temperatures of an oven's programme, [oven], [set_points] and "
+                "[limits] are needed, at one temperature none of them"
+            )
+        if self.oven is None or self.set_points is None or self.limits is None:
+            if self.thermometer is not None:
+                raise ValueError("[thermometer] without [oven]; declare temperature, or cards.thermocouples")
+            return
+        if self.temperature is not None:
+            raise ValueError("temperature and [set_points] are given; keep one of them")
+        for one in self.set_points.temperatures:
+            if not self.oven.minimum <= one <= self.oven.maximum:
+                raise ValueError(
+                    f"set_points.temperatures: {one:g} °C; {self.oven.minimum:g} to {self.oven.maximum:g} °C "
+                    "allowed, oven.minimum to oven.maximum"
+                )
+        if self.set_points.ramp_rate > self.oven.max_rate:
+            raise ValueError(
+                f"set_points.ramp_rate {self.set_points.ramp_rate:g} K/min; at most {self.oven.max_rate:g} K/min "
+                "allowed, oven.max_rate"
+            )
+
+
+def hammer_model(table: Mapping[str, Any]) -> type[HammerExperiment]:
+    """Return the model of a hammer test with oven and thermometer of these kinds, which know their own keys.
+
+    Raises
+    ------
+    UnknownInstrument
+        For a kind that is not there.
+    """
+    sections = instrument_sections({name: table[name] for name in ("oven", "thermometer") if name in table})
+    fields: dict[str, Any] = {name: (sections[name][0] | None, None) for name in sections if name != "cards"}
+    return create_model("HammerExperiment", __base__=HammerExperiment, **fields)
 
 
 def declares_hammer_test(path: Path) -> bool:
@@ -252,7 +364,18 @@ def is_hammer_table(table: Mapping[str, Any]) -> bool:
 
 def read_hammer_experiment(path: Path) -> HammerExperiment:
     """Read an experiment with ``kind = "hammer"``; CampaignFileError with every key that is wrong."""
-    experiment = checked(path, read_table(path), HammerExperiment)
+    table = read_table(path)
+    try:
+        model = hammer_model(table)
+    except UnknownInstrument as error:
+        wrong = error.wrong
+        problem = Problem(path.name, f"{error.section}.kind", wrong.seen, wrong.allowed, wrong.remedy)
+        raise CampaignFileError(path.parent, [problem]) from error
+    experiment = checked(path, table, model)
+    if experiment.limits is not None and experiment.oven is not None:
+        beyond = [*far_limits(path.name, experiment.limits, experiment.oven)]
+        if beyond:
+            raise CampaignFileError(path.parent, beyond)
     if experiment.simulation is not None and experiment.simulation.effects:
         from app.files.hidden_effects import (
             effect_problems,  # the library takes a moment, and few files ask for it

@@ -1,11 +1,12 @@
 """The folder of a hammer test: a finished file for every hit, and declarations with which other verbs read them.
 
 ``test.toml`` makes a modal test of it (`flexura identify FOLDER`), ``plate.toml`` a plate with FRFs (`flexura
-update FOLDER`); both are written anew with every hit, and name the hits that count.
+update FOLDER`); both are written anew with every hit, and name the hits that count. Of several temperatures each
+has a test of its own, ``set-point-1.toml`` and so on.
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -108,12 +109,21 @@ class HammerFolder:
 
     def declare(self, progress: HammerProgress) -> None:
         """Write ``test.toml`` and ``plate.toml`` of the hits that count; remove them where none does."""
-        if not progress.valid:
-            for name in (TEST, PLATE):
+        made = {}
+        for number, temperature in enumerate(self._experiment.temperatures):
+            hits = [hit for hit in progress.valid if hit.set_point == number]
+            name = TEST if temperature is None else f"set-point-{number + 1}.toml"
+            if hits:
+                made[name] = hits
+                write_text(self.folder / name, toml_text(self._test(hits), HEAD))
+            else:
                 (self.folder / name).unlink(missing_ok=True)
-            return
-        write_text(self.folder / TEST, toml_text(self._test(progress.valid), HEAD))
-        write_text(self.folder / PLATE, toml_text(self._plate(progress), HEAD))
+        points = [{hit.point for hit in hits} for hits in made.values()]
+        common = sorted(set.intersection(*points)) if points else []
+        if common:
+            write_text(self.folder / PLATE, toml_text(self._plate(list(made), common), HEAD))
+        else:
+            (self.folder / PLATE).unlink(missing_ok=True)
 
     def _write(self, path: Path, hit: JudgedHit, kept: KeptHit, temperature: float, date: str) -> None:
         experiment = self._experiment
@@ -181,26 +191,27 @@ class HammerFolder:
             ],
         }
 
-    def _plate(self, progress: HammerProgress) -> dict[str, Any]:
-        """Return the declaration of a plate with the FRFs of the points that were hit."""
+    def _plate(self, tests: Sequence[str], common: Sequence[int]) -> dict[str, Any]:
+        """Return the declaration of a plate with the FRFs of the points that were hit in all these tests."""
         experiment = self._experiment
         mallet = experiment.mallet
         drive: dict[str, Any] = {"id": mallet.id}
         if mallet.roves:
-            numbers = sorted({hit.point for hit in progress.valid})
-            drive |= {"points": [mallet.places[n] for n in numbers], "nodes": [n + 1 for n in numbers]}
+            drive |= {"points": [mallet.places[n] for n in common], "nodes": [n + 1 for n in common]}
         else:
             drive["point"] = mallet.places[0]
         drive |= {"radius": mallet.radius, "side": mallet.side}
         declared = experiment.model_dump(mode="json", include={"plate", "string", "cable", "tolerances"})
+        room = {} if experiment.oven is None else {"oven": {"room_temperature": experiment.oven.room_temperature}}
         return {
             "format": OF_PLATE,
             "title": experiment.title,
             **{name: value for name, value in declared.items() if value not in ([], {}, None)},
+            **room,
             "drive": [drive],
             "sensor": [one.recorded().model_dump(mode="json", exclude_none=True) for one in experiment.sensor],
             "measurement": {"band": experiment.hammer.band},
-            "frf": [{"file": TEST, "sensors": {name: name for name in experiment.channels[1:]}}],
+            "frf": [{"file": name, "sensors": {one: one for one in experiment.channels[1:]}} for name in tests],
         }
 
 
@@ -239,6 +250,16 @@ def open_hammer_folder(
         (folder / HITS).mkdir(exist_ok=True)
         force_folder_to_disk(folder)
         return HammerFolder(folder, experiment, source, judge)
+
+
+def hammer_log(folder: Path) -> Callable[[Mapping[str, Any]], None]:
+    """Return what appends an event to the log of a hammer test, once there is one in the folder."""
+
+    def log(event: Mapping[str, Any]) -> None:
+        if (folder / NAME).is_file():
+            events.append_event(folder, dict(event))
+
+    return log
 
 
 def require_our_test(folder: Path, acquired: Mapping[str, Any]) -> None:

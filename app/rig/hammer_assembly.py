@@ -1,6 +1,6 @@
-"""The rig of a hammer test: real cards, or simulated ones around the twin and a hammer."""
+"""The rig of a hammer test: real cards, or simulated ones around the twin and a hammer, with an oven or without."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
@@ -9,22 +9,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.arrays import Real
 from analysis.progress import Progress
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.experiment_toml import RigKind
 from app.files.hammer_experiment import HammerExperiment, HammerSimulation, require_simulated
 from drivers.clock import SystemClock, VirtualClock
-from drivers.hammer.hammer_rig import HammerInputs, HammerRig
+from drivers.hammer.hammer_rig import HammerInputs, HammerRig, nobody
 from drivers.rig.occupancy import instrument_places
 
 if TYPE_CHECKING:
     from app.rig.plate_transfer import PlateTransfer
     from drivers.hammer.simulated import PlateUnderHammer, SimulatedHammer
     from drivers.ni.simulated.servicer import SimulatedDaq
-
-MEMORY = 6.0
-"""s for which the coupling of the inputs is followed: of a corner of 0.5 Hz 1e-8 is left."""
+    from drivers.ni.simulated.surroundings import Module
+    from drivers.rig.rig import Rig
+    from drivers.rig.simulated import SimulatedParts
 
 
 @dataclass(frozen=True)
@@ -37,6 +36,8 @@ class SimulatedHammerRig:
     clock : VirtualClock
     hammer : SimulatedHammer
     server : SimulatedDaq
+    oven : SimulatedParts or None
+        With the oven in which the plate is; None for a plate in the room.
     address : str or None
         ``host:port`` of the server; None to call it inside this process.
     """
@@ -45,11 +46,13 @@ class SimulatedHammerRig:
     clock: VirtualClock
     hammer: "SimulatedHammer"
     server: "SimulatedDaq"
+    oven: "SimulatedParts | None" = None
     address: str | None = None
 
     def rig(self) -> HammerRig:
         """Return the rig as a campaign uses it."""
-        return HammerRig(self._open, self.clock, self._date, self.hammer.ask)
+        oven = None if self.oven is None else replace(self.oven, address=self.address).rig()
+        return HammerRig(self._open, self.clock, self._date, self.hammer.ask, oven)
 
     def _open(self) -> HammerInputs:
         from drivers.ni.endless_inputs import EndlessInputs
@@ -77,7 +80,8 @@ def hammer_rig(
     file : Path
         The experiment's, for messages.
     since : float
-        Time on the rig's clock at which the campaign was interrupted, s: where a simulated one goes on.
+        Time on the rig's clock at which the campaign was interrupted, s: where a simulated one without an oven
+        goes on.
     report : callable
         Called with the stage's name and the share done, if the twin has to be reduced first.
 
@@ -87,7 +91,7 @@ def hammer_rig(
         If the simulated rig is asked for and the file does not say enough about it.
     """
     if kind != "simulated":
-        yield HammerRig(lambda: _real_inputs(experiment), SystemClock(), lambda: datetime.now(UTC))
+        yield _real(experiment)
         return
     simulation = require_simulated(experiment, file)
     from app.rig.struck_plate import TwinUnderHammer
@@ -110,7 +114,7 @@ def simulated_hammer_rig(
     file: Path,
     since: float = 0.0,
 ) -> SimulatedHammerRig:
-    """Build simulated cards, and whoever holds the hammer, around a plate.
+    """Build simulated cards, an oven if there is one, and whoever holds the hammer, around a plate.
 
     Parameters
     ----------
@@ -122,23 +126,16 @@ def simulated_hammer_rig(
     Raises
     ------
     CampaignFileError
-        For modules and terminals that cannot be simulated.
+        For modules, terminals and instruments that cannot be simulated.
     """
     from app.rig.simulated_rig import simulated_modules
-    from drivers.hammer.simulated import HandSettings, SimulatedHammer
-    from drivers.ni.output_modules import NI_9260, OutputModule
+    from drivers.hammer.simulated import HandSettings, SimulatedHammer, struck_surroundings
     from drivers.ni.simulated.servicer import SimulatedDaq
-    from drivers.ni.simulated.surroundings import Surroundings
 
-    cards, clock = experiment.cards, VirtualClock(since)
-    modules = simulated_modules(simulation, file)
-    outputs = [slot for slot, module in modules.items() if isinstance(module, OutputModule)]
-    if not outputs:  # the simulated chassis is made around one; nothing is wired to it here
-        outputs = [next(slot for slot in range(1, 9) if slot not in modules)]
-        modules[outputs[0]] = NI_9260
-    chassis, _, rest = cards.drive_input.partition("Mod")
-    found = modules.get(int(rest[0])) if rest[:1].isdecimal() else None
-    hand = simulation.hammer
+    cards, modules, hand = experiment.cards, simulated_modules(simulation, file), simulation.hammer
+    slot = cards.drive_input.split("/")[0].partition("Mod")[2]
+    module = modules.get(int(slot)) if slot.isdecimal() else None
+    clock = VirtualClock(since if experiment.oven is None else 0.0)
     hammer = SimulatedHammer(
         plate,
         HandSettings(
@@ -148,42 +145,88 @@ def simulated_hammer_rig(
             hand.double_hits,
             hand.overloads,
             hand.pause,
-            experiment.hammer.duration,
+            ring=experiment.hammer.duration,
         ),
         clock,
-        simulation.temperature,
+        lambda: simulation.temperature,
         experiment.mallet.sensitivity,
-        min(cards.input_range, float(getattr(found, "full_scale", cards.input_range))),
+        min(cards.input_range, float(getattr(module, "full_scale", cards.input_range))),
         simulation.seed,
     )
     try:
-        surroundings = Surroundings(
-            plate=_unplayed,
-            sensors={terminal: row for row, terminal in enumerate(cards.responses)},
-            drive_inputs=frozenset({cards.drive_input}),
-            output=f"{chassis}Mod{outputs[0]}/ao0",
-            plate_temperature=lambda moments: np.full(np.shape(moments), hammer.temperature),
-            chassis=chassis,
-            modules=modules,
-            iepe_sensors=frozenset(cards.iepe),
-            memory=MEMORY,
-            hammer=hammer,
+        if experiment.oven is not None:
+            return _in_oven(experiment, simulation, hammer, clock, modules)
+        surroundings = struck_surroundings(
+            cards, hammer, modules, lambda moments: np.full(np.shape(moments), simulation.temperature)
         )
     except ValueError as error:
-        problem = Problem(file.name, "simulation", str(error), "terminals of simulation.modules")
-        raise CampaignFileError(file.parent, [problem]) from error
+        allowed = "terminals of simulation.modules, and kinds that can be simulated"
+        raise CampaignFileError(file.parent, [Problem(file.name, "simulation", str(error), allowed)]) from error
     return SimulatedHammerRig(experiment, clock, hammer, SimulatedDaq(surroundings, clock, simulation.seed))
+
+
+def _in_oven(
+    experiment: HammerExperiment,
+    simulation: HammerSimulation,
+    hammer: "SimulatedHammer",
+    clock: VirtualClock,
+    modules: "Mapping[int, Module]",
+) -> SimulatedHammerRig:
+    """Put the plate into a simulated oven; ValueError for instruments that cannot be simulated."""
+    from drivers.hammer.simulated import struck_surroundings
+    from drivers.ni.simulated.servicer import SimulatedDaq
+    from drivers.ovens.simulated.regulated_oven import RegulatedOven
+    from drivers.ovens.simulated.thermal import Chamber
+    from drivers.rig.simulated import PlateForecast, SimulatedParts
+
+    if experiment.oven is None:
+        raise AssertionError("asked for with an oven only")
+    chamber = Chamber(room=experiment.oven.room_temperature)
+    body = RegulatedOven(clock, np.random.default_rng(simulation.seed), chamber)
+    hammer.temperature = lambda: body.plate
+    forecast = PlateForecast(clock, body, chamber)
+    server = SimulatedDaq(struck_surroundings(experiment.cards, hammer, modules, forecast), clock, simulation.seed)
+    controller = experiment.oven.simulated(body, clock)
+    if controller is None:
+        raise ValueError(f"oven.kind {experiment.oven.kind!r} brings no simulated controller")
+    thermometer = None
+    if experiment.thermometer is not None:
+        instrument = experiment.thermometer.simulated(body, clock)
+        if instrument is None:
+            raise ValueError(f"thermometer.kind {experiment.thermometer.kind!r} brings no simulated instrument")
+        thermometer = (experiment.thermometer, instrument)
+    parts = SimulatedParts(
+        clock,
+        body,
+        controller,
+        server,
+        experiment.cards,
+        experiment.oven,
+        thermometer=thermometer,
+        room=chamber.room,
+    )
+    return SimulatedHammerRig(experiment, clock, hammer, server, parts)
 
 
 def hammer_places(experiment: HammerExperiment, kind: RigKind) -> tuple[str, ...]:
     """Return what of the rig only one process can use; of a simulated one nothing."""
-    return () if kind == "simulated" else instrument_places(None, None, experiment.cards)
+    if kind == "simulated":
+        return ()
+    return instrument_places(experiment.oven, experiment.thermometer, experiment.cards)
 
 
-def _real_inputs(experiment: HammerExperiment) -> HammerInputs:
-    from drivers.ni.endless_inputs import EndlessInputs
+def _real(experiment: HammerExperiment) -> HammerRig:
+    from drivers.ni.endless_inputs import EndlessInputs, as_cards
 
-    return EndlessInputs(experiment.cards)
+    def opened() -> EndlessInputs:
+        return EndlessInputs(experiment.cards)
+
+    oven: Rig | None = None
+    if experiment.oven is not None:
+        from app.rig.assembly import real_rig
+
+        oven = real_rig(lambda: as_cards(opened()), experiment.oven, experiment.thermometer, None)
+    return HammerRig(opened, SystemClock(), lambda: datetime.now(UTC), nobody, oven)
 
 
 def _transfer(
@@ -195,11 +238,9 @@ def _transfer(
     from app.twins.campaign_twin import campaign_twin, effect_twin
 
     struck, laws = experiment.struck(), simulation.laws.laws()
-    require_laws(experiment.plate, laws, (simulation.temperature - 1.0, simulation.temperature + 1.0), file)
+    wanted = [simulation.temperature if one is None else one for one in experiment.temperatures]
+    margin = 1.0 if experiment.set_points is None else experiment.set_points.within + 1.0
+    require_laws(experiment.plate, laws, (min(wanted) - margin, max(wanted) + margin), file)
     if not simulation.effects:
         return TwinTransfer(campaign_twin(struck, report), laws)
     return transfer_with_effects(effect_twin(struck, report), simulation.effects, laws, file)
-
-
-def _unplayed(drive: Real, sample_rate: float, temperature: Real) -> Real:
-    raise AssertionError("nothing is played in a hammer test")

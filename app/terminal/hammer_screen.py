@@ -1,5 +1,6 @@
 """A hammer test on the error stream, to be heard as well as seen: whoever holds the hammer looks at the plate."""
 
+import sys
 from collections.abc import Sequence
 
 import click
@@ -30,7 +31,7 @@ class HammerScreen:
     def __init__(self, places: Sequence[Point], *, shown: bool, keys: bool) -> None:
         self._places = places
         self._shown = shown
-        self._terminal = click.get_text_stream("stderr").isatty()
+        self._terminal = sys.stderr.isatty()
         self._last: tuple[int, int] | None = None
         if keys:
             self._say(KEYS)

@@ -1,7 +1,8 @@
 """A hammer test, point by point: armed, judged at once, kept, and taken up again where it was interrupted."""
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Protocol
 
 from analysis.estimation.spectra import Spectra
@@ -19,6 +20,7 @@ READ = 0.1
 """s read at once: a hit is told this long after its block at most, and keys are looked at as often."""
 
 Key = Literal["undo", "skip", "repeat", "stop"]
+Ended = Literal["done", "stopped", "drifted"]
 
 
 @dataclass(frozen=True)
@@ -108,6 +110,8 @@ class HammerCampaign:
         Returns what was typed since it was called last.
     check : callable
         Raises if the campaign is to end.
+    held : (float, float)
+        Temperatures between which a hit counts, degrees Celsius.
     """
 
     rig: HammerRig
@@ -121,9 +125,10 @@ class HammerCampaign:
     temperature: Callable[[], float]
     key: Callable[[], Key | None] = no_key
     check: Callable[[], None] = go_on
+    held: tuple[float, float] = (-math.inf, math.inf)
     _averaged: dict[int, Spectra] = field(default_factory=dict, repr=False)
 
-    def run(self, set_point: int = 0) -> bool:
+    def run(self, set_point: int = 0) -> Ended:
         """Measure the hits that are missing.
 
         Parameters
@@ -133,8 +138,8 @@ class HammerCampaign:
 
         Returns
         -------
-        bool
-            False where it was stopped by a key.
+        str
+            ``done``; ``stopped`` by a key; ``drifted`` where the plate has left the temperatures of `held`.
 
         Raises
         ------
@@ -153,10 +158,11 @@ class HammerCampaign:
                 self.trigger.arm()
                 found = self._wait()
                 if isinstance(found, JudgedHit):
-                    self._took(found, asked)
+                    if not self._took(found, asked):
+                        return "drifted"
                 elif not self._typed(found, asked):
-                    return False
-            return True
+                    return "stopped"
+            return "done"
         except DaqError as error:
             raise RigStopped(str(error), RESUME) from error
 
@@ -178,10 +184,14 @@ class HammerCampaign:
             if not self.trigger.under_way and (typed := self.key()) is not None:
                 return typed
 
-    def _took(self, hit: JudgedHit, asked: AskedHit) -> None:
-        """Write a hit, then say what came of it: what is told is on the disk."""
+    def _took(self, hit: JudgedHit, asked: AskedHit) -> bool:
+        """Write a hit, then say what came of it: what is told is on the disk. Return whether the plate is held."""
         kept = KeptHit(self.progress.recorded, asked.set_point, asked.point)
         temperature, date = self.temperature(), self.rig.date().isoformat()
+        steady = self.held[0] <= temperature <= self.held[1]
+        if not steady and not hit.rejected:
+            seen = f"the plate is at {temperature:.2f} °C" if math.isfinite(temperature) else "no temperature"
+            hit = replace(hit, rejected=f"{seen}; {self.held[0]:g} to {self.held[1]:g} °C wanted", spectra=None)
         what = {"set_point": kept.set_point, "point": kept.point, "peak": round(hit.peak, 4)}
         if hit.rejected:
             self.store.put_aside(hit, kept, temperature, date)
@@ -196,6 +206,7 @@ class HammerCampaign:
             self.store.declare(self.progress)
         self.progress.recorded += 1
         self.observer.told(ToldHit(asked, kept.number, hit.peak, hit.rejected, self._coherence(asked)))
+        return steady
 
     def _coherence(self, asked: AskedHit) -> float | None:
         """Coherence of the hits at a point, those before an interruption read again."""

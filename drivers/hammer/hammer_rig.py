@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from drivers.clock import Clock
 from drivers.ni.cards import go_on
+from drivers.rig.rig import Rig
 
 
 class HammerInputs(Protocol):
@@ -60,9 +61,12 @@ class HammerRig:
     ask : callable
         Called with the point, counted from 0, that is to be hit, and with the number of hits that were recorded in
         the campaign, rejected ones too. It makes the simulated hammer hit.
+    oven : Rig, optional
+        With the oven in which the plate is, whose cards are these inputs; None for a plate in the room.
     """
 
     open_inputs: Callable[[], HammerInputs]
     clock: Clock
     date: Callable[[], datetime]
     ask: Callable[[int, int], None] = nobody
+    oven: Rig | None = None

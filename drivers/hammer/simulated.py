@@ -5,6 +5,7 @@ for a hit depends on the seed and on its number alone, so that a campaign that i
 same hits.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
@@ -13,6 +14,9 @@ from numpy.typing import NDArray
 
 from analysis.checked_fields import check_range
 from drivers.clock import Clock
+from drivers.ni.input_wiring import InputWiring
+from drivers.ni.output_modules import NI_9260, OutputModule
+from drivers.ni.simulated.surroundings import Module, Surroundings, Temperature
 
 LEAD = 0.1
 """s before a hit from which its response is computed: one of limited band begins a little before its hit."""
@@ -129,8 +133,8 @@ class SimulatedHammer:
     plate : PlateUnderHammer
     hand : HandSettings
     clock : Clock
-    temperature : float
-        Of the plate, degrees Celsius; may be changed between hits.
+    temperature : callable
+        Returns that of the plate now, degrees Celsius.
     force_volts : float
         Sensitivity of the force sensor, V/N.
     full_scale : float
@@ -144,7 +148,7 @@ class SimulatedHammer:
     plate: PlateUnderHammer
     hand: HandSettings
     clock: Clock
-    temperature: float
+    temperature: Callable[[], float]
     force_volts: float
     full_scale: float
     seed: int
@@ -210,7 +214,7 @@ class SimulatedHammer:
             force[first:last] += pulse[first - began : last - began]
             answer[:, first:last] += heard[:, first - began : last - began]
         if answer is None:
-            silent = self.plate(0, np.zeros(16), sample_rate, self.temperature)
+            silent = self.plate(0, np.zeros(16), sample_rate, self.temperature())
             answer = np.zeros((len(silent), moments.size))
         return self.force_volts * force, answer
 
@@ -222,5 +226,50 @@ class SimulatedHammer:
         if key not in self._answers:
             while len(self._answers) > 4:  # a hit, the one before that still rings, on two grids at most
                 del self._answers[next(iter(self._answers))]
-            self._answers[key] = self.plate(strike.point, pulse, sample_rate, self.temperature)
+            self._answers[key] = self.plate(strike.point, pulse, sample_rate, self.temperature())
         return self._answers[key]
+
+
+MEMORY = 6.0
+"""s for which the coupling of the inputs is followed: of a corner of 0.5 Hz 1e-8 is left."""
+
+
+def struck_surroundings(
+    cards: InputWiring, hammer: SimulatedHammer, modules: Mapping[int, Module], plate_temperature: Temperature
+) -> Surroundings:
+    """Wire the hammer and the plate's sensors to simulated cards.
+
+    Parameters
+    ----------
+    modules : mapping of int to Module
+        Slot -> module in it.
+
+    Raises
+    ------
+    ValueError
+        If a terminal is on no module.
+    """
+    slots = dict(modules)
+    output = next((slot for slot, module in slots.items() if isinstance(module, OutputModule)), None)
+    if output is None:  # the simulated chassis is made around one; nothing is wired to it here
+        output = next(slot for slot in range(1, 9) if slot not in slots)
+        slots[output] = NI_9260
+    chassis = cards.drive_input.split("/")[0].partition("Mod")[0]
+    return Surroundings(
+        plate=_unplayed,
+        sensors={terminal: row for row, terminal in enumerate(cards.responses)},
+        drive_inputs=frozenset({cards.drive_input}),
+        output=f"{chassis}Mod{output}/ao0",
+        plate_temperature=plate_temperature,
+        chassis=chassis,
+        modules=slots,
+        iepe_sensors=frozenset(cards.iepe),
+        memory=MEMORY,
+        hammer=hammer,
+    )
+
+
+def _unplayed(
+    drive: NDArray[np.float64], sample_rate: float, temperature: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    raise AssertionError("nothing is played in a hammer test")

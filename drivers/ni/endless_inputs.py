@@ -6,14 +6,14 @@ had from the hardware. The driver's circular buffer holds them anyway, on every 
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import Any, Self
+from typing import Any, Self, cast
 
 import numpy as np
 from nidaqmx.constants import TaskMode
 from nidaqmx.stream_readers import AnalogMultiChannelReader
 from numpy.typing import NDArray
 
-from drivers.ni.cards import go_on
+from drivers.ni.cards import Cards, go_on
 from drivers.ni.connection import Connection
 from drivers.ni.errors import Action, DaqError
 from drivers.ni.input_wiring import InputWiring
@@ -134,3 +134,8 @@ class EndlessInputs:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def as_cards(inputs: EndlessInputs) -> Cards:
+    """Return inputs as what a `Session` opens and closes: it reads temperatures, and never asks for a sweep."""
+    return cast(Cards, inputs)

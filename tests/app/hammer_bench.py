@@ -1,7 +1,6 @@
 """A hammer test on simulated cards, with a plate that costs nothing: one mode, in closed form."""
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +8,12 @@ from scipy.signal import lfilter
 
 from analysis.arrays import Real
 from app.files.hammer_experiment import HammerExperiment, read_hammer_experiment
+from app.files.hammer_folder import hammer_log
 from app.files.sweep_file import Source
 from app.rig.hammer_assembly import SimulatedHammerRig, simulated_hammer_rig
 from app.stages.acquire_hammer import HammerOutcome, acquire_hammer, interrupted_at
 from drivers.hammer.campaign import AskedHit, Key, ToldHit, no_key
-from drivers.hammer.hammer_rig import HammerRig
+from drivers.rig.session import Session
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "hammer-rig.toml"
 FREQUENCY, DECAY, MASS = 150.0, 40.0, 0.1
@@ -74,12 +74,14 @@ def acquire(
 ) -> tuple[HammerOutcome, Listener, SimulatedHammerRig]:
     """Do what `flexura acquire` does."""
     parts, heard = rig(declared, interrupted_at(folder)), Listener()
-
-    def opened() -> AbstractContextManager[HammerRig]:
-        return nullcontext(parts.rig())
-
+    opened = parts.rig()
+    session = None
+    if opened.oven is not None and declared.limits is not None:
+        session = Session(opened.oven, declared.limits, hammer_log(folder), check)
     acquired = declared.model_dump(mode="json") | {"rig": "simulated"}
+    source = Source("mine.toml", "0" * 64)
     outcome = acquire_hammer(
-        opened, declared, folder, Source("mine.toml", "0" * 64), acquired, heard, key=key, check=check, again=again
+        opened, session, declared, folder, source, acquired, heard, key=key, check=check, again=again
     )
+    assert session is None or session.unsafe == ()
     return outcome, heard, parts

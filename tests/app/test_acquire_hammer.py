@@ -247,7 +247,7 @@ def test_bad_input_is_told_without_a_traceback(tmp_path: Path) -> None:
     text = EXAMPLE.read_text(encoding="utf-8")
     wrong = {
         "double_hit = 0.1  ": ("double_hit = 3.0  ", "hammer.double_hit"),
-        "duration = 1.0 ": ("duration = 0.01 ", "pretrigger"),
+        "duration = 1.6 ": ("duration = 0.01 ", "pretrigger"),
         "band = [60.0, 600.0]": ("band = [60.0, 1700.0]", "0.45 of cards.sample_rate"),
         "[0.02, 0.02], [0.11": ("[0.5, 0.02], [0.11", "hammer1"),
         "temperature = 21.0                    # of the plate": ("# of the plate", "none given"),
