@@ -1,4 +1,4 @@
-"""The rig of a hammer test: real cards, or simulated ones around the twin and a hammer, with an oven or without."""
+"""The rig of a hammer test: real cards, or simulated ones around the twin and a hammer, with an oven or none."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager

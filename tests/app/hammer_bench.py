@@ -1,5 +1,6 @@
 """A hammer test on simulated cards, with a plate that costs nothing: one mode, in closed form."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -56,6 +57,44 @@ def experiment(**hand: float) -> HammerExperiment:
     assert read.simulation is not None
     held = read.simulation.hammer.model_copy(update=hand)
     return read.model_copy(update={"simulation": read.simulation.model_copy(update={"hammer": held})})
+
+
+OVEN = """
+[oven]
+kind = "watlow-f4t"
+port = "simulated"
+minimum = -5.0
+maximum = 65.0
+max_rate = 3.0
+room_temperature = 22.0
+
+[set_points]
+temperatures = [25.0, 35.0, 30.0]
+ramp_rate = 3.0
+soak = 300.0
+
+[limits]
+coldest = -10.0
+hottest = 70.0
+
+[hammer]
+"""
+"""Three set-points, the second above the third: the oven cools, too."""
+
+
+def text_with_oven() -> str:
+    """Return the example's text with an oven, a thermocouple on the plate and two hits at a point."""
+    text = EXAMPLE.read_text(encoding="utf-8")
+    changes = {
+        r"^temperature = 21.0 .*of the plate.*\n": "",
+        r'^coupling = "AC"\n': 'coupling = "AC"\nthermocouples = ["cDAQ1Mod3/ai0"]\n',
+        r"^hits = 5": "hits = 2",
+        r"^\[hammer\]\n": OVEN.lstrip(),
+    }
+    for pattern, new in changes.items():
+        text, count = re.subn(pattern, new, text, count=1, flags=re.MULTILINE)
+        assert count == 1, pattern
+    return text
 
 
 def rig(declared: HammerExperiment, since: float = 0.0) -> SimulatedHammerRig:
