@@ -78,6 +78,9 @@ class HammerHits(Declared):
     double_hit: Annotated[float, Field(gt=0.0, le=1.0, description="share of the first peak")] = 0.1
     overload: Annotated[float, Field(gt=0.1, le=1.0, description="share of what an input can hold")] = 0.98
     band: Annotated[tuple[float, float], Field(description="Hz, where the force is even")]
+    coupling: Annotated[
+        float | None, Field(gt=0.0, le=100.0, description="Hz, corner of inputs that couple AC")
+    ] = None
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -88,7 +91,7 @@ class HammerHits(Declared):
 
     def test(self) -> HammerTest:
         """Return the settings as what judges hits takes them."""
-        return HammerTest(self.trigger, self.pretrigger, self.duration, self.double_hit)
+        return HammerTest(self.trigger, self.pretrigger, self.duration, self.double_hit, coupling=self.coupling)
 
     def triggering(self, volts: float) -> TriggerSettings:
         """Return the settings of the trigger; `volts` is the sensitivity of the force sensor, V/N."""

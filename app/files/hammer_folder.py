@@ -181,6 +181,7 @@ class HammerFolder:
                 "pretrigger": experiment.hammer.pretrigger,
                 "duration": experiment.hammer.duration,
                 "double_hit": experiment.hammer.double_hit,
+                "coupling": experiment.hammer.coupling,
             },
             "record": [
                 {

@@ -18,7 +18,7 @@ from drivers.ni.input_wiring import InputWiring
 from drivers.ni.output_modules import NI_9260, OutputModule
 from drivers.ni.simulated.surroundings import Module, Surroundings, Temperature
 
-LEAD = 0.1
+LEAD = 0.3
 """s before a hit from which its response is computed: one of limited band begins a little before its hit."""
 BOUNCE = (0.012, 0.080)
 """s between the two peaks of a double hit: a hammer that is held too long bounces within a few hundredths."""
