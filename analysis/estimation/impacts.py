@@ -41,9 +41,9 @@ class HammerTest:
     exponential : float
         Value of the exponential window at the end of a block; 1 for none.
     coupling : float or None
-        Where the AC coupling of all channels has lost 3 dB, Hz; None where they couple DC, or it is not known. Then
-        the force comes back below zero after a blow, and the window cuts that off, while the responses keep what
-        the coupling has done to them: a phase of coupling / frequency, 8 mrad at 60 Hz for a corner of 0.5 Hz.
+        Where the AC coupling of all channels has lost 3 dB, Hz; None where they couple DC, or it is not known.
+        Then the force comes back below zero after a blow, and the window cuts that off, while the responses keep
+        what the coupling has done to them: a phase of coupling / frequency, 8 mrad at 60 Hz for one of 0.5 Hz.
     """
 
     trigger: float | None = None
@@ -157,13 +157,13 @@ def _windowed(
 ) -> NDArray[np.float64]:
     """Return a force (1, N) behind its window: as it was before the coupling, windowed, and coupled again.
 
-    A capacitor makes of u(t) the v with v' = u' - a v, a = 2 pi coupling; so u = v + a integral of v.
+    A capacitor makes of u(t) the v with v' = u' - a v, a = 2 pi coupling; so u = v + a integral of v, which runs
+    away on noise, but not within a blow.
     """
     if coupling is None:
         return np.asarray(force * window)
-    a = 2.0 * np.pi * coupling
-    before = force + a / rate * np.cumsum(force, axis=-1)
     numerator, denominator = butter(1, coupling, btype="highpass", fs=rate)
+    before = lfilter(denominator, numerator, force, axis=-1)
     return np.asarray(lfilter(numerator, denominator, before * window, axis=-1))
 
 

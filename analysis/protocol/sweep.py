@@ -11,6 +11,10 @@ from analysis.sweep_timing import DriveKind, SweepTiming, sweep_timing
 Level = Annotated[float, Field(gt=0.0, le=100.0)]
 
 
+MOST_CYCLES = 200_000.0
+"""Of the highest of many sines within a drive: a sum of them takes a second and half a gigabyte."""
+
+
 class SweepSettings(Declared):
     """What one repeat plays: something that lasts for the duration, then silence, in which the plate rings down.
 
@@ -65,6 +69,11 @@ class SweepSettings(Declared):
             raise ValueError(
                 f"taper {self.taper:g} s is more than a quarter of duration ({self.duration:g} s): "
                 f"at most {0.25 * self.duration:g} s leaves time for the band"
+            )
+        if not self.is_sweep and self.duration * high > MOST_CYCLES:
+            raise ValueError(
+                f"{self.kind} of {self.duration:g} s up to {high:g} Hz is a sum of too many sines; at most "
+                f"{MOST_CYCLES / high:.4g} s up to there: shorten duration, repeat more often, or sweep"
             )
         if self.frequency_range[0] <= 0.0:
             raise ValueError(
