@@ -64,8 +64,7 @@ class HammerFolder:
                     kept = KeptHit(*(int(file.attrs[name]) for name in ("number", "set_point", "point")))
                     self._files[kept.number] = (path, kept, float(file.attrs["temperature"]))
             except Hdf5FileError as error:
-                remedy = "move it out of the campaign; the same command then asks for this hit again"
-                problems.append(Problem(f"{HITS}/{path.name}", "", str(error), "a file as it was written", remedy))
+                problems.append(_damaged(path, error))
         if problems:
             raise CampaignFileError(folder, problems)
 
@@ -75,9 +74,13 @@ class HammerFolder:
 
     def measured(self, hit: KeptHit) -> JudgedHit:
         """Read a hit, and judge it again."""
-        with opened_hdf5(self._files[hit.number][0]) as file:
-            signals = [np.asarray(file[name][()], dtype=float) for name in self._experiment.channels]
-            rate = float(file.attrs["sample_rate"])
+        path = self._files[hit.number][0]
+        try:
+            with opened_hdf5(path) as file:
+                signals = [np.asarray(file[name][()], dtype=float) for name in self._experiment.channels]
+                rate = float(file.attrs["sample_rate"])
+        except Hdf5FileError as error:
+            raise CampaignFileError(self.folder, [_damaged(path, error)]) from error
         return self._judge.judge_measured(signals[0], np.array(signals[1:]), rate)
 
     def keep(self, hit: JudgedHit, kept: KeptHit, temperature: float, date: str) -> None:
@@ -214,6 +217,11 @@ class HammerFolder:
             "measurement": {"band": experiment.hammer.band},
             "frf": [{"file": name, "sensors": {one: one for one in experiment.channels[1:]}} for name in tests],
         }
+
+
+def _damaged(path: Path, error: Hdf5FileError) -> Problem:
+    remedy = "move it out of the campaign; the same command then asks for this hit again"
+    return Problem(f"{HITS}/{path.name}", "", str(error), "a file as it was written", remedy)
 
 
 def _normal(experiment: HammerExperiment, number: int) -> str:

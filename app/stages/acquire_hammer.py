@@ -53,7 +53,8 @@ class HammerOutcome:
 
 def interrupted_at(folder: Path) -> float:
     """Return the time of a campaign's last event on the rig's clock, s; 0 of one that was not begun."""
-    return max((float(event.get("time", 0.0)) for event in read_events(folder)), default=0.0)
+    times = (event.get("time") for event in read_events(folder))
+    return max((float(time) for time in times if isinstance(time, int | float)), default=0.0)
 
 
 def acquire_hammer(
