@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, lfilter
 
 from analysis.estimation.recording import SampledSignals, clipped
 from analysis.estimation.spectra import Spectra, of_blocks
@@ -162,6 +161,8 @@ def _windowed(
     """
     if coupling is None:
         return np.asarray(force * window)
+    from scipy.signal import butter, lfilter  # declarations of tests import this module, and must be read at once
+
     numerator, denominator = butter(1, coupling, btype="highpass", fs=rate)
     before = lfilter(denominator, numerator, force, axis=-1)
     return np.asarray(lfilter(numerator, denominator, before * window, axis=-1))
