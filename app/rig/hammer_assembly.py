@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from analysis.arrays import Real
 from analysis.progress import Progress
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.experiment_toml import RigKind
@@ -213,6 +214,31 @@ def hammer_places(experiment: HammerExperiment, kind: RigKind) -> tuple[str, ...
     if kind == "simulated":
         return ()
     return instrument_places(experiment.oven, experiment.thermometer, experiment.cards)
+
+
+def still_oven(experiment: HammerExperiment, kind: RigKind, file: Path) -> "Rig | None":
+    """Return the rig of the oven for a caller that only brings it to rest; None for a test without an oven.
+
+    Parameters
+    ----------
+    kind : str
+        As in `hammer_rig`.
+    file : Path
+        The experiment's, for messages.
+
+    Raises
+    ------
+    CampaignFileError
+        If the simulated rig is asked for and the file does not say enough about it.
+    """
+    if kind != "simulated":
+        return _real(experiment).oven
+    silent = np.zeros((len(experiment.cards.responses), 1))
+
+    def plate(point: int, force: Real, sample_rate: float, temperature: float) -> Real:
+        return np.broadcast_to(silent, (len(silent), force.size))
+
+    return simulated_hammer_rig(experiment, require_simulated(experiment, file), plate, file).rig().oven
 
 
 def _real(experiment: HammerExperiment) -> HammerRig:

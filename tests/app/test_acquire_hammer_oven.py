@@ -17,7 +17,7 @@ from app.plate_frfs.given_campaign import read_plate
 from drivers.hammer.campaign import Key
 from drivers.hammer.set_points import HeldPlate
 from drivers.rig.errors import RigStopped
-from tests.app.hammer_bench import acquire, text_with_oven
+from tests.app.hammer_bench import EXAMPLE, acquire, text_with_oven
 
 
 @pytest.fixture
@@ -128,3 +128,15 @@ def test_laws_over_temperature_from_hits(tmp_path: Path) -> None:
         true = simulation.laws.laws().at([row["temperature_c"]])
         assert row["youngs_modulus_pa"] == pytest.approx(float(true.youngs_modulus[0]), rel=0.01)
         assert row["loss_factor"] == pytest.approx(float(true.loss_factor[0]), rel=0.03)
+
+
+def test_safe_brings_its_oven_to_rest_and_says_where_there_is_none(tmp_path: Path) -> None:
+    file = tmp_path / "oven.toml"
+    file.write_text(text_with_oven(), encoding="utf-8")
+    done = CliRunner().invoke(flexura, ["safe", str(file), "--json"])
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout) == {"rig": "simulated", "unsafe": []}
+    assert "the oven is at rest" in done.stderr
+    done = CliRunner().invoke(flexura, ["safe", str(EXAMPLE)])
+    assert done.exit_code == 0
+    assert "nothing is heated or driven" in done.stderr
