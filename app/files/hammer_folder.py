@@ -15,6 +15,7 @@ import numpy as np
 from app.files import events
 from app.files.atomic import PARTIAL, atomic_hdf5, force_folder_to_disk, write_json, write_text
 from app.files.campaign_error import CampaignFileError, Problem
+from app.files.campaign_kind import HAMMER_TEST, is_hammer_folder
 from app.files.folder_lock import writable
 from app.files.hammer_experiment import HammerExperiment
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
@@ -30,7 +31,6 @@ from app.files.toml_text import toml_text
 from drivers.hammer.judged_hit import HitJudge, JudgedHit
 from drivers.hammer.progress import HammerProgress, KeptHit
 
-NAME = "hammer.json"
 FORMAT = "hammer-campaign/1"
 HITS, REJECTED = "hits", "rejected"
 FIRST_SENSOR = 901
@@ -250,11 +250,11 @@ def open_hammer_folder(
         folder.mkdir(parents=True, exist_ok=True)
         for unfinished in folder.rglob(f"*{PARTIAL}"):
             unfinished.unlink()
-        if not (folder / NAME).is_file():
+        if not is_hammer_folder(folder):
             made_from = provenance({source.file: source.sha256})
             begun = {"format": FORMAT, "acquired": dict(acquired), "provenance": made_from}
-            write_json(folder / NAME, begun)
-        elif wiring := changed_wiring(_begun(folder), acquired):
+            write_json(folder / HAMMER_TEST, begun)
+        elif wiring := changed_wiring(begun_with(folder), acquired):
             events.append_event(folder, {"event": REWIRED, "wiring": wiring})
         (folder / HITS).mkdir(exist_ok=True)
         force_folder_to_disk(folder)
@@ -265,7 +265,7 @@ def hammer_log(folder: Path) -> Callable[[Mapping[str, Any]], None]:
     """Return what appends an event to the log of a hammer test, once there is one in the folder."""
 
     def log(event: Mapping[str, Any]) -> None:
-        if (folder / NAME).is_file():
+        if is_hammer_folder(folder):
             events.append_event(folder, dict(event))
 
     return log
@@ -273,8 +273,8 @@ def hammer_log(folder: Path) -> Callable[[Mapping[str, Any]], None]:
 
 def require_our_test(folder: Path, acquired: Mapping[str, Any]) -> None:
     """Raise CampaignFileError if a folder holds something else than the hammer test of this experiment."""
-    if (folder / NAME).is_file():
-        before = _begun(folder)
+    if is_hammer_folder(folder):
+        before = begun_with(folder)
         one, other = without_wiring(before, acquired), without_wiring(acquired, before)
         changed = differences({"acquired": one}, {"acquired": other})
         if changed:
@@ -282,22 +282,22 @@ def require_our_test(folder: Path, acquired: Mapping[str, Any]) -> None:
             allowed = "a new folder, or this same experiment"
             raise CampaignFileError(folder, [Problem("", "", seen, allowed, "undo the change, or use --out")])
     elif folder.exists() and (
-        not folder.is_dir() or {child.name for child in folder.iterdir()} - {f"{NAME}.part"}
+        not folder.is_dir() or {child.name for child in folder.iterdir()} - {f"{HAMMER_TEST}.part"}
     ):
         allowed = "a new folder, or one this same experiment began"
         raise CampaignFileError(folder, [Problem("", "", "exists and is no hammer test", allowed, "use --out")])
 
 
-def _begun(folder: Path) -> dict[str, Any]:
-    """Return the experiment with which a folder was begun."""
+def begun_with(folder: Path) -> dict[str, Any]:
+    """Return the experiment with which a folder was begun, and its rig; CampaignFileError where it is damaged."""
     remedy = "move the folder away and begin anew"
     try:
-        begun = parse_json(read_text(folder / NAME))
+        begun = parse_json(read_text(folder / HAMMER_TEST))
     except (ValueError, OSError) as error:
         raise CampaignFileError(
-            folder, [Problem(NAME, "", str(error), "a file as it was written", remedy)]
+            folder, [Problem(HAMMER_TEST, "", str(error), "a file as it was written", remedy)]
         ) from error
     acquired = begun.get("acquired") if isinstance(begun, dict) and begun.get("format") == FORMAT else None
     if not isinstance(acquired, dict):
-        raise CampaignFileError(folder, [Problem(NAME, "format", "not read", FORMAT, remedy)])
+        raise CampaignFileError(folder, [Problem(HAMMER_TEST, "format", "not read", FORMAT, remedy)])
     return acquired

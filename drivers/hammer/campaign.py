@@ -192,20 +192,23 @@ class HammerCampaign:
         if not steady and not hit.rejected:
             seen = f"the plate is at {temperature:.2f} °C" if math.isfinite(temperature) else "no temperature"
             hit = replace(hit, rejected=f"{seen}; {self.held[0]:g} to {self.held[1]:g} °C wanted", spectra=None)
-        what = {"set_point": kept.set_point, "point": kept.point, "peak": round(hit.peak, 4)}
+        what: dict[str, Any] = {"set_point": kept.set_point, "point": kept.point, "peak": round(hit.peak, 4)}
+        coherence: float | None = None
         if hit.rejected:
             self.store.put_aside(hit, kept, temperature, date)
             self._log(REJECTED, date, step=kept.number, **what, why=hit.rejected)
             self.progress.rejected += 1
         else:
             self.store.keep(hit, kept, temperature, date)
-            self._log(ACCEPTED, date, step=kept.number, **what, temperature=round(temperature, 4))
             self.progress.valid.append(kept)
             if hit.spectra is not None:
                 self._averaged[kept.number] = hit.spectra
+            coherence = self._coherence(asked)
+            what |= {} if coherence is None else {"coherence": round(coherence, 4)}
+            self._log(ACCEPTED, date, step=kept.number, **what, temperature=round(temperature, 4))
             self.store.declare(self.progress)
         self.progress.recorded += 1
-        self.observer.told(ToldHit(asked, kept.number, hit.peak, hit.rejected, self._coherence(asked)))
+        self.observer.told(ToldHit(asked, kept.number, hit.peak, hit.rejected, coherence))
         return steady
 
     def _coherence(self, asked: AskedHit) -> float | None:
