@@ -149,7 +149,7 @@ class HammerCampaign:
             If a hit cannot be written.
         """
         try:
-            self.inputs.begin(self.check)
+            self._begin()
             while (point := self.progress.next_point(set_point)) is not None:
                 number = len(self.progress.at(set_point, point)) + 1
                 asked = AskedHit(set_point, point, self.progress.points, number, self.progress.wanted)
@@ -157,6 +157,8 @@ class HammerCampaign:
                 self.rig.ask(point, self.progress.recorded)
                 self.trigger.arm()
                 found = self._wait()
+                if found is None:
+                    continue
                 if isinstance(found, JudgedHit):
                     if not self._took(found, asked):
                         return "drifted"
@@ -166,8 +168,13 @@ class HammerCampaign:
         except DaqError as error:
             raise RigStopped(str(error), RESUME) from error
 
-    def _wait(self) -> JudgedHit | Key:
-        """Return the next hit, or what was typed before it."""
+    def _begin(self) -> None:
+        """Start to record, of which nothing follows on what was recorded before."""
+        self.inputs.begin(self.check)
+        self.trigger.reset()
+
+    def _wait(self) -> JudgedHit | Key | None:
+        """Return the next hit, or what was typed before it; None where samples were lost, perhaps with a hit."""
         samples = max(round(READ * self.inputs.sample_rate), 1)
         while True:
             self.check()
@@ -177,8 +184,8 @@ class HammerCampaign:
                 if error.action is not Action.RETRY_DISCARD:
                     raise
                 self.observer.said(f"samples were lost ({error}): hit again")
-                self.inputs.begin(self.check)
-                continue
+                self._begin()
+                return None
             if record is not None:
                 return self.judge.judge(record, self.inputs.sample_rate)
             if not self.trigger.under_way and (typed := self.key()) is not None:

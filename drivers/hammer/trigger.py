@@ -70,6 +70,10 @@ class HitTrigger:
         if self._held is not None:
             self._searched = self._held.shape[1]
 
+    def reset(self) -> None:
+        """Begin anew, with a recording that does not follow on what was fed so far."""
+        self._held, self._searched = None, 0
+
     @property
     def under_way(self) -> bool:
         """Whether a hit has begun whose block is not yet whole."""

@@ -110,9 +110,11 @@ def acquire(
     check: Callable[[], None] = lambda: None,
     *,
     again: bool = False,
+    prepare: Callable[[SimulatedHammerRig], None] = lambda parts: None,
 ) -> tuple[HammerOutcome, Listener, SimulatedHammerRig]:
     """Do what `flexura acquire` does."""
     parts, heard = rig(declared, interrupted_at(folder)), Listener()
+    prepare(parts)
     opened = parts.rig()
     session = None
     if opened.oven is not None and declared.limits is not None:

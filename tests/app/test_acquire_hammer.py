@@ -16,12 +16,15 @@ from click.testing import CliRunner
 
 from app.files.campaign_error import CampaignFileError
 from app.files.events import read_events
-from app.files.hammer_experiment import HammerExperiment
+from app.files.hammer_experiment import HammerExperiment, read_hammer_experiment
 from app.files.hdf5_file import opened_hdf5
 from app.files.modal_test_toml import read_modal_test
 from app.main import flexura
 from app.modal_test.declared_test import declared_frfs
+from app.rig.hammer_assembly import SimulatedHammerRig
 from drivers.hammer.campaign import Key, ToldHit
+from drivers.ni.simulated.faults import Faults
+from drivers.rig.errors import RigStopped
 from tests.app.hammer_bench import DECAY, EXAMPLE, FREQUENCY, MASS, Listener, acquire, experiment
 
 
@@ -162,6 +165,56 @@ def test_what_is_in_a_file_of_a_hit(tmp_path: Path) -> None:
         assert "provenance" in file
     with opened_hdf5(min((folder / "rejected").glob("*.h5"))) as file:
         assert "double hit" in file.attrs["rejected"]
+
+
+def test_cards_that_are_lost_end_it_and_it_is_taken_up_again(tmp_path: Path) -> None:
+    folder = tmp_path / "hits"
+    declared = with_hits(1, double_hits=0.0, overloads=0.0)
+
+    def unplugged(parts: SimulatedHammerRig) -> None:
+        parts.server.chassis.faults = Faults(unplugged=(25.0, 1e9))
+
+    with pytest.raises(RigStopped, match="run the same command again"):
+        acquire(declared, folder, prepare=unplugged)
+    before = {path.name for path in (folder / "hits").glob("*.h5")}
+    assert 1 < len(before) < 9
+    outcome, _, _ = acquire(declared, folder)
+    assert (outcome.accepted, outcome.made_now) == (9, 9 - len(before))
+
+
+def test_samples_that_were_lost_are_told_and_the_hit_is_made_again(tmp_path: Path) -> None:
+    def stalled(parts: SimulatedHammerRig) -> None:
+        parts.server.chassis.faults = Faults(stalled=60.0, stalled_at=20.0)
+
+    outcome, heard, _ = acquire(with_hits(1, double_hits=0.0), tmp_path / "hits", prepare=stalled)
+    assert outcome.missing == 0
+    assert any("samples were lost" in line for line in heard.lines)
+
+
+def test_a_force_sensor_with_exchanged_poles_is_told_at_the_first_hit(tmp_path: Path) -> None:
+    def exchanged(parts: SimulatedHammerRig) -> None:
+        parts.hammer.force_volts *= -1.0
+
+    def key() -> Key | None:
+        rejected = list((tmp_path / "hits" / "rejected").glob("*.h5"))
+        return "stop" if len(rejected) == 2 else None
+
+    declared = with_hits(1, double_hits=0.0, overloads=0.0)
+    outcome, heard, _ = acquire(declared, tmp_path / "hits", key, prepare=exchanged)
+    assert outcome.accepted == 0
+    assert "exchange the poles" in heard.hits[0].rejected
+
+
+def test_the_temperature_is_that_of_a_thermocouple_on_the_plate(tmp_path: Path) -> None:
+    text = EXAMPLE.read_text(encoding="utf-8")
+    text = text.replace('coupling = "AC"\n', 'coupling = "AC"\nthermocouples = ["cDAQ1Mod3/ai0"]\n')
+    text = text.replace("temperature = 21.0                    # of the plate", "# of the plate")
+    text = text.replace("temperature = 21.0                    # of the sim", "temperature = 33.0  # of the sim")
+    file = tmp_path / "mine.toml"
+    file.write_text(text.replace("hits = 5", "hits = 1"), encoding="utf-8")
+    acquire(read_hammer_experiment(file), tmp_path / "hits")
+    test = read_modal_test(tmp_path / "hits" / "test.toml")
+    assert test.temperature == pytest.approx(33.0, abs=0.1)
 
 
 needs_fork = pytest.mark.skipif(sys.platform == "win32", reason="needs fork and SIGKILL")
