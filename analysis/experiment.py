@@ -15,7 +15,7 @@ from analysis.declared import Declared, Point, Sparse, Temperature
 from analysis.layout import check_patches, check_point
 from analysis.patch import Patch
 from analysis.plate import Plate
-from analysis.sweep_timing import SweepTiming
+from analysis.sweep_timing import DriveKind, SweepTiming, sweep_timing
 from analysis.tolerances import Tolerances
 from analysis.transducers import Drive, Sensor
 
@@ -61,7 +61,7 @@ class Acquisition(Declared):
 class Protocol(Declared):
     """Which sweeps were made, at which temperatures."""
 
-    sweep: Literal["logarithmic", "linear"]
+    sweep: DriveKind
     band: Annotated[tuple[float, float], Field(description="Hz")]
     sweep_duration: Annotated[float, Field(gt=0.0, le=3600.0, description="s")]
     tail: Annotated[float, Field(ge=0.0, le=600.0, description="s of silence")]
@@ -106,10 +106,10 @@ class Protocol(Declared):
 
     @property
     def timing(self) -> SweepTiming | None:
-        """When sweeps pass their frequencies; None where the taper is not declared."""
+        """When sweeps pass their frequencies; None where the taper is not declared, or all are played at once."""
         if self.taper is None:
             return None
-        return SweepTiming(self.sweep, self.band, self.taper, self.sweep_duration, self.record)
+        return sweep_timing(self.sweep, self.band, self.taper, self.sweep_duration, self.record)
 
 
 class OvenDeclaration(Declared):

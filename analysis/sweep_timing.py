@@ -7,6 +7,9 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 
+DriveKind = Literal["logarithmic", "linear", "burst-random", "multi-sine"]
+"""How a plate is driven: by a sine that passes its frequencies one after the other, or by all of them at once."""
+
 Frequencies = TypeVar("Frequencies", Real, Complex)
 
 
@@ -48,3 +51,12 @@ class SweepTiming:
         It is so for the mean over all repeats, too, in which the middle is that of all records.
         """
         return self.passed_at(frequency) - 0.5 * self.record
+
+
+def sweep_timing(
+    kind: DriveKind, band: tuple[float, float], taper: float, duration: float, record: float
+) -> SweepTiming | None:
+    """Return when a drive passes its frequencies, see `SweepTiming`; None for one that plays all at once."""
+    if kind == "logarithmic" or kind == "linear":
+        return SweepTiming(kind, band, taper, duration, record)
+    return None

@@ -13,5 +13,6 @@
 ``thermometers``   thermometers on the plate besides the cards' thermocouples
 ``watchdog``       supervision of the oven, in a process of its own on a real rig
 ``rig``            all together: campaigns of sweeps at measured temperatures
+``hammer``         hammer tests: hits heard, judged and kept
 =================  ===================================================================
 """

@@ -39,6 +39,10 @@ class HammerTest:
         Whether the force is set to zero after the blow.
     exponential : float
         Value of the exponential window at the end of a block; 1 for none.
+    coupling : float or None
+        Where the AC coupling of all channels has lost 3 dB, Hz; None where they couple DC, or it is not known.
+        Then the force comes back below zero after a blow, and the window cuts that off, while the responses keep
+        what the coupling has done to them: a phase of coupling / frequency, 8 mrad at 60 Hz for one of 0.5 Hz.
     """
 
     trigger: float | None = None
@@ -47,6 +51,7 @@ class HammerTest:
     double_hit: float = 0.1
     force_window: bool = True
     exponential: float = 1.0
+    coupling: float | None = None
 
     def __post_init__(self) -> None:
         if self.trigger is not None and not self.trigger > 0.0:
@@ -57,6 +62,8 @@ class HammerTest:
             raise ValueError(
                 f"duration {self.duration:g} s; more than the pretrigger of {self.pretrigger or 0:g} s"
             )
+        if self.coupling is not None and not 0.0 < self.coupling <= 100.0:
+            raise ValueError(f"coupling {self.coupling:g} Hz; above 0 to 100 allowed")
         if not 0.0 < self.double_hit <= 1.0:
             raise ValueError(f"double_hit {self.double_hit:g}; above 0 to 1 allowed")
 
@@ -128,7 +135,7 @@ class Blows:
                 u = u - u[:, :before].mean(axis=1, keepdims=True)
                 y = y - y[:, :before].mean(axis=1, keepdims=True)
             if windowed and self.test.force_window:
-                u = u * force_window(self.samples, *hit.pulse)
+                u = _windowed(u, force_window(self.samples, *hit.pulse), rate, self.test.coupling)
             force.append(u * decay)
             answers.append(y * decay)
         return np.array(force), np.array(answers)
@@ -142,6 +149,23 @@ class Blows:
                 onward = "shorten hammer.pretrigger or hammer.duration, or " + onward
             raise ValueError(f"none of {len(self.hits)} blows counts ({why}); {onward}")
         return of_blocks(*self.blocks(), self.recording.rate)
+
+
+def _windowed(
+    force: NDArray[np.float64], window: NDArray[np.float64], rate: float, coupling: float | None
+) -> NDArray[np.float64]:
+    """Return a force (1, N) behind its window: as it was before the coupling, windowed, and coupled again.
+
+    A capacitor makes of u(t) the v with v' = u' - a v, a = 2 pi coupling; so u = v + a integral of v, which runs
+    away on noise, but not within a blow.
+    """
+    if coupling is None:
+        return np.asarray(force * window)
+    from scipy.signal import butter, lfilter  # declarations of tests import this module, and must be read at once
+
+    numerator, denominator = butter(1, coupling, btype="highpass", fs=rate)
+    before = lfilter(denominator, numerator, force, axis=-1)
+    return np.asarray(lfilter(numerator, denominator, before * window, axis=-1))
 
 
 def find_blows(

@@ -18,6 +18,8 @@ CHANCE = 1e-3
 """Probability with which a linear structure is called one that is not."""
 APART = 1.2
 """Ratio of the mean levels of the strong and the weak half from which they are compared."""
+NEIGHBOURS = 21
+"""Lines over which the noise is averaged where it says which lines stand out of it."""
 FEWEST = 2
 """Hits in each half: one has no scatter."""
 
@@ -114,6 +116,18 @@ def of_records(parts: Sequence[Spectra], levels: NDArray[np.float64]) -> LevelDi
     return _judged(weak.h[:, 0], strong.h[:, 0], variance, freedom, (float(levels[first]), float(levels[last])))
 
 
+def _around(variance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Average variances (K, F) over `NEIGHBOURS` lines.
+
+    Of two hits in each half, a line's own variance is small by chance where it should not be: of lines of noise
+    alone, as beyond the band in which a plate answers, those would be taken that differ most.
+    """
+    count = min(NEIGHBOURS, variance.shape[1])
+    weight = np.ones(count)
+    number = np.convolve(np.ones(variance.shape[1]), weight, mode="same")
+    return np.array([np.convolve(row, weight, mode="same") / number for row in variance])
+
+
 def _judged(
     weak: NDArray[np.complex128],
     strong: NDArray[np.complex128],
@@ -122,7 +136,7 @@ def _judged(
     levels: tuple[float, float],
 ) -> LevelDifference | None:
     """Compare the difference, summed over the lines that stand out of the noise, with its variance."""
-    clear = np.abs(strong) ** 2 > 10.0 * variance
+    clear = np.abs(strong) ** 2 > 10.0 * np.maximum(variance, _around(variance))
     total = float(variance[clear].sum())
     if not clear.any() or total <= 0.0 or freedom < 1.0:
         return None

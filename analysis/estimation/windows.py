@@ -77,7 +77,8 @@ class RingdownWindow:
 def force_window(samples: int, begin: int, end: int) -> NDArray[np.float64]:
     """Window of 1 over a blow and 0 elsewhere, with cosine flanks: drops the noise after it.
 
-    The flanks are as long as an eighth of what is kept, and lie outside it.
+    The flanks are as long as what is kept, and lie outside it: a soft tip's force ends slowly. Flanks of an eighth
+    took 0.5 % of the spectrum of a raised cosine and 6 % of that of a Gaussian pulse, these 0.01 and 0.1 %.
 
     Parameters
     ----------
@@ -88,7 +89,7 @@ def force_window(samples: int, begin: int, end: int) -> NDArray[np.float64]:
     -------
     (samples,) ndarray
     """
-    flank = max((end - begin) // 8, 2)
+    flank = max(end - begin, 4)
     place = np.arange(samples)
     outside = np.maximum(np.maximum(begin - place, place - end), 0)
     kept: NDArray[np.float64] = np.where(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from analysis.protocol.drive import drive_signal
-from analysis.protocol.drive_comparison import whole_delay
+from analysis.protocol.drive_comparison import compare_drive, whole_delay
 from analysis.protocol.sweep import SweepSettings
 
 CRYSTALS = 3e-4
@@ -43,6 +43,8 @@ def clock_difference(
     """
     from scipy.fft import next_fast_len, rfft, rfftfreq
 
+    if sweep.kind == "burst-random":
+        return _difference_of_bursts(recorded, played, sample_rate, sweep)
     level = float(np.abs(played).max())
     size = next_fast_len(played.size, real=True)
     spectra = [rfft(np.asarray(repeat, dtype=np.float64), size) for repeat in recorded]
@@ -50,12 +52,50 @@ def clock_difference(
     low, high = sweep.frequency_range
     inside = (grid >= low) & (grid <= high)
     omega = 2.0 * np.pi * grid[inside]
-    passing = omega * sweep.timing.passed_at(grid[inside])
+    passing = omega * _passed_at(sweep, grid[inside])
     found = 0.0
     for by_lag in (True, True, False):
         reference = rfft(stretched(played, found, sample_rate, sweep, level) if found else played, size)
         crossed = (_aligned(spectrum * reference.conj(), inside, size) for spectrum in spectra)
         more = [_fitted(cross, omega, passing, by_lag) for cross in crossed]
+        found = float(np.clip(found + np.median(more), -CRYSTALS, CRYSTALS))
+    return found if abs(found) * played.size > SEEN else 0.0
+
+
+def _passed_at(sweep: SweepSettings, frequency: Real) -> Real:
+    """Return when frequencies (F,), Hz, are passed, s.
+
+    By Schroeder's phases a multi-sine, too, passes them one after the other, from the highest to the lowest.
+    """
+    if sweep.timing is not None:
+        return sweep.timing.passed_at(frequency)
+    low, high = sweep.band
+    return np.asarray(sweep.duration * (high - frequency) / (high - low))
+
+
+def _difference_of_bursts(
+    recorded: NDArray[np.floating], played: Real, sample_rate: float, sweep: SweepSettings
+) -> float:
+    """Estimate the difference for a drive that plays all frequencies at once: its end is then early, or late.
+
+    The delays of both halves of the drive are compared, each faded in and out.
+    """
+    level, time = float(np.abs(played).max()), np.arange(played.size) / sample_rate
+    half = 0.5 * sweep.duration
+    fades = [
+        np.where((time >= start) & (time < start + half), np.sin(np.pi * (time - start) / half) ** 2, 0.0)
+        for start in (0.0, half)
+    ]
+    found = 0.0
+    for _ in range(3):
+        reference = stretched(played, found, sample_rate, sweep, level) if found else played
+        more = []
+        for repeat in recorded:
+            first, last = (
+                compare_drive(repeat * fade, reference * fade, sample_rate, sweep.frequency_range)[1]
+                for fade in fades
+            )
+            more.append((first - last) / (half * sample_rate))
         found = float(np.clip(found + np.median(more), -CRYSTALS, CRYSTALS))
     return found if abs(found) * played.size > SEEN else 0.0
 

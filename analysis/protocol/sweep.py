@@ -1,23 +1,30 @@
-"""The drive's sweep as declared."""
+"""The drive as declared: a sweep, or all frequencies at once."""
 
 import math
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
 from analysis.declared import Declared
-from analysis.sweep_timing import SweepTiming
+from analysis.sweep_timing import DriveKind, SweepTiming, sweep_timing
 
 Level = Annotated[float, Field(gt=0.0, le=100.0)]
 
 
-class SweepSettings(Declared):
-    """One sine whose frequency runs once through the band, then silence.
+MOST_CYCLES = 200_000.0
+"""Of the highest of many sines within a drive: a sum of them takes a second and half a gigabyte."""
 
-    The drive has its full level over the whole band: it is faded in below the band and out above it.
+
+class SweepSettings(Declared):
+    """What one repeat plays: something that lasts for the duration, then silence, in which the plate rings down.
+
+    A ``logarithmic`` or ``linear`` sweep is one sine whose frequency runs once through the band. It has its full
+    level over the whole band: it is faded in below the band and out above it. ``burst-random`` is noise of an even
+    spectrum, ``multi-sine`` the same sines with phases that keep the peak low; both are faded in time only, and
+    `levels` are their peaks. Whatever is played, the record holds it and all that answers it: nothing leaks.
     """
 
-    kind: Annotated[Literal["logarithmic", "linear"], Field(description="how the frequency climbs")]
+    kind: Annotated[DriveKind, Field(description="how the frequency climbs, or that all are played at once")]
     band: Annotated[tuple[float, float], Field(description="Hz, driven at full level")]
     duration: Annotated[float, Field(gt=0.0, le=3600.0, description="s of sound, both fades included")]
     taper: Annotated[float, Field(gt=0.0, le=60.0, description="s of each fade, a raised cosine")]
@@ -31,14 +38,21 @@ class SweepSettings(Declared):
         return self.duration + self.tail
 
     @property
-    def timing(self) -> SweepTiming:
-        """When it passes its frequencies."""
-        return SweepTiming(self.kind, self.band, self.taper, self.duration, self.record)
+    def timing(self) -> SweepTiming | None:
+        """When it passes its frequencies; None where it plays them all at once."""
+        return sweep_timing(self.kind, self.band, self.taper, self.duration, self.record)
+
+    @property
+    def is_sweep(self) -> bool:
+        """Whether it passes its frequencies one after the other."""
+        return self.timing is not None
 
     @property
     def frequency_range(self) -> tuple[float, float]:
         """Frequencies at which the drive begins and ends, fades included, Hz."""
         low, high = self.band
+        if not self.is_sweep:
+            return low, high
         inner = self.duration - 2.0 * self.taper
         if self.kind == "linear":
             beyond = (high - low) * self.taper / inner
@@ -55,6 +69,11 @@ class SweepSettings(Declared):
             raise ValueError(
                 f"taper {self.taper:g} s is more than a quarter of duration ({self.duration:g} s): "
                 f"at most {0.25 * self.duration:g} s leaves time for the band"
+            )
+        if not self.is_sweep and self.duration * high > MOST_CYCLES:
+            raise ValueError(
+                f"{self.kind} of {self.duration:g} s up to {high:g} Hz is a sum of too many sines; at most "
+                f"{MOST_CYCLES / high:.4g} s up to there: shorten duration, repeat more often, or sweep"
             )
         if self.frequency_range[0] <= 0.0:
             raise ValueError(

@@ -9,6 +9,7 @@
 ``demo``              the whole chain on three campaigns
 ``demo_truth``        true laws and effects of the demo's plates, compared with the results
 ``acquire``           run an experiment on a rig
+``acquire_hammer``      the same where hits are recorded
 ``run``               all stages, from files to the report
 ``import_campaign``   import of a recording into a campaign folder
 ``identify``          modes

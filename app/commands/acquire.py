@@ -27,6 +27,7 @@ Examples:
   flexura acquire my-experiment.toml --rig simulated --out rehearsal
   flexura acquire my-experiment.toml --test-shot
   flexura acquire my-experiment.toml --again
+  flexura acquire examples/hammer-rig.toml --out hammered
 """
 
 
@@ -65,9 +66,21 @@ def command(
     With --watch, or with --notify or --notify-command, flexura watch runs beside it until it has told how the
     campaign ended. Whatever happens to that process, the campaign does not notice.
 
-    Exit status 1 where sweeps are missing at the end, or the rig stopped the campaign; 3 where something could not
-    be verified to be at rest (NOT AT REST: go there and switch it off).
+    An EXPERIMENT with kind = "hammer" is a hammer test: hits are asked for point by point, and each is judged and
+    written at once. On a terminal, u undoes the last hit, s skips the point, r repeats it, q stops. identify,
+    update and gap take its folder.
+
+    Exit status 1 where sweeps or hits are missing at the end, or the rig stopped the campaign; 3 where something
+    could not be verified to be at rest (NOT AT REST: go there and switch it off).
     """
+    from app.files.hammer_experiment import declares_hammer_test
+
+    if declares_hammer_test(experiment):
+        from app.commands.acquire_hammer import acquire_hits
+
+        watching = {"--watch": watch, "--notify": bool(notify), "--notify-command": bool(notify_command)}
+        acquire_hits(experiment, rig, out, output, again=again, refused={"--test-shot": test_shot} | watching)
+        return
     from app.files.experiment_toml import read_acquired_experiment
 
     started = time.perf_counter()

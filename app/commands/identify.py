@@ -98,7 +98,8 @@ def command(
         raise click.BadParameter(
             "chooses the sweep that --export writes; add --export", param_hint="--temperature"
         )
-    of_campaign = (campaign.is_dir() and not declares_test(campaign)) or declares_plate(campaign)
+    # a folder with both declarations, as of a hammer test, is a test here and a plate for update
+    of_campaign = not declares_test(campaign) and (campaign.is_dir() or declares_plate(campaign))
     damping = damping or ("hysteretic" if of_campaign else "viscous")
     chosen = {"damping": damping, "method": method, "band": band, "actuator": actuator}
     options = partial(_wanted, mains, temperature=temperature, **chosen)

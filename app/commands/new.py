@@ -23,6 +23,7 @@ Examples:
   flexura new plate frfs/*.uff --plate 0.4 0.3 0.003 0.33 --out my-plate
   flexura new campaign --plate 0.4 0.3 0.003 0.33 --out my-plate
   flexura new experiment --plate 0.3 0.2 0.003 0.16 --oven watlow-f4t --port /dev/ttyUSB0
+  flexura new experiment --kind hammer --plate 0.3 0.2 0.003 0.16
   flexura new panel --plate 0.3 0.2 0.003 0.16 --out door.toml
   flexura new campaign my-plate/sweeps/*.tdms --drive Voltage_0 --unused Room --out my-plate
 """
@@ -40,7 +41,8 @@ def _named(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> di
 @click.option(
     "--kind",
     type=click.Choice(["hammer", "continuous", "frf"]),
-    help="Of a test: hits, a continuous signal, or FRFs (default: by its channels).",
+    help="Of a test: hits, a continuous signal, or FRFs (default: by its channels). Of an experiment: hammer, for "
+    "one in which hits are recorded.",
 )
 @click.option("--drive", multiple=True, callback=_named, metavar="NAME=UNIT", help="Drives; unit or sensitivity.")
 @click.option("--response", multiple=True, callback=_named, metavar="NAME=UNIT", help="Answers; * for several.")
@@ -109,8 +111,12 @@ def command(
     channels: dict[str, object] = {"--drive": drive, "--response": response, "--unused": unused}
     of_frfs: dict[str, object] = {"--points": points, "--frf-units": frf_units}
     if what in ("experiment", "panel"):
+        hammer = what == "experiment" and kind == "hammer"
+        if hammer:
+            of_tests = {name: value for name, value in of_tests.items() if name != "--kind"}
+            of_tests |= {"--oven": oven, "--port": port}
         _refuse(f"does not belong to a new {what}", of_tests | channels | of_frfs | {"FILES": files})
-        _from_nothing(what, plate, title, oven, port, out or Path(), output)
+        _from_nothing("hammer test" if hammer else what, plate, title, oven, port, out or Path(), output)
         return
     if what == "plate":
         _refuse("belongs to a test; of a plate channels are declared in plate.toml", of_tests | channels)
@@ -148,9 +154,9 @@ def _from_nothing(
     output: Output,
 ) -> None:
     """Write an experiment or a panel; at a terminal, ask for what was not said."""
-    from app.rig.new_declarations import NewExperiment, new_experiment, new_panel
+    from app.rig.new_declarations import NewExperiment, new_experiment, new_hammer_experiment, new_panel
 
-    target = out if out.suffix == ".toml" else out / f"{what}.toml"
+    target = out if out.suffix == ".toml" else out / f"{what.replace(' ', '-')}.toml"
     if sys.stdin.isatty() and not output.quiet:
         if plate is None:
             names = ("length along x, m", "length along y, m", "thickness, m", "mass, kg")
@@ -165,12 +171,15 @@ def _from_nothing(
             oven = click.prompt("oven: kind of controller", default="eurotherm-2400", err=True)
     if what == "experiment":
         missing = new_experiment(target, NewExperiment(plate, title, oven, port))
+    elif what == "hammer test":
+        missing = new_hammer_experiment(target, NewExperiment(plate, title))
     else:
         missing = new_panel(target, plate, title)
     output.result(lambda: {"declaration": str(target), "missing": missing})
     for one in missing:
         output.note(one)
-    then = f"doctor {target}" if what == "experiment" else f"focus RUN --panel {target}"
+    onward = {"experiment": f"doctor {target}", "hammer test": f"acquire {target} --rig simulated"}
+    then = onward.get(what, f"focus RUN --panel {target}")
     output.summary(f"{target}: complete it, then: flexura {then}")
 
 

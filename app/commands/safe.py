@@ -32,18 +32,30 @@ def command(experiment: Path, rig: "RigKind | None", output: Output) -> None:
     Exit status 3 where something could not be verified to be at rest (NOT AT REST: go there and switch it off).
     """
     from app.files.experiment_toml import read_declared_experiment
+    from app.files.hammer_experiment import declares_hammer_test, read_hammer_experiment
     from app.rig.assembly import rig_places, still_rig
+    from app.rig.hammer_assembly import hammer_places, still_oven
     from app.terminal.campaign_ending import NOT_AT_REST, not_at_rest
     from drivers.rig.end_requests import EndRequests
     from drivers.rig.occupancy import RigInUse, occupied
     from drivers.rig.rest import bring_to_rest
 
-    declared = read_declared_experiment(experiment)
-    kind = rig or declared.rig
+    if declares_hammer_test(experiment):
+        of_hits = read_hammer_experiment(experiment)
+        kind = rig or of_hits.rig
+        oven, places = still_oven(of_hits, kind, experiment), hammer_places(of_hits, kind)
+        if oven is None:
+            output.result(lambda: {"rig": kind, "unsafe": []})
+            output.summary("a hammer test without an oven: nothing is heated or driven")
+            return
+    else:
+        declared = read_declared_experiment(experiment)
+        kind = rig or declared.rig
+        oven, places = still_rig(declared, kind, experiment), rig_places(declared, kind)
     with EndRequests():  # must not be interrupted
         try:
-            with occupied(rig_places(declared, kind), "flexura safe"):
-                unsafe = bring_to_rest(still_rig(declared, kind, experiment))
+            with occupied(places, "flexura safe"):
+                unsafe = bring_to_rest(oven)
         except RigInUse as error:
             unsafe = (str(error),)
     output.result(lambda: {"rig": kind, "unsafe": list(unsafe)})

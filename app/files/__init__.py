@@ -34,6 +34,8 @@ Campaigns:
 ``latest_repeat``         the repeat recorded last, to be looked at
 ``control``               requests of a window to the runner
 ``experiment_toml``       what a rig is to acquire
+``hammer_experiment``     what hits are to be acquired
+``hammer_folder``         a hammer test while hits are written into it
 ``instruments_toml``      the instruments that a file declares
 ``instrument_sections``   each of them checked by the class that its ``kind`` names
 ``simulation_section``    what the simulated rig is

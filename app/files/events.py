@@ -80,6 +80,8 @@ class _Event(BaseModel):
     attempt: Whole | None = None
     temperature: Degrees | None = None
     place: str | None = None
+    point: Whole | None = None
+    set_point: Whole | None = None
     command: Literal["ramp", "hold", "safe"] | None = None
     target: Degrees | None = None
     rate: Annotated[float, Field(gt=0.0, le=1e4)] | None = None
@@ -87,9 +89,14 @@ class _Event(BaseModel):
 
     @model_validator(mode="after")
     def _whole(self) -> Self:
-        needed = {"sweep begun": ("step", "attempt"), "missing": ("place",), "oven": ("command",)}.get(
-            self.event, ()
-        )
+        needed = {
+            "sweep begun": ("step", "attempt"),
+            "missing": ("place",),
+            "oven": ("command",),
+            "hit rejected": ("step",),
+            "hit undone": ("step",),
+            "point skipped": ("set_point", "point"),
+        }.get(self.event, ())
         needed += ("target",) if self.command == "ramp" else ()
         needed += ("leg",) if self.purpose == "leg" else ()
         needed += ("step",) if self.event == "missing" and self.date is not None else ()  # a rig's

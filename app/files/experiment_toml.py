@@ -328,6 +328,11 @@ def read_declared_experiment(path: Path) -> AcquiredExperiment:
     if table.get("format") == FORMAT:
         seen = f"declares a recorded campaign (format {FORMAT!r}), which flexura import {path.parent} takes"
         raise CampaignFileError(path.parent, [Problem(path.name, "", seen, "")])
+    if table.get("kind") == "hammer":
+        seen = (
+            f"declares a hammer test, which flexura acquire {path} takes, and no campaign over an oven's programme"
+        )
+        raise CampaignFileError(path.parent, [Problem(path.name, "kind", seen, "")])
     _require_recorded_force(path, table)
     try:
         model = experiment_model(table)

@@ -76,6 +76,9 @@ class HammerSettings(Declared):
     double_hit: Annotated[float, Field(gt=0.0, le=1.0, description="share of the first peak")] = 0.1
     force_window: bool = True
     exponential: Annotated[float, Field(gt=0.0, le=1.0, description="at the end of a block; 1: none")] = 1.0
+    coupling: Annotated[
+        float | None, Field(gt=0.0, le=100.0, description="Hz, corner of the AC coupling of all channels")
+    ] = None
 
     def test(self) -> HammerTest:
         """Return the settings as the computation takes them; ValueError where they do not fit each other."""

@@ -162,7 +162,7 @@ def changed_keys(folder: Path, protocol: Mapping[str, Any]) -> list[str]:
     begun, asked = before.get("acquired"), now.get("acquired")
     if isinstance(begun, dict) and isinstance(asked, dict):
         before["acquired"], now["acquired"] = without_wiring(begun, asked), without_wiring(asked, begun)
-    return _differences(before, now)
+    return differences(before, now)
 
 
 def rewired(folder: Path, protocol: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -200,7 +200,7 @@ def put_log_aside(folder: Path) -> None:
             (folder / name).rename(next(path for path in kept if not path.exists()))
 
 
-def _differences(there: dict[str, Any], asked: dict[str, Any]) -> list[str]:
+def differences(there: dict[str, Any], asked: dict[str, Any]) -> list[str]:
     """Keys in which two protocols differ; the text of the file, such as comments, is not compared.
 
     Those of the experiment's file as they stand there; what is derived from them, the declaration of the

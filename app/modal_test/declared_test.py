@@ -190,8 +190,8 @@ def _estimated(
         parts.append(blows.spectra())
         every.append(blows)
         rate = blows.window.rate
-        if not rate:
-            notes += _ringing_notes(name, held, blows)
+    if every and not rate:
+        notes += _ringing_notes([name for name, _ in files], files[0][1], every)
     if len({len(part.frequency) for part in parts}) > 1:
         raise ValueError("its sample rate is not that of the other files; resample them to one")
     found = estimate(pooled(parts), test.estimator)
@@ -271,11 +271,17 @@ def _level_notes(files: list[tuple[str, SignalsOfFile]], parts: list[Spectra], e
     return [f"{files[0][0]}: {differs.message(UNITS[first.quantities[first.drives[0]]])}"]
 
 
-def _ringing_notes(name: str, held: SignalsOfFile, blows: Blows) -> list[str]:
-    """Say which responses are cut off while they ring; the worst of a file."""
-    _, answers = blows.blocks(windowed=False)
-    answers = answers / np.array([hit.peak for hit in blows.kept])[:, None, None]  # blows differ in height
-    tail = (blows.samples - blows.before) / held.recording.rate
+def _ringing_notes(names: list[str], held: SignalsOfFile, every: list[Blows]) -> list[str]:
+    """Say which responses are cut off while they ring; the worst of the files at one place.
+
+    Of all blows together: what they have in common rings, and what they have not is noise, of which a file with a
+    single blow tells nothing.
+    """
+    shortest = min(blows.samples for blows in every)
+    each = [blows.blocks(windowed=False)[1][:, :, :shortest] for blows in every]
+    answers = np.concatenate(each) / np.array([hit.peak for blows in every for hit in blows.kept])[:, None, None]
+    tail = (shortest - max(blows.before for blows in every)) / held.recording.rate
+    name = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
     seen = [
         (found, channel)
         for number, channel in enumerate(held.responses)

@@ -6,13 +6,17 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from analysis.progress import Progress
 from analysis.protocol.limits import Limits
 from app.files.experiment_toml import AcquiredExperiment, RigKind
+from app.files.instrument_sections import OvenSection
 from drivers.clock import SystemClock
+from drivers.ni.cards import Cards
 from drivers.rig.occupancy import instrument_places
 from drivers.rig.rig import Aftercare, Rig
+from drivers.thermometers.settings import ThermometerSettings
 from drivers.watchdog.remote_oven import RemoteOven
 from drivers.watchdog.rest_watch import RestRule
 from drivers.watchdog.settings import WatchdogSettings
@@ -84,38 +88,58 @@ def still_rig(experiment: AcquiredExperiment, kind: RigKind, file: Path) -> Rig:
 
 
 def _real_rig(experiment: AcquiredExperiment) -> Rig:
+    drive = experiment.cards.model_dump(mode="json")
+    return real_rig(experiment.cards.open, experiment.oven, experiment.thermometer, drive)
+
+
+def real_rig(
+    open_cards: Callable[[], Cards],
+    oven: OvenSection,
+    thermometer: ThermometerSettings | None,
+    drive: dict[str, Any] | None,
+) -> Rig:
+    """Return a real rig.
+
+    Parameters
+    ----------
+    open_cards : callable
+    oven : OvenSection
+        Of the experiment.
+    thermometer : ThermometerSettings, optional
+    drive : dict, optional
+        The ``[cards]`` whose output the watchdog brings to 0 V; None where nothing is driven.
+    """
     clock = SystemClock()
-    thermometer = experiment.thermometer
     return Rig(
-        open_cards=experiment.cards.open,
-        open_oven=lambda: experiment.oven.open(clock),
+        open_cards=open_cards,
+        open_oven=lambda: oven.open(clock),
         clock=clock,
         date=lambda: datetime.now(UTC),
         open_thermometer=None if thermometer is None else lambda: thermometer.open(clock),
-        rest_rule=_rest_rule(experiment),
+        rest_rule=_rest_rule(oven),
         tell=lambda message: log.warning("%s", message),
-        supervise=lambda limits, asked, aftercare: _watchdog(experiment, clock, limits, asked, aftercare),
+        supervise=lambda limits, asked, aftercare: _watchdog(oven, drive, clock, limits, asked, aftercare),
     )
 
 
-def _rest_rule(experiment: AcquiredExperiment) -> RestRule:
-    return RestRule(experiment.oven.rest_temperature(experiment.oven.room_temperature))
+def _rest_rule(oven: OvenSection) -> RestRule:
+    return RestRule(oven.rest_temperature(oven.room_temperature))
 
 
 def _watchdog(
-    experiment: AcquiredExperiment,
+    oven: OvenSection,
+    drive: dict[str, Any] | None,
     clock: SystemClock,
     limits: Limits,
     asked_to_end: Callable[[], None],
     aftercare: Aftercare,
 ) -> RemoteOven:
     """Open the oven in the watchdog's process."""
-    oven = experiment.oven.model_dump(mode="json", exclude={"room_temperature"})
     settings = WatchdogSettings(
-        oven=oven,
+        oven=oven.model_dump(mode="json", exclude={"room_temperature"}),
         limits=limits,
-        cards=experiment.cards.model_dump(mode="json"),
-        rest=_rest_rule(experiment),
+        cards=drive,
+        rest=_rest_rule(oven),
         log=None if aftercare.log is None else str(aftercare.log),
     )
-    return RemoteOven(settings, lambda: experiment.oven.open(clock), asked_to_end, aftercare.locks)
+    return RemoteOven(settings, lambda: oven.open(clock), asked_to_end, aftercare.locks)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
 from app.files.experiment_toml import read_acquired_experiment
+from app.files.hammer_experiment import read_hammer_experiment
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.settings_toml import read_table
 from app.files.shipped import shipped
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 EXPERIMENT_HEAD = """An experiment, after paper-protocol.toml of the examples, whose comments say more.
 Put your own plate, patches, terminals, oven and limits into it (guide, "Connecting real hardware"), then:
     flexura doctor FILE, flexura acquire FILE --rig simulated, flexura acquire FILE --test-shot"""
+HAMMER_HEAD = """A hammer test, after hammer-rig.toml of the examples, whose comments say more.
+Put your own plate, points, sensors and terminals into it (guide, "A hammer test of a plate"), then:
+    flexura acquire FILE --rig simulated, flexura acquire FILE"""
 PANEL_HEAD = """A focusing panel, after section2-panel.toml of the examples, whose comments say more.
 Put your own patches and target into it (guide, "Designing and exporting filters"), then:
     flexura focus RUN --panel FILE"""
@@ -87,6 +91,38 @@ def new_experiment(
     return missing
 
 
+def new_hammer_experiment(
+    target: Path, said: NewExperiment, devices: "Callable[[], Sequence[Device]] | None" = None
+) -> list[str]:
+    """Write the file of a hammer test; return what is still to be completed by hand, see `new_experiment`.
+
+    Parameters
+    ----------
+    said : NewExperiment
+        Without oven and port.
+    devices : callable, optional
+        Lists the devices of the NI driver; that of this computer unless given.
+    """
+    _require_free(target)
+    table, missing = read_table(shipped("hammer-rig.toml")), []
+    table["rig"] = "real"
+    table["title"] = said.title or target.stem
+    if said.plate is None:
+        missing.append("[plate] is the example's: weigh and measure yours")
+    else:
+        before = table["plate"]["length_x"], table["plate"]["length_y"]
+        table["plate"] |= dict(zip(("length_x", "length_y", "thickness", "mass"), said.plate, strict=True))
+        table["drive"][0]["points"] = [_moved(one, before, said.plate) for one in table["drive"][0]["points"]]
+        table["sensor"][0]["point"] = _moved(table["sensor"][0]["point"], before, said.plate)
+    missing.append("[[drive]] points, [[sensor]] point: the example's, scaled to the plate; mark them on yours")
+    missing.append("[[drive]], [[sensor]] sensitivity: those of their data sheets")
+    missing += _put_inputs(table["cards"], devices)
+    missing.append("temperature: of the plate, or a thermocouple on it: cards.thermocouples")
+    missing.append("[hammer] duration: until the plate has come to rest; identify says if it is too short")
+    _write(target, toml_text(table, HAMMER_HEAD), read_hammer_experiment)
+    return missing
+
+
 def new_panel(target: Path, plate: Plate | None, title: str) -> list[str]:
     """Write a panel's file, its patches and target where the example has them, in shares of the lengths.
 
@@ -139,9 +175,12 @@ def _put_plate(table: dict[str, Any], plate: Plate) -> None:
     before = table["plate"]["length_x"], table["plate"]["length_y"]
     table["plate"] |= dict(zip(("length_x", "length_y", "thickness", "mass"), plate, strict=True))
     for patch in table["patch"]:
-        patch["center"] = [
-            round(place * now / was, 6) for place, now, was in zip(patch["center"], plate, before, strict=False)
-        ]
+        patch["center"] = _moved(patch["center"], before, plate)
+
+
+def _moved(place: Sequence[float], before: tuple[float, float], plate: Plate) -> list[float]:
+    """Return a place at its shares of other lengths."""
+    return [round(along * now / was, 6) for along, now, was in zip(place, plate, before, strict=False)]
 
 
 def _put_terminals(cards: dict[str, Any], devices: "Callable[[], Sequence[Device]] | None") -> list[str]:
@@ -156,6 +195,20 @@ def _put_terminals(cards: dict[str, Any], devices: "Callable[[], Sequence[Device
         return ["[cards]: terminals are the example's; no device with an output and two inputs is connected"]
     cards |= {"output": output.outputs[0], "drive_input": inputs.inputs[0], "responses": [inputs.inputs[1]]}
     return [f"[cards]: found {output.product} and {inputs.product}; check which terminal is wired to what"]
+
+
+def _put_inputs(cards: dict[str, Any], devices: "Callable[[], Sequence[Device]] | None") -> list[str]:
+    """Name two inputs of one module that exist, where a driver lists any."""
+    try:
+        found = (devices or _devices)()
+    except DaqError as error:
+        return [f"[cards]: terminals are the example's; the NI driver says: {error.said}"]
+    inputs = next((device for device in found if len(device.inputs) > 1), None)
+    if inputs is None:
+        return ["[cards]: terminals are the example's; no device with two inputs is connected"]
+    hammer, sensor = inputs.inputs[:2]
+    cards |= {"drive_input": hammer, "responses": [sensor], "iepe": [hammer, sensor]}
+    return [f"[cards]: found {inputs.product}; check which terminal is wired to what, and which sensors need IEPE"]
 
 
 def _devices() -> "Sequence[Device]":

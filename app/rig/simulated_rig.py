@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.material import MaterialLaws
+from analysis.plate import Plate
 from analysis.plate_material import material_box
 from analysis.progress import Progress
 from analysis.sweep_point import SweepPoint
@@ -68,7 +69,7 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Progress) 
         gradient = {NAME: behind.effect} if behind is not None and uneven else {}
         twin = effect_twin(recorded, report, also=gradient)
         hidden = {**simulation.effects, **{name: {"share": 1.0} for name in gradient}}
-        transfer = _with_effects(twin, hidden, laws, file)
+        transfer = transfer_with_effects(twin, hidden, laws, file)
         _require_answerable(experiment, transfer, file)
     else:
         transfer = TwinTransfer(campaign_twin(recorded, report), laws)
@@ -120,7 +121,7 @@ def parts_around(
             wiring.model_copy(update={"grpc": None}) if isinstance(wiring, Wiring) else wiring,
             experiment.oven,
             plate,
-            modules=_modules(simulation, file),
+            modules=simulated_modules(simulation, file),
             seed=simulation.seed,
             chamber=chamber,
             drive_scale=drive_scale,
@@ -147,6 +148,24 @@ def _require_covered(experiment: AcquiredExperiment, laws: MaterialLaws, file: P
     """Raise CampaignFileError unless the laws reach over all sweeps and stay where the twin is certified."""
     programme, limits = experiment.programme, experiment.limits
     wanted = (programme.lowest - programme.tolerance - 1.0, programme.highest + programme.tolerance + 1.0)
+    where = f"where sweeps are made (limits: {limits.coldest:g} to {limits.hottest:g} °C)"
+    require_laws(experiment.plate, laws, wanted, file, where)
+
+
+def require_laws(
+    plate: Plate, laws: MaterialLaws, wanted: tuple[float, float], file: Path, where: str = "where it is measured"
+) -> None:
+    """Raise CampaignFileError unless laws reach over what is wanted and stay where the twin is certified.
+
+    Parameters
+    ----------
+    wanted : (float, float)
+        Degrees Celsius.
+    file : Path
+        The experiment's, for messages.
+    where : str
+        What is done between these temperatures, for messages.
+    """
     low, high = laws.temperature_range
     problems = []
     if wanted[0] < low or wanted[1] > high:
@@ -155,12 +174,11 @@ def _require_covered(experiment: AcquiredExperiment, laws: MaterialLaws, file: P
                 file.name,
                 "simulation.laws.temperature",
                 f"{low:g} to {high:g} °C",
-                f"to reach over {math.floor(wanted[0])} to {math.ceil(wanted[1])} °C, where sweeps are made "
-                f"(limits: {limits.coldest:g} to {limits.hottest:g} °C)",
+                f"to reach over {math.floor(wanted[0])} to {math.ceil(wanted[1])} °C, {where}",
             )
         )
     else:
-        box = experiment.plate.ungrown(material_box(experiment.plate.material))
+        box = plate.ungrown(material_box(plate.material))
         values = laws.at(range(math.ceil(wanted[0]), math.floor(wanted[1]) + 1))
         for name in ("youngs_modulus", "poisson_ratio", "loss_factor"):
             least, most = float(getattr(values, name).min()), float(getattr(values, name).max())
@@ -180,7 +198,9 @@ def _require_covered(experiment: AcquiredExperiment, laws: MaterialLaws, file: P
         raise CampaignFileError(file.parent, problems)
 
 
-def _with_effects(twin: Twin[EffectPlate], effects: Effects, laws: MaterialLaws, file: Path) -> TwinTransfer:
+def transfer_with_effects(
+    twin: Twin[EffectPlate], effects: Effects, laws: MaterialLaws, file: Path
+) -> TwinTransfer:
     """Return what the plate answers with its effects; CampaignFileError for one that this plate cannot have."""
     unheld = [name for name in effects if name not in twin.cards]
     if unheld:
@@ -218,7 +238,8 @@ def _require_answerable(experiment: AcquiredExperiment, transfer: TwinTransfer, 
         raise CampaignFileError(file.parent, problems)
 
 
-def _modules(simulation: Simulation, file: Path) -> dict[int, Module]:
+def simulated_modules(simulation: Simulation, file: Path) -> dict[int, Module]:
+    """Return what is plugged into the simulated chassis, by slot; CampaignFileError for what is not known."""
     known: dict[str, Module] = {module.name: module for module in (*KNOWN, *KNOWN_OUTPUTS, NI_9211, NI_9213)}
     found: dict[int, Module] = {}
     for slot, name in simulation.modules.items():

@@ -4,6 +4,7 @@
 
 =========================  ================================================================
 ``acquire``                an experiment run on a rig into a campaign folder
+``acquire_hammer``         a hammer test recorded into a folder, hit by hit
 ``identify``               modes of a campaign or of single FRFs
 ``identify_options``       what is wanted of it
 ``identify_structure``     modes and mode shapes of a test or of a universal file

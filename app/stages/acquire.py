@@ -64,7 +64,7 @@ def acquire_campaign(
     RigStopped, OSError
         As `drivers.rig.campaign.run_campaign`.
     """
-    with _claimed(session, folder, places):
+    with claimed(session, folder, places):
         with session:
             recorded = experiment.recorded(session.cards.sample_rate)
             protocol = frozen_protocol(folder.name, recorded, {source.file: source.sha256}, dict(acquired))
@@ -84,7 +84,7 @@ def acquire_campaign(
 
 
 @contextmanager
-def _claimed(session: Session, folder: Path, places: Sequence[str]) -> Iterator[None]:
+def claimed(session: Session, folder: Path, places: Sequence[str]) -> Iterator[None]:
     """Context manager that locks the rig and the folder for this process.
 
     If the folder cannot be written, a rig that a killed campaign left on is brought to rest before the error is

@@ -8,6 +8,8 @@
 ``worker_processes``     processes that end with the one that gives them work
 ``engine``                 --workers or --cluster: the executor that takes independent tasks
 ``cluster``                workers of a Dask cluster, checked before they work
+``hammer_screen``        a hammer test: which hit is asked for, what came of it
+``keys``                 single keys, taken without waiting for them
 ``campaign_progress``    the bar of a running campaign
 ``campaign_ending``      how an acquired campaign ended: record, line, exit status
 ``whole_run``            stages of a run as they are done, and the table at the end

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.files.bad_file import ResultFileError
-from app.files.campaign_kind import is_campaign_folder, is_recorded_campaign
+from app.files.campaign_kind import is_campaign_folder, is_hammer_folder, is_recorded_campaign
 from app.files.plate_toml import declares_plate
 from app.files.run_folder import MADE_BY, is_test_run
 
@@ -16,7 +16,7 @@ class Viewed:
     Attributes
     ----------
     campaign : Path or None
-        A campaign folder, Flexura's own or a recorded one, or a declared plate with FRFs.
+        A campaign folder, Flexura's own or a recorded one, a hammer test, or a declared plate with FRFs.
     run : Path or None
         Where its results gather.
     """
@@ -40,7 +40,12 @@ def viewed(folder: Path) -> Viewed:
         If the folder is neither.
     """
     folder = folder.resolve()
-    if is_campaign_folder(folder) or is_recorded_campaign(folder) or declares_plate(folder):
+    if (
+        is_hammer_folder(folder)
+        or is_campaign_folder(folder)
+        or is_recorded_campaign(folder)
+        or declares_plate(folder)
+    ):
         beside = folder.with_name(folder.stem + "-run")
         return Viewed(folder, next((run for run in (beside, folder) if holds_results(run)), None))
     if is_test_run(folder) or holds_results(folder):

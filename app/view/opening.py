@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from app.files.bad_file import ResultFileError
-from app.files.campaign_kind import is_campaign_folder
+from app.files.campaign_kind import is_campaign_folder, is_hammer_folder
+from app.files.folder_lock import is_being_written
 from app.files.run_folder import is_test_run
 from app.view.folder import Viewed, viewed
 from app.view.theme import Theme
@@ -68,6 +69,13 @@ def _fitting(found: Viewed, kind: Kind | None, theme: Theme, beside: Path | None
         raise ResultFileError(
             f"{found.run or found.campaign}: no run of a modal test, whose modes could be compared with {beside}"
         )
+    if found.campaign is not None and is_hammer_folder(found.campaign):
+        under_way = found.run is None or is_being_written(found.campaign)
+        if kind == "live" or (kind is None and under_way):
+            from app.view.live.hammer_window import HammerWindow
+            from app.watch.watched_hits import WatchedHits
+
+            return HammerWindow(WatchedHits(found.campaign), theme)
     watched = _watched(found)
     if kind == "live" and watched is None:
         raise ResultFileError(

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QApplication
 
 from analysis.progress import Progress
 from app.view.export import picture
+from app.view.live.hammer_window import HammerWindow
 from app.view.live.window import LiveWindow
 from app.view.recorded.fields_page import FieldsPage
 from app.view.recorded.modes_page import ModesPage
@@ -42,7 +43,8 @@ def screenshots(window: Window, folder: Path, report: Progress) -> list[Path]:
     if isinstance(window, TestWindow):
         return [_page(window, n, folder, report) for n in range(window.tabs.count())]
     if not isinstance(window, RecordedWindow):
-        return [_shot(window, folder / f"view-live-{window.theme.name}.png")]
+        name = "hammer" if isinstance(window, HammerWindow) else "live"
+        return [_shot(window, folder / f"view-{name}-{window.theme.name}.png")]
     written = []
     for number in range(window.tabs.count()):
         page = window.page(number)

@@ -2,6 +2,7 @@
 
 ===================  ==================================================================================
 ``watched``          the folder as it grows: events, readings, last sweeps, whether it is silent
+``watched_hits``     the folder of a hammer test as it grows
 ``course``           the temperature programme and the set-point as lines over time
 ``words``            events in sentences, times of day where the reader is
 ``status``           how a campaign stands, in fields and in a line, with its exit status

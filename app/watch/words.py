@@ -45,6 +45,10 @@ def in_words(event: Mapping[str, Any]) -> str:
         "sweep begun": lambda: f"sweep at {place}" + _attempt(event),
         "finished": lambda: f"finished: {place}{_at(event)}" + _doubt(event),
         "rejected": lambda: f"rejected: {place}{_attempt(event)}: {_joined(event.get('faults'))}",
+        "hit": lambda: f"hit {event.get('step')} of {_point(event)} accepted, {_peak(event)}",
+        "hit rejected": lambda: f"hit of {_point(event)} rejected, {_peak(event)}: {event.get('why')}",
+        "hit undone": lambda: f"hit {event.get('step')} of {_point(event)} undone",
+        "point skipped": lambda: f"{_point(event)} skipped",
         "missing": lambda: f"given up: {place}: {event.get('why', 'no reason in the log')}",
         "trouble": lambda: f"trouble: {event.get('what')}",
         "recovered": lambda: f"over: {event.get('what', 'temperatures are read again')}",
@@ -94,3 +98,13 @@ def _doubt(event: Mapping[str, Any]) -> str:
 
 def _joined(parts: object) -> str:
     return "; ".join(map(str, parts)) if isinstance(parts, list | tuple) else str(parts or "")
+
+
+def _point(event: Mapping[str, Any]) -> str:
+    point = event.get("point")
+    return f"point {point + 1}" if isinstance(point, int) else "a point"
+
+
+def _peak(event: Mapping[str, Any]) -> str:
+    peak = event.get("peak")
+    return f"{peak:.1f} N" if isinstance(peak, int | float) else "force unknown"

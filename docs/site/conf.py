@@ -29,6 +29,7 @@ CONTENTS = {
         "docs/guide/real-hardware",
         "docs/guide/recorded-campaign",
         "docs/guide/modal-test",
+        "docs/guide/hammer-test",
         "docs/guide/frfs-of-other-programs",
         "docs/guide/any-plate",
         "docs/guide/filters",

@@ -5,9 +5,11 @@
 ``output_modules``        range, resolution and update rates of the output modules
 ``thermocouple_modules``  channels and pace of the thermocouple modules
 ``cards``                 what a rig asks of its cards
-``wiring``                which terminal is connected to what
+``input_wiring``          which terminal reads what
+``wiring``                which terminal is connected to what, an output among them
 ``task_setup``            tasks of the driver, set up as the wiring says
 ``daqmx``                 the cards through NI-DAQmx
+``endless_inputs``        inputs that are read without end, for a trigger in software
 ``connection``            the way there: local driver, server, or simulated server
 ``errors``                what a card can refuse and what that calls for
 ``simulated``             an NI gRPC Device Server around a computed plate

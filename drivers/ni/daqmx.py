@@ -16,11 +16,11 @@ from drivers.ni.cards import Record, go_on
 from drivers.ni.connection import Connection
 from drivers.ni.errors import Action, DaqError
 from drivers.ni.task_setup import (
+    read_thermocouples,
     require_iepe,
     set_up_inputs,
     set_up_output,
     set_up_output_channel,
-    set_up_thermocouples,
 )
 from drivers.ni.wiring import Wiring
 
@@ -129,16 +129,8 @@ class DaqmxCards:
         return Record(recorded[0], recorded[1:], self._sample_rate, self._full_scale)
 
     def temperatures(self) -> NDArray[np.float64]:
-        """Read every thermocouple once, degrees Celsius, in a task of its own: the module is a slow one."""
-        if not self.wiring.thermocouples:
-            return np.empty(0)
-        with self._connection.translated("reading the thermocouples"), self._connection.task() as task:
-            set_up_thermocouples(task, self.wiring)
-            reader = AnalogMultiChannelReader(task.in_stream)
-            reader.verify_array_shape = False  # it would ask the task for what stands in the line below
-            readings = np.empty(len(self.wiring.thermocouples))
-            reader.read_one_sample(readings, timeout=10.0)
-            return readings
+        """Read every thermocouple once, degrees Celsius."""
+        return read_thermocouples(self._connection, self.wiring)
 
     def zero(self) -> None:
         """Bring the output to 0 V: by a short run of zeros or, if the card refuses that, by a single value.

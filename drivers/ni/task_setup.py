@@ -14,9 +14,12 @@ from nidaqmx.constants import (
     TerminalConfiguration,
     ThermocoupleType,
 )
+from nidaqmx.stream_readers import AnalogMultiChannelReader
+from numpy.typing import NDArray
 
-from drivers.ni.connection import Device
+from drivers.ni.connection import Connection, Device
 from drivers.ni.errors import Action, DaqError
+from drivers.ni.input_wiring import InputWiring
 from drivers.ni.modules import WITH_IEPE, find_module
 from drivers.ni.wiring import Wiring
 
@@ -26,7 +29,7 @@ SAME_RATE = 1e-5
 """Output and inputs may be set to rates that differ by so much, as a share; crystals differ by more."""
 
 
-def set_up_inputs(task: Any, wiring: Wiring, samples: int) -> float:
+def set_up_inputs(task: Any, wiring: InputWiring, samples: int, *, endless: bool = False) -> float:
     """Set up an input task: channels, IEPE supply, coupling and sample clock.
 
     Parameters
@@ -34,7 +37,9 @@ def set_up_inputs(task: Any, wiring: Wiring, samples: int) -> float:
     task : nidaqmx.Task
         Without channels.
     samples : int
-        Per channel.
+        Per channel; of an endless task the size of the driver's buffer.
+    endless : bool
+        Whether it goes on until it is stopped.
 
     Returns
     -------
@@ -61,7 +66,8 @@ def set_up_inputs(task: Any, wiring: Wiring, samples: int) -> float:
         channel = task.ai_channels.add_ai_voltage_chan(terminal, **limits)
         if wiring.coupling != "DEFAULT":
             channel.ai_coupling = Coupling[wiring.coupling]
-    task.timing.cfg_samp_clk_timing(wiring.sample_rate, sample_mode=AcquisitionType.FINITE, samps_per_chan=samples)
+    mode = AcquisitionType.CONTINUOUS if endless else AcquisitionType.FINITE
+    task.timing.cfg_samp_clk_timing(wiring.sample_rate, sample_mode=mode, samps_per_chan=samples)
     return float(task.timing.samp_clk_rate)
 
 
@@ -100,7 +106,7 @@ def set_up_output_channel(task: Any, wiring: Wiring) -> None:
     task.ao_channels.add_ao_voltage_chan(wiring.output, min_val=-reach, max_val=reach)
 
 
-def require_iepe(wiring: Wiring, devices: Iterable[Device]) -> None:
+def require_iepe(wiring: InputWiring, devices: Iterable[Device]) -> None:
     """Raise DaqError where an input that is to feed its sensor is on a module known to be unable to."""
     products = {device.name: device.product for device in devices}
     for terminal in wiring.iepe:
@@ -114,7 +120,7 @@ def require_iepe(wiring: Wiring, devices: Iterable[Device]) -> None:
             )
 
 
-def set_up_thermocouples(task: Any, wiring: Wiring) -> None:
+def set_up_thermocouples(task: Any, wiring: InputWiring) -> None:
     """Put every thermocouple into a task."""
     for terminal in wiring.thermocouples:
         task.ai_channels.add_ai_thrmcpl_chan(
@@ -122,3 +128,16 @@ def set_up_thermocouples(task: Any, wiring: Wiring) -> None:
             units=TemperatureUnits.DEG_C,
             thermocouple_type=ThermocoupleType[wiring.thermocouple_type],
         )
+
+
+def read_thermocouples(connection: Connection, wiring: InputWiring) -> NDArray[np.float64]:
+    """Read every thermocouple once, (C,), degrees Celsius, in a task of its own: the module is a slow one."""
+    if not wiring.thermocouples:
+        return np.empty(0)
+    with connection.translated("reading the thermocouples"), connection.task() as task:
+        set_up_thermocouples(task, wiring)
+        reader = AnalogMultiChannelReader(task.in_stream)
+        reader.verify_array_shape = False  # it would ask the task for what stands in the line below
+        readings = np.empty(len(wiring.thermocouples))
+        reader.read_one_sample(readings, timeout=10.0)
+        return readings

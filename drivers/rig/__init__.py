@@ -14,6 +14,7 @@
 ``station``       cards and oven as a campaign uses them, with logging
 ``shot``          a short sweep before a campaign: wiring, levels, noise
 ``sweeping``      one set-point: sweeps, checks, limited repetition
+``approach``      bringing the plate to a temperature
 ``leg``           one ramp through its set-points
 ``progress``      progress of an interrupted campaign, read from its log
 ``campaign``      all legs, started or resumed

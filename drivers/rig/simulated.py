@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from drivers.clock import VirtualClock
 from drivers.ni.cards import Cards
+from drivers.ni.input_wiring import InputWiring
 from drivers.ni.simulated.surroundings import DrivenPlate, Module, Surroundings
 from drivers.ni.wiring import Wiring
 from drivers.ovens.expiry import Expiring
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
 """Start of virtual time: a date that no real measurement has."""
 
-KEPT = frozenset({"oven", "finished", "rejected", "missing"})
+KEPT = frozenset({"oven", "finished", "rejected", "missing", "hit", "hit rejected"})
 """Events at which a resumed campaign may continue."""
 
 
@@ -57,7 +58,8 @@ class SimulatedParts:
         May be wrapped to simulate a disturbed line.
     server : SimulatedDaq or None
         The cards' device server; None for a rig with a sound card.
-    wiring : Wiring
+    wiring : InputWiring or SoundCard
+        A `Wiring`, unless the plate is hit and nothing is played.
     oven : OvenSettings
     address : str or None
         ``host:port`` of the server; None to call it inside this process.
@@ -75,7 +77,7 @@ class SimulatedParts:
     body: RegulatedOven
     controller: Controller
     server: "SimulatedDaq | None"
-    wiring: Wiring | SoundCard
+    wiring: InputWiring | SoundCard
     oven: OvenSettings
     address: str | None = None
     lines: list[MemoryTransport] = field(default_factory=list)
@@ -93,13 +95,17 @@ class SimulatedParts:
         if isinstance(self.wiring, SoundCard):
             return SoundCards(self.wiring, self.sound, self.clock)
         from drivers.ni.daqmx import DaqmxCards
+        from drivers.ni.endless_inputs import EndlessInputs, as_cards
         from drivers.ni.simulated.in_process import InProcessChannel
 
         if self.server is None:
             raise AssertionError("NI cards are simulated by a server")
-        if self.address is not None:
-            return DaqmxCards(self.wiring.model_copy(update={"grpc": self.address}))
-        return DaqmxCards(self.wiring, InProcessChannel(self.server))
+        wiring, channel = self.wiring.model_copy(update={"grpc": self.address}), None
+        if self.address is None:
+            channel = InProcessChannel(self.server)
+        if isinstance(wiring, Wiring):
+            return DaqmxCards(wiring, channel)
+        return as_cards(EndlessInputs(wiring, channel))
 
     def _open_oven(self) -> Oven:
         self.lines.append(MemoryTransport(self.controller, self.clock))

@@ -15,6 +15,7 @@ from analysis.compensation.outcome import NetworkStudy
 from analysis.compensation.tilted import TiltedContrast
 from analysis.estimates import FittedLaws
 from analysis.estimation.estimators import FrfEstimate
+from analysis.estimation.impacts import HammerTest
 from analysis.estimation.spectra import Spectra
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.focusing.aim import Aim
@@ -39,6 +40,9 @@ from app.files.laws_file import TwinFrf
 from app.files.studies_file import Surfaces
 from app.sound.played_signals import PlayedSignals
 from app.watch.watched import MeasuredSweep
+from drivers.hammer.judged_hit import HitJudge
+from drivers.hammer.simulated import HandSettings
+from drivers.hammer.trigger import TriggerSettings
 
 T, K, F = 3, 2, 4
 WARMER = np.array([10.0, 20.0, 30.0])
@@ -234,6 +238,13 @@ TABLE: list[tuple[Any, str, Any, str]] = [
         0.0,
         "LatestRepeat.sample_rate is 0 Hz; allowed: above 0 Hz",
     ),
+    (TriggerSettings(0.1, 0.02, 1.0), "level", 0.0, "TriggerSettings.level is 0 V; allowed: above 0 V"),
+    (TriggerSettings(0.1, 0.02, 1.0), "duration", 0.01, "more than the pretrigger"),
+    (HandSettings(20.0, 0.2, 4e-4, 0.1, 0.1, 1.0, 1.0), "double_hits", 1.5, "double_hits is 1.5; allowed: from 0"),
+    (HandSettings(20.0, 0.2, 4e-4, 0.1, 0.1, 1.0, 1.0), "overloads", 0.95, "together at most 1"),
+    (HitJudge(HammerTest(2.0, 0.02, 1.0), (0.01,), ("hammer",), 4.9), "volts", (0.0,), "above 0"),
+    (HitJudge(HammerTest(2.0, 0.02, 1.0), (0.01,), ("hammer",), 4.9), "test", HammerTest(), "must be given"),
+    (HammerTest(), "coupling", 0.0, "coupling 0 Hz; above 0 to 100 allowed"),
     (Surfaces(WARMER, ones(T, 6, 8), 4e3), "taps", hole(T, 6, 8), "Surfaces.taps: 1 of 144"),
     (PlayedSignals(ones(1, 9), ones(9), 1e3), "response", ones(8), "PlayedSignals.response has shape"),
     (MeasuredSweep(0, "up", 20.0, LINES, H, ones(K, F)), "h", H[:, 1:], "MeasuredSweep.h has shape"),

@@ -16,17 +16,22 @@ from app.files.campaign_channels import RecorderLayout
 from app.files.campaign_folder import frozen_protocol, read_protocol
 from app.files.campaign_toml import read_declaration
 from app.files.experiment_toml import read_acquired_experiment
+from app.files.hammer_experiment import read_hammer_experiment
+from app.files.hammer_folder import open_hammer_folder
 from app.files.instruments_toml import declared_instruments
 from app.files.panel_file import read_panel
 from app.files.recorded_campaign import read_recording
-from app.files.sweep_file import read_sweep_file
+from app.files.sweep_file import Source, read_sweep_file
 from app.files.tdms_sweep import read_sweep
 from app.files.twin_file import read_twin
 from app.files.weather_file import read_weather
 from app.fleet.members import fleet_members
 from app.plate_frfs.given_campaign import read_plate
 from app.plate_frfs.plate_of_modes import read_plate_of_modes
+from app.stages.acquire_hammer import interrupted_at
 from app.terminal.cluster import _address_in
+from drivers.hammer.judged_hit import HitJudge
+from drivers.hammer.progress import HammerProgress
 from tests.fuzz.reader import Reader, refused
 
 EXPERIMENTS = (
@@ -36,10 +41,12 @@ EXPERIMENTS = (
     "hidden-effect.toml",
     "clamped-disc.toml",
 )
+HAMMERS = ("hammer-rig.toml",)
 PANELS = ("section2-panel.toml",)
 WEATHERS = ("warming-car.toml",)
 INSTRUMENTS = ("instruments/modbus-map.toml", "instruments/scpi.toml")
 SWEEP = "sweeps/0000_up_T+010.0.h5"
+HIT = "hammered/hits/00000_point001.h5"
 TDMS = ("recording/sweeps/000.tdms", "recorder/sweeps/log.tdms")
 TRIAL = Trial(Path("trial"), 2, 7, ("null", "single"))
 """Relative to the folder of all."""
@@ -65,6 +72,20 @@ def _experiment(root: Path, name: str) -> object:
     recorded = declared.on("simulated").recorded(declared.sample_rate)
     frozen = frozen_protocol("x", recorded, {}, {"rig": "simulated", **declared.model_dump(mode="json")})
     return declared.protocol.seconds(20.0), declared.sensitivities, frozen
+
+
+def _hammer(root: Path, name: str) -> object:
+    declared = read_hammer_experiment(root / name)
+    return declared.struck(), declared.channels, declared.units, declared.volts, declared.model_dump(mode="json")
+
+
+def _hammered(root: Path, name: str) -> object:
+    declared = read_hammer_experiment(root / HAMMERS[0])
+    judge = HitJudge(declared.hammer.test(), declared.volts, declared.channels, 5.0)
+    acquired = declared.model_dump(mode="json") | {"rig": "simulated"}
+    folder = open_hammer_folder(root / "hammered", declared, acquired, Source("mine.toml", "0" * 64), judge)
+    progress = HammerProgress.of(len(declared.mallet.places), 5, folder.kept(), folder.events())
+    return progress, [folder.measured(hit) for hit in progress.valid], interrupted_at(root / "hammered")
 
 
 def _panel(root: Path, name: str) -> object:
@@ -154,6 +175,9 @@ CAMPAIGNS = (
         text=True,
     ),
     Reader("TOML, experiment", EXPERIMENTS, _experiment, 0.05, text=True),
+    Reader("TOML, hammer test", HAMMERS, _hammer, 0.05, text=True),
+    Reader("hammer test", ("hammered/hammer.json", "hammered/events.jsonl"), _hammered, 0.02, text=True),
+    Reader("HDF5, hit", (HIT,), _hammered, 0.02, digest=True),
     Reader("TOML, instruments", INSTRUMENTS, _instruments, 0.03, text=True),
     Reader("TOML, panel", PANELS, _panel, 0.03, text=True),
     Reader("TOML, weather", WEATHERS, _weather, 0.03, text=True),

@@ -17,13 +17,18 @@ from app.files.campaign_export import export_frfs
 from app.files.campaign_folder import frozen_protocol, write_protocol
 from app.files.campaign_toml import read_experiment
 from app.files.experiment_toml import read_acquired_experiment
+from app.files.hammer_experiment import read_hammer_experiment
+from app.files.hammer_folder import open_hammer_folder
 from app.files.import_recording import import_recording
 from app.files.latest_repeat import LatestRepeat, save_latest
 from app.files.readings import ReadingLine, append_reading
 from app.files.recorded_campaign import read_recorded_campaign
+from app.files.sweep_file import Source
 from app.files.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin, write_twin
+from drivers.hammer.judged_hit import HitJudge
+from drivers.hammer.progress import KeptHit
 from tests.app.conftest import RATE, TinyCampaign, tiny_campaign
-from tests.fuzz.campaign_readers import EXPERIMENTS, INSTRUMENTS, PANELS, SWEEP, TRIAL, WEATHERS
+from tests.fuzz.campaign_readers import EXPERIMENTS, HAMMERS, INSTRUMENTS, PANELS, SWEEP, TRIAL, WEATHERS
 from tests.fuzz.whole_geometry import write_geometry
 from tests.fuzz.whole_measurements import write_measurements
 from tests.fuzz.whole_results import write_results
@@ -48,11 +53,32 @@ def write_all(root: Path) -> None:
         '{"type": "Scheduler", "address": "tcp://10.0.0.1:8786"}', encoding="utf-8"
     )
     _write_twin(root / "twin.toml", root / "recording")
-    for name in (*EXPERIMENTS, *PANELS, *WEATHERS):
+    for name in (*EXPERIMENTS, *HAMMERS, *PANELS, *WEATHERS):
         shutil.copy(EXAMPLES / name, root / name)
+    _write_hits(root)
     write_results(root)
     write_measurements(root)
     write_geometry(root / "drawn")
+
+
+def _write_hits(root: Path) -> None:
+    """Write a hammer test of one hit, and a log in which another was undone and a point skipped."""
+    declared = read_hammer_experiment(root / HAMMERS[0])
+    judge = HitJudge(declared.hammer.test(), declared.volts, declared.channels, 5.0)
+    acquired = declared.model_dump(mode="json") | {"rig": "simulated"}
+    folder = open_hammer_folder(root / "hammered", declared, acquired, Source("mine.toml", "0" * 64), judge)
+    rate = 51200.0 / 15
+    time = np.arange(round(1.7 * rate)) / rate
+    force = 20.0 * np.exp(-(((time - 0.11) / 5e-4) ** 2))
+    hit = judge.judge_measured(force, 3.0 * np.gradient(force)[None], rate)
+    folder.keep(hit, KeptHit(0, 0, 0), 21.0, "2026-11-27T10:00:00+00:00")
+    for event in (
+        {"event": "hit", "step": 0, "set_point": 0, "point": 0, "time": 1.0},
+        {"event": "hit rejected", "step": 1, "set_point": 0, "point": 0, "time": 2.0, "why": "double hit"},
+        {"event": "hit undone", "step": 2, "set_point": 0, "point": 0, "time": 3.0},
+        {"event": "point skipped", "set_point": 0, "point": 1, "time": 4.0},
+    ):
+        folder.log(event)
 
 
 def _write_plates(root: Path) -> None:

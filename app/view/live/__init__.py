@@ -5,6 +5,7 @@
 ``sweep_charts``   the repeat recorded last: signals, spectrum, levels
 ``frf_charts``     the last FRF over those before, and its coherence
 ``window``         all of it, with pause and stop
+``hammer_window``  the same of a hammer test: what came of the last hit
 =================  ==============================================================
 
 It reads the folder through `app.watch.watched`. Requests to the runner go into ``control.json``

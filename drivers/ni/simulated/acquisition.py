@@ -62,7 +62,11 @@ class InputRecorder:
         return np.asarray(pieces[:, offset : offset + count])
 
     def _piece(self, task: Task, number: int, length: int) -> NDArray[np.float64]:
-        version = self._chassis.lines[self._chassis.surroundings.output].version
+        surroundings = self._chassis.surroundings
+        if surroundings.hammer is not None:
+            version = surroundings.hammer.version
+        else:
+            version = self._chassis.lines[surroundings.output].version
         known = task.pieces.get(number)
         if known is not None and known[0] == version:
             return known[1]
@@ -76,11 +80,14 @@ class InputRecorder:
             raise ValueError(f"task {task.name} has not begun: it has no samples yet")
         lead = int(np.ceil(self._memory(task, rate) * rate))
         moments = task.began + np.arange(number * length - lead, (number + 1) * length) / rate
-        drive = self._chassis.lines[surroundings.output].voltages(moments)
-        if not np.any(drive[:lead]):
-            # A plate at rest needs no history, and a sweep is then computed just as it was played.
-            drive, moments, lead = drive[lead:], moments[lead:], 0
-        answer = self._answer(task, drive, rate, moments)
+        if surroundings.hammer is not None:
+            drive, answer = surroundings.hammer(moments, rate)
+        else:
+            drive = self._chassis.lines[surroundings.output].voltages(moments)
+            if not np.any(drive[:lead]):
+                # A plate at rest needs no history, and a sweep is then computed just as it was played.
+                drive, moments, lead = drive[lead:], moments[lead:], 0
+            answer = self._answer(task, drive, rate, moments)
         identity = zlib.crc32(",".join(channel.terminal for channel in task.channels).encode())
         rng = np.random.default_rng([self._seed, round(task.began * 1e6), number, identity])
         recorded = np.empty((len(task.channels), length))
@@ -134,7 +141,7 @@ class InputRecorder:
         if channel.terminal in self._chassis.faults.dead_inputs:
             volts = np.zeros_like(drive)
         elif channel.terminal in surroundings.drive_inputs:
-            volts = surroundings.drive_scale * drive
+            volts = drive if surroundings.hammer is not None else surroundings.drive_scale * drive
         elif channel.terminal in surroundings.sensors:
             volts = answer[surroundings.sensors[channel.terminal]]
         else:

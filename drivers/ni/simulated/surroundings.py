@@ -43,6 +43,31 @@ class DrivenPlate(Protocol):
         ...
 
 
+class StruckPlate(Protocol):
+    """A plate that an impact hammer hits, with the sensors of both.
+
+    Attributes
+    ----------
+    version : int
+        Changes where what was asked for before is no longer true: another hit is on its way.
+    """
+
+    version: int
+
+    def __call__(
+        self, moments: NDArray[np.float64], sample_rate: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the force sensor's voltage (M,) and those of the plate's sensors (K, M), V.
+
+        Parameters
+        ----------
+        moments : (M,) ndarray, s
+            1 / `sample_rate` apart.
+        sample_rate : float, Hz
+        """
+        ...
+
+
 def room(moments: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return 20 degrees Celsius, as in a room all day."""
     return np.full(np.shape(moments), 20.0)
@@ -79,6 +104,8 @@ class Surroundings:
     memory : float
         How long the plate remembers, s. A continuous record is computed in pieces, each preceded by
         this much of the drive; a finite one is computed whole.
+    hammer : StruckPlate, optional
+        The plate that is hit, in the place of `plate`: the drive inputs then read the hammer's force sensor.
     """
 
     plate: DrivenPlate
@@ -94,6 +121,7 @@ class Surroundings:
     clock_errors: tuple[float, float] = (0.0, 0.0)
     routes_timebases: bool = True
     memory: float = 2.0
+    hammer: StruckPlate | None = None
 
     def __post_init__(self) -> None:
         if not all(1 <= slot <= 8 for slot in self.modules):

@@ -1,8 +1,11 @@
 """Hammer tests of a plate with known poles: windows and their correction, rejected blows, tails too short."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.signal import butter, lfilter
 
 from analysis.estimation.estimators import estimate
 from analysis.estimation.impacts import HammerTest, find_blows
@@ -206,3 +209,35 @@ def test_single_samples_that_were_cut_off_are_an_overload(levels: int | None) ->
     assert clipped(read(np.clip(signal, -0.6, 0.6))) is (levels != 12)
     assert not clipped(read(signal))
     assert not clipped(read(signal * np.exp(t / 400.0)))
+
+
+@pytest.mark.parametrize("width", [3.0, 10.0])
+def test_the_force_window_keeps_a_smooth_pulse_whole(width: float) -> None:
+    """Against the spectrum of the pulse itself: raised cosines between samples, of every offset."""
+    samples, rate = 2000, 5000.0
+    for offset in np.linspace(0.0, 1.0, 5):
+        x = (np.arange(samples) - 300.0 - offset) / width
+        force = np.where(np.abs(x) < np.pi, 0.5 * (1.0 + np.cos(x)), 0.0)
+        recording = SampledSignals(rate, 40.0 * force[None], force[None])
+        blows = find_blows(recording, HammerTest(trigger=4.0, pretrigger=0.04, duration=0.3))
+        found = np.sqrt(blows.spectra().g_uu[:10, 0, 0].real)
+        true = np.abs(np.fft.rfft(40.0 * force[blows.hits[0].start :][: blows.samples]))[:10]
+        assert np.abs(found / true - 1.0).max() < 1e-3
+
+
+def test_the_force_window_knows_of_ac_coupling() -> None:
+    """A system that hands the force on, both behind a capacitor: H1 is 1; else its phase is corner / frequency."""
+    rate, corner = 8533.0, 0.5
+    time = np.arange(round(2.0 * rate)) / rate
+    force = 30.0 * np.exp(-(((time - 0.2) / 4e-4) ** 2))
+    coupled = lfilter(*butter(1, corner, btype="highpass", fs=rate), force)
+    recording = SampledSignals(rate, coupled[None], coupled[None].copy())
+    test = HammerTest(trigger=4.0, pretrigger=0.05, duration=1.5)
+    found = estimate(find_blows(recording, replace(test, coupling=corner)).spectra())
+    inside = (found.frequency > 50.0) & (found.frequency < 600.0)
+    assert np.abs(found.h[0, 0, inside] - 1.0).max() < 3e-4  # 1e-2 without
+    uncorrected = estimate(find_blows(recording, test).spectra())
+    low = (found.frequency > 50.0) & (found.frequency < 100.0)
+    turned = np.angle(uncorrected.h[0, 0, low])
+    ratio = turned * found.frequency[low] / corner  # 1 of a pulse whose tails the window keeps whole
+    assert 0.4 < ratio.min() < ratio.max() < 1.0

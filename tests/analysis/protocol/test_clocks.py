@@ -16,7 +16,14 @@ RATE = 51_200.0 / 6.0
 MINUTE = {"band": (100.0, 2000.0), "duration": 60.0}
 SEEN = 0.1
 """Samples at a record's end."""
-SWEEPS: list[dict[str, Any]] = [{}, MINUTE, {**MINUTE, "kind": "linear"}, {**MINUTE, "band": (1000.0, 1100.0)}]
+SWEEPS: list[dict[str, Any]] = [
+    {},
+    MINUTE,
+    {**MINUTE, "kind": "linear"},
+    {**MINUTE, "band": (1000.0, 1100.0)},
+    {"kind": "burst-random", "duration": 10.0},
+    {"kind": "multi-sine", "duration": 10.0},
+]
 
 
 def recorded(sweep: SweepSettings, difference: float, noise: float = 0.0) -> NDArray[np.float32]:
@@ -30,7 +37,7 @@ def recorded(sweep: SweepSettings, difference: float, noise: float = 0.0) -> NDA
     return (np.stack(late) + noise * rng.standard_normal((2, size))).astype(np.float32)
 
 
-@pytest.mark.parametrize("settings", SWEEPS, ids=["2 s", "60 s", "linear", "narrow"])
+@pytest.mark.parametrize("settings", SWEEPS, ids=["2 s", "60 s", "linear", "narrow", "burst", "multi-sine"])
 @pytest.mark.parametrize("difference", [1e-4, -1e-4, 5e-6, 2.9e-4])
 def test_the_difference_is_found_and_taken_out(
     sweep_of: Callable[..., SweepSettings], settings: dict[str, Any], difference: float
@@ -45,10 +52,10 @@ def test_the_difference_is_found_and_taken_out(
         gain, late, correlation = compare_drive(drive, reference, RATE, sweep.frequency_range)
         assert gain == pytest.approx(1.0, abs=2e-3)
         assert late == pytest.approx(delay, abs=0.1)
-        assert correlation > 0.9998
+        assert correlation > (0.9996 if sweep.kind == "burst-random" else 0.9998)  # its rms is a fifth of its peak
 
 
-@pytest.mark.parametrize("settings", SWEEPS, ids=["2 s", "60 s", "linear", "narrow"])
+@pytest.mark.parametrize("settings", SWEEPS, ids=["2 s", "60 s", "linear", "narrow", "burst", "multi-sine"])
 def test_one_clock_shows_no_difference(sweep_of: Callable[..., SweepSettings], settings: dict[str, Any]) -> None:
     sweep = sweep_of(**settings)
     assert clock_difference(recorded(sweep, 0.0, 5e-4), drive_signal(sweep, 1.0, RATE), RATE, sweep) == 0.0

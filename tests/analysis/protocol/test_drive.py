@@ -70,3 +70,52 @@ def test_level_only_scales(sweep_of: Callable[..., SweepSettings]) -> None:
 def test_beyond_half_the_sample_rate_is_refused(sweep_of: Callable[..., SweepSettings]) -> None:
     with pytest.raises(ValueError, match="below half of the sample rate"):
         drive_signal(sweep_of(), 1.0, 3000.0)
+
+
+@pytest.mark.parametrize("kind", ["burst-random", "multi-sine"])
+def test_many_sines_have_an_even_spectrum_in_the_band_and_the_peak_asked_for(
+    sweep_of: Callable[..., SweepSettings], kind: str
+) -> None:
+    sweep = sweep_of(kind=kind, duration=5.0, taper=0.05)
+    signal = drive_signal(sweep, 2.0, RATE)
+    assert 1.9 < np.abs(signal).max() <= 2.0
+    assert signal[0] == 0.0
+    assert not signal[int(np.ceil(5.0 * RATE)) :].any()
+    # the lines of the burst itself: what fades at both ends hardly changes them, and nothing lies outside the band
+    burst = signal[: round(5.0 * RATE)]
+    spectrum = np.abs(np.fft.rfft(burst))
+    grid = np.fft.rfftfreq(burst.size, 1.0 / RATE)
+    inside = (grid > 105.0) & (grid < 1495.0)
+    assert np.std(spectrum[inside]) < 0.1 * np.mean(spectrum[inside])
+    assert spectrum[(grid < 50.0) | (grid > 1550.0)].max() < 0.03 * np.mean(spectrum[inside])
+
+
+@pytest.mark.parametrize("kind", ["burst-random", "multi-sine"])
+def test_many_sines_are_those_of_their_formula(sweep_of: Callable[..., SweepSettings], kind: str) -> None:
+    """Summed one by one at a few moments, up to the level, at a rate that no duration is a multiple of."""
+    sweep = sweep_of(kind=kind, duration=1.0, taper=0.1)
+    rate = 7777.7
+    signal = drive_signal(sweep, 1.0, rate)
+    at = np.array([1000, 2500, 4321, 6000])
+    numbers = np.arange(100, 1501)
+    order = np.arange(1, numbers.size + 1)
+    phase = np.pi * order * (order - 1) / numbers.size
+    if kind == "burst-random":
+        phase = np.random.default_rng(20).uniform(0.0, 2.0 * np.pi, numbers.size)
+    summed = np.array([np.sin(2.0 * np.pi * numbers * n / rate + phase).sum() for n in at])
+    ratio = signal[at] / summed
+    assert np.ptp(ratio) < 1e-8 * abs(ratio[0])
+
+
+def test_schroeders_phases_keep_the_peak_low(sweep_of: Callable[..., SweepSettings]) -> None:
+    crest = {}
+    for kind in ("burst-random", "multi-sine"):
+        signal = drive_signal(sweep_of(kind=kind, duration=5.0, taper=0.05), 1.0, RATE)[: round(5.0 * RATE)]
+        crest[kind] = np.abs(signal).max() / signal.std()
+    assert crest["multi-sine"] < 2.0
+    assert crest["burst-random"] > 3.5
+
+
+def test_too_many_sines_are_refused(sweep_of: Callable[..., SweepSettings]) -> None:
+    with pytest.raises(ValueError, match="too many sines"):
+        sweep_of(kind="multi-sine", duration=600.0)

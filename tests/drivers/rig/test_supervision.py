@@ -9,7 +9,7 @@ import pytest
 
 from drivers.clock import SystemClock
 from drivers.ovens.error import Fault, OvenError
-from drivers.rig import leg
+from drivers.rig import approach
 from drivers.rig.errors import RigStopped
 from drivers.rig.rest import bring_to_rest
 from drivers.watchdog import supervision
@@ -63,7 +63,7 @@ def test_too_hot_while_nobody_looks(world_of: Callable[..., World]) -> None:
 
 
 def test_a_pause_has_an_end(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(leg, "LONGEST_PAUSE", 300.0)
+    monkeypatch.setattr(approach, "LONGEST_PAUSE", 300.0)
     with pytest.raises(RigStopped, match="paused for"):
         world.run(paused=lambda: True)
     assert world.at_rest()

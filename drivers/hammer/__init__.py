@@ -1,0 +1,14 @@
+"""Hammer tests: hits heard by a trigger in software, judged at once, kept and counted.
+
+===================  ==================================================================
+``trigger``          where the force leaves a level, with the samples from before
+``judged_hit``       volts to units; double hits and overloads rejected
+``running_average``  coherence of the hits at one point, as they come
+``progress``         what is measured, undone and left out
+``hammer_rig``       what is asked of a rig
+``store``            protocol of the storage of hits and log
+``campaign``         a hammer test, point by point
+``set_points``       the same at several temperatures of an oven
+``simulated``        the hammer and the hand that holds it, simulated
+===================  ==================================================================
+"""

@@ -1,0 +1,142 @@
+"""A hammer test at the set-points of an oven: held, rejected where the plate drifts, taken up again, at rest."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from app.files.campaign_error import CampaignFileError
+from app.files.events import read_events
+from app.files.hammer_experiment import HammerExperiment, read_hammer_experiment
+from app.files.plate_toml import read_plate_measurement
+from app.main import flexura
+from app.plate_frfs.given_campaign import read_plate
+from drivers.hammer.campaign import Key
+from drivers.hammer.set_points import HeldPlate
+from drivers.rig.errors import RigStopped
+from tests.app.hammer_bench import EXAMPLE, acquire, text_with_oven
+
+
+@pytest.fixture
+def declared(tmp_path: Path) -> HammerExperiment:
+    file = tmp_path / "oven.toml"
+    file.write_text(text_with_oven(), encoding="utf-8")
+    return read_hammer_experiment(file)
+
+
+def test_every_set_point_is_held_while_it_is_hit(declared: HammerExperiment, tmp_path: Path) -> None:
+    folder = tmp_path / "hits"
+    outcome, _, parts = acquire(declared, folder)
+    assert (outcome.accepted, outcome.missing) == (3 * 9 * 2, 0)
+    found = [event for event in read_events(folder) if event["event"] == "hit"]
+    for event in found:
+        target = (25.0, 35.0, 30.0)[event["set_point"]]
+        assert event["temperature"] == pytest.approx(target, abs=0.5)
+    commands = [(e["command"], e.get("target")) for e in read_events(folder) if e["event"] == "oven"]
+    assert commands == [("ramp", 25.0), ("ramp", 35.0), ("ramp", 30.0), ("safe", None)]
+    assert parts.oven is not None
+    assert not parts.oven.body.regulating
+    said, rest = read_plate_measurement(folder / "plate.toml")
+    assert [one.file for one in said.frf] == [f"set-point-{number}.toml" for number in (1, 2, 3)]
+    assert rest["oven"]["room_temperature"] == 22.0
+    campaign = read_plate(folder)
+    assert np.round([sweep.temperature for sweep in campaign.sweeps]).tolist() == [25.0, 30.0, 35.0]
+
+
+def test_stopped_at_the_second_set_point_and_taken_up_again(declared: HammerExperiment, tmp_path: Path) -> None:
+    folder = tmp_path / "hits"
+    keys: Iterator[Key | None] = iter(["stop"])
+    enough = 9 * 2 + 5
+
+    def key() -> Key | None:
+        kept = list((folder / "hits").glob("*.h5")) if folder.exists() else []
+        return next(keys, None) if len(kept) == enough else None
+
+    outcome, _, _ = acquire(declared, folder, key)
+    assert outcome.stopped
+    assert outcome.accepted == enough
+    before = {path.name: path.read_bytes() for path in (folder / "hits").glob("*.h5")}
+    outcome, heard, _ = acquire(declared, folder)
+    assert (outcome.accepted, outcome.made_now) == (54, 54 - enough)
+    assert (heard.places[0].set_point, heard.places[0].point) == (1, 2)
+    assert before.items() <= {path.name: path.read_bytes() for path in (folder / "hits").glob("*.h5")}.items()
+    times = [event["time"] for event in read_events(folder)]
+    assert times == sorted(times)  # simulated time goes on
+
+
+def test_a_hit_on_a_plate_that_drifted_is_rejected_and_the_set_point_settled_again(
+    declared: HammerExperiment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "hits"
+    true, asked = HeldPlate.temperature, iter([26.0, float("nan")])
+    monkeypatch.setattr(HeldPlate, "temperature", lambda self: next(asked, None) or true(self))
+    outcome, heard, _ = acquire(declared, folder)
+    assert outcome.missing == 0
+    said = [hit.rejected for hit in heard.hits[:2]]
+    assert "the plate is at 26.00 °C; 24.5 to 25.5 °C wanted" in said[0]
+    assert "no temperature" in said[1]
+    ramps = [e["target"] for e in read_events(folder) if e.get("command") == "ramp"]
+    assert ramps == [25.0, 25.0, 25.0, 35.0, 30.0]
+
+
+def test_an_oven_that_cannot_hold_is_told(
+    declared: HammerExperiment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(HeldPlate, "temperature", lambda self: 27.0)
+    with pytest.raises(RigStopped, match="Can the oven hold it"):
+        acquire(declared, tmp_path / "hits")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("temperatures = [25.0, 35.0, 30.0]", "temperatures = [25.0, 75.0]", "oven.maximum"),
+        ("temperatures = [25.0, 35.0, 30.0]", "temperatures = [25.0, 25.0]", "twice"),
+        ("ramp_rate = 3.0", "ramp_rate = 5.0", "oven.max_rate"),
+        ("hottest = 70.0", "hottest = 150.0", "limits.hottest"),
+        ('kind = "watlow-f4t"', 'kind = "watlow"', "oven.kind"),
+        ('thermocouples = ["cDAQ1Mod3/ai0"]\n', "", "what measures it"),
+        ("[limits]\ncoldest = -10.0\nhottest = 70.0\n", "", "[limits] is missing"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(before: str, after: str, said: str, tmp_path: Path) -> None:
+    text = text_with_oven()
+    assert text.count(before) == 1
+    file = tmp_path / "wrong.toml"
+    file.write_text(text.replace(before, after), encoding="utf-8")
+    with pytest.raises(CampaignFileError) as raised:
+        read_hammer_experiment(file)
+    assert said in str(raised.value)
+
+
+@pytest.mark.slow
+def test_laws_over_temperature_from_hits(tmp_path: Path) -> None:
+    file, folder = tmp_path / "oven.toml", tmp_path / "hits"
+    file.write_text(text_with_oven(), encoding="utf-8")
+    done = CliRunner().invoke(flexura, ["acquire", str(file), "--out", str(folder), "-q"])
+    assert done.exit_code == 0, done.stderr
+    done = CliRunner().invoke(flexura, ["update", str(folder), "--out", str(tmp_path / "laws"), "--json"])
+    assert done.exit_code == 0, done.stderr
+    rows = json.loads(done.stdout)["temperatures"]
+    simulation = read_hammer_experiment(file).simulation
+    assert simulation is not None
+    assert len(rows) == 3
+    for row in rows:
+        true = simulation.laws.laws().at([row["temperature_c"]])
+        assert row["youngs_modulus_pa"] == pytest.approx(float(true.youngs_modulus[0]), rel=0.01)
+        assert row["loss_factor"] == pytest.approx(float(true.loss_factor[0]), rel=0.03)
+
+
+def test_safe_brings_its_oven_to_rest_and_says_where_there_is_none(tmp_path: Path) -> None:
+    file = tmp_path / "oven.toml"
+    file.write_text(text_with_oven(), encoding="utf-8")
+    done = CliRunner().invoke(flexura, ["safe", str(file), "--json"])
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout) == {"rig": "simulated", "unsafe": []}
+    assert "the oven is at rest" in done.stderr
+    done = CliRunner().invoke(flexura, ["safe", str(EXAMPLE)])
+    assert done.exit_code == 0
+    assert "nothing is heated or driven" in done.stderr
