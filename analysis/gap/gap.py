@@ -32,7 +32,7 @@ from analysis.gap.search.held_out import HeldOut, held_out, splits
 from analysis.gap.search.signatures import Signature, signatures
 from analysis.gap.search.stepwise import SearchResult, stepwise_search
 from analysis.gap.search.unknown import unknown_evidence
-from analysis.gap.thresholds import Z_FLOOR
+from analysis.gap.thresholds import FAR, Z_FLOOR
 from analysis.gap.verdict import Judgement, judge
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
@@ -169,13 +169,14 @@ def _searched(
 ) -> tuple[SearchContext, SearchResult]:
     """Search, and again where an effect may replace a declared quantity that is beyond its tolerance.
 
-    Most are so without any effect, which saves a search.
+    Most are so without any effect, which saves a search; but not where so much is missing that all quantities bend.
     """
     context = SearchContext(model, sweeps, noise, executor, report)
     start = starting_state(updated, sweeps.groups)
     few, part = context.at_few_temperatures(start)
     begun = few.fit(part, ())
-    released = _released(model, begun, remade)
+    near = few.excess(begun) < FAR * few.sweeps.numbers
+    released = _released(model, begun, remade) if near else None
     if released is None:
         found = stepwise_search(context, context.fit(context.spread(start, few, begun.state), ()))
         released = _released(model, found.fit, remade)
