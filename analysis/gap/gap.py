@@ -169,7 +169,7 @@ def _searched(
 ) -> tuple[SearchContext, SearchResult]:
     """Search, and again where an effect may replace a declared quantity that is beyond its tolerance.
 
-    Most are so without any effect, which saves a search; but not where so much is missing that all quantities bend.
+    Most are so without any effect, which saves a search, but not where so much is missing that all of them bend.
     """
     context = SearchContext(model, sweeps, noise, executor, report)
     start = starting_state(updated, sweeps.groups)
