@@ -1,9 +1,9 @@
 """What the healthy panel answers at any temperature: its twin, and what the first recordings showed beside it.
 
-The twin's own error, recorded less twin at every temperature of the baseline, is the same panel's on all dates. Over
-frequency it moves with the resonances; over f / sqrt(E(T)) it hardly depends on the temperature, and a polynomial in T
-carries it from the temperatures of the baseline to any other. The order of the polynomial is the one that predicts
-best each temperature from the others.
+The twin's own error, recorded less twin at every temperature of the baseline, is the same panel's on all dates.
+Over frequency it moves with the resonances; over f / sqrt(E(T)) it hardly depends on the temperature, and a
+polynomial in T carries it from the temperatures of the baseline to any other. The order of the polynomial is the
+one that predicts best each temperature from the others.
 """
 
 from collections.abc import Sequence
@@ -27,15 +27,16 @@ from analysis.twin_model import Effects, Tangent, TwinModel
 FEWEST_TEMPERATURES = 4
 """Of a baseline: fewer cannot be tested against each other."""
 HIGHEST_ORDER = 8
-"""Of the polynomial: errors of laws turn a few times over the range; more only carries the noise of the baseline."""
+"""Of the polynomial: errors of laws turn a few times over the range; more only carries the noise of the
+baseline."""
 TEMPERATURE_SIGMA = 100.0
 """K: nothing is known of the temperature on a date but what the panel says itself."""
 GAIN_SIGMA = 0.005
 """Of each input's log gain: amplifiers and charge amplifiers keep half a per cent over a year."""
 LAW_SIGMA = (0.005, 0.05)
-"""Of nu and log eta from date to date: what moisture and ageing of polymers do in a year, and more than what updating
-leaves open. What changes the material of the whole panel is no damage, and is not named. E has none of its own: it
-acts as the temperature, of which nothing is known."""
+"""Of nu and log eta from date to date: what moisture and ageing of polymers do in a year, and more than what
+updating leaves open. What changes the material of the whole panel is no damage, and is not named. E has none of
+its own: it acts as the temperature, of which nothing is known."""
 GRADIENT = 1.0
 """K from side to side: a panel that is no oven's has draughts and sun, which act as a gradient of its modulus."""
 
@@ -63,9 +64,7 @@ class PanelLinearisation:
     by_change: Complex = field(repr=False)
 
     def __post_init__(self) -> None:
-        check_shapes(
-            self, transfer="I K n", by_nuisance="N I K n", nuisance_sigma="N", by_change="C I K n"
-        )
+        check_shapes(self, transfer="I K n", by_nuisance="N I K n", nuisance_sigma="N", by_change="C I K n")
         check_finite(self, "temperature", "transfer")
 
 
@@ -155,13 +154,23 @@ class HealthBaseline:
         rows = sorted(recordings, key=lambda one: one.label)
         if len(rows) < FEWEST_TEMPERATURES:
             raise ValueError(
-                f"{len(rows)} temperatures at which every input drove; a baseline needs {FEWEST_TEMPERATURES} or more"
+                f"{len(rows)} temperatures at which every input drove; {FEWEST_TEMPERATURES} or more needed"
             )
         nodes = rows[0].nodes
         temperature = np.array([one.label for one in rows])
         nothing = np.zeros((len(rows), len(sources), len(channels), nodes.frequency.size), dtype=complex)
         bare = cls(
-            model, laws, effects, gains, nodes, channels, sources, tuple(rows), temperature, nothing, tuple(candidates)
+            model,
+            laws,
+            effects,
+            gains,
+            nodes,
+            channels,
+            sources,
+            tuple(rows),
+            temperature,
+            nothing,
+            tuple(candidates),
         )
         measured = np.array([[nodes.at_nodes(one.coefficients) for one in row.sweeps] for row in rows])
         twin = np.array([bare.linearised(float(t), changes=False).transfer for t in temperature])
@@ -310,7 +319,7 @@ class HealthBaseline:
         )
 
     def _lost(self, transfer: Complex) -> Complex:
-        """Derivatives by the polarization that patches lost, in the order of the candidates."""
+        """Return derivatives by the polarization that patches lost, in the order of the candidates."""
         names = [one.patch for one in self.candidates if one.effect == DEPOLARIZATION]
         found = np.zeros((len(names), *transfer.shape), dtype=complex)
         for row, patch in enumerate(names):

@@ -90,7 +90,9 @@ class ChangeCandidate:
         return {**zero, self.parameter.name: amplitude}
 
 
-def change_candidates(cards: Mapping[str, EffectCard], on: Effects, patches: tuple[str, ...]) -> list[ChangeCandidate]:
+def change_candidates(
+    cards: Mapping[str, EffectCard], on: Effects, patches: tuple[str, ...]
+) -> list[ChangeCandidate]:
     """List all candidates of a panel.
 
     Parameters

@@ -1,9 +1,10 @@
 """Weeks added up, and the limit that holds the rate of false alarms.
 
-An amplitude c that came on one of the last m dates and stayed is estimated by the m dates together,
-c = sum J'r / sum J'J, with variance 1 / sum J'J + v, v being what the baseline cannot tell, common to all dates.
-z = c / sigma is normal on a healthy panel. An alarm is the largest z, over candidates and over m, beyond a limit at
-which all of them together exceed it at the stated rate (Bonferroni's bound: it holds however they are correlated).
+An amplitude c that came on one of the last m dates and stayed is estimated by the m dates together, c = sum J'r
+/ sum J'J, with variance 1 / sum J'J + v, v being what the baseline cannot tell, common to all dates. z = c /
+sigma is normal on a healthy panel. An alarm is the largest z, over candidates and over m, beyond a limit at
+which all of them together exceed it at the stated rate (Bonferroni's bound: it holds however they are
+correlated).
 """
 
 from collections.abc import Sequence
@@ -20,7 +21,8 @@ SPANS = (1, 2, 4, 8, 16)
 """Numbers of last dates that are added up: a change that began between two of them loses a third of its z at most.
 Beyond sixteen the baseline's own error dominates."""
 LEAST_SEEN = 1e-4
-"""Square of the standard deviations that a usual amplitude moves the data, below which it is not seen: rounding."""
+"""Square of the standard deviations that a usual amplitude moves the data, below which it is not seen:
+rounding."""
 SHARE_OF_UNKNOWN = 0.5
 """Share of the rate that the test for changes no candidate explains may use."""
 

@@ -205,7 +205,8 @@ def temperature_found(
 def _of_one_material(expected: ExpectedResponse) -> ExpectedResponse:
     """Return it with temperature and gains as the only nuisances.
 
-    Two kelvins from the right temperature the others together would explain more to first order than the temperature.
+    Two kelvins from the right temperature the others together would explain more to first order than the
+    temperature.
     """
     few = 1 + len(expected.response)
     return replace(

@@ -1,8 +1,8 @@
 """A candidate fitted with its place, by a twin that has it.
 
-The search over all candidates is linear, about the healthy panel, at places some centimetres apart. A spot that has
-lost a fifth of its stiffness is neither small nor at one of these places: amplitude and place are fitted by Gauss and
-Newton, the twin linearised anew about each estimate with the effect on.
+The search over all candidates is linear, about the healthy panel, at places some centimetres apart. A spot that
+has lost a fifth of its stiffness is neither small nor at one of these places: amplitude and place are fitted by
+Gauss and Newton, the twin linearised anew about each estimate with the effect on.
 """
 
 from collections.abc import Sequence
@@ -75,7 +75,7 @@ class _Fit:
 
     @property
     def noise(self) -> float:
-        """Chi2 per degree of freedom to be expected at the next estimate: no less than a quarter of the last one."""
+        """Chi2 per degree of freedom to be expected next: no less than a quarter of the last one."""
         return max(self.chi2 / self.dof, 0.25 * self.before, 1.0)
 
     def temperatures_after(self, step: Real) -> Real:
@@ -168,7 +168,9 @@ class ChangeFit:
         temperatures: Real,
         noise: float,
     ) -> _Fit:
-        values = candidate.values(float(point[0]), dict(zip([one.name for one in free[1:]], point[1:], strict=True)))
+        values = candidate.values(
+            float(point[0]), dict(zip([one.name for one in free[1:]], point[1:], strict=True))
+        )
         effects = {candidate.effect: values}
         tangents = [(candidate.effect, one.name, values) for one in free]
         here = np.clip(temperatures, *self.baseline.temperature_range)
@@ -199,7 +201,9 @@ class ChangeFit:
         evidence = 0.5 * (self.healthy[0] - fit.chi2) / self.noise - 0.5 * float(np.linalg.slogdet(scaled)[1])
         sigma = np.sqrt(louder * np.diag(covariance))
         names = [one.name for one in free]
-        values = candidate.values(float(fit.point[0]), dict(zip(names[1:], map(float, fit.point[1:]), strict=True)))
+        values = candidate.values(
+            float(fit.point[0]), dict(zip(names[1:], map(float, fit.point[1:]), strict=True))
+        )
         return RefinedChange(
             candidate, values, dict(zip(names, map(float, sigma), strict=True)), evidence, fit.chi2 / fit.dof
         )

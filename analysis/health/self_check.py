@@ -1,8 +1,8 @@
 """The baseline tested against itself: each temperature is left out and predicted from the others.
 
 What a recording of the healthy panel says about a candidate's amplitude, beyond its noise, is the error that the
-baseline makes: laws and discrepancy between temperatures, and the baseline's own noise. It is alike on all dates at
-one temperature, and does not average out over weeks; its variance is added to that of every estimate.
+baseline makes: laws and discrepancy between temperatures, and the baseline's own noise. It is alike on all dates
+at one temperature, and does not average out over weeks; its variance is added to that of every estimate.
 """
 
 from collections.abc import Sequence
@@ -56,8 +56,8 @@ def self_check(baseline: HealthBaseline, twins: Sequence[PanelLinearisation]) ->
 def checked(said: Sequence[DateEquations], families: Sequence[str]) -> SelfCheck:
     """Return what equations of a healthy panel leave open.
 
-    The excess of z squared over one is the error in units of the noise. Single candidates have as few samples as the
-    baseline has temperatures: the largest of their own mean, that of their family and that of all is taken.
+    The excess of z squared over one is the error in units of the noise. Single candidates have as few samples as
+    the baseline has temperatures: the largest of their own mean, that of their family and that of all is taken.
 
     Parameters
     ----------

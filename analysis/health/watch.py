@@ -16,7 +16,6 @@ from analysis.health.health_report import HealthDate, HealthReport, NamedChange
 from analysis.health.recording import DatedRecording, DateEquations, date_equations, temperature_found
 from analysis.health.refined import ChangeFit, RefinedChange, linear_evidence
 from analysis.health.self_check import SelfCheck
-from analysis.progress import Progress
 
 REFINED = 0.5
 """Share of the largest log evidence, by the linear search, from which a family is fitted with its place: what is
@@ -164,7 +163,8 @@ class HealthWatch:
             max(self.check.usual, 1.0),
         )
         evidence = self._evidence(estimate, fit.noise)
-        least = min(REFINED * max(evidence.values()), sorted(evidence.values())[-min(FEWEST_REFINED, len(evidence))])
+        ranked = sorted(evidence.values(), reverse=True)
+        least = min(REFINED * ranked[0], ranked[min(FEWEST_REFINED, len(ranked)) - 1])
         refined = {name: self._refined(name, estimate, fit) for name, one in evidence.items() if one >= least}
         judged = {name: refined[name].evidence if name in refined else one for name, one in evidence.items()}
         total = float(logsumexp(list(judged.values())))
@@ -182,7 +182,7 @@ class HealthWatch:
         return NamedChange(order[0], shares[0][1], shares, best, since, span, trend)
 
     def _named_span(self) -> int:
-        """Number of last dates that the name rests on: where the strongest z is largest."""
+        """Find the number of last dates that the name rests on: where the strongest z is largest."""
         return max(spans(len(self.judged)), key=lambda span: float(self._sided(self._estimate(span)).max()))
 
     def _evidence(self, estimate: SpanEstimate, noise: float) -> dict[str, float]:
@@ -244,7 +244,6 @@ class HealthWatch:
             self.check.misfit,
             self.baseline.order,
         )
-
 
 
 def _apart(one: Values, other: Values) -> bool:

@@ -26,7 +26,7 @@ NOISE = 1e-3
 
 
 def laws(shift: float = 0.0) -> MaterialLaws:
-    """E from 2.6 GPa at -10 °C to 1.6 GPa at 60 °C; with `shift`, E and eta are wrong by that share, bent over T."""
+    """E from 2.6 GPa at -10 °C to 1.6 GPa at 60 °C; `shift` bends log E over T by that much."""
     t = np.array([-10.0, 13.3, 36.7, 60.0])
     bent = shift * np.cos(np.pi * (t + 10.0) / 70.0)
     coefficients = np.array(
@@ -36,12 +36,12 @@ def laws(shift: float = 0.0) -> MaterialLaws:
             np.log(0.03) + 0.009 * (t + 10.0) - 3 * bent,
         ]
     )
-    return MaterialLaws(
-        np.array([-10.0] * 4 + [60.0] * 4), coefficients, np.zeros((3, 4, 4)), (-10.0, 60.0)
-    )
+    return MaterialLaws(np.array([-10.0] * 4 + [60.0] * 4), coefficients, np.zeros((3, 4, 4)), (-10.0, 60.0))
 
 
-def measured(temperature: float, rng: np.random.Generator, effects: Effects = NO_EFFECTS, noise: float = NOISE) -> Frf:
+def measured(
+    temperature: float, rng: np.random.Generator, effects: Effects = NO_EFFECTS, noise: float = NOISE
+) -> Frf:
     """FRFs of the real panel at a temperature, a sweep for each input; the label is wrong by a kelvin or two."""
     law = laws().local(temperature)
     h = np.array([REAL.frf(law, LINES, effects, SweepPoint(temperature, 0.0, 1.0, s)) for s in range(2)])

@@ -1,7 +1,8 @@
-"""A simply supported plate with patches in Navier's series: a twin in closed form, and effects that are exact in it.
+"""A simply supported plate with patches in Navier's series: a twin in closed form, with exact effects.
 
-Modes phi = 2 sin(m pi x/a) sin(n pi y/b) over unit mass, D (1 + j eta) k**4 their stiffness. Patches bend along both
-axes: their coupling to a mode is that of the curvature under them. Small enough for histories of hundreds of weeks.
+Modes phi = 2 sin(m pi x/a) sin(n pi y/b) over unit mass, D (1 + j eta) k**4 their stiffness. Patches bend along
+both axes: their coupling to a mode is that of the curvature under them. Small enough for histories of hundreds of
+weeks.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -135,7 +136,10 @@ class NavierPanel:
         kx, ky = self.numbers.T
         stiffness = np.diag(((kx**2 + ky**2) ** 2) / (DENSITY * H)).astype(complex) * rigidity
         inertia = np.eye(len(kx), dtype=complex)
-        names = [*(f"A{k + 1}" for k in range(len(self.actuators))), *(f"S{k + 1}" for k in range(len(self.sensors)))]
+        names = [
+            *(f"A{k + 1}" for k in range(len(self.actuators))),
+            *(f"S{k + 1}" for k in range(len(self.sensors))),
+        ]
         held = {name: 1.0 - on.get("patch_debond", {}).get(name, 0.0) for name in names}
         for name, patch in zip(names, self._patch_stiffness, strict=True):
             stiffness = stiffness + held[name] * patch
