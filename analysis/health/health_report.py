@@ -66,6 +66,8 @@ class NamedChange:
         Number of these dates.
     trend : tuple of (float, float)
         Amplitude on every judged date by that date alone, and its standard deviation.
+    also : tuple of RefinedChange
+        The same at other places that are nearly as likely: patches that lie symmetrically cannot tell them apart.
     """
 
     family: str
@@ -75,6 +77,7 @@ class NamedChange:
     since: str
     span: int
     trend: tuple[tuple[float, float], ...] = field(default=(), repr=False)
+    also: tuple[RefinedChange, ...] = ()
 
     def __post_init__(self) -> None:
         check_range(self, 0.0, 1.0, "probability")

@@ -19,12 +19,16 @@ from analysis.health.recording import DatedRecording, DateEquations, date_equati
 
 MOST_STEPS = 8
 """Of Gauss and Newton: from a place within its neighbours' distance four are usual."""
+TRIED, ABANDONED = 3, 4.0
+"""Steps after which a candidate is given up whose chi2 is so many times that of another."""
 HALVINGS = 4
 """Of a step that does not lower chi2, or leads off the plate."""
 LARGEST_MOVE = 0.015
 """m in one step: a place is not linear over more than an eighth of a bending wave."""
 WARMEST_STEP = 4.0
 """K in one step: responses are not linear in the temperature beyond."""
+TWIN_SHARE = 0.02
+"""Share of an amplitude that the twin, whose mass and stiffness are known to a per cent or two, leaves open."""
 SETTLED = 0.05
 """Largest step, in standard deviations, at which the fit ends."""
 
@@ -106,7 +110,9 @@ class ChangeFit:
     healthy: tuple[float, int]
     noise: float
 
-    def refined(self, candidate: ChangeCandidate, amplitude: float, variance: float) -> RefinedChange:
+    def refined(
+        self, candidate: ChangeCandidate, amplitude: float, variance: float, rival: float
+    ) -> RefinedChange:
         """Fit a candidate of the library.
 
         Parameters
@@ -117,6 +123,8 @@ class ChangeFit:
             At which it begins, SI.
         variance : float
             Of the amplitude, by what the baseline cannot tell.
+        rival : float
+            Chi2 of the best candidate so far: one that stays far behind is not fitted to the end.
         """
         free = _free(candidate)
         low, high = (np.array([getattr(one, side) for one in free]) for side in ("low", "high"))
@@ -126,14 +134,16 @@ class ChangeFit:
         now = self._fit(candidate, free, np.clip(begun, low, high), np.array(self.temperatures), self._misfit)
         reach = np.array([np.inf, *[LARGEST_MOVE] * (len(free) - 1)])
         scale = np.array([one.sigma for one in free])
-        for _ in range(MOST_STEPS):
+        for number in range(MOST_STEPS):
+            if number >= TRIED and now.chi2 > ABANDONED * rival:
+                break
             step = np.linalg.solve(now.matrix + np.diag(1e-6 / scale**2), now.gradient)
             step *= min(1.0, float((reach / np.maximum(np.abs(step), 1e-300)).min()))
             better = self._stepped(candidate, free, now, step, (low, high))
             if better is None:
                 break
             moved, now = better.point - now.point, better
-            if float(np.sqrt(moved @ now.matrix @ moved)) < SETTLED:
+            if float(np.sqrt(moved @ now.matrix @ moved / now.noise)) < SETTLED:
                 break
         return self._told(candidate, free, now, variance)
 
@@ -200,6 +210,7 @@ class ChangeFit:
         scaled = np.eye(len(free)) + fit.matrix / self.noise * prior[:, None] * prior
         evidence = 0.5 * (self.healthy[0] - fit.chi2) / self.noise - 0.5 * float(np.linalg.slogdet(scaled)[1])
         sigma = np.sqrt(louder * np.diag(covariance))
+        sigma[0] = np.hypot(sigma[0], TWIN_SHARE * fit.point[0])
         names = [one.name for one in free]
         values = candidate.values(
             float(fit.point[0]), dict(zip(names[1:], map(float, fit.point[1:]), strict=True))

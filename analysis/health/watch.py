@@ -25,6 +25,8 @@ FEWEST_REFINED = 3
 OTHER_PLACE = 0.05
 """m: a second place this far from the best one is tried, too, where it explains nearly as much: on a rectangle the
 places mirrored in its axes shift resonances alike, and only the patches tell them apart."""
+ALIKE = 3.0
+"""Nats: a place that is as likely but for a factor of twenty is named beside the best one."""
 NEARLY = 0.7
 """Share of the best z squared from which it is tried."""
 
@@ -165,7 +167,13 @@ class HealthWatch:
         evidence = self._evidence(estimate, fit.noise)
         ranked = sorted(evidence.values(), reverse=True)
         least = min(REFINED * ranked[0], ranked[min(FEWEST_REFINED, len(ranked)) - 1])
-        refined = {name: self._refined(name, estimate, fit) for name, one in evidence.items() if one >= least}
+        refined: dict[str, RefinedChange] = {}
+        also: dict[str, tuple[RefinedChange, ...]] = {}
+        rival = np.inf
+        for name in sorted(evidence, key=lambda name: -evidence[name]):
+            if evidence[name] >= least:
+                refined[name], also[name] = self._refined(name, estimate, fit, rival)
+                rival = min(rival, refined[name].misfit * dof)
         judged = {name: refined[name].evidence if name in refined else one for name, one in evidence.items()}
         total = float(logsumexp(list(judged.values())))
         order = sorted(judged, key=lambda name: -judged[name])
@@ -179,7 +187,7 @@ class HealthWatch:
         index = self.baseline.candidates.index(best.candidate)
         alone = [span_estimate(date.said, self.check.variance, self._prior) for date in self.judged]
         trend = tuple((float(one.amplitude[index]), float(one.sigma[index])) for one in alone)
-        return NamedChange(order[0], shares[0][1], shares, best, since, span, trend)
+        return NamedChange(order[0], shares[0][1], shares, best, since, span, trend, also[order[0]])
 
     def _named_span(self) -> int:
         """Find the number of last dates that the name rests on: where the strongest z is largest."""
@@ -202,11 +210,13 @@ class HealthWatch:
         left = np.where(seen, estimate.sigma, 1.0) ** 2 - self.check.variance
         return np.where(seen, 1.0 / np.maximum(left, 1e-300), 0.0)
 
-    def _refined(self, family: str, estimate: SpanEstimate, fit: ChangeFit) -> RefinedChange:
-        """Fit the best members of a family, and return the best of these."""
+    def _refined(
+        self, family: str, estimate: SpanEstimate, fit: ChangeFit, rival: float
+    ) -> tuple[RefinedChange, tuple[RefinedChange, ...]]:
+        """Fit the best members of a family; return the best, and those at other places that are as likely."""
         sided = np.where(self._two_sided, np.abs(estimate.amplitude), np.maximum(estimate.amplitude, 0.0))
         z = sided * np.sqrt(self._information(estimate))
-        candidates = self.baseline.candidates
+        candidates, variance = self.baseline.candidates, self.check.variance
         mine = [index for index, one in enumerate(candidates) if one.family == family]
         first = max(mine, key=lambda index: float(z[index]))
         tried, place = [first], candidates[first]
@@ -217,18 +227,23 @@ class HealthWatch:
                 if candidates[index].effect == place.effect and _apart(candidates[index].shapes, place.shapes)
             ]
             second = max(further, key=lambda index: float(z[index]), default=None)
-            if second is not None and z[second] > 0.0 and z[second] ** 2 > NEARLY * z[first] ** 2:
+            if second is not None and z[second] ** 2 > NEARLY * z[first] ** 2:
                 tried.append(second)
-        variance, amplitude = self.check.variance, estimate.amplitude
         found: list[RefinedChange] = []
         for index in tried:
-            one, begun = candidates[index], float(amplitude[index])
+            one, begun = candidates[index], float(estimate.amplitude[index])
             if one.effect == DEPOLARIZATION:
-                sigma = float(estimate.sigma[index])
-                found.append(fit.linear(one, begun, sigma, float(variance[index])))
+                found.append(fit.linear(one, begun, float(estimate.sigma[index]), float(variance[index])))
             else:
-                found.append(fit.refined(one, begun, float(variance[index])))
-        return max(found, key=lambda one: one.evidence)
+                found.append(fit.refined(one, begun, float(variance[index]), rival))
+            rival = min(rival, found[-1].misfit * fit.healthy[1])
+        best = max(found, key=lambda one: one.evidence)
+        alike = tuple(
+            one
+            for one in found
+            if one is not best and best.evidence - one.evidence < ALIKE and _apart(one.values, best.values)
+        )
+        return best, alike
 
     def report(self) -> HealthReport:
         """Return all dates, and the name of what has changed if the last judged one gives an alarm."""

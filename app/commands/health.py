@@ -32,9 +32,9 @@ Examples:
     show_default=True,
     help="False alarms per date, at most.",
 )
-@mains
 @picture
 @out_folder("Folder for health.json (default: RUN0).")
+@mains
 @output_options("what health.json holds")
 @bad_input
 def command(

@@ -79,6 +79,13 @@ def _change_record(found: NamedChange) -> dict[str, Any]:
             for name, sigma in change.sigma.items()
         }
         record["misfit"] = change.misfit
+        record["also"] = [
+            {
+                key: {"value": one.values[key], "sigma": sigma, "unit": units[key]}
+                for key, sigma in one.sigma.items()
+            }
+            for one in found.also
+        ]
     return record
 
 
@@ -86,7 +93,8 @@ def change_words(found: NamedChange) -> str:
     """Return what has changed, with values: "added mass 2.01 ± 0.03 g at x 60 ± 1 mm, y 110 ± 1 mm"."""
     if found.family == "unknown" or found.change is None:
         return WORDS["unknown"]
-    return _in_words(found.change)
+    others = [f", or at {_place(one)}" for one in found.also]
+    return _in_words(found.change) + "".join(others)
 
 
 def _in_words(change: RefinedChange) -> str:
@@ -96,8 +104,11 @@ def _in_words(change: RefinedChange) -> str:
     said = f"{candidate.title} {amplitude}"
     if not candidate.placed:
         return said
-    places = [f"{axis} {_value(change.values[axis], change.sigma[axis], 'm', 'mm')}" for axis in ("x", "y")]
-    return f"{said} at {', '.join(places)}"
+    return f"{said} at {_place(change)}"
+
+
+def _place(change: RefinedChange) -> str:
+    return ", ".join(f"{axis} {_value(change.values[axis], change.sigma[axis], 'm', 'mm')}" for axis in ("x", "y"))
 
 
 def _value(value: float, sigma: float, unit: str, shown: str) -> str:

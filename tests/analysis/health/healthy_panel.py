@@ -1,15 +1,19 @@
 """Baselines and later dates of the panel in closed form, with noise."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
-from analysis.arrays import Real
+from analysis.arrays import Complex, Real
 from analysis.frf import Frf
 from analysis.gap.data.compression import Nodes
 from analysis.health.baseline import HealthBaseline
 from analysis.health.candidates import change_candidates
+from analysis.health.expected import ExpectedResponse
 from analysis.health.recording import DatedRecording, recordings_of
+from analysis.health.self_check import SelfCheck, self_check
+from analysis.health.watch import HealthWatch
 from analysis.material import MaterialLaws
 from analysis.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects
@@ -40,17 +44,22 @@ def laws(shift: float = 0.0) -> MaterialLaws:
 
 
 def measured(
-    temperature: float, rng: np.random.Generator, effects: Effects = NO_EFFECTS, noise: float = NOISE
+    temperature: float,
+    rng: np.random.Generator,
+    effects: Effects = NO_EFFECTS,
+    *,
+    stiffer: float = 0.0,
+    beyond: bool = False,
 ) -> Frf:
     """FRFs of the real panel at a temperature, a sweep for each input; the label is wrong by a kelvin or two."""
-    law = laws().local(temperature)
+    law = laws().local(60.0 if beyond else temperature)
+    law = replace(law, value=law.value + np.array([stiffer, 0.0, 0.0]))
     h = np.array([REAL.frf(law, LINES, effects, SweepPoint(temperature, 0.0, 1.0, s)) for s in range(2)])
-    return noisy(h, temperature, temperature + float(rng.normal(0.0, 1.5)), rng, noise)
+    return noisy(h, temperature + float(rng.normal(0.0, 1.5)), rng)
 
 
-def noisy(h, temperature: float, label: float, rng: np.random.Generator, noise: float) -> Frf:  # type: ignore[no-untyped-def]
-    del temperature
-    sigma = noise * np.sqrt((np.abs(h) ** 2).mean(axis=-1, keepdims=True)) + 0.0 * np.abs(h)
+def noisy(h: Complex, label: float, rng: np.random.Generator) -> Frf:
+    sigma = NOISE * np.sqrt((np.abs(h) ** 2).mean(axis=-1, keepdims=True)) + 0.0 * np.abs(h)
     spread = rng.standard_normal(h.shape) + 1j * rng.standard_normal(h.shape)
     return Frf(
         np.full(2, label),
@@ -80,7 +89,7 @@ def baseline(temperatures: Real, shift: float, seed: int) -> HealthBaseline:
     rows = []
     for t in temperatures:
         frf = measured(float(t), rng)
-        rows += recorded(Frf(**{**vars(frf), "temperature": np.full(2, float(t))}))
+        rows += recorded(replace(frf, temperature=np.full(2, float(t))))
     candidates = change_candidates(CARDS, NO_EFFECTS, ("A1", "A2", "S1", "S2"))
     return HealthBaseline.of(
         TWIN, laws(shift), NO_EFFECTS, np.ones(2), rows, candidates, ("S1", "S2"), ("A1", "A2")
@@ -88,5 +97,12 @@ def baseline(temperatures: Real, shift: float, seed: int) -> HealthBaseline:
 
 
 @lru_cache
-def usual_baseline() -> HealthBaseline:
-    return baseline(np.linspace(-10.0, 60.0, 15), 0.001, 1)
+def checked_baseline() -> tuple[HealthBaseline, SelfCheck, tuple[ExpectedResponse, ...]]:
+    found = baseline(np.linspace(-10.0, 60.0, 15), 0.001, 1)
+    twins = [found.linearised(float(t)) for t in found.temperature]
+    return found, self_check(found, twins), tuple(found.completed(one) for one in twins)
+
+
+def usual_watch() -> HealthWatch:
+    found, check, starts = checked_baseline()
+    return HealthWatch(found, check, 1e-3, found, starts)
