@@ -5,8 +5,8 @@
 The panel is a polypropylene plate with two actuators and three sensors. Its recordings come from a twin on another
 mesh, of other elements, whose patches are stiffer, thicker and stronger or weaker than declared, with gains that
 drift and wrong labels of temperature. The laws of the analysis are wrong by what updating leaves open.
-Temperatures follow the seasons from -10 to 60 degrees Celsius, in steps of 2.5 K: at these the twin of the analysis is
-linearised once for all histories. That of the baseline has every second of them.
+Temperatures follow the seasons from -10 to 60 degrees Celsius, in steps of 2.5 K: at these the twin of the
+analysis is linearised once for all histories. The baseline has every second of them.
 """
 
 import argparse
@@ -217,9 +217,6 @@ def main() -> None:
     declared = experiment()
     true = TruePanel(declared, rng)
     scale = np.sqrt((np.abs(true.table[float(TABLE[12])]) ** 2).mean())
-    say(
-        f"interpolation error {np.sqrt((np.abs(true.interpolated(21.3) - direct) ** 2).mean()) / scale:.1e} of rms"
-    )
     model = effect_twin(declared, lambda *_: None).referred(laws(LAW_ERROR).local(25.0))
     nodes = Nodes.over(LINES, 0.03, spacing=float(LINES[1] - LINES[0]))
     candidates = change_candidates(model.cards, {}, tuple(PATCHES))

@@ -25,6 +25,8 @@ FEWEST_REFINED = 3
 OTHER_PLACE = 0.05
 """m: a second place this far from the best one is tried, too, where it explains nearly as much: on a rectangle the
 places mirrored in its axes shift resonances alike, and only the patches tell them apart."""
+UNEXPLAINED = 1e-3
+"""Share of the misfit that the right effect may leave: a twin knows to three per cent what a change does."""
 ALIKE = 3.0
 """Nats: a place that is as likely but for a factor of twenty is named beside the best one."""
 NEARLY = 0.7
@@ -180,7 +182,7 @@ class HealthWatch:
         shares = tuple((name, float(np.exp(judged[name] - total))) for name in order)
         since = dates[0].recordings[0].date
         best = refined.get(order[0])
-        bound = misfit_limit(self.rate, self.check.misfit, dof)
+        bound = misfit_limit(self.rate, self.check.misfit, dof) + UNEXPLAINED * healthy / dof
         seen = float(self._sided(estimate).max()) > self.limit
         if best is None or best.misfit > bound or not seen:
             return NamedChange("unknown", 1.0, shares, best, since, span)

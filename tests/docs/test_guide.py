@@ -41,6 +41,7 @@ LONG = {
     "five-minutes.md",
     "filters.md",
     "frfs-of-other-programs.md",
+    "health.md",
     "modal-test.md",
     "real-hardware.md",
     "recorded-campaign.md",

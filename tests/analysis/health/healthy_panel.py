@@ -19,7 +19,7 @@ from analysis.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects
 from tests.analysis.health.navier_panel import CARDS, NavierPanel
 
-LINES = np.arange(100.0, 1200.0, 2.0)
+LINES = np.arange(100.0, 1000.0, 4.0)
 TWIN = NavierPanel()
 REAL = NavierPanel(
     actuators=((0.2003, 0.1548), (0.0448, 0.1201)), sensors=((0.0402, 0.0353), (0.1748, 0.0549)), half=0.01005
@@ -76,7 +76,7 @@ def noisy(h: Complex, label: float, rng: np.random.Generator) -> Frf:
     )
 
 
-NODES = Nodes.over(LINES, 0.03, spacing=2.0)
+NODES = Nodes.over(LINES, 0.03, spacing=4.0)
 
 
 def recorded(frf: Frf, date: str = "") -> list[DatedRecording]:
