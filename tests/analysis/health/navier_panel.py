@@ -18,13 +18,14 @@ from analysis.material import MaterialBox
 from analysis.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, Tangent
 
+System = tuple[Complex, Complex, Complex, Complex]
 A, B, H, DENSITY = 0.24, 0.19, 0.003, 950.0
 RADIUS = 0.012
 STEP = 1e-4
 """Of central differences of the matrices, which are at most quadratic in what moves."""
 
 
-def places(count_x: int = 7, count_y: int = 6) -> tuple[Values, ...]:
+def places(count_x: int = 6, count_y: int = 5) -> tuple[Values, ...]:
     x, y = ((np.arange(n) + 0.5) * side / n for n, side in ((count_x, A), (count_y, B)))
     return tuple({"x": float(p), "y": float(q)} for q in y for p in x)
 
@@ -67,7 +68,7 @@ class NavierPanel:
         Stiffness that a patch adds to the plate under it, over the plate's.
     """
 
-    waves: int = 7
+    waves: int = 6
     actuators: tuple[tuple[float, float], ...] = ((0.2, 0.155), (0.045, 0.12))
     sensors: tuple[tuple[float, float], ...] = ((0.04, 0.035), (0.175, 0.055))
     half: float = 0.01
@@ -88,33 +89,30 @@ class NavierPanel:
         found = np.array([(m, n) for m in range(1, self.waves + 1) for n in range(1, self.waves + 1)], float)
         return found * np.pi / np.array([A, B])
 
-    def shape(self, x: complex, y: complex) -> Complex:
+    def shape(self, x: float, y: float) -> Real:
         kx, ky = self.numbers.T
         return 2.0 / np.sqrt(DENSITY * H * A * B) * np.sin(kx * x) * np.sin(ky * y)
 
-    def bending(self, x: complex, y: complex, nu: complex, weights: tuple[Real, Real]) -> Complex:
+    def bending(self, x: float, y: float, nu: float, weights: tuple[Real, Real]) -> Real:
         """Stiffness of a small piece of plate about (x, y), for unit D, by quadrature; (N, N)."""
         offsets, areas = weights
         kx, ky = self.numbers.T
-        total = np.zeros((len(kx), len(kx)), dtype=complex)
         scale = 2.0 / np.sqrt(DENSITY * H * A * B)
-        for (dx, dy), area in zip(offsets, areas, strict=True):
-            sx, cx = np.sin(kx * (x + dx)), np.cos(kx * (x + dx))
-            sy, cy = np.sin(ky * (y + dy)), np.cos(ky * (y + dy))
-            xx, yy, xy = -scale * kx**2 * sx * sy, -scale * ky**2 * sx * sy, scale * kx * ky * cx * cy
-            total += area * (
-                np.outer(xx, xx)
-                + np.outer(yy, yy)
-                + nu * (np.outer(xx, yy) + np.outer(yy, xx))
-                + 2.0 * (1.0 - nu) * np.outer(xy, xy)
-            )
-        return total
+        px, py = np.multiply.outer(x + offsets[:, 0], kx), np.multiply.outer(y + offsets[:, 1], ky)
+        xx, yy = -scale * kx**2 * np.sin(px) * np.sin(py), -scale * ky**2 * np.sin(px) * np.sin(py)
+        xy = scale * kx * ky * np.cos(px) * np.cos(py)
+
+        def over(one: Real, other: Real) -> Real:
+            return np.asarray((one * areas[:, None]).T @ other)
+
+        cross = over(xx, yy)
+        return over(xx, xx) + over(yy, yy) + nu * (cross + cross.T) + 2.0 * (1.0 - nu) * over(xy, xy)
 
     def coupling(self, centre: tuple[float, float]) -> Real:
         """Mean of the sum of curvatures over a patch, in closed form."""
         kx, ky = self.numbers.T
         spread = np.sinc(kx * self.half / np.pi) * np.sinc(ky * self.half / np.pi)
-        return np.real(self.shape(*centre)) * -(kx**2 + ky**2) * spread
+        return self.shape(*centre) * -(kx**2 + ky**2) * spread
 
     def _disc(self) -> tuple[Real, Real]:
         radii = RADIUS * np.sqrt((np.arange(3) + 0.5) / 3)
@@ -127,9 +125,7 @@ class NavierPanel:
         offsets = np.array([(self.half * p, self.half * q) for p in nodes for q in nodes])
         return offsets, np.array([self.half**2 * v * w for v in weights for w in weights])
 
-    def system(
-        self, law: tuple[float, float, float], source: int, on: Effects
-    ) -> tuple[Complex, Complex, Complex, Complex]:
+    def system(self, law: tuple[float, float, float], source: int, on: Effects) -> System:
         """Stiffness and mass (N, N), load (N,) and readings (K, N)."""
         e, nu, eta = law
         rigidity = e * H**3 / 12.0 / (1.0 - nu**2) * (1.0 + 1j * eta)
@@ -157,7 +153,7 @@ class NavierPanel:
         return stiffness, inertia, load.astype(complex), 1e-9 * np.array(read, dtype=complex)
 
     @cached_property
-    def _patch_stiffness(self) -> list[Complex]:
+    def _patch_stiffness(self) -> list[Real]:
         """Of ceramics, which do not soften with temperature."""
         ceramic = 2e9 * H**3 / 12.0 * self.patch_share
         return [ceramic * self.bending(*c, 0.3, self._square()) for c in (*self.actuators, *self.sensors)]
@@ -185,7 +181,7 @@ class NavierPanel:
         solved = np.linalg.solve(dynamic, np.broadcast_to(sides, (len(omega2), *sides.shape)))
         moved, adjoint = solved[..., 0], solved[..., 1:]
 
-        def by(up: tuple, down: tuple, step: float) -> Complex:
+        def by(up: System, down: System, step: float) -> Complex:
             dk, dm, dload, dread = ((a - b) / (2.0 * step) for a, b in zip(up, down, strict=True))
             inner = moved @ dk.T - omega2[:, None] * (moved @ dm.T) - dload
             return (moved @ dread.T - np.einsum("fn,fnk->fk", inner, adjoint)).T

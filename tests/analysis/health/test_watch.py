@@ -28,7 +28,9 @@ def changed(effects: Effects, seed: int = 0) -> tuple[HealthWatch, NamedChange]:
     return watch, watch.named()
 
 
-@pytest.mark.parametrize("family", CHANGES)
+@pytest.mark.parametrize(
+    "family", ["damage", "mass", *(pytest.param(one, marks=pytest.mark.slow) for one in ("bond", "support"))]
+)
 def test_a_change_is_found_named_and_placed(family: str) -> None:
     effects = CHANGES[family]
     watch, named = changed(effects)
