@@ -59,7 +59,14 @@ def command(
     where there is a difference that none of them explains. Writes health.json. Exit status 0: no change on the
     last date; 1: changed, or no date could be judged.
     """
-    from app.files.run_folder import run_folder
+    from app.files.best_twin import best_twin
+    from app.files.panel_date import declared_date
+    from app.files.run_folder import run_file, run_folder
+
+    best_twin(baseline, "health")
+    run_file(baseline, "frf.h5", "health")
+    for one in dates:
+        declared_date(one)
     from app.stages import health  # the import takes a second: a wrong folder is reported before it
     from app.summaries.health import headline, tables
     from app.terminal.tables import show

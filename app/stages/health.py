@@ -24,9 +24,9 @@ from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
 from app.files.best_twin import best_twin
 from app.files.campaign import load_campaign
-from app.files.campaign_kind import DECLARATION, PROTOCOL
 from app.files.frf_file import load_frf
 from app.files.laws_file import load_laws
+from app.files.panel_date import FRF, declared_date
 from app.files.provenance import provenance, sha256
 from app.files.run_folder import run_file
 from app.files.twin_check import require_same_panel
@@ -102,16 +102,10 @@ def later_date(folder: Path, mains: float) -> LaterDate:
         For a folder that is neither, or cannot be read.
     """
     name = folder.resolve().name
-    if (folder / "frf.h5").is_file():
-        experiment, frf = load_frf(folder / "frf.h5")
-        return LaterDate(name, folder, experiment, frf, "frf.h5", {f"{name}/frf.h5": sha256(folder / "frf.h5")})
-    kinds = (DECLARATION, PROTOCOL, "plate.toml")
-    declared = next((kind for kind in kinds if (folder / kind).is_file()), None)
-    if declared is None:
-        raise ResultFileError(
-            f"{folder}: no date of a panel; allowed: a run folder with frf.h5 (make it with: flexura identify), "
-            "or a campaign folder"
-        )
+    declared = declared_date(folder)
+    if declared == FRF:
+        experiment, frf = load_frf(folder / FRF)
+        return LaterDate(name, folder, experiment, frf, FRF, {f"{name}/{FRF}": sha256(folder / FRF)})
     campaign = load_campaign(folder)
     try:
         frf = campaign_frf(campaign, mains=mains)
