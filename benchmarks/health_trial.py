@@ -175,7 +175,7 @@ def recorded(
         source=np.array([0, 1]),
         sources=("A1", "A2"),
     )
-    (found,) = recordings_of(frf, nodes, np.zeros(LINES.size), name, 2)
+    (found,) = recordings_of(frf, nodes, np.zeros(LINES.size, dtype=bool), name, 2)
     return found
 
 

@@ -9,10 +9,9 @@ one that predicts best each temperature from the others.
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from analysis.arrays import Complex, Real
 from analysis.checked_fields import check_ascending, check_finite, check_shapes
@@ -23,6 +22,9 @@ from analysis.health.recording import DatedRecording
 from analysis.material import MaterialLaws
 from analysis.sweep_point import SweepPoint
 from analysis.twin_model import Effects, Tangent, TwinModel
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 FEWEST_TEMPERATURES = 4
 """Of a baseline: fewer cannot be tested against each other."""
@@ -231,7 +233,7 @@ class HealthBaseline:
         return total
 
     @cached_property
-    def _splines(self) -> list[BSpline]:
+    def _splines(self) -> "list[BSpline[np.complex128]]":
         return [self.nodes.spline(self.nodes.coefficients(one)) for one in self.discrepancy]
 
     @property
@@ -300,7 +302,9 @@ class HealthBaseline:
             rows.append(self.model.linearise(law, self.nodes.frequency, on, point, [*tilt, *wanted]))
         scale = self.gains[:, None, None]
         transfer = scale * np.array([one.transfer for one in rows])
-        by_parameter = scale * np.stack([one.by_parameter for one in rows], axis=1)
+        by_parameter: Complex = np.asarray(
+            scale * np.stack([one.by_parameter for one in rows], axis=1), dtype=np.complex128
+        )
         own = [scale * np.array([one.by_temperature for one in rows])]
         own += [np.zeros_like(transfer)] * len(self.sources)
         own += list(scale * np.stack([one.by_material[1:] for one in rows], axis=1))

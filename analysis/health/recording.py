@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from analysis.arrays import Complex, Real
+from analysis.arrays import Complex, Mask, Real
 from analysis.checked_fields import check_finite, check_shapes
 from analysis.frf import Frf
 from analysis.gap.data.compression import CompressedSweep, Nodes, compress
@@ -104,7 +104,7 @@ class DateEquations:
         check_finite(self, "matrix", "gradient", "chi2", "temperature")
 
 
-def recordings_of(frf: Frf, nodes: Nodes, excluded: Real, date: str, inputs: int) -> list[DatedRecording]:
+def recordings_of(frf: Frf, nodes: Nodes, excluded: Mask, date: str, inputs: int) -> list[DatedRecording]:
     """Compress the sweeps of a date, a recording for each temperature at which all inputs drove.
 
     Parameters
@@ -124,7 +124,7 @@ def recordings_of(frf: Frf, nodes: Nodes, excluded: Real, date: str, inputs: int
     list of DatedRecording
         Repeated sweeps at one temperature averaged; empty where no temperature has all inputs.
     """
-    groups, used, found = TemperatureGroups.of(frf.temperature), ~np.asarray(excluded, dtype=bool), []
+    groups, used, found = TemperatureGroups.of(frf.temperature), ~excluded, []
     for group, label in enumerate(groups.reference):
         mine = [np.flatnonzero((groups.of_sweep == group) & (frf.driven_by == source)) for source in range(inputs)]
         if any(one.size == 0 for one in mine):
@@ -166,7 +166,7 @@ def date_equations(recording: DatedRecording, expected: ExpectedResponse, noise:
         dof=residual.size - count,
         temperature=expected.temperature + float(step[0]),
         sigma=float(np.sqrt(variance)),
-        by_change=-solved[0, :-1],
+        by_change=np.asarray(-solved[0, :-1], dtype=np.float64),
     )
 
 

@@ -137,7 +137,8 @@ class ChangeFit:
         for number in range(MOST_STEPS):
             if number >= TRIED and now.chi2 > ABANDONED * rival:
                 break
-            step = np.linalg.solve(now.matrix + np.diag(1e-6 / scale**2), now.gradient)
+            solved = np.linalg.solve(now.matrix + np.diag(1e-6 / scale**2), now.gradient)
+            step = np.asarray(solved, dtype=np.float64)
             step *= min(1.0, float((reach / np.maximum(np.abs(step), 1e-300)).min()))
             better = self._stepped(candidate, free, now, step, (low, high))
             if better is None:

@@ -108,7 +108,7 @@ class Nodes:
         solved = solve_banded((DEGREE, DEGREE), self.interpolation, parts, check_finite=False).T
         return (solved[: len(columns)] + 1j * solved[len(columns) :]).reshape(values.shape)
 
-    def spline(self, coefficients: Complex) -> "BSpline":
+    def spline(self, coefficients: Complex) -> "BSpline[np.complex128]":
         """Splines with `coefficients` (..., n): called with frequencies (m,), Hz, they give values (m, ...)."""
         from scipy.interpolate import BSpline
 

@@ -80,7 +80,7 @@ NODES = Nodes.over(LINES, 0.03, spacing=4.0)
 
 
 def recorded(frf: Frf, date: str = "") -> list[DatedRecording]:
-    return recordings_of(frf, NODES, np.zeros(LINES.size), date, 2)
+    return recordings_of(frf, NODES, np.zeros(LINES.size, dtype=bool), date, 2)
 
 
 def baseline(temperatures: Real, shift: float, seed: int) -> HealthBaseline:
