@@ -156,8 +156,8 @@ class HealthWatch:
         if not self.judged:
             raise ValueError("no date was judged; take one first")
         span = self._named_span()
-        estimate = self._estimate(span)
-        dates = self.judged[-span:]
+        seen = float(self._sided(self._estimate(span)).max()) > self.limit
+        dates, estimate = self._nearer(self.judged[-span:])
         healthy, dof = sum(date.chi2 for date in dates), sum(date.dof for date in dates)
         fit = ChangeFit(
             self.baseline,
@@ -183,7 +183,6 @@ class HealthWatch:
         since = dates[0].recordings[0].date
         best = refined.get(order[0])
         bound = misfit_limit(self.rate, self.check.misfit, dof) + UNEXPLAINED * healthy / dof
-        seen = float(self._sided(estimate).max()) > self.limit
         if best is None or best.misfit > bound or not seen:
             return NamedChange("unknown", 1.0, shares, best, since, span)
         index = self.baseline.candidates.index(best.candidate)
@@ -194,6 +193,31 @@ class HealthWatch:
     def _named_span(self) -> int:
         """Find the number of last dates that the name rests on: where the strongest z is largest."""
         return max(spans(len(self.judged)), key=lambda span: float(self._sided(self._estimate(span)).max()))
+
+    def _nearer(self, dates: Sequence[JudgedDate]) -> tuple[list[JudgedDate], SpanEstimate]:
+        """Return dates at the temperatures found, or at those recorded: as one candidate explains them better.
+
+        A large change moves resonances as many kelvins do, and takes the temperature found with it.
+        """
+        options = [list(dates), [self._as_recorded(date) for date in dates]]
+        told: list[tuple[float, int, SpanEstimate]] = []
+        for number, option in enumerate(options):
+            said = [one for date in option for one in date.said]
+            estimate = replace(span_estimate(said, self.check.variance, self._prior), span=len(dates))
+            amplitude = np.where(self._two_sided, estimate.amplitude, np.maximum(estimate.amplitude, 0.0))
+            drop = float((amplitude**2 * self._information(estimate)).max())
+            told.append((sum(date.chi2 for date in option) - drop, number, estimate))
+        _, number, estimate = min(told, key=lambda one: one[:2])
+        return options[number], estimate
+
+    def _as_recorded(self, date: JudgedDate) -> JudgedDate:
+        """Judge a date at its recorded temperatures, those beyond the range at its end."""
+        low, high = self.expects.temperature_range
+        here = tuple(float(np.clip(one.label, low, high)) for one in date.recordings)
+        pairs = zip(date.recordings, here, strict=True)
+        return JudgedDate(
+            date.recordings, here, tuple(date_equations(one, self.expects.at(at)) for one, at in pairs)
+        )
 
     def _evidence(self, estimate: SpanEstimate, noise: float) -> dict[str, float]:
         """Log evidence of every family over a healthy panel, by the linear search, its members averaged."""
