@@ -24,8 +24,8 @@ LEAST_SEEN = 1e-4
 """Square of the standard deviations that a usual amplitude moves the data, below which it is not seen:
 rounding."""
 MISFIT_MARGIN = 2.0
-"""Over the largest misfit of the self-check, whose temperatures are few and not the ends of the range: there healthy
-dates of a simulated panel had 1.4 times as much."""
+"""Over the largest misfit of the self-check, whose temperatures are few and not the ends of the range: there
+healthy dates of a simulated panel had 1.4 times as much."""
 SHARE_OF_UNKNOWN = 0.5
 """Share of the rate that the test for changes no candidate explains may use."""
 
