@@ -29,6 +29,8 @@ UNEXPLAINED = 1e-3
 """Share of the misfit that the right effect may leave: a twin knows to three per cent what a change does."""
 ALIKE = 3.0
 """Nats: a place that is as likely but for a factor of twenty is named beside the best one."""
+MOST_PLACES = 4
+"""From which a fit begins at most: a mass at a corner may seem to lie on the edge beside it."""
 NEARLY = 0.7
 """Share of the best z squared from which it is tried."""
 
@@ -245,24 +247,27 @@ class HealthWatch:
         candidates, variance = self.baseline.candidates, self.check.variance
         mine = [index for index, one in enumerate(candidates) if one.family == family]
         first = max(mine, key=lambda index: float(z[index]))
-        tried, place = [first], candidates[first]
-        if place.placed:
-            further = [
-                index
-                for index in mine
-                if candidates[index].effect == place.effect and _apart(candidates[index].shapes, place.shapes)
-            ]
-            second = max(further, key=lambda index: float(z[index]), default=None)
-            if second is not None and z[second] ** 2 > NEARLY * z[first] ** 2:
-                tried.append(second)
-        found: list[RefinedChange] = []
-        for index in tried:
-            one, begun = candidates[index], float(estimate.amplitude[index])
+        place, found = candidates[first], list[RefinedChange]()
+        further, bound = [first], misfit_limit(self.rate, self.check.misfit, fit.healthy[1])
+        while further and len(found) < MOST_PLACES:
+            index = max(further, key=lambda index: float(z[index]))
+            explained = bool(found) and min(one.misfit for one in found) <= bound
+            if found and (explained or not place.placed) and z[index] ** 2 <= NEARLY * z[first] ** 2:
+                break
+            one, begun = candidates[index], max(float(estimate.amplitude[index]), float(estimate.sigma[index]))
             if one.effect == DEPOLARIZATION:
                 found.append(fit.linear(one, begun, float(estimate.sigma[index]), float(variance[index])))
             else:
+                begun = float(estimate.amplitude[index]) if one.two_sided else begun
                 found.append(fit.refined(one, begun, float(variance[index]), rival))
             rival = min(rival, found[-1].misfit * fit.healthy[1])
+            if not place.placed:
+                break
+            further = [
+                other
+                for other in (mine if len(found) == 1 else further)
+                if candidates[other].effect == place.effect and _apart(candidates[other].shapes, one.shapes)
+            ]
         best = max(found, key=lambda one: one.evidence)
         alike = tuple(
             one
