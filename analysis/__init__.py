@@ -56,6 +56,7 @@
 ``radiation``          sound of a vibrating plate: pressure, power, directivity
 ``rendering``          sound through filters that follow the temperature
 ``weather``            a panel whose temperature is a field that moves
+``health``             what has changed on a panel since its baseline
 ``thermometry``        a panel as its own thermometer
 ``arrays``             types of arrays
 ``checked_fields``     shape, finiteness, range and order of a value's fields

@@ -29,6 +29,7 @@ VERBS = {
     "export": "export",
     "render": "render",
     "thermometer": "thermometer",
+    "health": "health",
     "study": "study",
     "report": "report",
     "view": "view",

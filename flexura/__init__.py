@@ -8,7 +8,7 @@ when it is first asked for, so that ``import flexura`` costs little. See ``docs/
 ``modal_tests``       `frfs_of_test`, `identify_test`: a structure at one temperature
 ``files_out``         `report`, `export_filters`, `export_sweeps`
 ``whole_run``         `run`: all of it, and the report
-``panels``            `focus`, `compensate`: filters that follow the temperature
+``panels``            `focus`, `compensate`: filters that follow the temperature; `health`: what has changed
 ``forward_twin``      `twin`: material and effects in, FRFs, derivatives, modes and matrices out
 ``um_bridge``         the same served to samplers and optimisers elsewhere: `serve`
 ``panel_files``       laws, twin files, panels and run folders that these two take
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from flexura.files_out import export_filters, export_sweeps, report
     from flexura.forward_twin import twin
     from flexura.modal_tests import frfs_of_test, identify_test
-    from flexura.panels import compensate, focus
+    from flexura.panels import compensate, focus, health
     from flexura.shipped_examples import example
     from flexura.um_bridge import serve
     from flexura.whole_run import run
@@ -45,6 +45,7 @@ __all__ = [
     "frf",
     "frfs_of_test",
     "gap",
+    "health",
     "identify",
     "identify_test",
     "load",
@@ -66,6 +67,7 @@ _MODULES = {
     "gap": "campaigns",
     "focus": "panels",
     "compensate": "panels",
+    "health": "panels",
     "plot": "figures",
     "run": "whole_run",
     "example": "shipped_examples",

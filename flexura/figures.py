@@ -10,11 +10,12 @@ from analysis.campaign import Campaign
 from analysis.frf import Frf
 from analysis.frf_campaign import AnyCampaign, FrfCampaign
 from app.files.gap_file import GapFigures
-from app.report import focusing, gap, identified, measured, style, updated
+from app.report import focusing, gap, health, identified, measured, style, updated
 from app.report.declared import picture, pieces_of_experiment
 from app.stages.compensate import CompensatedPanel
 from app.stages.focus import FocusedPanel
 from app.stages.gap import GapComparison
+from app.stages.health import WatchedPanel
 from app.stages.identify import IdentifiedCampaign
 from app.stages.update import Updating
 
@@ -25,7 +26,7 @@ def plot(value: Any, kind: str | None = None, *, channel: int | None = None) -> 
     Parameters
     ----------
     value : Campaign, FrfCampaign, Frf or result of a stage
-        IdentifiedCampaign, Updating, GapComparison, FocusedPanel or CompensatedPanel.
+        IdentifiedCampaign, Updating, GapComparison, FocusedPanel, CompensatedPanel or WatchedPanel.
     kind : str, optional
         Which of its figures, see `FIGURES`; the first where it is left out.
     channel : int, optional
@@ -109,5 +110,6 @@ FIGURES: Mapping[type, Mapping[str, Callable[..., Figure]]] = {
         "contrast": lambda found: focusing.after(found.compensation),
         "errors": lambda found: focusing.relative_errors(found.compensation),
     },
+    WatchedPanel: {"trend": lambda found: health.trend(found.report)},
 }
 """Figures of each kind of value, by name; the first is drawn where none is named."""

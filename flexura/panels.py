@@ -1,4 +1,4 @@
-"""Filters of a panel that follow the temperature: designed over temperature, and by networks."""
+"""Filters of a panel that follow the temperature, and what has changed on it since a baseline."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,8 +10,10 @@ from analysis.focusing.methods import METHODS, Method
 from analysis.focusing.panel import Panel
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import sha256
+from app.files.run_folder import writable_folder
 from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
+from app.stages import health as health_stage
 from app.stages.panel_inputs import checked_device, measured_panel, weather_for
 from app.stages.panel_laws import range_of, within
 from flexura.campaigns import File, computing
@@ -220,3 +222,48 @@ def _require_none(**options: object) -> None:
 def _require_method(method: str) -> None:
     if method not in METHODS:
         raise ValueError(f"method {method!r}: {' or '.join(METHODS)}")
+
+
+def health(
+    dates: Sequence[File],
+    baseline: File,
+    *,
+    rate: float = health_stage.RATE,
+    mains: float = 50.0,
+    out: File | None = None,
+    progress: bool | None = None,
+) -> health_stage.WatchedPanel:
+    """Say what has changed on a panel since its baseline, as ``flexura health``.
+
+    Parameters
+    ----------
+    dates : sequence of path
+        In order of time: run folders with frf.h5, or campaign folders.
+    baseline : path
+        Run folder of ``flexura update``, of the panel when it was healthy.
+    rate : float
+        False alarms per date, at most: above 0, up to 0.1.
+    mains : float
+        Hz; for dates that are campaign folders.
+    out : path, optional
+        Folder for health.json; nothing is written where it is left out.
+    progress : bool, optional
+        Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
+
+    Raises
+    ------
+    ValueError
+        For a rate outside what is allowed, and no dates.
+    app.files.bad_file.ResultFileError, app.files.campaign_error.CampaignFileError
+        For a baseline that is none, a date of another panel, and what cannot be read.
+    """
+    if not 0.0 < rate <= 0.1:
+        raise ValueError(f"rate is {rate:g}; allowed: above 0, up to 0.1 false alarms per date")
+    if not dates:
+        raise ValueError("no dates; one or more wanted")
+    folder = None if out is None else writable_folder(Path(out), "out")
+    with computing(shown=progress) as report:
+        found = health_stage.compute(Path(baseline), [Path(one) for one in dates], report, rate=rate, mains=mains)
+    if folder is not None:
+        health_stage.save(folder, found, rate)
+    return found

@@ -25,6 +25,7 @@
 ``export``            filters in the formats of other programs
 ``render``            sound filtered with temperature-dependent filters
 ``thermometer``       a panel's temperature from its own patches
+``health``            what has changed on a panel since its baseline
 ``report``            one HTML page
 ``view``              windows
 ``watch``             a web page of running campaigns, messages

@@ -29,6 +29,7 @@ Campaigns:
 ``campaign_inputs``       whether a result was made from the sweeps that are there now
 ``import_recording``      from the one to the other, surviving a kill
 ``acquired_campaign``     the same folder while a rig writes into it
+``panel_date``            which file of a folder declares a later date of a panel
 ``same_experiment``       whether it was begun with the same experiment
 ``readings``              every temperature read meanwhile
 ``latest_repeat``         the repeat recorded last, to be looked at

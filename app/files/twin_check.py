@@ -1,4 +1,4 @@
-"""Whether a twin file belongs to a campaign's plate, and whether the library has its effects."""
+"""Whether a twin file, or a later recording, belongs to a plate, and whether the library has a twin's effects."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,6 +12,8 @@ from app.files.twin_file import TwinFile
 
 RECORDER = ("acquisition.module", "acquisition.sample_rate")
 """May differ between campaigns on one plate: they change nothing a twin answers."""
+PLATE = ("plate", "patch", "drive", "sensor", "string", "cable", "acquisition")
+"""Tables of a declaration that describe the plate and what is on it."""
 DRIVEN_OR_HELD = {repr("actuator"), repr("shorted")}
 """Roles of one patch in campaigns that several actuators drove one after the other; short-circuited in either."""
 
@@ -34,12 +36,35 @@ def require_same_plate(path: Path, twin: TwinFile, experiment: Experiment) -> No
     remedy = "as the campaign declares; a twin belongs to one plate with its patches"
     problems = [
         Problem(path.name, place, seen, wanted, remedy)
-        for key in ("plate", "patch", "drive", "sensor", "string", "cable", "acquisition", "oven")
-        for place, seen, wanted in _differences(key, getattr(twin, key), getattr(experiment, key))
-        if place not in RECORDER and not (place.endswith(".role") and {seen, wanted} == DRIVEN_OR_HELD)
+        for place, seen, wanted in _of_the_plate(twin, experiment, (*PLATE, "oven"))
+        if not (place.endswith(".role") and {seen, wanted} == DRIVEN_OR_HELD)
     ]
     if problems:
         raise CampaignFileError(path.parent, problems)
+
+
+def require_same_panel(folder: Path, name: str, later: Experiment, baseline: Experiment) -> None:
+    """Raise unless a later recording is of the panel of a baseline, with its patches in the same roles.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the later recording.
+    name : str
+        Of the file there that declares it.
+    later, baseline : Experiment
+
+    Raises
+    ------
+    CampaignFileError
+        With all that is declared otherwise, but for `RECORDER`.
+    """
+    remedy = "as the baseline declares; a panel is compared with itself: name its own baseline"
+    found = _of_the_plate(later, baseline, PLATE)
+    if found:
+        raise CampaignFileError(
+            folder, [Problem(name, place, seen, wanted, remedy) for place, seen, wanted in found]
+        )
 
 
 def require_known_effects(path: Path, twin: TwinFile, cards: Mapping[str, EffectCard]) -> None:
@@ -78,6 +103,14 @@ def require_known_effects(path: Path, twin: TwinFile, cards: Mapping[str, Effect
                 problems.append(Problem(path.name, f"{key}.value", f"{given.value:g}", allowed))
     if problems:
         raise CampaignFileError(path.parent, problems)
+
+
+def _of_the_plate(
+    ours: TwinFile | Experiment, theirs: Experiment, tables: tuple[str, ...]
+) -> list[tuple[str, str, str]]:
+    """Places in some tables at which two plates differ, with both values; not in what only records."""
+    found = [one for key in tables for one in _differences(key, getattr(ours, key), getattr(theirs, key))]
+    return [one for one in found if one[0] not in RECORDER]
 
 
 def _differences(place: str, ours: Any, theirs: Any) -> list[tuple[str, str, str]]:

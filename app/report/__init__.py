@@ -26,6 +26,7 @@
 ``radiation``       sound at listeners, its direction, and what of the panel radiates
 ``weather``         filters while the panel's temperatures move
 ``sound``           contrast along a piece of sound, readings of the thermometer
+``health``          a panel's health over its dates
 ``studies``         figures of the paper's studies, our numbers beside the paper's
 ==================  ======================================================
 """

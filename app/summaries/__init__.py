@@ -14,6 +14,7 @@
 ``radiation``            sound at listeners as JSON, as a table, notes and one line
 ``weather``              filters in a weather as JSON, as a table and a note
 ``thermometer``          readings of the thermometer as JSON and in one line
+``health``                what has changed on a panel as JSON, as tables and in one line
 ``gap``                  tables and sentences from gap.json
 ``plan``                 the next experiment as a table and in sentences
 ``description``          what no effect explains, in sentences

@@ -43,6 +43,7 @@ CONTENTS = {
         "docs/watch",
         "docs/guide/command-line",
         "docs/guide/fleets",
+        "docs/guide/health",
         "docs/guide/library",
         "docs/guide/file-formats",
         "docs/guide/troubleshooting",

@@ -25,6 +25,12 @@ from analysis.focusing.panel_model import PanelModes
 from analysis.focusing.pareto import ParetoCurve
 from analysis.focusing.played import Played
 from analysis.frf import Frf
+from analysis.health.baseline import PanelLinearisation
+from analysis.health.evidence import SpanEstimate
+from analysis.health.expected import ExpectedResponse
+from analysis.health.health_report import HealthDate, HealthReport, NamedChange
+from analysis.health.recording import DatedRecording, DateEquations
+from analysis.health.self_check import SelfCheck
 from analysis.identification.measured import Measured
 from analysis.material import Material, MaterialBox, MaterialLaws, MaterialSigma
 from analysis.shapes.stabilization import StabilizationChart
@@ -247,6 +253,24 @@ TABLE: list[tuple[Any, str, Any, str]] = [
     (HammerTest(), "coupling", 0.0, "coupling 0 Hz; above 0 to 100 allowed"),
     (Surfaces(WARMER, ones(T, 6, 8), 4e3), "taps", hole(T, 6, 8), "Surfaces.taps: 1 of 144"),
     (PlayedSignals(ones(1, 9), ones(9), 1e3), "response", ones(8), "PlayedSignals.response has shape"),
+    (
+        ExpectedResponse(20.0, ones(1, K, F) + 0j, ones(2, 1, K, F) + 0j, ones(2), ones(3, 1, K, F) + 0j),
+        "nuisance_sigma",
+        ones(3),
+        "ExpectedResponse.nuisance_sigma has shape",
+    ),
+    (
+        PanelLinearisation(20.0, ones(1, K, F) + 0j, ones(2, 1, K, F) + 0j, ones(2), ones(3, 1, K, F) + 0j),
+        "transfer",
+        hole(1, K, F) + 0j,
+        "PanelLinearisation.transfer: 1 of 8",
+    ),
+    (DateEquations(np.eye(2), ones(2), 1.0, 1, 20.0, 0.1, ones(2)), "gradient", ones(3), "gradient has shape"),
+    (SelfCheck(ones(2), 1.0, 1.0), "variance", -ones(2), "SelfCheck.variance is -1; allowed: from 0"),
+    (SpanEstimate(1, ones(2), ones(2)), "span", 0, "SpanEstimate.span is 0; allowed: from 1"),
+    (HealthDate("week 1", 20.0), "sigma", -1.0, "HealthDate.sigma is -1; allowed: from 0"),
+    (NamedChange("mass", 0.9, (), None, "week 1", 1), "probability", 1.1, "probability is 1.1; allowed"),
+    (HealthReport(1e-3, 4.8, 1.2, (), None, 1.0, 0), "rate", 0.0, "HealthReport.rate is 0; allowed: above 0"),
     (MeasuredSweep(0, "up", 20.0, LINES, H, ones(K, F)), "h", H[:, 1:], "MeasuredSweep.h has shape"),
 ]
 
@@ -257,6 +281,11 @@ TABLE: list[tuple[Any, str, Any, str]] = [
 def test_nonsense_is_refused(value: Any, field: str, nonsense: Any, told: str) -> None:
     with pytest.raises(ValueError, match=told):
         replace(value, **{field: nonsense})
+
+
+def test_a_date_without_sweeps_is_none() -> None:
+    with pytest.raises(ValueError, match="'week 1': no sweeps; at least one input wanted"):
+        DatedRecording("week 1", 20.0, ())
 
 
 def test_a_single_material_is_one() -> None:

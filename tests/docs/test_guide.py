@@ -42,6 +42,7 @@ LONG = {
     "filters.md",
     "frfs-of-other-programs.md",
     "hammer-test.md",
+    "health.md",
     "modal-test.md",
     "real-hardware.md",
     "recorded-campaign.md",

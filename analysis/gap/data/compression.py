@@ -12,6 +12,7 @@ then W'OW is banded, and so is the Cholesky factor that turns c - H into indepen
 """
 
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded, solve_banded
@@ -19,6 +20,9 @@ from scipy.sparse import csr_array
 
 from analysis.arrays import Complex, Real
 from analysis.gap.thresholds import LINES_PER_NODE, NODES_PER_HALF_WIDTH
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 DEGREE = 5
 """Degree of the splines: a cubic needs twice the nodes of a quintic for the same error at a resonance."""
@@ -104,12 +108,19 @@ class Nodes:
         solved = solve_banded((DEGREE, DEGREE), self.interpolation, parts, check_finite=False).T
         return (solved[: len(columns)] + 1j * solved[len(columns) :]).reshape(values.shape)
 
-    def slope(self, coefficients: Complex) -> Complex:
-        """Differentiate splines with `coefficients` (..., n) at the nodes, per Hz: (..., n)."""
+    def spline(self, coefficients: Complex) -> "BSpline[np.complex128]":
+        """Splines with `coefficients` (..., n): called with frequencies (m,), Hz, they give values (m, ...)."""
         from scipy.interpolate import BSpline
 
-        splines = BSpline(_knots(self.frequency), np.moveaxis(coefficients, -1, 0), DEGREE)
-        return np.moveaxis(np.asarray(splines.derivative()(self.frequency)), 0, -1)
+        return BSpline(_knots(self.frequency), np.moveaxis(coefficients, -1, 0), DEGREE)
+
+    def at_nodes(self, coefficients: Complex) -> Complex:
+        """Values (..., n) at the nodes of splines with `coefficients` (..., n)."""
+        return np.moveaxis(np.asarray(self.spline(coefficients)(self.frequency)), 0, -1)
+
+    def slope(self, coefficients: Complex) -> Complex:
+        """Differentiate splines with `coefficients` (..., n) at the nodes, per Hz: (..., n)."""
+        return np.moveaxis(np.asarray(self.spline(coefficients).derivative()(self.frequency)), 0, -1)
 
     def at_lines(self, coefficients: Complex) -> Complex:
         """Values (..., F) at the lines of splines with `coefficients` (..., n)."""

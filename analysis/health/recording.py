@@ -1,0 +1,228 @@
+"""One recording of a panel: which temperature explains it, and what it says about every candidate.
+
+The residual r, data less expected response in units of noise, is r = N a + J c + noise: a are the nuisances
+(temperature, gains, material, a gradient), Gaussian with known standard deviations, c the amplitudes of the
+candidates. With a eliminated, J'J and J'r are all that a date tells about c, and dates add up.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from analysis.arrays import Complex, Mask, Real
+from analysis.checked_fields import check_finite, check_shapes
+from analysis.frf import Frf
+from analysis.gap.data.compression import CompressedSweep, Nodes, compress
+from analysis.gap.data.groups import TemperatureGroups
+from analysis.health.expected import ExpectedResponse, ExpectsResponses
+
+NEAR = 0.05
+"""Step, K, below which the temperature is found: what is left is a column of the equations, to first order, and
+its second order is 1e-5 of the response of a plate whose resonances move by 0.3 % per kelvin."""
+MOST_STEPS = 8
+"""Of the search for the temperature; from the nearest temperature of the baseline two or three are usual."""
+LARGEST_STEP = 8.0
+"""K: beyond, responses are not linear in the temperature (a resonance moves by its own width)."""
+
+
+@dataclass(frozen=True)
+class DatedRecording:
+    """Responses to each input, recorded at one temperature on one date.
+
+    Attributes
+    ----------
+    date : str
+        Name of the date, for people.
+    label : float
+        Temperature as recorded, degrees Celsius.
+    sweeps : (I,) tuple of CompressedSweep
+        Of each input, all with the same nodes.
+    """
+
+    date: str
+    label: float
+    sweeps: tuple[CompressedSweep, ...] = field(repr=False)
+
+    def __post_init__(self) -> None:
+        check_finite(self, "label")
+        if not self.sweeps:
+            raise ValueError(f"DatedRecording {self.date!r}: no sweeps; at least one input wanted")
+
+    @property
+    def nodes(self) -> Nodes:
+        """Of all sweeps."""
+        return self.sweeps[0].nodes
+
+    def white(self, values: Complex) -> Real:
+        """Whiten values (..., I, K, n) at the nodes: real numbers (..., 2 I K n) of unit variance each."""
+        coefficients = self.nodes.coefficients(values)
+        return self.whitened(coefficients)
+
+    def whitened(self, coefficients: Complex) -> Real:
+        """Do the same to spline coefficients (..., I, K, n)."""
+        parts = [one.whitened(coefficients[..., index, :, :]) for index, one in enumerate(self.sweeps)]
+        flat = np.stack(parts, axis=-3).reshape(*coefficients.shape[:-3], -1)
+        return np.concatenate([flat.real, flat.imag], axis=-1)
+
+    @property
+    def data(self) -> Real:
+        """The recording, whitened, (2 I K n,)."""
+        return self.whitened(np.stack([one.coefficients for one in self.sweeps]))
+
+
+@dataclass(frozen=True)
+class DateEquations:
+    """What one recording tells about the candidates, nuisances eliminated.
+
+    Attributes
+    ----------
+    matrix : (C, C) ndarray
+        J'J.
+    gradient : (C,) ndarray
+        J'r.
+    chi2 : float
+        Of the residual, with the nuisances at their best.
+    dof : int
+        Degrees of freedom.
+    temperature, sigma : float
+        As found, and its standard deviation by noise and by the other nuisances, degrees Celsius and K.
+    by_change : (C,) ndarray
+        How the temperature found moves with the amplitude of each candidate, K per unit.
+    """
+
+    matrix: Real = field(repr=False)
+    gradient: Real = field(repr=False)
+    chi2: float
+    dof: int
+    temperature: float
+    sigma: float
+    by_change: Real = field(repr=False)
+
+    def __post_init__(self) -> None:
+        check_shapes(self, matrix="C C", gradient="C", by_change="C")
+        check_finite(self, "matrix", "gradient", "chi2", "temperature")
+
+
+def recordings_of(frf: Frf, nodes: Nodes, excluded: Mask, date: str, inputs: int) -> list[DatedRecording]:
+    """Compress the sweeps of a date, a recording for each temperature at which all inputs drove.
+
+    Parameters
+    ----------
+    frf : Frf
+        With the lines of the baseline.
+    nodes : Nodes
+        Of the baseline.
+    excluded : (F,) bool ndarray
+        Lines that the baseline leaves out.
+    date : str
+    inputs : int
+        How many there are.
+
+    Returns
+    -------
+    list of DatedRecording
+        Repeated sweeps at one temperature averaged; empty where no temperature has all inputs.
+    """
+    groups, used, found = TemperatureGroups.of(frf.temperature), ~excluded, []
+    for group, label in enumerate(groups.reference):
+        mine = [np.flatnonzero((groups.of_sweep == group) & (frf.driven_by == source)) for source in range(inputs)]
+        if any(one.size == 0 for one in mine):
+            continue
+        sweeps = tuple(
+            compress(frf.h[one][..., used].mean(0), frf.variance[one][..., used].sum(0) / one.size**2, nodes)
+            for one in mine
+        )
+        found.append(DatedRecording(date, float(label), sweeps))
+    return found
+
+
+def date_equations(recording: DatedRecording, expected: ExpectedResponse, noise: float = 1.0) -> DateEquations:
+    """Eliminate the nuisances of one recording.
+
+    Parameters
+    ----------
+    recording : DatedRecording
+    expected : ExpectedResponse
+    noise : float
+        Chi2 per degree of freedom that is to be expected: where a model is far from the data, nuisances that are
+        free but for the noise would run away to explain it.
+    """
+    count = len(expected.nuisances)
+    columns = np.concatenate([expected.nuisances, expected.changes])
+    rows = recording.white(columns)
+    residual = recording.data - recording.white(expected.response)
+    gram, pull = rows @ rows.T, rows @ residual
+    prior = noise * np.diag(expected.nuisance_sigma**-2.0)
+    solved = np.linalg.solve(gram[:count, :count] + prior, np.column_stack([gram[:count, count:], pull[:count]]))
+    matrix = gram[count:, count:] - gram[count:, :count] @ solved[:, :-1]
+    gradient = pull[count:] - gram[count:, :count] @ solved[:, -1]
+    step = solved[:, -1]
+    variance = np.linalg.inv(gram[:count, :count] + prior)[0, 0]
+    return DateEquations(
+        matrix=0.5 * (matrix + matrix.T),
+        gradient=gradient,
+        chi2=float(residual @ residual - 2.0 * pull[:count] @ step + step @ gram[:count, :count] @ step),
+        dof=residual.size - count,
+        temperature=expected.temperature + float(step[0]),
+        sigma=float(np.sqrt(variance)),
+        by_change=np.asarray(-solved[0, :-1], dtype=np.float64),
+    )
+
+
+def temperature_found(
+    recording: DatedRecording, panel: ExpectsResponses, starts: Sequence[ExpectedResponse]
+) -> float | None:
+    """Find the temperature that explains a recording best: the panel is its own thermometer.
+
+    Parameters
+    ----------
+    starts : sequence of ExpectedResponse
+        From the best of these the search begins.
+
+    Returns
+    -------
+    float or None
+        Degrees Celsius; None where it lies outside the panel's range.
+    """
+    begun = min(starts, key=lambda one: _misfit(recording, one))
+    low, high = panel.temperature_range
+    here, expected = begun.temperature, begun
+    for _ in range(MOST_STEPS):
+        wanted = date_equations(recording, _of_one_material(expected)).temperature
+        step = float(np.clip(wanted - here, -LARGEST_STEP, LARGEST_STEP))
+        if not low - NEAR <= here + step <= high + NEAR:
+            if here in (low, high):
+                return None
+            step = float(np.clip(here + step, low, high)) - here
+        here += step
+        if abs(step) < NEAR:
+            break
+        expected = panel.at(here, changes=False)
+    return float(np.clip(here, low, high))
+
+
+def _of_one_material(expected: ExpectedResponse) -> ExpectedResponse:
+    """Return it with temperature and gains as the only nuisances.
+
+    Two kelvins from the right temperature the others together would explain more to first order than the
+    temperature.
+    """
+    few = 1 + len(expected.response)
+    return replace(
+        expected,
+        nuisances=expected.nuisances[:few],
+        nuisance_sigma=expected.nuisance_sigma[:few],
+        changes=expected.changes[:0],
+    )
+
+
+def _misfit(recording: DatedRecording, expected: ExpectedResponse) -> float:
+    """Chi2 of a response with the gain of each input at its best."""
+    data, rows = recording.data, recording.white(_by_input(expected.response))
+    return float(((data - rows.T @ np.linalg.lstsq(rows.T, data, rcond=None)[0]) ** 2).sum())
+
+
+def _by_input(response: Complex) -> Complex:
+    """Return one row (I, I, K, n) for each input: its responses, the others zero."""
+    return np.eye(len(response))[:, :, None, None] * response

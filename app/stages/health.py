@@ -1,0 +1,261 @@
+"""Health stage: what has changed on a panel since its baseline, computed and saved."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analysis.experiment import Experiment
+from analysis.frf import Frf, campaign_frf
+from analysis.gap.data.compression import Nodes
+from analysis.gap.data.preparation import EVERY_LINE, sharpest
+from analysis.health.baseline import HealthBaseline
+from analysis.health.candidates import change_candidates
+from analysis.health.health_report import HealthReport
+from analysis.health.recording import DatedRecording, recordings_of
+from analysis.health.self_check import self_check
+from analysis.health.watch import HealthWatch
+from analysis.progress import Progress
+from analysis.twin_model import Effects
+from analysis.updated import Updated
+from app.files.atomic import write_json
+from app.files.bad_file import ResultFileError
+from app.files.best_twin import best_twin
+from app.files.campaign import load_campaign
+from app.files.frf_file import load_frf
+from app.files.laws_file import load_laws
+from app.files.panel_date import FRF, declared_date
+from app.files.provenance import provenance, sha256
+from app.files.run_folder import run_file
+from app.files.twin_check import require_same_panel
+from app.summaries.health import headline, health_record
+from app.twins.campaign_model import campaign_model
+
+HEALTH = "health.json"
+RATE = 1e-3
+"""False alarms per date: of a panel that is asked every week, one in twenty years."""
+
+
+@dataclass(frozen=True)
+class WatchedPanel:
+    """Result of the health stage.
+
+    Attributes
+    ----------
+    report : HealthReport
+    notes : tuple of str
+        For people.
+    inputs : mapping of str to str
+        SHA-256 of everything that was read.
+    """
+
+    report: HealthReport
+    notes: tuple[str, ...] = ()
+    inputs: dict[str, str] = field(default_factory=dict, repr=False)
+
+    def record(self) -> dict[str, Any]:
+        """Return what health.json holds, without provenance."""
+        return health_record(self.report)
+
+    def __repr__(self) -> str:
+        """Say what has changed, in one line."""
+        return f"<WatchedPanel: {headline(self.report)}>"
+
+
+@dataclass(frozen=True)
+class LaterDate:
+    """FRFs of a date after the baseline.
+
+    Attributes
+    ----------
+    name : str
+        Of its folder.
+    experiment : Experiment
+    frf : Frf
+    declared : str
+        Name of the file that declares it.
+    inputs : mapping of str to str
+        SHA-256 of what was read.
+    """
+
+    name: str
+    folder: Path
+    experiment: Experiment
+    frf: Frf
+    declared: str
+    inputs: dict[str, str]
+
+
+def later_date(folder: Path, mains: float) -> LaterDate:
+    """Read a date: a run folder with frf.h5, or a campaign folder, whose FRFs are computed.
+
+    Parameters
+    ----------
+    mains : float
+        Hz.
+
+    Raises
+    ------
+    ResultFileError, CampaignFileError
+        For a folder that is neither, or cannot be read.
+    """
+    name = folder.resolve().name
+    declared = declared_date(folder)
+    if declared == FRF:
+        experiment, frf = load_frf(folder / FRF)
+        return LaterDate(name, folder, experiment, frf, FRF, {f"{name}/{FRF}": sha256(folder / FRF)})
+    campaign = load_campaign(folder)
+    try:
+        frf = campaign_frf(campaign, mains=mains)
+    except ValueError as error:
+        raise ResultFileError(f"{folder}: its FRFs cannot be computed: {error}") from error
+    inputs = {f"{name}/{key}": digest for key, digest in campaign.hashes.items()}
+    return LaterDate(name, folder, campaign.experiment, frf, declared, inputs)
+
+
+def compute(
+    run: Path, dates: Sequence[Path], report: Progress, *, rate: float = RATE, mains: float = 50.0
+) -> WatchedPanel:
+    """Judge dates in turn against a baseline.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder of `flexura update`, of the panel when it was healthy.
+    dates : sequence of Path
+        In order of time.
+    report : callable
+        Called with a stage's name and the share of it done.
+    rate : float
+        False alarms per date, at most.
+    mains : float
+        Hz.
+
+    Raises
+    ------
+    ResultFileError, CampaignFileError
+        For a baseline that is none, a date of another panel, and whatever cannot be read.
+    """
+    best = best_twin(run, "health")
+    experiment, frf = load_frf(run_file(run, "frf.h5", "health"))
+    laws = best.twin.laws or load_laws(best.twin.path)  # which says why there are none
+    updated = best.twin.updated
+    later = [later_date(one, mains) for one in dates]
+    for one in later:
+        _require_comparable(one, experiment, frf)
+    twin, _ = campaign_model(experiment, updated, report, None, None)
+    held = {name: {one.name: one.value for one in values} for name, values in best.effects.items()}
+    unknown = [name for name in held if name not in twin.cards]
+    if unknown:
+        raise ResultFileError(
+            f"{best.twin.path}: {', '.join(unknown)}: no effect of the library; make a baseline without "
+            "effects of your own: flexura update"
+        )
+    effects: Effects = {**updated.departures, **held}
+    nodes = _nodes(frf, updated)
+    inputs = len(experiment.inputs)
+    patches = tuple(one.id for one in (*experiment.inputs, *experiment.outputs) if one.patch is not None)
+    candidates = change_candidates(twin.cards, effects, patches)
+    try:
+        frf.require_noise()
+        first = recordings_of(frf, nodes, frf.excluded, "baseline", inputs)
+        report("baseline", 0.0)
+        baseline = HealthBaseline.of(
+            twin, laws, effects, updated.gains, first, candidates, frf.channels, _sources(experiment)
+        )
+    except ValueError as error:
+        raise ResultFileError(f"{run}: no baseline: {error}") from error
+    twins = []
+    for number, temperature in enumerate(baseline.temperature):
+        report("baseline", number / len(baseline.temperature))
+        twins.append(baseline.linearised(float(temperature)))
+    report("baseline", 1.0)
+    watch = HealthWatch(
+        baseline, self_check(baseline, twins), rate, baseline, [baseline.completed(one) for one in twins]
+    )
+    notes = list(best.notes)
+    for number, one in enumerate(later):
+        report("dates", number / len(later))
+        notes += _taken(watch, one, nodes, frf.excluded, experiment)
+    report("dates", 1.0)
+    hashes = {f"baseline {name}": sha256(run / name) for name in ("frf.h5", best.twin.path.name)}
+    for one in later:
+        hashes |= one.inputs
+    return WatchedPanel(watch.report(), tuple(dict.fromkeys(notes)), hashes)
+
+
+def save(run: Path, found: WatchedPanel, rate: float) -> dict[str, Any]:
+    """Write health.json and return what it holds.
+
+    Parameters
+    ----------
+    run : Path
+        Folder for it.
+    rate : float
+        As computed.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be written.
+    """
+    record = {**found.record(), "notes": list(found.notes), "provenance": provenance(found.inputs, {"rate": rate})}
+    write_json(run / HEALTH, record)
+    return record
+
+
+def _taken(
+    watch: HealthWatch, one: LaterDate, nodes: Nodes, excluded: np.ndarray[Any, Any], experiment: Experiment
+) -> list[str]:
+    """Judge a date, and return what is to be said of it."""
+    try:
+        one.frf.require_noise()
+        recordings: list[DatedRecording] = recordings_of(
+            one.frf, nodes, excluded, one.name, len(experiment.inputs)
+        )
+    except ValueError as error:
+        raise ResultFileError(f"{one.folder}: cannot be judged: {error}") from error
+    if not recordings:
+        raise ResultFileError(
+            f"{one.folder}: at no temperature every input drove ({', '.join(_sources(experiment))}); record "
+            "a sweep of each"
+        )
+    date = watch.take(recordings)
+    if date.skipped:
+        return [f"{one.name}: not judged: {date.skipped}"]
+    if abs(date.temperature - date.label) > LABEL_OFF:
+        return [
+            f"{one.name}: recorded as {date.label:.1f} °C, the panel itself says {date.temperature:.1f}: its own "
+            "is taken; a sensor in the air, or a changed material, makes such a difference"
+        ]
+    return []
+
+
+LABEL_OFF = 5.0
+"""K between recorded temperature and the panel's own from which it is said: sensors in the air differ by less."""
+
+
+def _require_comparable(later: LaterDate, experiment: Experiment, frf: Frf) -> None:
+    """Raise unless a date is of the baseline's panel, recorded over the same lines."""
+    require_same_panel(later.folder, later.declared, later.experiment, experiment)
+    ours, theirs = later.frf.frequency, frf.frequency
+    if ours.shape != theirs.shape or not np.allclose(ours, theirs, rtol=1e-9):
+        raise ResultFileError(
+            f"{later.folder}: {len(ours)} lines from {ours[0]:g} to {ours[-1]:g} Hz; allowed: those of the "
+            f"baseline, {len(theirs)} from {theirs[0]:g} to {theirs[-1]:g} Hz; record with the same [protocol]"
+        )
+
+
+def _sources(experiment: Experiment) -> tuple[str, ...]:
+    return tuple(one.id for one in experiment.inputs)
+
+
+def _nodes(frf: Frf, updated: Updated) -> Nodes:
+    """Nodes of splines for the sharpest resonance of the baseline."""
+    used, spacing = frf.frequency[~frf.excluded], float(np.median(np.diff(frf.frequency)))
+    try:
+        return Nodes.over(used, sharpest(updated.sharpest), spacing=spacing)
+    except ValueError:  # too few lines for splines: each line is a node
+        return Nodes.over(used, EVERY_LINE, spacing=spacing)
