@@ -19,7 +19,7 @@ from analysis.material import MaterialLaws
 from analysis.updated import Updated
 from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import result_file
-from app.files.laws_file import TwinFrf, effects_in_laws, laws_if_any, load_updated
+from app.files.laws_file import TwinFrf, effects_in_laws, laws_if_any, load_laws, load_updated
 from app.files.parsed_text import parse_json
 from app.files.provenance import read_stamp
 from app.files.run_folder import run_file
@@ -52,6 +52,11 @@ class TwinOfRun:
     def laws(self) -> MaterialLaws | None:
         """Laws over temperature; None for fewer than three temperatures."""
         return laws_if_any(self.path)
+
+    @property
+    def needed_laws(self) -> MaterialLaws:
+        """Laws over temperature; ResultFileError, which says why, where there are none."""
+        return self.laws or load_laws(self.path)
 
     @property
     def updated(self) -> Updated:

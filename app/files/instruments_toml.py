@@ -8,6 +8,7 @@ from pydantic import ConfigDict, ValidationError, create_model
 from analysis.declared import Declared
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError, Problem
+from app.files.hammer_experiment import is_hammer_table
 from app.files.instrument_sections import UnknownInstrument, instrument_sections
 from app.files.settings_toml import checked, read_table
 from drivers.kinds import KindError
@@ -75,6 +76,11 @@ def _of_file(path: Path) -> DeclaredInstruments:
         problem = Problem(path.name, f"{error.section}.kind", wrong.seen, wrong.allowed, wrong.remedy)
         raise CampaignFileError(path.parent, [problem]) from error
     asked: dict[str, Any] = {name: table[name] for name in BASES if name in table}
+    if is_hammer_table(table):
+        asked.pop("cards", None)
+        if not asked:
+            said = "a hammer test without [oven] and [thermometer]: its cards only record, the first hit checks them"
+            raise CampaignFileError(path.parent, [Problem(path.name, "", said, "")])
     if not asked:
         raise CampaignFileError(
             path.parent, [Problem(path.name, "", "has no [cards], no [oven] and no [thermometer]", "")]

@@ -25,7 +25,6 @@ from app.files.bad_file import ResultFileError
 from app.files.best_twin import best_twin
 from app.files.campaign import load_campaign
 from app.files.frf_file import load_frf
-from app.files.laws_file import load_laws
 from app.files.panel_date import FRF, declared_date
 from app.files.provenance import provenance, sha256
 from app.files.run_folder import run_file
@@ -140,7 +139,7 @@ def compute(
     """
     best = best_twin(run, "health")
     experiment, frf = load_frf(run_file(run, "frf.h5", "health"))
-    laws = best.twin.laws or load_laws(best.twin.path)  # which says why there are none
+    laws = best.twin.needed_laws
     updated = best.twin.updated
     later = [later_date(one, mains) for one in dates]
     for one in later:

@@ -55,8 +55,18 @@ declared quantities are free; and without effects, where it is only what others 
 bends quantities that hardly differ (gain, d31, permittivity) for as many steps as one allows."""
 
 
+OF_EXCESS = 1e-3
+"""Predicted decrease, as a share of what a fit leaves beyond noise, at which it is settled where declared
+quantities are free: they follow what is missing without end (49 linearisations beside a second hidden effect)."""
+
 Ended = Literal["settled", "given up", "unsettled"]
 """How a descent ended: given up where it is predicted not to reach what is enough."""
+
+
+MOST_FAR = 4
+"""Linearisations of each round of a fit without effects that leaves more than `ROUGH`: others start from it, and
+what is missing bends the declared quantities further with every step. A round that gains much is followed by
+another."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +154,9 @@ def fit_gap(
             free = replace(free, trusted=sweeps.overstated * left)
             # only the first point was linearised without the declared quantities' tangents
             best = best.under(free) if turn else _evaluate(model, sweeps, best.state, free, executor)
-        switches = gain_free, laws_free, target, most_steps, enough, margin
+        far = free.tolerances and not free.effects and best.objective > ROUGH * sweeps.numbers
+        steps = min(most_steps, MOST_FAR) if far else most_steps
+        switches = gain_free, laws_free, target, steps, enough, margin
         best, ended, more = _descend(model, sweeps, best, free, executor, *switches)
         passes += more
         # what the fit leaves weighs the tolerances: once it leaves much less, they are fitted again
@@ -177,6 +189,8 @@ def _descend(
         step = _Step.of(sweeps, best, free, damping, gain_free, laws_free)
         # where the residual is many sigma, the tolerance grows: fractions of a nat need no other linearisation
         settled = target * max(1.0, best.objective / sweeps.numbers)
+        if free.tolerances:
+            settled = max(settled, OF_EXCESS * (best.objective - best.declared - sweeps.numbers))
         if free.tolerances and best.objective > ROUGH * sweeps.numbers:
             settled = max(settled, (FAR if free.effects else FAR_ALONE) * best.objective)
         if step.predicted_decrease < settled or (free.tolerances and not free.effects and step.idle(sweeps)):

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.files.campaign_error import CampaignFileError
 from app.files.instruments_toml import declared_instruments
 from drivers.checks import cards as trials
 from drivers.checks.cards import check_cards, check_real_cards
@@ -37,6 +38,10 @@ def test_our_own_pass() -> None:
     "path", [path for path in EXAMPLES if "[cards]" in path.read_text()], ids=lambda path: path.stem
 )
 def test_those_of_the_examples_pass(path: Path) -> None:
+    if path.stem == "hammer-rig":  # its cards only record
+        with pytest.raises(CampaignFileError, match="the first hit checks them"):
+            declared_instruments(str(path))
+        return
     cards = declared_instruments(str(path)).cards
     assert cards is not None
     if not isinstance(cards, Wiring):  # a sound card is checked with --really
