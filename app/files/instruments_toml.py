@@ -79,7 +79,7 @@ def _of_file(path: Path) -> DeclaredInstruments:
     if is_hammer_table(table):
         asked.pop("cards", None)
         if not asked:
-            said = "a hammer test without [oven] and [thermometer]: its cards only record, the first hit checks them"
+            said = "a hammer test without oven and thermometer: its cards only record; the first hit checks them"
             raise CampaignFileError(path.parent, [Problem(path.name, "", said, "")])
     if not asked:
         raise CampaignFileError(
