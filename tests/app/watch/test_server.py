@@ -6,7 +6,7 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
@@ -191,20 +191,27 @@ def test_listeners_hear_every_change_until_the_end(finished: Path) -> None:
 def test_too_many_are_asked_to_come_later(finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(serving, "LISTENERS", 3)
     monkeypatch.setattr(serving, "CONNECTIONS", 6)
-    with served([finished]) as server:
-        listening = []
+    with served([finished]) as server, ExitStack() as held:
+
+        def connected() -> socket.socket:
+            return held.enter_context(socket.create_connection(("127.0.0.1", server.server_port), timeout=30.0))
+
         for _ in range(3):
-            one = socket.create_connection(("127.0.0.1", server.server_port), timeout=30.0)
+            one = connected()
             one.sendall(b"GET /events HTTP/1.0\r\nHost: localhost\r\n\r\n")
             assert one.recv(15).endswith(b"200 OK"[:6])
-            listening.append(one)
         assert ask(server, "/events")[0] == 503
-        silent = [socket.create_connection(("127.0.0.1", server.server_port), timeout=30.0) for _ in range(3)]
-        time.sleep(0.3)
+        for _ in range(3):
+            connected()
+
+        def ask_until_refused() -> None:
+            until = time.monotonic() + 30.0
+            while time.monotonic() < until:  # the server has not seen yet all that say nothing
+                ask(server, "/")
+
         with pytest.raises((http.client.HTTPException, OSError)):
-            ask(server, "/")
-        for one in (*listening, *silent):
-            one.close()
+            ask_until_refused()
+        held.close()
         server.published.publish(b"{}", b"")
         until = time.monotonic() + 30.0
         while True:
