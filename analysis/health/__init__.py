@@ -1,14 +1,14 @@
 """A panel that watches itself: what has changed since a baseline, from patch-to-patch responses over weeks.
 
-================  ==================================================================================
-``candidates``    changes that are looked for: effects of the library, and patches that lose polarization
-``expected``      what the panel answers at one temperature, and how every unknown changes it
-``baseline``      twin and first recordings together: what the healthy panel answers at any temperature
-``recording``     one recording later: its temperature, and normal equations of all candidates
-``self_check``    the baseline tested against itself: what it cannot tell about its own panel
-``evidence``      weeks added up, and the limit that holds the rate of false alarms
-``refined``       a candidate fitted with its place, by a twin that has it
-``watch``         all dates in turn: alarms, names, places
+=================  ==================================================================================
+``candidates``     changes that are looked for: effects of the library, and patches that lose polarization
+``expected``       what the panel answers at one temperature, and how every unknown changes it
+``baseline``       twin and first recordings together: what the healthy panel answers at any temperature
+``recording``      one recording later: its temperature, and normal equations of all candidates
+``self_check``     the baseline tested against itself: what it cannot tell about its own panel
+``evidence``       weeks added up, and the limit that holds the rate of false alarms
+``refined``        a candidate fitted with its place, by a twin that has it
+``watch``          all dates in turn: alarms, names, places
 ``health_report``  what comes out
-================  ==================================================================================
+=================  ==================================================================================
 """

@@ -128,7 +128,7 @@ def contents(_app: Sphinx, page: str, source: list[str]) -> None:
             listed = "\n".join(f"/{name}" for name in pages)
             source[0] += f"\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n{listed}\n```\n"
     if page == "docs/theory/README":
-        listed = "\n".join(re.findall(r"^\d\. \[[^]]*\]\((\w+)\.md\)", source[0], re.MULTILINE))
+        listed = "\n".join(re.findall(r"^\d+\. \[[^]]*\]\((\w+)\.md\)", source[0], re.MULTILINE))
         source[0] += f"\n```{{toctree}}\n:hidden:\n\n{listed}\n```\n"
     for folder, names in {"decisions": "*-*", "history": "[0-9]*"}.items():
         if page == f"docs/{folder}/README":
