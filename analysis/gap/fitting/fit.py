@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
@@ -45,28 +44,10 @@ chi2 per number, at which they are freed: they are most of the tangents, and far
 ROUNDS, FELL = 4, 0.7
 """Largest number of times that the tolerances are weighed, and how far chi2 has to fall for another time."""
 
-HOPELESS = 10.0
-"""Times what would be enough, from which a fit that is given up before its declared quantities are freed ends
-there: they are most of the cost, and only follow. A damaged spot in place of a mass took 31 of 480 s of CPU."""
-
 FAR, FAR_ALONE = 1e-2, 1e-1
 """Predicted decrease, as a share of the objective, at which a fit that leaves more than `ROUGH` is settled where
 declared quantities are free; and without effects, where it is only what others start from. What is missing there
 bends quantities that hardly differ (gain, d31, permittivity) for as many steps as one allows."""
-
-
-OF_EXCESS = 1e-3
-"""Predicted decrease, as a share of what a fit leaves beyond noise, at which it is settled where declared
-quantities are free: they follow what is missing without end (49 linearisations beside a second hidden effect)."""
-
-Ended = Literal["settled", "given up", "unsettled"]
-"""How a descent ended: given up where it is predicted not to reach what is enough."""
-
-
-MOST_FAR = 4
-"""Linearisations of each round of a fit without effects that leaves more than `ROUGH`: others start from it, and
-what is missing bends the declared quantities further with every step. A round that gains much is followed by
-another."""
 
 
 @dataclass(frozen=True)
@@ -140,29 +121,24 @@ def fit_gap(
     values = np.clip(free.read(start.on), free.low, free.high)
     start = replace(start, laws=clipped_laws(model.box, start.laws)).with_values(free.write(start.on, values))
     held = FreeParameters.of(model.cards, effects, {}) if free.tolerances else free
-    passes, left = 0, 1.0
-    ended: Ended = "unsettled"
+    passes, left, done = 0, 1.0, False
     best = _evaluate(model, sweeps, start, held, executor)
     if free.tolerances and best.objective > ROUGH * sweeps.numbers:
         switches = gain_free, laws_free, ROUGHLY_SETTLED, most_steps, enough, margin
-        best, ended, passes = _descend(model, sweeps, best, held, executor, *switches)
-        if ended == "given up" and best.objective > HOPELESS * enough:
-            return _result(sweeps, best, held, gain_free, laws_free, ended, passes)
+        best, _, passes = _descend(model, sweeps, best, held, executor, *switches)
     for turn in range(ROUNDS if free.tolerances else 1):
         if free.tolerances:
             left = _left(sweeps, best)
             free = replace(free, trusted=sweeps.overstated * left)
             # only the first point was linearised without the declared quantities' tangents
             best = best.under(free) if turn else _evaluate(model, sweeps, best.state, free, executor)
-        far = free.tolerances and not free.effects and best.objective > ROUGH * sweeps.numbers
-        steps = min(most_steps, MOST_FAR) if far else most_steps
-        switches = gain_free, laws_free, target, steps, enough, margin
-        best, ended, more = _descend(model, sweeps, best, free, executor, *switches)
+        switches = gain_free, laws_free, target, most_steps, enough, margin
+        best, done, more = _descend(model, sweeps, best, free, executor, *switches)
         passes += more
         # what the fit leaves weighs the tolerances: once it leaves much less, they are fitted again
         if _left(sweeps, best) > FELL * left:
             break
-    return _result(sweeps, best, free, gain_free, laws_free, ended, passes)
+    return _result(sweeps, best, free, gain_free, laws_free, done, passes)
 
 
 def _left(sweeps: GapSweeps, at: _Trial) -> float:
@@ -182,21 +158,20 @@ def _descend(
     most_steps: int,
     enough: float,
     margin: float,
-) -> tuple[_Trial, Ended, int]:
-    """Iterate from `best`: return the final point, how it ended, and the number of linearisations."""
-    damping, share, passes = 0.0, 1.0, 1
+) -> tuple[_Trial, bool, int]:
+    """Iterate from `best`: return the final point, whether it settled, and the number of linearisations."""
+    damping, share, passes, done = 0.0, 1.0, 1, False
     while passes < most_steps:
         step = _Step.of(sweeps, best, free, damping, gain_free, laws_free)
         # where the residual is many sigma, the tolerance grows: fractions of a nat need no other linearisation
         settled = target * max(1.0, best.objective / sweeps.numbers)
-        if free.tolerances:
-            settled = max(settled, OF_EXCESS * (best.objective - best.declared - sweeps.numbers))
         if free.tolerances and best.objective > ROUGH * sweeps.numbers:
             settled = max(settled, (FAR if free.effects else FAR_ALONE) * best.objective)
         if step.predicted_decrease < settled or (free.tolerances and not free.effects and step.idle(sweeps)):
-            return best, "settled", passes
+            done = True
+            break
         if damping == 0.0 and best.objective - margin * step.predicted_decrease > enough:
-            return best, "given up", passes
+            break
         passes += 1
         trial = _try(model, sweeps, _moved(model, sweeps, best.state, free, step.times(share)), free, executor)
         if trial is not None and share == 1.0 and damping == 0.0 and _bends(best, trial, step):
@@ -212,9 +187,11 @@ def _descend(
             best, damping, share = trial, (0.0 if damping < 1e-3 else damping / 10.0), 1.0
             # at a bound predictions are not accurate
             if fallen < 0.3 * settled:
-                return best, "settled", passes
+                done = True
+                break
         elif step.predicted_decrease < 10.0 * settled:
-            return best, "settled", passes
+            done = True
+            break
         elif share == 1.0 and damping == 0.0:
             # shorten the step first: with nearly collinear unknowns, damping changes its direction
             share = BACKTRACKED
@@ -222,7 +199,7 @@ def _descend(
             damping, share = max(10.0 * damping, 1e-2), 1.0
             if damping > 1e6:
                 break
-    return best, "unsettled", passes
+    return best, done, passes
 
 
 def _evaluate(
@@ -331,7 +308,7 @@ def _result(
     free: FreeParameters,
     gain_free: bool,
     laws_free: bool,
-    ended: Ended,
+    settled: bool,
     passes: int,
 ) -> GapFit:
     values = free.read(at.state.on)
@@ -358,7 +335,7 @@ def _result(
         residual=np.array([e.residual for e in at.equations]),
         predicted=np.array([e.predicted for e in at.equations]),
         alone=np.array([_alone(e, p.source) for e, p in zip(at.equations, sweeps.points, strict=True)]),
-        settled=ended == "settled",
+        settled=settled,
         on_wall=tuple(name for name, there in zip(free.names, wall, strict=True) if there),
         passes=passes,
     )
