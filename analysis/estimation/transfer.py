@@ -7,6 +7,19 @@ from numpy.typing import NDArray
 
 from analysis.checked_fields import check_ascending, check_finite, check_range, check_shapes
 
+INTEGRATED = {"displacement": 0, "velocity": 1, "acceleration": 2}
+"""How many times each quantity of a motion is to be integrated to a displacement."""
+
+
+def direction_sign(end: str) -> float:
+    """Return -1 for an end of an FRF that points along a negative axis, ``5:-3``, else 1."""
+    return -1.0 if ":-" in end else 1.0
+
+
+def along_axis(end: str) -> str:
+    """Return an end of an FRF as if it pointed along the positive axis: ``5:+3`` of ``5:-3``."""
+    return end.replace(":-", ":+")
+
 
 @dataclass(frozen=True)
 class MeasuredTransfer:

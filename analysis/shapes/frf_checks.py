@@ -11,15 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.arrays import Complex, Real
-from analysis.estimation.transfer import MeasuredTransfer
+from analysis.estimation.transfer import INTEGRATED, MeasuredTransfer, along_axis, direction_sign
 
 MOST_NEGATIVE = 0.05
 """Share of the drive point's power, in squares, that may have the wrong sign: noise leaves some per mille, a point
 elsewhere a quarter and more, a sensor the wrong way round all."""
 MOST_APART = 0.1
 """Relative difference of two reciprocal FRFs: hits that are 2 % of a wavelength beside their points make 10 %."""
-ORDER = {"displacement": 1, "velocity": 0, "acceleration": -1}
-"""Power of j w that makes a mobility of each FRF."""
 
 
 @dataclass(frozen=True)
@@ -61,11 +59,11 @@ def checks(transfers: Sequence[MeasuredTransfer], frequency: Real) -> list[FrfCh
     frequency : (F,) ndarray
         Hz.
     """
-    moving = [one for one in transfers if one.quantity in ORDER and one.reference_quantity == "force"]
-    ends = {(_place(one.response), _place(one.reference)): one for one in moving}
+    moving = [one for one in transfers if one.quantity in INTEGRATED and one.reference_quantity == "force"]
+    ends = {(along_axis(one.response), along_axis(one.reference)): one for one in moving}
     found = []
     for one in moving:
-        there, here = _place(one.response), _place(one.reference)
+        there, here = along_axis(one.response), along_axis(one.reference)
         if there == here:
             value = _wrong_power(_mobility(one, frequency))
             found.append(FrfCheck((one.name,), value, value <= MOST_NEGATIVE))
@@ -79,13 +77,9 @@ def checks(transfers: Sequence[MeasuredTransfer], frequency: Real) -> list[FrfCh
 
 def _mobility(one: MeasuredTransfer, frequency: Real) -> Complex:
     """Return velocity over force, both along the positive axes."""
-    sign = (-1.0) ** ((":-" in one.response) + (":-" in one.reference))
+    sign = direction_sign(one.response) * direction_sign(one.reference)
     w = 2.0 * np.pi * np.maximum(frequency, np.finfo(float).tiny)
-    return np.asarray(sign * one.h * (1j * w) ** ORDER[one.quantity])
-
-
-def _place(end: str) -> str:
-    return end.replace(":-", ":+")
+    return np.asarray(sign * one.h * (1j * w) ** (1 - INTEGRATED[one.quantity]))
 
 
 def _wrong_power(mobility: Complex) -> float:

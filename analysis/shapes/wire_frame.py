@@ -26,33 +26,38 @@ def lines_between(points: Mapping[int, Position]) -> list[list[int]]:
     list of list of int
         Empty for fewer than two places; nodes that are nowhere are joined to none.
     """
-    nodes, place = _known(points)
-    if not nodes or len(np.unique(place, axis=0)) < 2:
+    nodes, place = _seen(points)
+    if len(np.unique(place, axis=0)) < 2:
         return []
-    centred = place - place.mean(axis=0)
-    _, size, axes = np.linalg.svd(centred, full_matrices=False)
-    if len(size) < 2 or size[1] <= FLAT * size[0]:
-        return [[nodes[n] for n in np.argsort(centred @ axes[0], kind="stable")]]
-    _, short = _triangles(centred @ axes[:2].T)
+    if _on_a_line(place):
+        return [[nodes[n] for n in np.argsort(place[:, 0], kind="stable")]]
+    _, short = _triangles(place)
     return [[nodes[a], nodes[b]] for a, b in sorted(short)]
 
 
 def faces_between(points: Mapping[int, Position]) -> list[tuple[int, int, int]]:
     """Return the corners of triangles between `lines_between`; none for nodes on one line."""
-    nodes, place = _known(points)
-    if len(nodes) < 3:
+    nodes, place = _seen(points)
+    if len(nodes) < 3 or _on_a_line(place):
         return []
-    centred = place - place.mean(axis=0)
-    _, size, axes = np.linalg.svd(centred, full_matrices=False)
-    if size[1] <= FLAT * size[0]:
-        return []
-    corners, short = _triangles(centred @ axes[:2].T)
+    corners, short = _triangles(place)
     return [(nodes[a], nodes[b], nodes[c]) for a, b, c in corners if short.issuperset(_sides((a, b, c)))]
 
 
-def _known(points: Mapping[int, Position]) -> tuple[list[int], Real]:
+def _seen(points: Mapping[int, Position]) -> tuple[list[int], Real]:
+    """Return the nodes that are somewhere, and their places (N, 2) along their two longest extents."""
     nodes = sorted(node for node, place in points.items() if np.isfinite(place).all())
-    return nodes, np.array([points[node] for node in nodes]).reshape(-1, 3)
+    place = np.array([points[node] for node in nodes]).reshape(-1, 3)
+    if not nodes:
+        return [], np.zeros((0, 2))
+    centred = place - place.mean(axis=0)
+    axes = np.linalg.svd(centred, full_matrices=False)[2]
+    return nodes, centred @ axes[:2].T
+
+
+def _on_a_line(place: Real) -> bool:
+    along, across = np.linalg.norm(place, axis=0)
+    return bool(across <= FLAT * along)
 
 
 def _triangles(flat: Real) -> tuple[list[tuple[int, int, int]], set[tuple[int, int]]]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimation.transfer import MeasuredTransfer
+from analysis.estimation.transfer import INTEGRATED, MeasuredTransfer, direction_sign
 from analysis.focusing.measured import MeasuredTransfers
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
@@ -16,8 +16,6 @@ from app.files.isolation import require_readable
 from app.files.uff58 import read_frfs
 from app.files.uff_nodes import read_nodes
 
-INTEGRATED = {"displacement": 0, "velocity": 1, "acceleration": 2}
-"""Times a quantity has to be integrated to be a displacement."""
 NAMED = re.compile(r"(?:.*[_ ])?([-+]?\d+(?:\.\d+)?) ?°?C")
 """Name, without its ending, of a universal file measured at one of several temperatures: scan_21.5C."""
 NAMES = ("temperature", "points", "frequency", "transfer", "variance")
@@ -181,7 +179,7 @@ def _displacement(frf: MeasuredTransfer) -> tuple[NDArray[np.complex128], NDArra
     unit = frf.units[0]
     if unit and unit not in UNITS[frf.quantity]:
         raise ValueError(f"{frf.name}: {frf.quantity} in {unit}; allowed: {UNITS[frf.quantity][0]}")
-    sign = -1.0 if ":-" in frf.response else 1.0
+    sign = direction_sign(frf.response)
     omega = 2.0 * np.pi * frf.frequency
     variance = np.zeros(frf.h.shape) if frf.variance is None else np.asarray(frf.variance / omega ** (2 * times))
     return np.asarray(sign * frf.h / (1j * omega) ** times), variance

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from analysis.estimation.transfer import direction_sign
 from analysis.identification.modes import Modes
 from analysis.shapes.assurance import mac
 from analysis.shapes.indicator import cmif
@@ -161,7 +162,7 @@ def drawn_shapes(frfs: FrfSet, modes: Modes, shapes: ModeShapes) -> Figure:
     spread = np.ptp(where, axis=0)
     axes_used = np.argsort(-spread)[:2]
     frequency = modes.reading().frequency_hz[shapes.pole]
-    sign = np.array([-1.0 if ":-" in place else 1.0 for place in shapes.places])
+    sign = np.array([direction_sign(place) for place in shapes.places])
     for n, axis in enumerate(axes.ravel()):
         if n >= count:
             axis.set_axis_off()

@@ -16,6 +16,7 @@
 ``nyquist``         the Nyquist plane around the frequency cursor
 ``mode_table``      modes as rows of a table
 ``window``          keys, help, themes and export: what both windows have in common
+``movement``        pictures that follow each other, or stand still
 ``surface``         a moving field, drawn in perspective
 ``lattice``         fields shown up to the edges of the plate, whatever its outline
 ``recorded``        the window on a recorded campaign

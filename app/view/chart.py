@@ -1,6 +1,6 @@
 """A plot that can be read, followed with a cursor, and exported."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -16,6 +16,7 @@ from app.view.map import Map
 from app.view.theme import Color, Theme
 
 Style = Literal["line", "dash", "dot"]
+Side = Literal["bottom", "left"]
 STYLES = {"line": Qt.PenStyle.SolidLine, "dash": Qt.PenStyle.DashLine, "dot": Qt.PenStyle.DotLine}
 
 
@@ -60,11 +61,15 @@ class Chart(pyqtgraph.PlotWidget):
         """Put a title over the plot, at its left; none leaves the plot its room."""
         self.plotItem.setTitle(title or None, color=self.theme.text, size="10pt", bold=True, justify="left")
 
-    def set_label(self, side: Literal["bottom", "left"], label: str) -> None:
+    def set_label(self, side: Side, label: str) -> None:
         """Name another quantity and unit at an axis, also in what is exported."""
         x, y = self.labels
         self.labels = (label, y) if side == "bottom" else (x, label)
         self.getAxis(side).setLabel(label, color=self.theme.text)
+
+    def name_ticks(self, side: Side, names: Sequence[tuple[float, str]], most: int) -> None:
+        """Write names at places along an axis, at most so many, evenly chosen."""
+        self.getAxis(side).setTicks([list(names)[:: max(1, -(-len(names) // most))], []])
 
     def legend(self, columns: int = 1, offset: tuple[int, int] = (-8, 8)) -> None:
         """Name the curves that are drawn from now on, in the corner that hides least of them.

@@ -16,8 +16,6 @@ from app.view.map import Map
 from app.view.theme import Theme, two_sided
 
 AZIMUTH, ELEVATION = np.radians(-32.0), np.radians(38.0)
-FRAME = 33
-"""Milliseconds from one picture to the next."""
 TURN = 2.0 * np.pi / 45.0
 """Phase between two pictures."""
 RELIEF = 0.16
@@ -134,7 +132,26 @@ class SurfaceItem(pyqtgraph.GraphicsObject):
         return [values[:-1, :-1], values[1:, :-1], values[1:, 1:], values[:-1, 1:]]
 
 
-class SurfaceChart(Chart):
+class PerspectiveChart(Chart):
+    """A plot of one item in perspective, without axes."""
+
+    def show_item(self, item: pyqtgraph.GraphicsObject) -> None:
+        """Draw what the plot shows, all that it may ever draw on in sight."""
+        self._item = item
+        self.addItem(item)
+        self.hideAxis("bottom")
+        self.hideAxis("left")
+        self.showGrid(x=False, y=False)
+        self.setAspectLocked(lock=True)
+        self.setMouseEnabled(x=False, y=False)
+        self.fit()
+
+    def fit(self) -> None:
+        """Show the whole of it."""
+        self.plotItem.vb.setRange(self._item.boundingRect(), padding=0.0)
+
+
+class SurfaceChart(PerspectiveChart):
     """A field over a plate that can be set moving.
 
     Parameters
@@ -166,14 +183,8 @@ class SurfaceChart(Chart):
         self._shown = self._surface(self._field)
         self._phase = 0.0
         wide = [widened(at, self._beside) for at in (x, y)]
-        self._item = SurfaceItem(wide[0], wide[1], outlines, theme, edges)
-        self.addItem(self._item)
-        self.hideAxis("bottom")
-        self.hideAxis("left")
-        self.showGrid(x=False, y=False)
-        self.setAspectLocked(lock=True)
-        self.setMouseEnabled(x=False, y=False)
-        self.fit()
+        self._surface_item = SurfaceItem(wide[0], wide[1], outlines, theme, edges)
+        self.show_item(self._surface_item)
 
     @property
     def deflection(self) -> Real:
@@ -193,12 +204,8 @@ class SurfaceChart(Chart):
     def turn(self, by: float) -> None:
         """Let the phase go on by so many radians."""
         self._phase = (self._phase + by) % (2.0 * np.pi)
-        self._item.show_height(np.real(self._shown * np.exp(1j * self._phase)))
+        self._surface_item.show_height(np.real(self._shown * np.exp(1j * self._phase)))
         self.map = Map(*self._at, self.deflection.T)
-
-    def fit(self) -> None:
-        """Show the whole plate."""
-        self.plotItem.vb.setRange(self._item.boundingRect(), padding=0.0)
 
 
 def _densely(corners: Real, steps: int = 48) -> Real:

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from analysis.arrays import Real
@@ -16,9 +15,10 @@ from app.view.cursors import Cursors
 from app.view.lattice import FromAbove, edges_of
 from app.view.map import Map
 from app.view.map_chart import MapChart
+from app.view.movement import Movement
 from app.view.recorded.fields import Fields
 from app.view.recorded.maker import Maker
-from app.view.surface import FRAME, TURN, SurfaceChart
+from app.view.surface import TURN, SurfaceChart
 from app.view.theme import Theme, one_sided
 
 QUIET_DB = -40.0
@@ -47,9 +47,8 @@ class FieldsPage(QWidget):
         self._status = QLabel("the panel's twin is fetched …")
         self._status.setObjectName("fields")
         self._grid.addWidget(self._status, 0, 0, 1, 2)
-        self._timer = QTimer(self)
-        self._timer.setInterval(FRAME)
-        self._timer.timeout.connect(self.advance)
+        self._play = QPushButton("Still")
+        self._movement = Movement(self, self.advance, self._play)
         self._maker = Maker(lambda report: Fields.of(panel, focusing, laws, report), self._status, self)
         self._maker.hand_to(self.show_fields)
 
@@ -61,8 +60,6 @@ class FieldsPage(QWidget):
         self._filters.addItems(
             ["of each temperature", f"of {fields.focusing.reference_temperature:g} °C everywhere"]
         )
-        self._play = QPushButton("Still")
-        self._play.clicked.connect(self.play_or_stop)
         self.shape = SurfaceChart("mode-shape", "mode", fields.plate.x, fields.plate.y, outlines, theme, edges)
         self.field = SurfaceChart("focused-field", "field", fields.plate.x, fields.plate.y, outlines, theme, edges)
         self._from_above = FromAbove(fields.plate.x, fields.plate.y, self._panel.plate)
@@ -95,7 +92,7 @@ class FieldsPage(QWidget):
         self._cursors.temperature_moved.connect(self._refresh)
         self._cursors.frequency_moved.connect(self._show_field)
         self._refresh()
-        self._timer.start()
+        self._movement.go(moving=True)
 
     @property
     def ready(self) -> bool:
@@ -110,13 +107,8 @@ class FieldsPage(QWidget):
 
     def play_or_stop(self) -> None:
         """Let the fields move, or stand still."""
-        if self.fields is None:
-            return
-        if self._timer.isActive():
-            self._timer.stop()
-        else:
-            self._timer.start()
-        self._play.setText("Still" if self._timer.isActive() else "Move")
+        if self.fields is not None:
+            self._movement.toggle()
 
     def step(self, modes: int) -> None:
         """Show a mode further up or down."""

@@ -3,16 +3,16 @@
 from functools import partial
 
 import numpy as np
-from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from app.view.lattice import edges_of
+from app.view.movement import Movement
 from app.view.recorded.maker import Maker
 from app.view.recorded.shapes import Shapes
-from app.view.surface import FRAME, TURN, SurfaceChart
+from app.view.surface import TURN, SurfaceChart
 from app.view.theme import Theme
 
 MODES = 80
@@ -40,9 +40,7 @@ class ModeShape(QWidget):
         self._layout = QVBoxLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.addWidget(self._status)
-        self._timer = QTimer(self)
-        self._timer.setInterval(FRAME)
-        self._timer.timeout.connect(self._advance)
+        self._movement = Movement(self, self._advance)
 
         def fetched(report: Progress) -> Shapes:
             from app.twins.campaign_twin import campaign_reduction
@@ -69,7 +67,7 @@ class ModeShape(QWidget):
         self._status.hide()
         self._layout.addWidget(self.chart)
         self.show_nearest(*self._wanted)
-        self._timer.start()
+        self._movement.go(moving=True)
 
     def show_nearest(self, temperature: float, frequency: float) -> None:
         """Show the shape of the twin's mode nearest to `frequency`, Hz, at a temperature; nothing for NaN."""
@@ -86,10 +84,8 @@ class ModeShape(QWidget):
 
     def play_or_stop(self) -> None:
         """Let it move, or stand still."""
-        if self._timer.isActive():
-            self._timer.stop()
-        elif self.chart is not None:
-            self._timer.start()
+        if self.chart is not None:
+            self._movement.toggle()
 
     def _advance(self) -> None:
         if self.chart is not None and self.isVisible():

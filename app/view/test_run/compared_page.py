@@ -4,8 +4,10 @@ import numpy as np
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from analysis.arrays import Complex
+from analysis.estimation.transfer import along_axis, direction_sign
 from analysis.shapes.assurance import mac
 from app.modal_test.records import mode_names
+from app.view.chart import Side
 from app.view.map import Map
 from app.view.map_chart import MapChart
 from app.view.mode_table import ModeTable
@@ -15,6 +17,8 @@ from app.view.theme import Theme, one_sided
 HEADINGS = ("f [Hz]", "f there [Hz]", "Δf [%]", "ζ [%]", "ζ there [%]", "MAC")
 LEAST_COMMON = 2
 """Places that both runs must share: one place alone has no shape."""
+MOST_TICKS = 14
+"""Names of modes that have room along either axis."""
 SAME = 0.5
 """MAC from which two modes are set side by side."""
 
@@ -55,28 +59,21 @@ class ComparedPage(QWidget):
             "MAC",
         )
         self.alike.write_values()
-        for side, one in (("bottom", other), ("left", held)):
-            names = mode_names(one.modes, one.shapes)
-            every = int(np.ceil(len(names) / 14))
-            self.alike.getAxis(side).setTicks([list(enumerate(names, start=1))[::every], []])
-        self.alike.set_label("bottom", "mode there: f [Hz]")
-        self.alike.set_label("left", "mode here: f [Hz]")
+        axes: tuple[tuple[Side, HeldTest, str], ...] = (("bottom", other, "there"), ("left", held, "here"))
+        for side, one, where in axes:
+            names = list(enumerate(mode_names(one.modes, one.shapes), start=1))
+            self.alike.name_ticks(side, names, MOST_TICKS)
+            self.alike.set_label(side, f"mode {where}: f [Hz]")
         self.table.show_rows([self._row(held, other, n) for n in range(len(here))])
 
     def _row(self, held: HeldTest, other: HeldTest, n: int) -> tuple[str, ...]:
         best = int(self.value[n].argmax())
         f, zeta = float(held.places[n]), 100.0 * float(held.reading.damping_ratio[held.shapes.pole[n]])
+        alike = f"{self.value[n, best]:.3f}"
         if self.value[n, best] < SAME:
-            return f"{f:.3f}", "–", "–", f"{zeta:.3f}", "–", f"{self.value[n, best]:.3f}"
+            return f"{f:.3f}", "–", "–", f"{zeta:.3f}", "–", alike
         g, there = float(other.places[best]), 100.0 * float(other.reading.damping_ratio[other.shapes.pole[best]])
-        return (
-            f"{f:.3f}",
-            f"{g:.3f}",
-            f"{100.0 * (g / f - 1.0):+.3f}",
-            f"{zeta:.3f}",
-            f"{there:.3f}",
-            f"{self.value[n, best]:.3f}",
-        )
+        return f"{f:.3f}", f"{g:.3f}", f"{100.0 * (g / f - 1.0):+.3f}", f"{zeta:.3f}", f"{there:.3f}", alike
 
 
 def common_shapes(held: HeldTest, other: HeldTest) -> tuple[list[str], tuple[Complex, Complex]]:
@@ -89,6 +86,6 @@ def common_shapes(held: HeldTest, other: HeldTest) -> tuple[list[str], tuple[Com
 
 def _along(one: HeldTest) -> dict[str, Complex]:
     return {
-        place.replace(":-", ":+"): one.shapes.shape[:, n] * (-1.0 if ":-" in place else 1.0)
+        along_axis(place): direction_sign(place) * one.shapes.shape[:, n]
         for n, place in enumerate(one.shapes.places)
     }

@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pyqtgraph
-from PySide6.QtCore import QTimer
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QComboBox,
@@ -21,12 +20,13 @@ from analysis.shapes.assurance import mac
 from analysis.shapes.indicator import cmif
 from app.modal_test.records import AXIS, MODE_HEADINGS, mode_names, mode_rows
 from app.summaries.mode_rows import READ_AS
-from app.view.chart import Chart
+from app.view.chart import Chart, Side
 from app.view.cursors import FREQUENCY, Cursors
 from app.view.map import Map
 from app.view.map_chart import MapChart
 from app.view.mode_table import ModeTable
-from app.view.surface import FRAME, TURN
+from app.view.movement import Movement
+from app.view.surface import TURN
 from app.view.test_run.held import HeldTest
 from app.view.test_run.moving_shape import MovingShape
 from app.view.test_run.shape_chart import ShapeChart
@@ -35,7 +35,7 @@ from app.view.theme import Theme, one_sided
 ORDERS = "poles over the order: full dots stable, rings in frequency only"
 CMIF_SHOWN = 3
 SHOWN_AS = ("moving wire frame", "values at the points")
-MOST_TICKS = {"bottom": 5, "left": 14}
+MOST_TICKS: dict[Side, int] = {"bottom": 5, "left": 14}
 """Names of modes that have room at the axes of the AutoMAC."""
 
 
@@ -90,10 +90,7 @@ class TestModesPage(QWidget):
         self.alike = MapChart("test-auto-mac", "how alike the shapes are: AutoMAC", AXIS, AXIS, theme)
         self.shape, self.moving = ShapeChart(held, theme), MovingShape(held, theme)
         self.shown_as, self._shapes, self._still = QComboBox(), QStackedWidget(), QPushButton("Still")
-        self._timer = QTimer(self)
-        self._timer.setInterval(FRAME)
-        self._timer.timeout.connect(self.advance)
-        self._still.clicked.connect(self.play_or_stop)
+        self._movement = Movement(self, self.advance, self._still)
         self._lay_out()
         self._draw()
         self.shown_as.currentIndexChanged.connect(self._show_as)
@@ -126,18 +123,13 @@ class TestModesPage(QWidget):
 
     def play_or_stop(self) -> None:
         """Let the shape move, or stand still."""
-        if self._timer.isActive():
-            self._timer.stop()
-        else:
-            self._timer.start()
-        self._still.setText("Still" if self._timer.isActive() else "Move")
+        self._movement.toggle()
 
     def _show_as(self) -> None:
         moving = self.shown_as.currentIndex() == 0
         self._shapes.setCurrentIndex(0 if moving else 1)
         self._still.setVisible(moving)
-        if moving != self._timer.isActive():
-            self.play_or_stop()
+        self._movement.go(moving)
 
     def _lay_out(self) -> None:
         left, buttons, grid = QVBoxLayout(), QHBoxLayout(), QGridLayout(self)
@@ -208,7 +200,7 @@ class TestModesPage(QWidget):
             self.alike.write_values()
             names = list(zip(place.tolist(), mode_names(held.modes, held.shapes), strict=True))
             for side, most in MOST_TICKS.items():
-                self.alike.getAxis(side).setTicks([names[:: int(np.ceil(len(names) / most))], []])
+                self.alike.name_ticks(side, names, most)
 
     def _go(self, frequency: float) -> None:
         lines = self._held.frfs.frequency

@@ -7,9 +7,9 @@ from PySide6.QtGui import QBrush, QColor, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from analysis.arrays import Complex, Real
+from analysis.estimation.transfer import direction_sign
 from analysis.shapes.wire_frame import faces_between, lines_between
-from app.view.chart import Chart
-from app.view.surface import AZIMUTH, ELEVATION
+from app.view.surface import AZIMUTH, ELEVATION, PerspectiveChart
 from app.view.test_run.held import HeldTest
 from app.view.theme import Theme, two_sided
 
@@ -91,7 +91,7 @@ class WireFrame(pyqtgraph.GraphicsObject):
         return np.asarray(self._motion[:, normal])
 
 
-class MovingShape(Chart):
+class MovingShape(PerspectiveChart):
     """One of a test's shapes, moving; points without a place have none here.
 
     Parameters
@@ -114,14 +114,8 @@ class MovingShape(Chart):
         self.useful = bool(lines)
         if not self.useful:
             return
-        self._item = WireFrame(place, lines, faces, theme)
-        self.addItem(self._item)
-        self.hideAxis("bottom")
-        self.hideAxis("left")
-        self.showGrid(x=False, y=False)
-        self.setAspectLocked(lock=True)
-        self.setMouseEnabled(x=False, y=False)
-        self.fit()
+        self._frame = WireFrame(place, lines, faces, theme)
+        self.show_item(self._frame)
 
     @property
     def motion(self) -> Real:
@@ -138,7 +132,7 @@ class MovingShape(Chart):
             node, _, direction = place.partition(":")
             if int(node) in self._row:
                 axis = int(direction[-1]) - 1 if direction and direction[-1] in "123" else 2
-                self._shape[self._row[int(node)], axis] += -value if "-" in direction else value
+                self._shape[self._row[int(node)], axis] += direction_sign(place) * value
         self._shape /= np.abs(self._shape).max() or 1.0
         self.setTitle(f"shape at {held.places[number]:.2f} Hz")
         self._phase = 0.0
@@ -148,12 +142,12 @@ class MovingShape(Chart):
         """Let the phase go on by so many radians."""
         if self.useful:
             self._phase = (self._phase + by) % (2.0 * np.pi)
-            self._item.show_motion(self.motion)
+            self._frame.show_motion(self.motion)
 
     def fit(self) -> None:
         """Show the whole structure."""
         if self.useful:
-            self.plotItem.vb.setRange(self._item.boundingRect(), padding=0.0)
+            super().fit()
 
 
 def _seen(place: Real) -> tuple[Real, Real, Real]:

@@ -4,6 +4,7 @@ import numpy as np
 import pyqtgraph
 from numpy.typing import NDArray
 
+from analysis.estimation.transfer import direction_sign
 from app.view.chart import Chart
 from app.view.test_run.held import HeldTest
 from app.view.theme import Theme, two_sided
@@ -41,7 +42,7 @@ class ShapeChart(Chart):
         along, apart = int(np.argmax(spread)), bool(self._known and spread.max() > 0.0)
         x = f"{NAMES[first]} [m]" if self._plane else f"{NAMES[along]} [m]" if apart else "node"
         super().__init__("test-shape", "", x, f"{NAMES[second]} [m]" if self._plane else "shape", theme)
-        self._sign = np.array([-1.0 if ":-" in place else 1.0 for place in held.shapes.places])
+        self._sign = np.array([direction_sign(place) for place in held.shapes.places])
         self._axis = np.array(
             [int(place[-1]) - 1 if ":" in place else 2 for place in held.shapes.places], dtype=int
         )
@@ -85,9 +86,8 @@ class ShapeChart(Chart):
     def _number_nodes(self) -> None:
         """Write the nodes' numbers below the line, not their places in it."""
         numbers = np.unique(self._nodes)
-        every = -(-len(numbers) // MOST_NUMBERS)
         ticks = [(place, str(number)) for place, number in enumerate(numbers.tolist(), start=1)]
-        self.getAxis("bottom").setTicks([ticks[::every], []])
+        self.name_ticks("bottom", ticks, MOST_NUMBERS)
 
     def show_shape(self, number: int) -> None:
         """Show one of the shapes, from 0."""
