@@ -71,7 +71,8 @@ def _run(
     from app.files.hammer_folder import hammer_log
     from app.files.provenance import sha256
     from app.files.sweep_file import Source
-    from app.rig.hammer_assembly import hammer_places, hammer_rig
+    from app.rig.assembly import rig_places
+    from app.rig.hammer_assembly import hammer_rig
     from app.stages.acquire_hammer import acquire_hammer, interrupted_at
     from app.terminal.campaign_ending import broken_off
     from app.terminal.hammer_screen import HammerScreen
@@ -101,7 +102,7 @@ def _run(
                 key=key,
                 check=requests.check,
                 again=again,
-                places=hammer_places(declared, kind),
+                places=rig_places(declared, kind),
             )
         except BaseException as error:
             unsafe = None if session is None else session.unsafe

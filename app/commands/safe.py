@@ -34,7 +34,7 @@ def command(experiment: Path, rig: "RigKind | None", output: Output) -> None:
     from app.files.experiment_toml import read_declared_experiment
     from app.files.hammer_experiment import declares_hammer_test, read_hammer_experiment
     from app.rig.assembly import rig_places, still_rig
-    from app.rig.hammer_assembly import hammer_places, still_oven
+    from app.rig.hammer_assembly import still_oven
     from app.terminal.campaign_ending import NOT_AT_REST, not_at_rest
     from drivers.rig.end_requests import EndRequests
     from drivers.rig.occupancy import RigInUse, occupied
@@ -43,7 +43,7 @@ def command(experiment: Path, rig: "RigKind | None", output: Output) -> None:
     if declares_hammer_test(experiment):
         of_hits = read_hammer_experiment(experiment)
         kind = rig or of_hits.rig
-        oven, places = still_oven(of_hits, kind, experiment), hammer_places(of_hits, kind)
+        oven, places = still_oven(of_hits, kind, experiment), rig_places(of_hits, kind)
         if oven is None:
             output.result(lambda: {"rig": kind, "unsafe": []})
             output.summary("a hammer test without an oven: nothing is heated or driven")

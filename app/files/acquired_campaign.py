@@ -186,12 +186,7 @@ def open_campaign(
 
 def campaign_log(folder: Path) -> Callable[[Mapping[str, Any]], None]:
     """Return what appends an event to the log of a campaign, once there is one in the folder."""
-
-    def log(event: Mapping[str, Any]) -> None:
-        if is_campaign_folder(folder):
-            events.append_event(folder, dict(event))
-
-    return log
+    return events.log_of(folder, is_campaign_folder)
 
 
 def _prepare(folder: Path, protocol: dict[str, Any]) -> None:

@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -35,6 +36,16 @@ def append_event(folder: Path, event: dict[str, Any]) -> None:
         file.write(line)
         file.flush()
         os.fsync(file.fileno())
+
+
+def log_of(folder: Path, begun: Callable[[Path], bool]) -> Callable[[Mapping[str, Any]], None]:
+    """Return what appends an event to the log of a folder, once `begun` says that there is one in it."""
+
+    def log(event: Mapping[str, Any]) -> None:
+        if begun(folder):
+            append_event(folder, dict(event))
+
+    return log
 
 
 def read_events(folder: Path) -> list[dict[str, Any]]:

@@ -337,9 +337,7 @@ def read_declared_experiment(path: Path) -> AcquiredExperiment:
     try:
         model = experiment_model(table)
     except UnknownInstrument as error:
-        wrong = error.wrong
-        problem = Problem(path.name, f"{error.section}.kind", wrong.seen, wrong.allowed, wrong.remedy)
-        raise CampaignFileError(path.parent, [problem]) from error
+        raise error.said_of(path) from error
     return checked(path, table, model)
 
 

@@ -371,9 +371,7 @@ def read_hammer_experiment(path: Path) -> HammerExperiment:
     try:
         model = hammer_model(table)
     except UnknownInstrument as error:
-        wrong = error.wrong
-        problem = Problem(path.name, f"{error.section}.kind", wrong.seen, wrong.allowed, wrong.remedy)
-        raise CampaignFileError(path.parent, [problem]) from error
+        raise error.said_of(path) from error
     experiment = checked(path, table, model)
     if experiment.limits is not None and experiment.oven is not None:
         beyond = [*far_limits(path.name, experiment.limits, experiment.oven)]

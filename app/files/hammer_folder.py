@@ -84,15 +84,7 @@ class HammerFolder:
         return self._judge.judge_measured(signals[0], np.array(signals[1:]), rate)
 
     def keep(self, hit: JudgedHit, kept: KeptHit, temperature: float, date: str) -> None:
-        """Write an accepted hit, whole or not at all; nothing opens the file for writing again.
-
-        Parameters
-        ----------
-        temperature : float
-            Of the plate, degrees Celsius.
-        date : str
-            ISO 8601.
-        """
+        """Write an accepted hit, whole or not at all; nothing opens the file for writing again."""
         path = self.folder / HITS / f"{kept.number:05d}_point{kept.point + 1:03d}.h5"
         self._write(path, hit, kept, temperature, date)
         self._files[kept.number] = (path, kept, temperature)
@@ -263,12 +255,7 @@ def open_hammer_folder(
 
 def hammer_log(folder: Path) -> Callable[[Mapping[str, Any]], None]:
     """Return what appends an event to the log of a hammer test, once there is one in the folder."""
-
-    def log(event: Mapping[str, Any]) -> None:
-        if is_hammer_folder(folder):
-            events.append_event(folder, dict(event))
-
-    return log
+    return events.log_of(folder, is_hammer_folder)
 
 
 def require_our_test(folder: Path, acquired: Mapping[str, Any]) -> None:

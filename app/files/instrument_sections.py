@@ -1,11 +1,13 @@
 """The sections of an experiment that are instruments: each is checked by the class that its ``kind`` names."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import create_model
 
 from analysis.declared import Declared, Temperature
+from app.files.campaign_error import CampaignFileError, Problem
 from drivers.kinds import KindError, Kinds
 from drivers.ni.cards import CARDS, CardsSettings
 from drivers.ovens.settings import OVENS, OvenSettings
@@ -33,6 +35,12 @@ class UnknownInstrument(ValueError):  # noqa: N818 (said of the file, whose sect
     def __init__(self, section: str, wrong: KindError) -> None:
         self.section, self.wrong = section, wrong
         super().__init__(f"{section}.kind: {wrong}")
+
+    def said_of(self, path: Path) -> CampaignFileError:
+        """Return what a reader of the file raises in its place."""
+        wrong = self.wrong
+        problem = Problem(path.name, f"{self.section}.kind", wrong.seen, wrong.allowed, wrong.remedy)
+        return CampaignFileError(path.parent, [problem])
 
 
 def instrument_sections(table: Mapping[str, Any]) -> dict[str, Any]:

@@ -72,9 +72,7 @@ def _of_file(path: Path) -> DeclaredInstruments:
     try:
         sections = instrument_sections(table)
     except UnknownInstrument as error:
-        wrong = error.wrong
-        problem = Problem(path.name, f"{error.section}.kind", wrong.seen, wrong.allowed, wrong.remedy)
-        raise CampaignFileError(path.parent, [problem]) from error
+        raise error.said_of(path) from error
     asked: dict[str, Any] = {name: table[name] for name in BASES if name in table}
     if is_hammer_table(table):
         asked.pop("cards", None)

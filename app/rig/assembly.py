@@ -11,6 +11,7 @@ from typing import Any
 from analysis.progress import Progress
 from analysis.protocol.limits import Limits
 from app.files.experiment_toml import AcquiredExperiment, RigKind
+from app.files.hammer_experiment import HammerExperiment
 from app.files.instrument_sections import OvenSection
 from drivers.clock import SystemClock
 from drivers.ni.cards import Cards
@@ -58,7 +59,7 @@ def rig_of(experiment: AcquiredExperiment, kind: RigKind, file: Path, report: Pr
         yield parts.rig()
 
 
-def rig_places(experiment: AcquiredExperiment, kind: RigKind) -> tuple[str, ...]:
+def rig_places(experiment: AcquiredExperiment | HammerExperiment, kind: RigKind) -> tuple[str, ...]:
     """Return what of a rig only one process can use, in the same words for everybody; of a simulated one none."""
     if kind == "simulated":
         return ()

@@ -11,12 +11,10 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.progress import Progress
-from app.files.campaign_error import CampaignFileError, Problem
 from app.files.experiment_toml import RigKind
 from app.files.hammer_experiment import HammerExperiment, HammerSimulation, require_simulated
 from drivers.clock import SystemClock, VirtualClock
 from drivers.hammer.hammer_rig import HammerInputs, HammerRig, nobody
-from drivers.rig.occupancy import instrument_places
 
 if TYPE_CHECKING:
     from app.rig.plate_transfer import PlateTransfer
@@ -129,7 +127,7 @@ def simulated_hammer_rig(
     CampaignFileError
         For modules, terminals and instruments that cannot be simulated.
     """
-    from app.rig.simulated_rig import simulated_modules
+    from app.rig.simulated_rig import simulated_modules, simulating
     from drivers.hammer.simulated import HandSettings, SimulatedHammer, struck_surroundings
     from drivers.ni.simulated.servicer import SimulatedDaq
 
@@ -154,15 +152,12 @@ def simulated_hammer_rig(
         min(cards.input_range, float(getattr(module, "full_scale", cards.input_range))),
         simulation.seed,
     )
-    try:
+    with simulating(file):
         if experiment.oven is not None:
             return _in_oven(experiment, simulation, hammer, clock, modules)
         surroundings = struck_surroundings(
             cards, hammer, modules, lambda moments: np.full(np.shape(moments), simulation.temperature)
         )
-    except ValueError as error:
-        allowed = "terminals of simulation.modules, and kinds that can be simulated"
-        raise CampaignFileError(file.parent, [Problem(file.name, "simulation", str(error), allowed)]) from error
     return SimulatedHammerRig(experiment, clock, hammer, SimulatedDaq(surroundings, clock, simulation.seed))
 
 
@@ -178,7 +173,7 @@ def _in_oven(
     from drivers.ni.simulated.servicer import SimulatedDaq
     from drivers.ovens.simulated.regulated_oven import RegulatedOven
     from drivers.ovens.simulated.thermal import Chamber
-    from drivers.rig.simulated import PlateForecast, SimulatedParts
+    from drivers.rig.simulated import PlateForecast, parts_in_oven
 
     if experiment.oven is None:
         raise AssertionError("asked for with an oven only")
@@ -187,33 +182,10 @@ def _in_oven(
     hammer.temperature = lambda: body.plate
     forecast = PlateForecast(clock, body, chamber)
     server = SimulatedDaq(struck_surroundings(experiment.cards, hammer, modules, forecast), clock, simulation.seed)
-    controller = experiment.oven.simulated(body, clock)
-    if controller is None:
-        raise ValueError(f"oven.kind {experiment.oven.kind!r} brings no simulated controller")
-    thermometer = None
-    if experiment.thermometer is not None:
-        instrument = experiment.thermometer.simulated(body, clock)
-        if instrument is None:
-            raise ValueError(f"thermometer.kind {experiment.thermometer.kind!r} brings no simulated instrument")
-        thermometer = (experiment.thermometer, instrument)
-    parts = SimulatedParts(
-        clock,
-        body,
-        controller,
-        server,
-        experiment.cards,
-        experiment.oven,
-        thermometer=thermometer,
-        room=chamber.room,
+    parts = parts_in_oven(
+        clock, body, server, experiment.cards, experiment.oven, experiment.thermometer, room=chamber.room
     )
     return SimulatedHammerRig(experiment, clock, hammer, server, parts)
-
-
-def hammer_places(experiment: HammerExperiment, kind: RigKind) -> tuple[str, ...]:
-    """Return what of the rig only one process can use; of a simulated one nothing."""
-    if kind == "simulated":
-        return ()
-    return instrument_places(experiment.oven, experiment.thermometer, experiment.cards)
 
 
 def still_oven(experiment: HammerExperiment, kind: RigKind, file: Path) -> "Rig | None":

@@ -2,6 +2,8 @@
 
 import dataclasses
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -116,7 +118,7 @@ def parts_around(
     if behind is not None:
         heat = {"plate_capacity": behind.capacity, "plate_conductance": behind.conductance}
         chamber = dataclasses.replace(chamber, **heat)
-    try:
+    with simulating(file):
         return simulated_parts(
             wiring.model_copy(update={"grpc": None}) if isinstance(wiring, Wiring) else wiring,
             experiment.oven,
@@ -128,6 +130,13 @@ def parts_around(
             thermometer=experiment.thermometer,
             iepe_sensors=frozenset(wiring.iepe if isinstance(wiring, Wiring) else ()),
         )
+
+
+@contextmanager
+def simulating(file: Path) -> Iterator[None]:
+    """Turn what cannot be simulated into a CampaignFileError that names the experiment's file."""
+    try:
+        yield
     except ValueError as error:
         allowed = "terminals of simulation.modules, and kinds that can be simulated"
         problem = Problem(file.name, "simulation", str(error), allowed)

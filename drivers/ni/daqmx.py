@@ -17,10 +17,10 @@ from drivers.ni.connection import Connection
 from drivers.ni.errors import Action, DaqError
 from drivers.ni.task_setup import (
     read_thermocouples,
-    require_iepe,
     set_up_inputs,
     set_up_output,
     set_up_output_channel,
+    verified_inputs,
 )
 from drivers.ni.wiring import Wiring
 
@@ -64,13 +64,7 @@ class DaqmxCards:
         self._one_clock = True
         try:
             self.zero()  # first of all: an earlier program may have left a voltage
-            if wiring.iepe:
-                require_iepe(wiring, self._connection.devices())
-            with self._connection.translated("setting the input module up"), self._connection.task() as inputs:
-                set_up_inputs(inputs, wiring, samples=2)
-                inputs.control(TaskMode.TASK_VERIFY)
-                self._sample_rate = float(inputs.timing.samp_clk_rate)
-                self._full_scale = float(inputs.ai_channels[0].ai_max)
+            self._sample_rate, self._full_scale = verified_inputs(self._connection, wiring)
             self.temperatures()
             self._connection.names_proven = True
             self._rehearse()

@@ -9,7 +9,6 @@ from contextlib import ExitStack
 from typing import Any, Self, cast
 
 import numpy as np
-from nidaqmx.constants import TaskMode
 from nidaqmx.stream_readers import AnalogMultiChannelReader
 from numpy.typing import NDArray
 
@@ -17,7 +16,7 @@ from drivers.ni.cards import Cards, go_on
 from drivers.ni.connection import Connection
 from drivers.ni.errors import Action, DaqError
 from drivers.ni.input_wiring import InputWiring
-from drivers.ni.task_setup import read_thermocouples, require_iepe, set_up_inputs
+from drivers.ni.task_setup import read_thermocouples, set_up_inputs, verified_inputs
 
 BUFFERED = 20.0
 """What the driver's buffer holds, s: a hit is judged and written in a fraction of a second, but a network disk may
@@ -47,13 +46,7 @@ class EndlessInputs:
         self._tasks = ExitStack()
         self._reader: AnalogMultiChannelReader | None = None
         try:
-            if wiring.iepe:
-                require_iepe(wiring, self._connection.devices())
-            with self._connection.translated("setting the input module up"), self._connection.task() as inputs:
-                set_up_inputs(inputs, wiring, samples=2)
-                inputs.control(TaskMode.TASK_VERIFY)
-                self._sample_rate = float(inputs.timing.samp_clk_rate)
-                self._full_scale = float(inputs.ai_channels[0].ai_max)
+            self._sample_rate, self._full_scale = verified_inputs(self._connection, wiring)
             self.temperatures()
             self._connection.names_proven = True
         except BaseException:

@@ -10,6 +10,7 @@ from nidaqmx.constants import (
     AcquisitionType,
     Coupling,
     ExcitationSource,
+    TaskMode,
     TemperatureUnits,
     TerminalConfiguration,
     ThermocoupleType,
@@ -69,6 +70,29 @@ def set_up_inputs(task: Any, wiring: InputWiring, samples: int, *, endless: bool
     mode = AcquisitionType.CONTINUOUS if endless else AcquisitionType.FINITE
     task.timing.cfg_samp_clk_timing(wiring.sample_rate, sample_mode=mode, samps_per_chan=samples)
     return float(task.timing.samp_clk_rate)
+
+
+def verified_inputs(connection: Connection, wiring: InputWiring) -> tuple[float, float]:
+    """Have the driver verify the inputs as wired.
+
+    Returns
+    -------
+    sample_rate : float
+        As read back, Hz.
+    full_scale : float
+        Voltage beyond which the inputs clip, V.
+
+    Raises
+    ------
+    DaqError
+        If a terminal does not exist, is taken, or does not do what the wiring asks of it.
+    """
+    if wiring.iepe:
+        require_iepe(wiring, connection.devices())
+    with connection.translated("setting the input module up"), connection.task() as inputs:
+        set_up_inputs(inputs, wiring, samples=2)
+        inputs.control(TaskMode.TASK_VERIFY)
+        return float(inputs.timing.samp_clk_rate), float(inputs.ai_channels[0].ai_max)
 
 
 def set_up_output(task: Any, wiring: Wiring, sample_rate: float, samples: int, inputs: Any = None) -> None:

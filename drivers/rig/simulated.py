@@ -206,10 +206,31 @@ def simulated_parts(
             **chassis,
         )
         server = SimulatedDaq(surroundings, clock, seed)
+    return parts_in_oven(clock, body, server, wiring, oven, thermometer, sound=sound, room=chamber.room)
+
+
+def parts_in_oven(
+    clock: VirtualClock,
+    body: RegulatedOven,
+    server: "SimulatedDaq | None",
+    wiring: InputWiring | SoundCard,
+    oven: OvenSettings,
+    thermometer: ThermometerSettings | None,
+    *,
+    sound: SimulatedSound | None = None,
+    room: float,
+) -> SimulatedParts:
+    """Simulate controller and thermometer of an oven, beside its cards.
+
+    Raises
+    ------
+    ValueError
+        If the kind of oven or thermometer cannot be simulated.
+    """
     controller = oven.simulated(body, clock)
     if controller is None:
         raise ValueError(f"oven.kind {oven.kind!r} brings no simulated controller")
-    parts = SimulatedParts(clock, body, controller, server, wiring, oven, sound=sound, room=chamber.room)
+    parts = SimulatedParts(clock, body, controller, server, wiring, oven, sound=sound, room=room)
     if thermometer is None:
         return parts
     instrument = thermometer.simulated(body, clock)
