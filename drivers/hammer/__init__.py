@@ -3,7 +3,6 @@
 ===================  ==================================================================
 ``trigger``          where the force leaves a level, with the samples from before
 ``judged_hit``       volts to units; double hits and overloads rejected
-``running_average``  coherence of the hits at one point, as they come
 ``progress``         what is measured, undone and left out
 ``hammer_rig``       what is asked of a rig
 ``store``            protocol of the storage of hits and log

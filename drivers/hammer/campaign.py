@@ -5,11 +5,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Protocol
 
-from analysis.estimation.spectra import Spectra
+import numpy as np
+
+from analysis.estimation.estimators import estimate
+from analysis.estimation.spectra import Spectra, pooled
 from drivers.hammer.hammer_rig import HammerInputs, HammerRig
 from drivers.hammer.judged_hit import HitJudge, JudgedHit
 from drivers.hammer.progress import ACCEPTED, REJECTED, SKIPPED, UNDONE, HammerProgress, KeptHit
-from drivers.hammer.running_average import coherence_so_far
 from drivers.hammer.store import HammerStore
 from drivers.hammer.trigger import HitTrigger
 from drivers.ni.cards import go_on
@@ -225,7 +227,7 @@ class HammerCampaign:
         for hit in here:
             if hit.number not in self._averaged and (found := self.store.measured(hit).spectra) is not None:
                 self._averaged[hit.number] = found
-        return coherence_so_far(list(self._averaged.values()), self.band)
+        return _coherence_so_far(list(self._averaged.values()), self.band)
 
     def _typed(self, key: Key, asked: AskedHit) -> bool:
         """Do what was typed; return whether to go on."""
@@ -258,3 +260,18 @@ class HammerCampaign:
     def _log(self, event: str, date: str, **what: Any) -> None:
         entry: Mapping[str, Any] = {"event": event, "time": self.rig.clock.now(), "date": date, **what}
         self.store.log(entry)
+
+
+def _coherence_so_far(hits: list[Spectra], band: tuple[float, float]) -> float | None:
+    """Return the mean coherence over a band, of the response where it is least; None of fewer than two hits.
+
+    Parameters
+    ----------
+    band : (float, float)
+        Hz.
+    """
+    if len(hits) < 2:
+        return None
+    found = estimate(pooled(hits))
+    inside = (found.frequency >= band[0]) & (found.frequency <= band[1])
+    return float(np.min(found.coherence[:, inside].mean(axis=1)))

@@ -1,13 +1,11 @@
 """`flexura acquire` of a hammer test on simulated cards: judged as drawn, undone, killed, taken up again."""
 
 import json
-import os
 import random
-import signal
 import sys
 import time
-import warnings
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +24,7 @@ from drivers.hammer.campaign import Key, ToldHit
 from drivers.ni.simulated.faults import Faults
 from drivers.rig.errors import RigStopped
 from tests.app.hammer_bench import DECAY, EXAMPLE, FREQUENCY, MASS, Listener, acquire, experiment
+from tests.killed_process import killed
 
 
 def with_hits(number: int, **hand: float) -> HammerExperiment:
@@ -220,31 +219,18 @@ def test_the_temperature_is_that_of_a_thermocouple_on_the_plate(tmp_path: Path) 
 needs_fork = pytest.mark.skipif(sys.platform == "win32", reason="needs fork and SIGKILL")
 
 
-def killed(declared: HammerExperiment, folder: Path, after: float, told: Path) -> bool:
-    """Acquire in a process of its own, which writes down what it tells, and kill it; False if it was done."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # of forking where threads are about: none runs here
-        child = os.fork()
-    if child == 0:
-        try:
-            with told.open("a", encoding="utf-8", buffering=1) as file:
-                hears = Listener.told
+def telling(declared: HammerExperiment, folder: Path, told: Path) -> None:
+    """Acquire, and write down the hits that are told to have been accepted."""
+    with told.open("a", encoding="utf-8", buffering=1) as file:
+        hears = Listener.told
 
-                def told_and_written(self: Listener, hit: ToldHit) -> None:
-                    hears(self, hit)
-                    if not hit.rejected:
-                        file.write(f"{hit.step}\n")
+        def told_and_written(self: Listener, hit: ToldHit) -> None:
+            hears(self, hit)
+            if not hit.rejected:
+                file.write(f"{hit.step}\n")
 
-                Listener.told = told_and_written  # type: ignore[method-assign]
-                acquire(declared, folder)
-        except BaseException:  # noqa: BLE001 (nothing may come back into the test's own process)
-            os._exit(9)
-        os._exit(0)
-    time.sleep(after)
-    os.kill(child, signal.SIGKILL)
-    status = os.waitpid(child, 0)[1]
-    assert os.WIFSIGNALED(status) or os.WEXITSTATUS(status) == 0
-    return os.WIFSIGNALED(status)
+        Listener.told = told_and_written  # type: ignore[method-assign]
+        acquire(declared, folder)
 
 
 @pytest.fixture
@@ -265,7 +251,7 @@ def hunted(tmp_path: Path) -> Callable[[int, int, int], None]:
             number += 1
             before: dict[str, bytes] = {}
             for _ in range(4):
-                was_killed = killed(declared, folder, rng.uniform(0.2, 0.8) * seconds, told)
+                was_killed = killed(partial(telling, declared, folder, told), rng.uniform(0.2, 0.8) * seconds)
                 now = {path.name: path.read_bytes() for path in (folder / "hits").glob("*.h5")}
                 struck += was_killed and bool(now)
                 assert before.items() <= now.items(), "an accepted hit was lost or altered"

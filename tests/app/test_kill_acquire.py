@@ -1,12 +1,10 @@
 """Campaigns killed by SIGKILL at any moment and taken up again end as if they had never been."""
 
-import os
 import random
-import signal
 import sys
 import time
-import warnings
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +23,7 @@ from drivers.ni.thermocouple_modules import NI_9211
 from drivers.rig.campaign import unobserved
 from drivers.rig.session import Session
 from drivers.rig.simulated import simulated_parts
+from tests.killed_process import killed
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs fork and SIGKILL")
 
@@ -60,24 +59,6 @@ def acquire(experiment: AcquiredExperiment, folder: Path) -> None:
     assert session.unsafe == ()
 
 
-def killed(experiment: AcquiredExperiment, folder: Path, after: float) -> bool:
-    """Run a campaign in a process of its own and kill it; False if it was done before."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # of forking where threads are about: none runs here
-        child = os.fork()
-    if child == 0:
-        try:
-            acquire(experiment, folder)
-        except BaseException:  # noqa: BLE001 (nothing may come back into the test's own process)
-            os._exit(9)
-        os._exit(0)
-    time.sleep(after)
-    os.kill(child, signal.SIGKILL)
-    status = os.waitpid(child, 0)[1]
-    assert os.WIFSIGNALED(status) or os.WEXITSTATUS(status) == 0
-    return os.WIFSIGNALED(status)
-
-
 def files(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in (folder / "sweeps").glob("*.h5")}
 
@@ -109,7 +90,7 @@ def hunted(
             number += 1
             finished: dict[str, bytes] = {}
             for _ in range(4):  # killed, taken up, killed again
-                was_killed = killed(experiment, folder, rng.uniform(0.0, 0.8 * seconds))
+                was_killed = killed(partial(acquire, experiment, folder), rng.uniform(0.0, 0.8 * seconds))
                 now = files(folder) if folder.exists() else {}
                 struck += was_killed and bool(now)
                 assert finished.items() <= now.items(), "a finished sweep was lost or altered"

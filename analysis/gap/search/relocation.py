@@ -48,11 +48,12 @@ def _placed_again(context: SearchContext, fit: GapFit, rest: GapFit, name: str) 
         best = trial if best is None or trial.log_evidence > best.log_evidence else best
     if best is None:
         return fit
+    seen = best
     if few is not context:
-        few.fits.keep(on, best)
         start = rest.state.corrected(context.sweeps.groups, reference.state, best.state, few.sweeps.groups)
         best = fit_gap(context.model, context.sweeps, start, on, context.executor)
     if best.log_evidence <= fit.log_evidence:
         return fit
+    few.fits.keep(on, seen)
     context.fits.keep(on, best)
     return best
