@@ -12,6 +12,7 @@ analysis is linearised once for all histories. The baseline has every second of 
 import argparse
 import multiprocessing
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -22,8 +23,9 @@ from analysis.gap.data.compression import Nodes
 from analysis.health.baseline import HealthBaseline, PanelLinearisation
 from analysis.health.candidates import change_candidates
 from analysis.health.expected import ExpectedResponse
+from analysis.health.health_report import HealthDate, NamedChange
 from analysis.health.recording import DatedRecording, recordings_of
-from analysis.health.self_check import self_check
+from analysis.health.self_check import SelfCheck, self_check
 from analysis.health.watch import HealthWatch
 from analysis.material import MaterialLaws
 from analysis.plate_material import material_box
@@ -52,6 +54,11 @@ LAW_ERROR = (0.001, 0.0005, 0.01)
 AS_BUILT = {"patch_modulus": 0.03, "patch_thickness": 0.01, "strain_constant": 0.01}
 """Shares by which each patch is not as declared, and the analysis does not know it."""
 HEALTHY_BEFORE = 6
+BASELINES = 5
+"""Recorded of the same panel, for histories in turn."""
+KINDS = ("damage", "mass", "bond")
+SIZES = {"damage": "loss", "mass": "mass"}
+"""Parameter of the size of what has a place."""
 
 
 def experiment() -> Experiment:
@@ -201,6 +208,151 @@ def drawn_change(kind: str, rng: np.random.Generator) -> dict[str, dict[str, flo
     return {"patch_debond": {name: 0.1 * (name == soft) for name in PATCHES}}
 
 
+class Trial:
+    """A panel, its twin with wrong laws, and baselines of both, each made once.
+
+    Parameters
+    ----------
+    seed : int
+        Of all that is drawn.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._seed, self._began = seed, time.perf_counter()
+        declared = experiment()
+        self._true = TruePanel(declared, np.random.default_rng(seed))
+        scale = np.sqrt((np.abs(self._true.table[float(TABLE[12])]) ** 2).mean())
+        self._model = effect_twin(declared, lambda *_: None).referred(laws(LAW_ERROR).local(25.0))
+        self._nodes = Nodes.over(LINES, 1e-12, spacing=float(LINES[1] - LINES[0]))  # each line a node
+        self._candidates = change_candidates(self._model.cards, {}, tuple(PATCHES))
+        self.say(f"{len(self._candidates)} candidates, {self._nodes.frequency.size} nodes")
+        first = self._baseline(0)
+        missed = np.abs(first.discrepancy).std() / scale
+        self.say(f"order {first.order}; twin wrong by {missed:.2e} of rms, noise {NOISE:g}")
+        self._twins = [first.linearised(float(t)) for t in TABLE]
+        self.say("table made")
+        self._baselines = [self._checked(n, first if n == 0 else self._baseline(n)) for n in range(BASELINES)]
+
+    def say(self, text: str) -> None:
+        """Print a line with its time."""
+        print(f"[{time.perf_counter() - self._began:7.1f} s] {text}", flush=True)
+
+    def healthy(self, histories: int) -> None:
+        """Simulate years without a change, and count alarms."""
+        misfits = []
+        false = judged = 0
+        for number in range(histories):
+            draw = np.random.default_rng([self._seed, 13, number])
+            panel = self._watch(number)
+            for week, t in enumerate(weather(draw, 52)):
+                told = self._take(panel, week, float(t), self._true.table[float(t)], draw)
+                judged, false = judged + 1, false + told.alarm
+                misfits.append(abs(told.temperature - t))
+            if number % 10 == 9:
+                largest = max(one.z for one in panel.dates)
+                self.say(
+                    f"{number + 1} years: {false} false alarms in {judged} weeks; last: largest z {largest:.2f}"
+                )
+        off = float(np.median(misfits))
+        self.say(f"false alarms: {false} in {judged} panel-weeks; own temperature off by {off:.3f} K (median)")
+
+    def changed(self, changes: int, most_named: int) -> None:
+        """Simulate changes after some healthy weeks; count those found, named and placed right."""
+        tally = Tally()
+        for number in range(changes):
+            kind = KINDS[number % len(KINDS)]
+            draw = np.random.default_rng([self._seed, 11, number])
+            panel, effect, early = self._watch(number), drawn_change(kind, draw), False
+            for week, t in enumerate(weather(draw, HEALTHY_BEFORE + 2)):
+                changed = week >= HEALTHY_BEFORE
+                h = self._true.response(float(t), effect) if changed else self._true.table[float(t)]
+                told = self._take(panel, week, float(t), h, draw)
+                tally.judged, tally.false = (
+                    tally.judged + (not changed),
+                    tally.false + (told.alarm and not changed),
+                )
+                early = early or (changed and told.alarm)
+            line = f"{kind} {number}: found {early}, z {panel.dates[-1].z:.1f} {panel.dates[-1].strongest}"
+            named = panel.named() if early and number < most_named else None
+            self.say(line + tally.counted(kind, effect, named, found=early))
+            if number % 15 == 14:
+                early_alarms = f"early alarms {tally.false} of {tally.judged}"
+                self.say(f"so far (simulated, found, named, named right): {tally.found}; {early_alarms}")
+        for line in tally.lines():
+            self.say(line)
+
+    def _take(
+        self, panel: HealthWatch, week: int, temperature: float, h: np.ndarray, draw: np.random.Generator
+    ) -> HealthDate:
+        """Record a week with a wrong label, and have it judged."""
+        label = float(temperature + draw.normal(0.0, LABEL))
+        return panel.take([recorded(h, label, draw, f"week {week}", self._nodes)])
+
+    def _watch(self, number: int) -> HealthWatch:
+        baseline, table, check, starts = self._baselines[number % BASELINES]
+        return HealthWatch(baseline, check, 1e-3, table, starts)
+
+    def _baseline(self, number: int) -> HealthBaseline:
+        draw = np.random.default_rng([self._seed, 7, number])
+        rows = [recorded(self._true.table[float(t)], float(t), draw, "baseline", self._nodes) for t in BASELINE]
+        names = ("S1", "S2", "S3"), ("A1", "A2")
+        return HealthBaseline.of(self._model, laws(LAW_ERROR), {}, np.ones(2), rows, self._candidates, *names)
+
+    def _checked(
+        self, number: int, baseline: HealthBaseline
+    ) -> tuple[HealthBaseline, TabulatedBaseline, SelfCheck, list[ExpectedResponse]]:
+        table = TabulatedBaseline(baseline, self._twins)
+        at = [self._twins[int(np.argmin(np.abs(TABLE - t)))] for t in BASELINE]
+        check = self_check(baseline, at)
+        self.say(f"baseline {number}: order {baseline.order}, misfit {check.misfit:.2f}")
+        return baseline, table, check, [baseline.completed(one) for one in at]
+
+
+class Tally:
+    """What came of the simulated changes."""
+
+    def __init__(self) -> None:
+        self.judged = self.false = 0
+        self.found = {kind: [0, 0, 0, 0] for kind in KINDS}  # simulated, found in 2 weeks, named, named right
+        self._away: dict[str, list[float]] = {kind: [] for kind in SIZES}
+        self._sizes: dict[str, list[float]] = {kind: [] for kind in SIZES}
+
+    def counted(
+        self, kind: str, effect: dict[str, dict[str, float]], named: NamedChange | None, *, found: bool
+    ) -> str:
+        """Count a change, and say what was named."""
+        self.found[kind][0] += 1
+        self.found[kind][1] += found
+        if named is None:
+            return ""
+        self.found[kind][2] += 1
+        self.found[kind][3] += named.family == kind
+        line = f", named {named.family} {named.probability:.3f}"
+        if named.change is None:
+            return line
+        if named.family != kind or kind not in SIZES:
+            return f"{line} ({dict(named.probabilities)}, misfit {named.change.misfit:.1f})"
+        (wanted,) = effect.values()
+        got, name = named.change.values, SIZES[kind]
+        off = 1e3 * float(np.hypot(got["x"] - wanted["x"], got["y"] - wanted["y"]))
+        self._away[kind].append(off)
+        self._sizes[kind].append((got[name] - wanted[name]) / named.change.sigma[name])
+        return f"{line}, {off:.1f} mm away, {name} {got[name]:.4g}"
+
+    def lines(self) -> Iterator[str]:
+        """Say all of it."""
+        for kind, (count, early, named, right) in self.found.items():
+            yield f"{kind}: {early} of {count} found within 2 weeks; {right} of {named} named right"
+        for kind, away in self._away.items():
+            if away:
+                within, middle = sum(one <= 15.0 for one in away), float(np.median(away))
+                near = f"{within} of {len(away)} within 15 mm"
+                yield f"{kind}: {near}, median {middle:.2f} mm, worst {max(away):.1f}"
+                rms = np.sqrt(np.mean(np.square(self._sizes[kind])))
+                yield f"{kind}: size in standard deviations, rms {rms:.2f}"
+        yield f"healthy weeks before changes: {self.false} alarms in {self.judged}"
+
+
 def main() -> None:
     """Run the trial."""
     asked = argparse.ArgumentParser()
@@ -209,117 +361,12 @@ def main() -> None:
     asked.add_argument("--changes", type=int, default=150)
     asked.add_argument("--seed", type=int, default=1)
     options = asked.parse_args()
-    rng = np.random.default_rng(options.seed)
-    began = time.perf_counter()
-
-    def say(text: str) -> None:
-        print(f"[{time.perf_counter() - began:7.1f} s] {text}", flush=True)
-
-    declared = experiment()
-    true = TruePanel(declared, rng)
-    scale = np.sqrt((np.abs(true.table[float(TABLE[12])]) ** 2).mean())
-    model = effect_twin(declared, lambda *_: None).referred(laws(LAW_ERROR).local(25.0))
-    nodes = Nodes.over(LINES, 1e-12, spacing=float(LINES[1] - LINES[0]))  # each line a node
-    candidates = change_candidates(model.cards, {}, tuple(PATCHES))
-    say(f"{len(candidates)} candidates, {nodes.frequency.size} nodes")
-
-    def baseline_of(number: int) -> HealthBaseline:
-        draw = np.random.default_rng([options.seed, 7, number])
-        rows = [recorded(true.table[float(t)], float(t), draw, "baseline", nodes) for t in BASELINE]
-        names = ("S1", "S2", "S3"), ("A1", "A2")
-        return HealthBaseline.of(model, laws(LAW_ERROR), {}, np.ones(2), rows, candidates, *names)
-
-    first = baseline_of(0)
-    misfit = np.abs(first.discrepancy).std() / np.sqrt(NOISE**2 + 0.0) / scale
-    say(f"order {first.order}; twin wrong by {misfit * NOISE:.2e} of rms, noise {NOISE:g}")
-    twins = [first.linearised(float(t)) for t in TABLE]
-    say("table made")
-
-    limits: dict[int, tuple[HealthBaseline, TabulatedBaseline, object, list[ExpectedResponse]]] = {}
-
-    def watch(number: int) -> HealthWatch:
-        if number not in limits:
-            baseline = first if number == 0 else baseline_of(number)
-            table = TabulatedBaseline(baseline, twins)
-            at = [twins[int(np.argmin(np.abs(TABLE - t)))] for t in BASELINE]
-            limits[number] = baseline, table, self_check(baseline, at), [baseline.completed(one) for one in at]
-            say(f"baseline {number}: order {baseline.order}, misfit {limits[number][2].misfit:.2f}")
-        baseline, table, check, starts = limits[number]
-        return HealthWatch(baseline, check, 1e-3, table, starts)
-
-    for number in range(5):
-        watch(number)
-
-    def changes() -> None:
-        false = judged = 0
-        kinds = ("damage", "mass", "bond")
-        found = {kind: [0, 0, 0, 0] for kind in kinds}  # simulated, found in 2 weeks, named, named right
-        errors: dict[str, list[float]] = {"damage": [], "mass": []}
-        sizes: dict[str, list[float]] = {"damage": [], "mass": []}
-        for number in range(options.changes):
-            kind = kinds[number % 3]
-            draw = np.random.default_rng([options.seed, 11, number])
-            panel, effect = watch(number % 5), drawn_change(kind, draw)
-            temperatures = weather(draw, HEALTHY_BEFORE + 2)
-            early = False
-            for week, t in enumerate(temperatures):
-                changed = week >= HEALTHY_BEFORE
-                h = true.response(float(t), effect) if changed else true.table[float(t)]
-                told = panel.take([recorded(h, float(t + draw.normal(0.0, LABEL)), draw, f"week {week}", nodes)])
-                judged, false = judged + (not changed), false + (told.alarm and not changed)
-                early = early or (changed and told.alarm)
-            found[kind][0] += 1
-            found[kind][1] += early
-            line = f"{kind} {number}: found {early}, z {panel.dates[-1].z:.1f} {panel.dates[-1].strongest}"
-            if early and number < options.named:
-                named = panel.named()
-                found[kind][2] += 1
-                found[kind][3] += named.family == kind
-                line += f", named {named.family} {named.probability:.3f}"
-                if kind in errors and named.family == kind and named.change is not None:
-                    (wanted,) = effect.values()
-                    got = named.change.values
-                    off = 1e3 * float(np.hypot(got["x"] - wanted["x"], got["y"] - wanted["y"]))
-                    errors[kind].append(off)
-                    name = "loss" if kind == "damage" else "mass"
-                    sizes[kind].append((got[name] - wanted[name]) / named.change.sigma[name])
-                    line += f", {off:.1f} mm away, {name} {got[name]:.4g}"
-                elif named.change is not None:
-                    line += f" ({dict(named.probabilities)}, misfit {named.change.misfit:.1f})"
-            say(line)
-            if number % 15 == 14:
-                say(f"so far (simulated, found, named, named right): {found}; early alarms {false} of {judged}")
-        for kind, (count, early, named, right) in found.items():
-            say(f"{kind}: {early} of {count} found within 2 weeks; {right} of {named} named right")
-        for kind, away in errors.items():
-            if away:
-                within = sum(one <= 15.0 for one in away)
-                middle = float(np.median(away))
-                say(f"{kind}: {within} of {len(away)} within 15 mm, median {middle:.2f} mm, worst {max(away):.1f}")
-                say(f"{kind}: size in standard deviations, rms {np.sqrt(np.mean(np.square(sizes[kind]))):.2f}")
-        say(f"healthy weeks before changes: {false} alarms in {judged}")
-
-    def healthy() -> None:
-        misfits = []
-        false = judged = 0
-        for number in range(options.histories):
-            draw = np.random.default_rng([options.seed, 13, number])
-            panel = watch(number % 5)
-            for week, t in enumerate(weather(draw, 52)):
-                label = float(t + draw.normal(0.0, LABEL))
-                told = panel.take([recorded(true.table[float(t)], label, draw, f"week {week}", nodes)])
-                judged, false = judged + 1, false + told.alarm
-                misfits.append(abs(told.temperature - t))
-            if number % 10 == 9:
-                largest = max(one.z for one in panel.dates)
-                say(f"{number + 1} years: {false} false alarms in {judged} weeks; last: largest z {largest:.2f}")
-        off = float(np.median(misfits))
-        say(f"false alarms: {false} in {judged} panel-weeks; own temperature off by {off:.3f} K (median)")
-
+    trial = Trial(options.seed)
     # both at a time, forked: they share what was computed
-    apart = multiprocessing.get_context("fork").Process(target=changes)
+    context = multiprocessing.get_context("fork")
+    apart = context.Process(target=trial.changed, args=(options.changes, options.named))
     apart.start()
-    healthy()
+    trial.healthy(options.histories)
     apart.join()
 
 
