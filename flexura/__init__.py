@@ -9,6 +9,7 @@ when it is first asked for, so that ``import flexura`` costs little. See ``docs/
 ``files_out``         `report`, `export_filters`, `export_sweeps`
 ``whole_run``         `run`: all of it, and the report
 ``panels``            `focus`, `compensate`: filters that follow the temperature; `health`: what has changed
+``sound``             `render`, `thermometer`: what a panel plays, and how warm it is by its own patches
 ``forward_twin``      `twin`: material and effects in, FRFs, derivatives, modes and matrices out
 ``um_bridge``         the same served to samplers and optimisers elsewhere: `serve`
 ``panel_files``       laws, twin files, panels and run folders that these two take
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from flexura.modal_tests import frfs_of_test, identify_test
     from flexura.panels import compensate, focus, health
     from flexura.shipped_examples import example
+    from flexura.sound import render, thermometer
     from flexura.um_bridge import serve
     from flexura.whole_run import run
 
@@ -50,9 +52,11 @@ __all__ = [
     "identify_test",
     "load",
     "plot",
+    "render",
     "report",
     "run",
     "serve",
+    "thermometer",
     "twin",
     "update",
     "update_modes",
@@ -78,6 +82,8 @@ _MODULES = {
     "export_sweeps": "files_out",
     "twin": "forward_twin",
     "serve": "um_bridge",
+    "render": "sound",
+    "thermometer": "sound",
 }
 
 

@@ -1,24 +1,12 @@
 """``flexura thermometer``: the temperature of a panel from its own patches while it plays."""
 
-import math
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from app.commands.bad_input import bad_input
 from app.commands.options import RUN_WITH_FILTERS, SOUND, laws_of_twin, out_folder, picture
 from app.commands.output import Output, output_options
-
-if TYPE_CHECKING:
-    from analysis.arrays import Real
-    from analysis.campaign_extent import CampaignExtent
-    from analysis.progress import Progress
-    from analysis.rendering.programme import TemperatureProgramme
-    from app.files.exports.shipment import Shipment
-    from app.sound.listening_panel import ListeningPanel
-    from app.sound.played_signals import PlayedSignals
-    from app.sound.stretch import RecordingStretch
 
 EXAMPLES = """\b
 Examples:
@@ -88,113 +76,37 @@ def command(
     standard deviation due to noise, and a smooth track through all. A section whose signal does not determine the
     temperature is refused. Exit status 1 if all are.
     """
-    from app.files.exports.shipment import shipment
-    from app.files.run_folder import run_folder
-    from app.stages.panel_laws import laws_for, range_of
+    from app.files.bad_file import UnsuitedOptionError
+    from app.stages.thermometer import ThermometerRequest, compute
 
-    _asked(drive, response, simulate, temperature)
     given = run or Path()
-    sent = shipment(given, None, "thermometer")
-    origin = laws_for(given, twin, "thermometer")
-    laws = sent.panel.plate.grown(origin.laws)
-    low, high = range_of(sent.panel, laws, origin.path, origin.extent)
-    place = _sensor(sent, sensor)
-
-    from app.sound.listening import listened
-    from app.sound.listening_panel import ListeningPanel
-    from app.sound.stretch import write_stretches
-    from app.twins.panel_twin import panel_twin
-
-    with run_folder(given, out or given) as folder, output.progress() as report:
-        panel = ListeningPanel(panel_twin(sent.panel, laws, report), laws, place)
-        signals, course = _signals(sent, panel, (drive, response, simulate), (temperature, snr, seed), report)
-        stretches = listened(panel, signals, sent.panel.filters.edges, (low, high), stretch, largest_sigma, report)
-    for note in origin.notes:
-        output.note(note)
-    true = None if course is None else course.at([one.time for one in stretches])
-    target = write_stretches(stretches, folder, true)
+    try:
+        request = ThermometerRequest(
+            run=given,
+            drive=drive,
+            response=response,
+            simulate=simulate,
+            temperature=temperature,
+            sensor=sensor,
+            snr=snr,
+            seed=seed,
+            stretch=stretch,
+            largest_sigma=largest_sigma,
+            twin=twin,
+        )
+    except UnsuitedOptionError as error:
+        raise click.UsageError(str(error)) from error
+    with output.progress() as report:
+        found = compute(request, out or given, report)
     if picture:
         from app.report.sound import readings
         from app.report.style import saved
 
-        saved(target.with_suffix(".png"), lambda: readings(stretches, true))
-    _print(stretches, panel, true, target, output, origin.extent)
-
-
-def _print(
-    stretches: "list[RecordingStretch]",
-    panel: "ListeningPanel",
-    true: "Real | None",
-    target: Path,
-    output: Output,
-    extent: "CampaignExtent | None",
-) -> None:
-    """Print the last temperature and the reasons of refused readings; exit status 1 where all were refused."""
-    from app.summaries.campaign_extent import extent_record, led
-    from app.summaries.thermometer import record, summary
-
-    accepted = any(not stretch.reading.refused for stretch in stretches)
-    by_laws = panel.law_sigma(stretches[-1].temperature) if accepted else math.inf
-    output.result(lambda: record(stretches, by_laws, true, target) | extent_record(extent))
-    for reason in sorted({stretch.reading.refused for stretch in stretches} - {""})[:3]:
-        output.note(f"refused: {reason}")
-    if not accepted:
-        output.failure(f"none of {len(stretches)} stretches gives a temperature; {target}")
+        saved(found.file.with_suffix(".png"), lambda: readings(found.stretches, found.true))
+    output.result(found.record)
+    for note in found.notes:
+        output.note(note)
+    if not found.accepted:
+        output.failure(repr(found))
         raise click.exceptions.Exit(1)
-    output.summary(f"{led(extent)}{summary(stretches, by_laws, true, target)}")
-
-
-def _asked(drive: Path | None, response: Path | None, simulate: Path | None, temperature: str | None) -> None:
-    if simulate is None and (drive is None or response is None):
-        raise click.UsageError("name --drive and --response of a recording, or --simulate SOUND --temperature T")
-    if simulate is not None and (drive is not None or response is not None):
-        raise click.UsageError("--simulate takes the place of --drive and --response")
-    if (simulate is None) != (temperature is None):
-        raise click.UsageError("--simulate and --temperature belong together")
-
-
-def _sensor(sent: "Shipment", sensor: str | None) -> int:
-    """Index of the sensing patch; ResultFileError if there is none."""
-    from app.files.bad_file import ResultFileError
-
-    names = [patch.id for patch in sent.panel.patch]
-    if len(names) < 2:
-        raise ResultFileError(
-            "a panel that is its own thermometer has two or more patches: one listens to the others"
-        )
-    if sensor is None:
-        return len(names) - 1
-    if sensor not in names:
-        raise ResultFileError(f"--sensor {sensor}: no patch of this panel; allowed: {', '.join(names)}")
-    return names.index(sensor)
-
-
-def _signals(
-    sent: "Shipment",
-    panel: "ListeningPanel",
-    files: tuple[Path | None, Path | None, Path | None],
-    simulation: tuple[str | None, float, int],
-    report: "Progress",
-) -> tuple["PlayedSignals", "TemperatureProgramme | None"]:
-    import numpy as np
-
-    from app.commands.render import covered
-    from app.files.sound_file import opened_sound
-    from app.sound.played_signals import recorded, simulated
-    from app.sound.temperatures import programme
-
-    drive, response, sound = files
-    temperature, snr, seed = simulation
-    if sound is not None and temperature is not None:
-        with opened_sound(sound, sent.filters.sample_rate) as opened:
-            course = programme(temperature, opened.seconds)
-            covered(sent, panel.laws, course)
-            report("Simulated panel", 0.0)
-            signals = simulated(opened, sent, panel, course, snr, np.random.default_rng(seed))
-            report("Simulated panel", 1.0)
-            return signals, course
-    if drive is None or response is None:
-        raise TypeError("neither a recording nor a simulation")  # excluded by _asked
-    highest = sent.panel.filters.edges[1]
-    with opened_sound(drive) as played, opened_sound(response) as measured:
-        return recorded(played, measured, panel, sent.names, highest), None
+    output.summary(repr(found))

@@ -29,6 +29,8 @@
 ``compensate``             networks and other methods that predict these filters, compared
 ``compensate_request``     what is asked of it, with laws and panel read
 ``radiation``              sound of a panel with the filters of a run
+``render``                 sound filtered as a panel would be driven while its temperature moves
+``thermometer``            temperature of a panel from what one of its patches answers
 ``health``                 what has changed on a panel since its baseline
 ``panel_inputs``           panel, method and processor for `focus` and `compensate`
 ``panel_laws``             material laws of a panel's plate, and their range

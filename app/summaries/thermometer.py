@@ -2,15 +2,17 @@
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from analysis.arrays import Real
-from app.sound.stretch import RecordingStretch
+
+if TYPE_CHECKING:  # a run is told to be of another kind before what computes is imported
+    from app.sound.stretch import RecordingStretch
 
 
-def record(stretches: list[RecordingStretch], by_laws: float, true: Real | None, target: Path) -> dict[str, Any]:
+def record(stretches: "list[RecordingStretch]", by_laws: float, true: Real | None, target: Path) -> dict[str, Any]:
     """Return what ``--json`` prints; null where a stretch was refused.
 
     Parameters
@@ -54,7 +56,7 @@ def record(stretches: list[RecordingStretch], by_laws: float, true: Real | None,
     return found
 
 
-def summary(stretches: list[RecordingStretch], by_laws: float, true: Real | None, target: Path) -> str:
+def summary(stretches: "list[RecordingStretch]", by_laws: float, true: Real | None, target: Path) -> str:
     """Return one line for people.
 
     Parameters
@@ -79,6 +81,6 @@ def summary(stretches: list[RecordingStretch], by_laws: float, true: Real | None
     return f"{line}; {target}"
 
 
-def _rms(stretches: list[RecordingStretch], true: Real) -> float:
+def _rms(stretches: "list[RecordingStretch]", true: Real) -> float:
     error = np.array([stretch.temperature for stretch in stretches]) - true
     return float(np.sqrt(np.nanmean(error**2)))

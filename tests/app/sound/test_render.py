@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 from scipy.io import wavfile
 
+import flexura as library
 from app.files.bad_file import ResultFileError
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_panel
@@ -256,3 +257,21 @@ def test_the_report_plays_both_pieces_from_within(small_run, sound, tmp_path):
         ResultFileError, match=r"noise-heard.wav: cannot be read as sound .* flexura render --heard"
     ):
         players(tmp_path)
+
+
+def test_the_library_writes_what_the_verb_writes(small_run, sound, tmp_path):
+    ours = library.render(sound, small_run.folder, temperature="20:40", heard=True, out=tmp_path / "ours")
+    words = ("--temperature", "20:40", "--heard", "--out", tmp_path / "theirs", "--json")
+    result = flex("render", sound, small_run.folder, *words)
+    assert result.exit_code == 0, result.output
+    names = sorted(path.name for path in (tmp_path / "theirs").iterdir())
+    assert names == sorted(path.name for path in (tmp_path / "ours").iterdir())
+    assert len(names) == 6
+    for name in names:
+        assert (tmp_path / "ours" / name).read_bytes() == (tmp_path / "theirs" / name).read_bytes()
+    assert ours.record()["moments"] == json.loads(result.stdout)["moments"]
+    assert "contrast" in repr(ours)
+    with pytest.raises(ResultFileError, match="one of --temperature and --weather"):
+        library.render(sound, small_run.folder)
+    with pytest.raises(ResultFileError, match="--block 8: allowed are 16 to 65536 samples"):
+        library.render(sound, small_run.folder, temperature=20, block=8)

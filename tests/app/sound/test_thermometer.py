@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import flexura as library
+from app.files.bad_file import ResultFileError
 from app.main import flexura
 from app.sound.listening_panel import ListeningPanel
 
@@ -133,3 +135,17 @@ def test_what_is_wrong_is_one_sentence_and_nothing_is_written(small_run, sound, 
     assert said in result.output
     assert "Traceback" not in result.output
     assert not (tmp_path / "out").exists()
+
+
+def test_the_library_reads_what_the_verb_reads(small_run, sound, tmp_path):
+    ours = library.thermometer(small_run.folder, simulate=sound, temperature=20.3, seed=1, out=tmp_path / "ours")
+    words = ("--simulate", sound, "--temperature", 20.3, "--seed", 1, "--out", tmp_path / "theirs", "--json")
+    result = flex("thermometer", small_run.folder, *words)
+    assert result.exit_code == 0, result.output
+    assert ours.file.read_bytes() == (tmp_path / "theirs" / "thermometer.csv").read_bytes()
+    assert ours.record()["temperature_c"] == json.loads(result.stdout)["temperature_c"]
+    assert repr(ours).startswith("20.")
+    with pytest.raises(ResultFileError, match="name --drive and --response"):
+        library.thermometer(small_run.folder, drive=sound)
+    with pytest.raises(ResultFileError, match=r"--stretch 0\.1: allowed are 0\.25 to 30"):
+        library.thermometer(small_run.folder, simulate=sound, temperature=20, stretch=0.1)
