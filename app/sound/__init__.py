@@ -1,14 +1,15 @@
 """Sound through a panel's filters, and the panel as its own thermometer.
 
-===================  ==================================================================
-``temperatures``     ``--temperature``: numbers, a way between some, or a file of readings
-``rendering``        a file of sound to a file of one channel per actuator
-``trace``            contrast of the simulated field along the way
-``weather_of_panel``  field of temperatures of the panel, and the readings that filters follow
-``listeners``        what the panel's listeners hear meanwhile, as files of sound
-``listening``        the panel's temperature from what one patch answers
-``listening_panel``  a panel one of whose patches listens
-``played_signals``   what the others play and it answers
-``stretch``          what one stretch of a recording gives, and the table of all
-===================  ==================================================================
+=====================  ==================================================================
+``temperatures``       ``--temperature``: numbers, a way between some, or a file of readings
+``rendering``          a file of sound to a file of one channel per actuator
+``trace``              contrast of the simulated field along the way
+``said_of_rendering``  both as JSON, notes and one line
+``weather_of_panel``   field of temperatures of the panel, and the readings that filters follow
+``listeners``          what the panel's listeners hear meanwhile, as files of sound
+``listening``          the panel's temperature from what one patch answers
+``listening_panel``    a panel one of whose patches listens
+``played_signals``     what the others play and it answers
+``stretch``            what one stretch of a recording gives, and the table of all
+=====================  ==================================================================
 """

@@ -13,7 +13,6 @@
 ``compensation``         methods of compensation as JSON, as a table and in one line
 ``radiation``            sound at listeners as JSON, as a table, notes and one line
 ``weather``              filters in a weather as JSON, as a table and a note
-``render``               sound played while the temperature moves, as JSON, notes and one line
 ``thermometer``          readings of the thermometer as JSON and in one line
 ``health``                what has changed on a panel as JSON, as tables and in one line
 ``gap``                  tables and sentences from gap.json
