@@ -41,6 +41,14 @@ ROUGH, ROUGHLY_SETTLED = 3.0, 300.0
 """chi2 per number above which a fit first moves with the declared quantities held, and the predicted decrease, per
 chi2 per number, at which they are freed: they are most of the tangents, and far from the data they only follow."""
 
+NEAR = 0.05
+"""Relative change of the derivative by log E up to which those by declared quantities are taken from where they
+were computed last: they are most of a linearisation's cost, and change as little."""
+
+AGAIN = 10.0
+"""Times the predicted decrease at which a fit has settled that all derivatives anew may promise: half a nat, where
+evidences are compared by six."""
+
 ROUNDS, FELL = 4, 0.7
 """Largest number of times that the tolerances are weighed, and how far chi2 has to fall for another time."""
 
@@ -59,6 +67,8 @@ class _Trial:
     smoothness: float
     prior: float
     declared: float
+    known: list[SweepEquations] | None
+    """Equations of the point at which derivatives by declared quantities were computed; None without such."""
 
     def under(self, free: FreeParameters) -> "_Trial":
         """Return the same point, linearised once, with its priors weighed anew."""
@@ -121,24 +131,25 @@ def fit_gap(
     values = np.clip(free.read(start.on), free.low, free.high)
     start = replace(start, laws=clipped_laws(model.box, start.laws)).with_values(free.write(start.on, values))
     held = FreeParameters.of(model.cards, effects, {}) if free.tolerances else free
-    passes, left, done = 0, 1.0, False
-    best = _evaluate(model, sweeps, start, held, executor)
+    descent = _Descent(model, sweeps, executor, gain_free, laws_free, target, most_steps, enough, margin)
+    passes, left, done, before = 0, 1.0, False, None
+    best = descent.evaluate(start, held)
     if free.tolerances and best.objective > ROUGH * sweeps.numbers:
-        switches = gain_free, laws_free, ROUGHLY_SETTLED, most_steps, enough, margin
-        best, _, passes = _descend(model, sweeps, best, held, executor, *switches)
+        best, _, passes = replace(descent, target=ROUGHLY_SETTLED).along(best, held)
+        before = best.state
     for turn in range(ROUNDS if free.tolerances else 1):
         if free.tolerances:
             left = _left(sweeps, best)
             free = replace(free, trusted=sweeps.overstated * left)
             # only the first point was linearised without the declared quantities' tangents
-            best = best.under(free) if turn else _evaluate(model, sweeps, best.state, free, executor)
-        switches = gain_free, laws_free, target, most_steps, enough, margin
-        best, done, more = _descend(model, sweeps, best, free, executor, *switches)
+            best = best.under(free) if turn else descent.evaluate(best.state, free)
+        best, done, more = descent.to_the_end(best, free)
         passes += more
         # what the fit leaves weighs the tolerances: once it leaves much less, they are fitted again
         if _left(sweeps, best) > FELL * left:
             break
-    return _result(sweeps, best, free, gain_free, laws_free, done, passes)
+    found = _result(sweeps, best, free, gain_free, laws_free, done, passes)
+    return replace(found, held=before)
 
 
 def _left(sweeps: GapSweeps, at: _Trial) -> float:
@@ -146,84 +157,123 @@ def _left(sweeps: GapSweeps, at: _Trial) -> float:
     return max(1.0, (at.objective - at.declared) / sweeps.numbers)
 
 
-def _descend(
-    model: TwinModel,
-    sweeps: GapSweeps,
-    best: _Trial,
-    free: FreeParameters,
-    executor: Executor,
-    gain_free: bool,
-    laws_free: bool,
-    target: float,
-    most_steps: int,
-    enough: float,
-    margin: float,
-) -> tuple[_Trial, bool, int]:
-    """Iterate from `best`: return the final point, whether it settled, and the number of linearisations."""
-    damping, share, passes, done = 0.0, 1.0, 1, False
-    while passes < most_steps:
-        step = _Step.of(sweeps, best, free, damping, gain_free, laws_free)
-        # where the residual is many sigma, the tolerance grows: fractions of a nat need no other linearisation
-        settled = target * max(1.0, best.objective / sweeps.numbers)
-        if free.tolerances and best.objective > ROUGH * sweeps.numbers:
-            settled = max(settled, (FAR if free.effects else FAR_ALONE) * best.objective)
-        if step.predicted_decrease < settled or (free.tolerances and not free.effects and step.idle(sweeps)):
-            done = True
-            break
-        if damping == 0.0 and best.objective - margin * step.predicted_decrease > enough:
-            break
-        passes += 1
-        trial = _try(model, sweeps, _moved(model, sweeps, best.state, free, step.times(share)), free, executor)
-        if trial is not None and share == 1.0 and damping == 0.0 and _bends(best, trial, step):
-            curved = _Step.of(sweeps, step.bent(best, trial), free, damping, gain_free, laws_free)
-            again = None
-            if curved.predicted_decrease < MOST_BENT * step.predicted_decrease:
-                passes += 1
-                again = _try(model, sweeps, _moved(model, sweeps, best.state, free, curved), free, executor)
-            if again is not None and again.objective < trial.objective:
-                trial = again
-        if trial is not None and trial.objective <= best.objective:
-            fallen = best.objective - trial.objective
-            best, damping, share = trial, (0.0 if damping < 1e-3 else damping / 10.0), 1.0
-            # at a bound predictions are not accurate
-            if fallen < 0.3 * settled:
+@dataclass(frozen=True)
+class _Descent:
+    """Levenberg-Marquardt iterations to some sweeps; parameters as of `fit_gap`."""
+
+    model: TwinModel
+    sweeps: GapSweeps
+    executor: Executor
+    gain_free: bool
+    laws_free: bool
+    target: float
+    most_steps: int
+    enough: float
+    margin: float
+
+    def to_the_end(self, best: _Trial, free: FreeParameters) -> tuple[_Trial, bool, int]:
+        """Iterate from `best`: return the final point, whether it settled, and the number of linearisations.
+
+        Near the data, a point at which it settles with known derivatives is linearised by everything, and the
+        iteration goes on from there.
+        """
+        passes, rules = 0, self
+        while True:
+            best, done, more = rules.along(best, free)
+            passes += more
+            exact = best.known is None or best.known is best.equations
+            if exact or not done or passes >= self.most_steps or self._rough(best):
+                return best, done, passes
+            best, rules = self.evaluate(best.state, free), replace(self, target=AGAIN * self.target)
+
+    def along(self, best: _Trial, free: FreeParameters) -> tuple[_Trial, bool, int]:
+        """Do what `to_the_end` does, with known derivatives of declared quantities wherever they hold."""
+        damping, share, passes, done = 0.0, 1.0, 1, False
+        while passes < self.most_steps:
+            step = self._step(best, free, damping)
+            # where the residual is many sigma, the tolerance grows: fractions of a nat need no other linearisation
+            settled, rough = self.target * max(1.0, best.objective / self.sweeps.numbers), self._rough(best)
+            if rough and (free.tolerances or not free.effects):
+                settled = max(settled, (FAR if free.effects else FAR_ALONE) * best.objective)
+            idle = free.tolerances and not free.effects and step.idle(self.sweeps)
+            if step.predicted_decrease < settled or idle:
                 done = True
                 break
-        elif step.predicted_decrease < 10.0 * settled:
-            done = True
-            break
-        elif share == 1.0 and damping == 0.0:
-            # shorten the step first: with nearly collinear unknowns, damping changes its direction
-            share = BACKTRACKED
-        else:
-            damping, share = max(10.0 * damping, 1e-2), 1.0
-            if damping > 1e6:
+            if damping == 0.0 and best.objective - self.margin * step.predicted_decrease > self.enough:
                 break
-    return best, done, passes
+            passes += 1
+            trial = self._tried(best, free, step.times(share))
+            if trial is not None and share == 1.0 and damping == 0.0 and _bends(best, trial, step):
+                curved = self._step(step.bent(best, trial), free, damping)
+                again = None
+                if curved.predicted_decrease < MOST_BENT * step.predicted_decrease:
+                    passes += 1
+                    again = self._tried(best, free, curved)
+                if again is not None and again.objective < trial.objective:
+                    trial = again
+            if trial is not None and trial.objective <= best.objective:
+                fallen = best.objective - trial.objective
+                best, damping, share = trial, (0.0 if damping < 1e-3 else damping / 10.0), 1.0
+                # at a bound predictions are not accurate
+                if fallen < 0.3 * settled:
+                    done = True
+                    break
+            elif step.predicted_decrease < 10.0 * settled:
+                done = True
+                break
+            elif share == 1.0 and damping == 0.0:
+                # shorten the step first: with nearly collinear unknowns, damping changes its direction
+                share = BACKTRACKED
+            else:
+                damping, share = max(10.0 * damping, 1e-2), 1.0
+                if damping > 1e6:
+                    break
+        return best, done, passes
 
+    def evaluate(self, state: GapState, free: FreeParameters, near: _Trial | None = None) -> _Trial:
+        """Linearise at a state; if it is `near` another, with derivatives by declared quantities from there."""
+        known = None if near is None else near.known
+        equations = None if known is None else self._with_known(state, free, known)
+        if equations is None:
+            equations = self._linearised(state, free.names)
+            kept = free.tolerances and all(one.columns is not None for one in equations)
+            known = equations if kept else None
+        readings = (state.away / self.sweeps.reading_sigma) ** 2
+        prior, declared = free.penalties(free.read(state.on))
+        errors = self.sweeps.smoothness.errors(state.tilt, state.bend)
+        smoothness = float(errors @ errors)
+        objective = sum(e.chi2 for e in equations) + float(readings.sum()) + smoothness + prior + declared
+        return _Trial(state, equations, objective, readings, smoothness, prior, declared, known)
 
-def _evaluate(
-    model: TwinModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, executor: Executor
-) -> _Trial:
-    tangents: list[Tangent] = [(name, parameter, state.on[name]) for name, parameter in free.names]
-    equations = linearise_all(model, sweeps, state, tangents, executor, keep=True)
-    readings = (state.away / sweeps.reading_sigma) ** 2
-    prior, declared = free.penalties(free.read(state.on))
-    errors = sweeps.smoothness.errors(state.tilt, state.bend)
-    smoothness = float(errors @ errors)
-    objective = sum(e.chi2 for e in equations) + float(readings.sum()) + smoothness + prior + declared
-    return _Trial(state, equations, objective, readings, smoothness, prior, declared)
+    def _with_known(
+        self, state: GapState, free: FreeParameters, known: list[SweepEquations]
+    ) -> list[SweepEquations] | None:
+        """Linearise, with known derivatives by declared quantities; None where those no longer hold."""
+        parts = self._linearised(state, free.names[: free.effects])
+        pairs = list(zip(parts, known, strict=True))
+        if any(part.changed_from(there) > NEAR for part, there in pairs):
+            return None
+        return [part.with_last(there, free.tolerances) for part, there in pairs]
 
+    def _linearised(self, state: GapState, names: Sequence[tuple[str, str]]) -> list[SweepEquations]:
+        tangents: list[Tangent] = [(name, parameter, state.on[name]) for name, parameter in names]
+        return linearise_all(self.model, self.sweeps, state, tangents, self.executor, keep=True)
 
-def _try(
-    model: TwinModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, executor: Executor
-) -> _Trial | None:
-    """Evaluate a step; None where the model refuses the point, which counts as too long a step."""
-    try:
-        trial = _evaluate(model, sweeps, state, free, executor)
-    except ValueError:
-        return None
-    return trial if np.isfinite(trial.objective) else None
+    def _tried(self, best: _Trial, free: FreeParameters, step: "_Step") -> _Trial | None:
+        """Evaluate a step; None where the model refuses the point, which counts as too long a step."""
+        try:
+            trial = self.evaluate(_moved(self.model, self.sweeps, best.state, free, step), free, best)
+        except ValueError:
+            return None
+        return trial if np.isfinite(trial.objective) else None
+
+    def _step(self, at: _Trial, free: FreeParameters, damping: float) -> "_Step":
+        return _Step.of(self.sweeps, at, free, damping, self.gain_free, self.laws_free)
+
+    def _rough(self, at: _Trial) -> bool:
+        """Whether a fit that could move declared quantities leaves much."""
+        fitted = bool(self.model.tolerance_cards) and self.gain_free
+        return fitted and at.objective > ROUGH * self.sweeps.numbers
 
 
 @dataclass(frozen=True)

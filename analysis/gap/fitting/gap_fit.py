@@ -124,6 +124,8 @@ class GapFit:
         Parameters at a bound of their range.
     passes : int
         Number of linearisations of all sweeps.
+    held : GapState or None
+        Where the fit stood before declared quantities were freed; None where they were free from the beginning.
     """
 
     state: GapState
@@ -143,6 +145,7 @@ class GapFit:
     settled: bool
     on_wall: tuple[tuple[str, str], ...]
     passes: int
+    held: GapState | None = None
 
     def declared_quantities(self, cards: Mapping[str, EffectCard]) -> tuple[DeclaredQuantity, ...]:
         """Return what was found about the declared quantities with a tolerance, of `cards`."""

@@ -74,6 +74,40 @@ class SweepEquations:
         """Sum of squares of the whitened residual."""
         return float((np.abs(self.residual) ** 2).sum())
 
+    def with_last(self, known: "SweepEquations", count: int) -> "SweepEquations":
+        """Join the last `count` columns that were computed at another state, near this one.
+
+        Raises
+        ------
+        ValueError
+            Where the columns of one of them were not kept.
+        """
+        if self.columns is None or known.columns is None:
+            raise ValueError("the columns of these equations were not kept")
+        last = known.columns[-count:]
+        across = np.tensordot(self.columns.conj(), last, ((1, 2), (1, 2))).real
+        pull = np.tensordot(last.conj(), self.residual, 2).real
+        own = known.matrix[-count:, -count:]
+        return replace(
+            self,
+            matrix=np.block([[self.matrix, across], [across.T, own]]),
+            gradient=np.concatenate([self.gradient, pull]),
+            columns=np.concatenate([self.columns, last]),
+        )
+
+    def changed_from(self, known: "SweepEquations") -> float:
+        """Relative change of the derivative by log E: of all derivatives near resonances, about.
+
+        Raises
+        ------
+        ValueError
+            Where the columns of one of them were not kept.
+        """
+        if self.columns is None or known.columns is None:
+            raise ValueError("the columns of these equations were not kept")
+        now, then = self.columns[0], known.columns[0]
+        return float(np.linalg.norm(now - then) / np.linalg.norm(then))
+
     def bent(self, step: Real, left: NDArray[np.complex128]) -> "SweepEquations":
         """Return equations whose solution allows for what a step leaves beyond first order.
 

@@ -13,6 +13,7 @@ from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import (
+    FAR,
     LEAVES_NOISE,
     NEAR_IT,
     NEAR_MARGIN,
@@ -146,6 +147,8 @@ def _in_full(
 def started_from(base: GapFit, names: Sequence[str], added: dict[str, Values]) -> GapState:
     """Return the state of a fit with effects, some of them added.
 
+    Where `base` lacks much, the fit starts from where its declared quantities had not followed what is missing.
+
     Parameters
     ----------
     base : GapFit
@@ -158,5 +161,6 @@ def started_from(base: GapFit, names: Sequence[str], added: dict[str, Values]) -
     -------
     GapState
     """
-    effects = {name: base.state.effects.get(name, added.get(name, {})) for name in names}
-    return replace(base.state, effects={name: dict(values) for name, values in effects.items()})
+    start = base.state if base.held is None or base.total <= FAR * base.dof else base.held
+    effects = {name: start.effects.get(name, added.get(name, {})) for name in names}
+    return replace(start, effects={name: dict(values) for name, values in effects.items()})
