@@ -93,13 +93,21 @@ PAIRS_REFITTED = 3
 COARSE_TEMPERATURES = 8
 """Number of temperatures on which a candidate is first fitted; laws in between are interpolated."""
 
-FAR = 10.0
+SCREENED = 3.0
 """Excess of chi2 per number above which candidates are screened at these temperatures only: what is missing then
 is a hundred sigma, and the screen of all sweeps is a third of the cost of a comparison."""
+
+FAR = 10.0
+"""Excess of chi2 per number above which declared quantities are bent by what is missing: what they come to is no
+reason to release them, and no start for a candidate."""
 
 LEAVES_NOISE, NEAR_IT, NEAR_MARGIN = 1.5, 3.0, 2.0
 """chi2 per number at a few temperatures up to which a candidate leaves noise, how much more than it another may
 leave to be fitted on (no rival is one that leaves more), and `PREDICTION_MARGIN` for it then."""
+
+BEHIND = 10.0
+"""Times what the best candidate leaves at a few temperatures, noise included, that another may leave to be fitted
+to all: where a gap is a thousand times the noise, candidates that gain 90 % of it leave a hundred."""
 
 EXPLAINED = 0.9
 """Share of the excess that named effects must explain if more than noise is left."""

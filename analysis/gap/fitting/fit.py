@@ -69,6 +69,8 @@ class _Trial:
     declared: float
     known: list[SweepEquations] | None
     """Equations of the point at which derivatives by declared quantities were computed; None without such."""
+    whole: bool = True
+    """Whether `equations` have derivatives by declared quantities; a step that is refused needs none."""
 
     def under(self, free: FreeParameters) -> "_Trial":
         """Return the same point, linearised once, with its priors weighed anew."""
@@ -188,7 +190,7 @@ class _Descent:
 
     def along(self, best: _Trial, free: FreeParameters) -> tuple[_Trial, bool, int]:
         """Do what `to_the_end` does, with known derivatives of declared quantities wherever they hold."""
-        damping, share, passes, done = 0.0, 1.0, 1, False
+        damping, share, passes, done, refused = 0.0, 1.0, 1, False, False
         while passes < self.most_steps:
             step = self._step(best, free, damping)
             # where the residual is many sigma, the tolerance grows: fractions of a nat need no other linearisation
@@ -213,9 +215,12 @@ class _Descent:
                     trial = again
             if trial is not None and trial.objective <= best.objective:
                 fallen = best.objective - trial.objective
-                best, damping, share = trial, (0.0 if damping < 1e-3 else damping / 10.0), 1.0
-                # at a bound predictions are not accurate
-                if fallen < 0.3 * settled:
+                # less damping than was refused a moment ago would be refused again
+                lower = damping if refused else 0.0 if damping < 1e-3 else damping / 10.0
+                best = trial if trial.whole else self.evaluate(trial.state, free)
+                damping, share, refused = lower, 1.0, False
+                # at a bound, and where something is missing, predictions are not accurate
+                if fallen < (1.0 if rough and free.tolerances else 0.3) * settled:
                     done = True
                     break
             elif step.predicted_decrease < 10.0 * settled:
@@ -225,35 +230,41 @@ class _Descent:
                 # shorten the step first: with nearly collinear unknowns, damping changes its direction
                 share = BACKTRACKED
             else:
-                damping, share = max(10.0 * damping, 1e-2), 1.0
+                damping, share, refused = max(10.0 * damping, 1e-2), 1.0, True
                 if damping > 1e6:
                     break
         return best, done, passes
 
-    def evaluate(self, state: GapState, free: FreeParameters, near: _Trial | None = None) -> _Trial:
-        """Linearise at a state; if it is `near` another, with derivatives by declared quantities from there."""
-        known = None if near is None else near.known
-        equations = None if known is None else self._with_known(state, free, known)
-        if equations is None:
-            equations = self._linearised(state, free.names)
-            kept = free.tolerances and all(one.columns is not None for one in equations)
-            known = equations if kept else None
+    def evaluate(self, state: GapState, free: FreeParameters) -> _Trial:
+        """Linearise at a state."""
+        equations = self._linearised(state, free.names)
+        kept = free.tolerances and all(one.columns is not None for one in equations)
+        return self._trial(state, free, equations, equations if kept else None)
+
+    def _near(self, state: GapState, free: FreeParameters, best: _Trial) -> _Trial:
+        """Linearise at a state, with known derivatives by declared quantities; where they do not hold, without."""
+        if best.known is None:
+            return self.evaluate(state, free)
+        parts = self._linearised(state, free.names[: free.effects])
+        pairs = list(zip(parts, best.known, strict=True))
+        if any(part.changed_from(there) > NEAR for part, there in pairs):
+            return replace(self._trial(state, free, parts, None), whole=False)
+        joined = [part.with_last(there, free.tolerances) for part, there in pairs]
+        return self._trial(state, free, joined, best.known)
+
+    def _trial(
+        self,
+        state: GapState,
+        free: FreeParameters,
+        equations: list[SweepEquations],
+        known: list[SweepEquations] | None,
+    ) -> _Trial:
         readings = (state.away / self.sweeps.reading_sigma) ** 2
         prior, declared = free.penalties(free.read(state.on))
         errors = self.sweeps.smoothness.errors(state.tilt, state.bend)
         smoothness = float(errors @ errors)
         objective = sum(e.chi2 for e in equations) + float(readings.sum()) + smoothness + prior + declared
         return _Trial(state, equations, objective, readings, smoothness, prior, declared, known)
-
-    def _with_known(
-        self, state: GapState, free: FreeParameters, known: list[SweepEquations]
-    ) -> list[SweepEquations] | None:
-        """Linearise, with known derivatives by declared quantities; None where those no longer hold."""
-        parts = self._linearised(state, free.names[: free.effects])
-        pairs = list(zip(parts, known, strict=True))
-        if any(part.changed_from(there) > NEAR for part, there in pairs):
-            return None
-        return [part.with_last(there, free.tolerances) for part, there in pairs]
 
     def _linearised(self, state: GapState, names: Sequence[tuple[str, str]]) -> list[SweepEquations]:
         tangents: list[Tangent] = [(name, parameter, state.on[name]) for name, parameter in names]
@@ -262,7 +273,7 @@ class _Descent:
     def _tried(self, best: _Trial, free: FreeParameters, step: "_Step") -> _Trial | None:
         """Evaluate a step; None where the model refuses the point, which counts as too long a step."""
         try:
-            trial = self.evaluate(_moved(self.model, self.sweeps, best.state, free, step), free, best)
+            trial = self._near(_moved(self.model, self.sweeps, best.state, free, step), free, best)
         except ValueError:
             return None
         return trial if np.isfinite(trial.objective) else None

@@ -17,8 +17,8 @@ from analysis.gap.fitting.whiteness import whiteness
 from analysis.gap.search.score_test import ScoreTest, score_test
 from analysis.gap.thresholds import (
     COARSE_TEMPERATURES,
-    FAR,
     LEAST_GAIN,
+    SCREENED,
     SETTLED,
     SETTLED_AT_FEW,
     WHITENESS,
@@ -115,7 +115,7 @@ class SearchContext:
     def score_test(self, fit: GapFit) -> ScoreTest:
         """Score test of all candidates at `fit`; far from the noise at a few temperatures, scaled to all."""
         few, part = self.at_few_temperatures(fit.state)
-        if few is self or self.excess(fit) < FAR * self.sweeps.numbers:
+        if few is self or self.excess(fit) < SCREENED * self.sweeps.numbers:
             return score_test(self.model, self.sweeps, fit, self.executor)
         found = score_test(self.model, few.sweeps, replace(fit, state=part), self.executor)
         return found.scaled(self.sweeps.numbers / few.sweeps.numbers)

@@ -13,6 +13,7 @@ from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import (
+    BEHIND,
     FAR,
     LEAVES_NOISE,
     NEAR_IT,
@@ -98,10 +99,10 @@ def refit(
         return sorted(done, key=lambda r: -r.gain)
     few, reference = at_few_temperatures(context, base)
     scale = context.sweeps.numbers / few.sweeps.numbers
-    best, left = max((r.gain / scale for r in done if r.plausible), default=0.0), np.inf
+    best, left, least = max((r.gain / scale for r in done if r.plausible), default=0.0), np.inf, np.inf
     tried = []
     for place, (names, added) in enumerate(sets):
-        enough = min(-2.0 * (reference.log_evidence + REFIT_SHARE * best), NEAR_IT * left)
+        enough = min(-2.0 * (reference.log_evidence + REFIT_SHARE * best), NEAR_IT * left, BEHIND * least)
         start, margin = started_from(reference, names, added), NEAR_MARGIN if left < np.inf else PREDICTION_MARGIN
         fit = few.fits.known(names) or fit_gap(
             few.model, few.sweeps, start, names, few.executor, target=few.settled, enough=enough, margin=margin
@@ -110,13 +111,14 @@ def refit(
             few.fits.keep(names, fit)
         trial = Refit(names, fit.log_evidence - reference.log_evidence, fit)
         if trial.plausible:
-            best = max(best, trial.gain)
+            best, least = max(best, trial.gain), min(least, fit.total)
             if fit.settled and fit.total < LEAVES_NOISE * few.sweeps.numbers:
                 left = min(left, fit.total)
         tried.append(trial)
         context.report("refits", 0.5 * (place + 1) / len(sets))
     for place, trial in enumerate(tried):
-        done += _in_full(context, base, reference, few, trial, trial.gain >= REFIT_SHARE * best)
+        near = trial.fit is not None and trial.fit.total <= BEHIND * least
+        done += _in_full(context, base, reference, few, trial, near and trial.gain >= REFIT_SHARE * best)
         context.report("refits", 0.5 + 0.5 * (place + 1) / len(sets))
     return sorted(done, key=lambda r: (r.fit is None, -r.gain))
 
