@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
+from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.thresholds import MOVED_ERROR, MOVES
 from analysis.material import MaterialBox
 from analysis.sweep_point import SweepPoint
@@ -84,34 +85,35 @@ class GapState:
             away=self.away[list(sweeps)],
         )
 
-    def corrected(
-        self, groups: TemperatureGroups, before: "GapState", after: "GapState", few: TemperatureGroups
-    ) -> "GapState":
-        """Change laws, gain and effects as a fit to `few` groups changed them from `before` to `after`.
+    def corrected(self, sweeps: GapSweeps, before: "GapState", after: "GapState", few: GapSweeps) -> "GapState":
+        """Change laws, readings, gain and effects as a fit to `few` sweeps changed them from `before` to `after`.
 
         The laws' changes are interpolated over temperature: they are smooth even where the laws themselves are
-        not. All errors start at zero.
+        not. Errors of readings are interpolated from sweep to sweep, as a plate lags behind on a ramp, and are
+        zero in the mean of a group, as a fit leaves them. Errors of the laws' derivatives start at zero.
 
         Parameters
         ----------
-        groups : TemperatureGroups
+        sweeps : GapSweeps
             Of this state.
         before : GapState
-            Of the few groups, before their fit.
+            Of the few sweeps, before their fit.
         after : GapState
             After it.
-        few : TemperatureGroups
-            The groups that were fitted.
+        few : GapSweeps
+            Those that were fitted, all of some groups.
 
         Returns
         -------
         GapState
         """
-        change = after.laws - before.laws
-        changes = [np.interp(groups.reference, few.reference, column) for column in change.T]
+        change, groups = after.laws - before.laws, sweeps.groups
+        changes = [np.interp(groups.reference, few.groups.reference, column) for column in change.T]
         log_gain = self.log_gain + after.log_gain - before.log_gain
-        laws = self.laws + np.array(changes).T
-        return replace(plain_state(groups, laws, log_gain, after.effects), declared=after.declared)
+        away = np.interp(np.arange(sweeps.count), few.original_places(sweeps), after.away)
+        mean = np.bincount(groups.of_sweep, away) / np.bincount(groups.of_sweep)
+        begun = plain_state(groups, self.laws + np.array(changes).T, log_gain, after.effects)
+        return replace(begun, declared=after.declared, away=away - mean[groups.of_sweep])
 
 
 def starting_state(updated: Updated, groups: TemperatureGroups) -> GapState:

@@ -93,7 +93,7 @@ class SearchContext:
         if few.sweeps.count == self.sweeps.count:
             return found
         _, begun = self.at_few_temperatures(start)
-        changed = start.corrected(self.sweeps.groups, begun, found, few.sweeps.groups)
+        changed = start.corrected(self.sweeps, begun, found, few.sweeps)
         return replace(changed, tilt=start.tilt, bend=start.bend)
 
     def of(self, sweeps: GapSweeps) -> "SearchContext":

@@ -100,10 +100,11 @@ def refit(
     few, reference = at_few_temperatures(context, base)
     scale = context.sweeps.numbers / few.sweeps.numbers
     best, left, least = max((r.gain / scale for r in done if r.plausible), default=0.0), np.inf, np.inf
-    tried = []
+    far, tried = reference.total > FAR * reference.dof, []
     for place, (names, added) in enumerate(sets):
         enough = min(-2.0 * (reference.log_evidence + REFIT_SHARE * best), NEAR_IT * left, BEHIND * least)
-        start, margin = started_from(reference, names, added), NEAR_MARGIN if left < np.inf else PREDICTION_MARGIN
+        beaten = left < np.inf or (far and least < np.inf)
+        start, margin = started_from(reference, names, added), NEAR_MARGIN if beaten else PREDICTION_MARGIN
         fit = few.fits.known(names) or fit_gap(
             few.model, few.sweeps, start, names, few.executor, target=few.settled, enough=enough, margin=margin
         )
@@ -141,7 +142,7 @@ def _in_full(
         return [trial]
     if not deserved:
         return [Refit(names, trial.gain * context.sweeps.numbers / few.sweeps.numbers, None)]
-    start = base.state.corrected(context.sweeps.groups, reference.state, fit.state, few.sweeps.groups)
+    start = base.state.corrected(context.sweeps, reference.state, fit.state, few.sweeps)
     full = context.fit(start, names)
     return [Refit(names, full.log_evidence - base.log_evidence, full)]
 

@@ -50,7 +50,7 @@ def _placed_again(context: SearchContext, fit: GapFit, rest: GapFit, name: str) 
         return fit
     seen = best
     if few is not context:
-        start = rest.state.corrected(context.sweeps.groups, reference.state, best.state, few.sweeps.groups)
+        start = rest.state.corrected(context.sweeps, reference.state, best.state, few.sweeps)
         best = fit_gap(context.model, context.sweeps, start, on, context.executor)
     if best.log_evidence <= fit.log_evidence:
         return fit

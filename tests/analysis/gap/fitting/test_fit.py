@@ -160,3 +160,25 @@ def test_a_fit_that_cannot_reach_what_it_must_is_given_up(toy, pool):
     left = fit_gap(toy.Plate(), sweeps, start, ("mass",), pool, enough=reached - 10.0 * gained)
     assert not left.settled
     assert left.passes < whole.passes
+
+
+def test_readings_of_a_plate_that_lags_behind_are_found_between_the_temperatures_of_a_fit(toy, pool):
+    """What a fit to a few temperatures finds of the readings is the start for all of them."""
+    sweeps, _ = toy.prepared(temperatures=tuple(range(2, 59, 4)), directions=("up", "down"))
+    few = sweeps.only_groups(range(0, 15, 2))
+    start = toy.start(sweeps.groups)
+    part = start.restricted(range(0, 15, 2), few.original_places(sweeps))
+    ramp = np.repeat([-1.0, 1.0], 15)  # colder than the oven on the way up, warmer on the way down
+
+    def behind(temperature):
+        return 1.0 + 0.01 * temperature
+
+    temperature = np.concatenate([np.arange(2.0, 59.0, 4.0), np.arange(58.0, 1.0, -4.0)])
+    true = ramp * behind(temperature)
+    found = replace(part, away=true[few.original_places(sweeps)])
+    spread = start.corrected(sweeps, part, found, few)
+    inner = np.abs(temperature - 58.0) > 4.0  # between the ramps it turns round
+    np.testing.assert_allclose(spread.away[inner], true[inner], atol=1e-9)
+    means = [spread.away[sweeps.groups.of_sweep == group].mean() for group in range(15)]
+    np.testing.assert_allclose(means, 0.0, atol=1e-12)
+    np.testing.assert_allclose(spread.laws, start.laws)
