@@ -35,9 +35,13 @@ def acquire_hits(
             raise click.BadParameter("belongs to a campaign of sweeps; a hammer test has none", param_hint=option)
     declared = read_hammer_experiment(file)
 
+    from app.files.campaign_folder import ENDING
+    from app.files.campaign_kind import is_hammer_folder
     from app.files.hammer_experiment import require_simulated
     from app.files.hammer_folder import require_our_test
+    from app.rig.doctor import require_port, require_room
     from app.terminal.end_signals import undisturbed
+    from app.terminal.streams import keep_unseen
 
     kind = rig or declared.rig
     declared = declared.on(kind)
@@ -45,13 +49,21 @@ def acquire_hits(
         require_simulated(declared, file)
     folder = (out or file.resolve().with_name(file.stem + "-campaign")).resolve()
     acquired = declared.model_dump(mode="json") | {"rig": kind}
-    require_our_test(folder, acquired)  # before a twin is built
+    # a test killed on a real rig may have left its oven on: checked once that is open, as that brings it to rest
+    if kind == "simulated" or declared.oven is None or not is_hammer_folder(folder):
+        require_our_test(folder, acquired)  # before a twin is built
+        require_room(declared, folder)
+        if kind != "simulated" and not is_hammer_folder(folder):
+            require_port(declared, file)
+    if kind != "simulated" and declared.oven is not None and not declared.oven.expires:
+        output.note("this oven continues if the computer fails: see docs/guide/real-hardware.md on oven.program")
     ending = _run(declared, kind, file, folder, acquired, again, started, output)
     summary: dict[str, Any] = {"campaign": str(folder), "rig": kind, "points": len(declared.mallet.places)}
     with undisturbed():  # another Ctrl-C must not take the place of what is said here
         output.result(lambda: summary | ending.record)
         say = output.failure if ending.status else output.summary
         say(ending.line)
+        keep_unseen(folder / ENDING, ending.line)
     if ending.status:
         raise click.exceptions.Exit(ending.status)
 
@@ -127,6 +139,7 @@ def _complete(outcome: "HammerOutcome", unsafe: tuple[str, ...], folder: Path, s
         "rejected": outcome.rejected,
         "skipped": outcome.skipped,
         "made_now": outcome.made_now,
+        "doubted": outcome.doubted,
         "unsafe": list(unsafe),
         "seconds": seconds,
     }
@@ -137,5 +150,7 @@ def _complete(outcome: "HammerOutcome", unsafe: tuple[str, ...], folder: Path, s
         line += f"; {outcome.missing} are missing at {outcome.skipped} skipped points (--again asks for them)"
     else:
         line += f"; flexura identify {folder}, flexura update {folder}"
+    if outcome.doubted:
+        line += f"; the temperature of {outcome.doubted} is in doubt (events.jsonl says why)"
     status = NOT_AT_REST if unsafe else NOT_GOOD_ENOUGH if outcome.missing else 0
     return Ending(record, line + not_at_rest(unsafe), status)

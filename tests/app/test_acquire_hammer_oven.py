@@ -15,6 +15,7 @@ from app.files.plate_toml import read_plate_measurement
 from app.main import flexura
 from app.plate_frfs.given_campaign import read_plate
 from drivers.hammer.campaign import Key
+from drivers.hammer.hit_temperature import HitTemperature
 from drivers.hammer.set_points import HeldPlate
 from drivers.rig.errors import RigStopped
 from tests.app.hammer_bench import EXAMPLE, acquire, text_with_oven
@@ -71,7 +72,7 @@ def test_a_hit_on_a_plate_that_drifted_is_rejected_and_the_set_point_settled_aga
     declared: HammerExperiment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = tmp_path / "hits"
-    true, asked = HeldPlate.temperature, iter([26.0, float("nan")])
+    true, asked = HeldPlate.temperature, iter([HitTemperature(26.0), HitTemperature(float("nan"))])
     monkeypatch.setattr(HeldPlate, "temperature", lambda self: next(asked, None) or true(self))
     outcome, heard, _ = acquire(declared, folder)
     assert outcome.missing == 0
@@ -85,7 +86,7 @@ def test_a_hit_on_a_plate_that_drifted_is_rejected_and_the_set_point_settled_aga
 def test_an_oven_that_cannot_hold_is_told(
     declared: HammerExperiment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(HeldPlate, "temperature", lambda self: 27.0)
+    monkeypatch.setattr(HeldPlate, "temperature", lambda self: HitTemperature(27.0))
     with pytest.raises(RigStopped, match="Can the oven hold it"):
         acquire(declared, tmp_path / "hits")
 
