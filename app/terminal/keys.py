@@ -46,7 +46,9 @@ def hammer_keys() -> Iterator[Callable[[], Key | None]]:
             if not select.select([number], [], [], 0.0)[0]:
                 return None
             return MEANING.get(os.read(number, 1).decode(errors="replace").lower())
-        except OSError:  # EIO: a closed terminal must not end a test, nor must one of which this is in the background
+        except (
+            OSError
+        ):  # EIO: a closed terminal must not end a test, nor must one of which this is in the background
             return None
 
     try:

@@ -48,7 +48,9 @@ def in_a_room(read: Callable[[], Real], names: Sequence[str]) -> Callable[[], Hi
     def temperature() -> HitTemperature:
         readings = dict(zip(names, map(float, read()), strict=True))
         usable = {name: value for name, value in readings.items() if OPEN[0] < value < OPEN[1]}
-        doubts = [f"{name} reads {readings[name]:g} °C: open or shorted" for name in readings if name not in usable]
+        doubts = [
+            f"{name} reads {readings[name]:g} °C: open or shorted" for name in readings if name not in usable
+        ]
         doubts += [
             f"{one} and {other} read {abs(usable[one] - usable[other]):.1f} K apart"
             for one, other in combinations(usable, 2)

@@ -164,7 +164,7 @@ def _run_legs(
     observer: Observer,
     paused: Callable[[], bool],
 ) -> None:
-    sweeping = Sweeping(station, protocol, store, dict(progress.attempts))
+    sweeping = Sweeping(station, protocol, store, dict(progress.attempts), progress.doubted)
     total = protocol.count
     for leg in left:
         station.leg = leg.number

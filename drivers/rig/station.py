@@ -69,6 +69,10 @@ class Station:
         """Rate of output and inputs as read back, Hz."""
         return self._session.cards.sample_rate
 
+    def check(self) -> None:
+        """Raise if the session is to end."""
+        self._session.check()
+
     def play(self, drive: NDArray[np.float64]) -> Record:
         """Play a drive (M,), V, and return the record; aborted if the session is to end."""
         return self._session.cards.sweep(drive, self._session.check)

@@ -16,6 +16,7 @@ import errno
 import json
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -87,6 +88,7 @@ def campaign(file: Path, folder: Path, said: Path, number: int, error: int) -> i
 def run(rig: RealRig, place: Path, number: int, error: int) -> dict[str, Any]:
     """Run one campaign with its fault, and return what came of it."""
     folder, said = place / f"campaign-{number}", place / f"said-{number}"
+    shutil.rmtree(folder, ignore_errors=True)
     child = campaign(rig.experiment, folder, said, number, error)
     before, status, worst = {}, None, 0.0
     rig.state("reset")
@@ -171,10 +173,14 @@ def work(kind: Kind, words: list[tuple[int, int]]) -> None:
         for number, error in words:
             try:
                 result = run(rig, place, number, error)
+                while "is in use by process" in result["said"]:  # the watchdog of the run before: not begun
+                    time.sleep(3.0)
+                    result = run(rig, place, number, error)
             except (OSError, ValueError) as failed:
                 result = {"call": number, "error": error, "failed": repr(failed)}
             sys.stdout.write(f"{json.dumps(result)}\n")
             sys.stdout.flush()
+        time.sleep(70.0)  # the last watchdog, until it has seen the oven at rest
         rig.end()
 
 
