@@ -11,6 +11,9 @@ import click
 from app.commands.output import Output
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from contextlib import AbstractContextManager
+
     from app.files.experiment_toml import RigKind
     from app.files.hammer_experiment import HammerExperiment
     from app.stages.acquire_hammer import HammerOutcome
@@ -18,21 +21,31 @@ if TYPE_CHECKING:
 
 
 def acquire_hits(
-    file: Path, rig: "RigKind | None", out: Path | None, output: Output, *, again: bool, refused: dict[str, bool]
+    file: Path,
+    rig: "RigKind | None",
+    out: Path | None,
+    output: Output,
+    *,
+    again: bool,
+    test_shot: bool,
+    beside: "Callable[[Path], AbstractContextManager[None]]",
 ) -> None:
     """Record a hammer test, or take it up where it was interrupted.
 
     Parameters
     ----------
-    refused : dict of str to bool
-        Options that belong to a campaign over an oven's programme, and whether they were given.
+    test_shot : bool
+        Whether the option was given, which belongs to a campaign of sweeps.
+    beside : callable
+        Has the folder watched, if that is asked for, as long as its context lasts.
     """
     from app.files.hammer_experiment import read_hammer_experiment
 
     started = time.perf_counter()
-    for option, given in refused.items():
-        if given:
-            raise click.BadParameter("belongs to a campaign of sweeps; a hammer test has none", param_hint=option)
+    if test_shot:
+        raise click.BadParameter(
+            "belongs to a campaign of sweeps; a hammer test has none", param_hint="--test-shot"
+        )
     declared = read_hammer_experiment(file)
 
     from app.files.campaign_folder import ENDING
@@ -57,7 +70,8 @@ def acquire_hits(
             require_port(declared, file)
     if kind != "simulated" and declared.oven is not None and not declared.oven.expires:
         output.note("this oven continues if the computer fails: see docs/guide/real-hardware.md on oven.program")
-    ending = _run(declared, kind, file, folder, acquired, again, started, output)
+    with beside(folder):
+        ending = _run(declared, kind, file, folder, acquired, again, started, output)
     summary: dict[str, Any] = {"campaign": str(folder), "rig": kind, "points": len(declared.mallet.places)}
     with undisturbed():  # another Ctrl-C must not take the place of what is said here
         output.result(lambda: summary | ending.record)

@@ -38,9 +38,9 @@ OTHER = {
         r"^ramp_rate = .*": "ramp_rate = 15.0",
         r"^soak_before = .*": "soak_before = 1.0",
         r"^tolerance = .*": "tolerance = 0.7",
-        r"^drift = .*": "drift = 2.0",
+        r"^drift = .*": "drift = 2.0\nlost_after = 60.0",
     },
-    "hammer": {},
+    "hammer": {r"^hottest = .*": "hottest = 70.0\nlost_after = 60.0"},
 }
 """Three sweeps within a minute."""
 
@@ -102,13 +102,16 @@ def run(rig: RealRig, place: Path, number: int, error: int) -> dict[str, Any]:
             break
         before = now
         state = rig.state()
-        hot = hot or state["regulating"]
+        if state["regulating"] and not hot:  # until then nobody had to ask it
+            hot, state = True, rig.state("reset")
         worst = max(worst, state["longest"]) if state["regulating"] else worst
         if ended:
             status = raw
             break
         if error == -1 and hot and not state["regulating"]:
-            stood = time.monotonic() - began
+            time.sleep(3.0)  # a campaign whose call never came ends by itself
+            ended, status = os.waitpid(child, os.WNOHANG)
+            status, stood = (status, None) if ended else (None, time.monotonic() - began)
             break
         time.sleep(0.2)
     phase = last_event(folder)

@@ -194,6 +194,7 @@ class World:
                 **self.oven,
             }
         )
+        self.rig_settings = settings
         self.rest_at: float | None = getattr(settings, "rest_at", None)
         parts = simulated_parts(
             self.wiring,
