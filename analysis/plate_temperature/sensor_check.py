@@ -35,7 +35,7 @@ IN_AIR = 25.0
 MOSTLY = 0.7
 """Share of the air in a reading from which on the sensor hangs in it."""
 UNNOTICED, UNNOTICED_SIGMA = 0.03, 0.5
-"""Part of a difference that every sound sensor has, K and standard deviations of the prediction. What is beyond it,
+"""Part of a difference that every sound sensor has, K and standard deviations of the prediction. What is beyond,
 summed over time, tells a sensor that comes loose so slowly that the model follows it."""
 SLIPS = 20.0
 """Such a sum, K s, from which on the sensor is doubted: of sound campaigns the largest had about 13, of one that

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from drivers.ovens import f4t
+from drivers.ovens.f4t import F4T
 from drivers.rig.campaign import Moment
 from drivers.rig.errors import RigStopped
 
