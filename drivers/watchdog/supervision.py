@@ -33,8 +33,9 @@ AGAIN = 60.0
 REOPENED_AFTER = 3
 """Failed attempts to switch off after which the port is opened anew: one that was lost and is back needs that."""
 
-COMPARED = 5.0
-"""Interval at which a controller is asked whether it holds what it was commanded, s."""
+COMPARED = 1.0
+"""Shortest interval at which a controller is asked whether it holds what it was commanded, s: with every reading of
+its temperature, so that the times of readings do not depend on when the campaign was begun."""
 
 WHO = (
     "Its panel, a programme of its own, or another computer. It was switched off; find out who, then run the same "
@@ -221,7 +222,11 @@ class SupervisedOven:
             self._wrong = RigStopped(f"somebody else commands the oven: {seen}", WHO)
 
     def _ask(self) -> float:
-        """Read the air temperature; how long the oven has not answered counts from the first question."""
+        """Read the air temperature; how long the oven has not answered counts from the first question.
+
+        What was commanded is compared before, so that the air is read as close to the plate as without it.
+        """
+        self._require_ours()
         self._asked = self._clock.now()
         try:
             air = self._oven.temperature()
@@ -229,7 +234,6 @@ class SupervisedOven:
             self._unanswered = min(self._unanswered, self._asked)
             raise
         self._unanswered = math.inf if math.isfinite(air) else min(self._unanswered, self._asked)
-        self._require_ours()
         return air
 
     def _apply(self, event: Event) -> Reaction:

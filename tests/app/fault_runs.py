@@ -94,7 +94,7 @@ def run(rig: RealRig, place: Path, number: int, error: int) -> dict[str, Any]:
     rig.state("reset")
     began, stood, phase = time.monotonic(), None, ""
     hot = False
-    while time.monotonic() - began < 200.0:
+    while time.monotonic() - began < 400.0:
         ended, raw = os.waitpid(child, os.WNOHANG)
         now = rig.finished(folder)
         lost = [name for name, content in before.items() if now.get(name) != content]
@@ -117,7 +117,7 @@ def run(rig: RealRig, place: Path, number: int, error: int) -> dict[str, Any]:
     phase = last_event(folder)
     rested = rig.at_rest(60.0)
     told = folder / "watchdog.log"
-    until = time.monotonic() + 20.0
+    until = time.monotonic() + 60.0
     while error == -1 and stood is not None and time.monotonic() < until:
         if told.exists() and "stood still" in told.read_text("utf-8", "replace"):
             break
