@@ -34,8 +34,8 @@ REOPENED_AFTER = 3
 """Failed attempts to switch off after which the port is opened anew: one that was lost and is back needs that."""
 
 COMPARED = 1.0
-"""Shortest interval at which a controller is asked whether it holds what it was commanded, s: with every reading of
-its temperature, so that the times of readings do not depend on when the campaign was begun."""
+"""Shortest interval at which a controller is asked whether it holds what it was commanded, s: with every reading
+of its temperature, so that the times of readings do not depend on when the campaign was begun."""
 
 WHO = (
     "Its panel, a programme of its own, or another computer. It was switched off; find out who, then run the same "
