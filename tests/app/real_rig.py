@@ -118,5 +118,5 @@ class RealRig:
 
     def end(self) -> None:
         """End the process."""
-        self._child.kill()
-        self._child.wait()
+        with self._child:  # closes its pipes
+            self._child.kill()
