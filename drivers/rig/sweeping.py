@@ -139,7 +139,7 @@ class Sweeping:
         """Return what the resonances of a good sweep say against the reading of the plate's sensor."""
         if sweep.plate_temperature_start is None:
             return ""
-        frequency = np.fft.rfftfreq(sweep.drive.shape[1], 1.0 / self._station.sample_rate)
+        frequency = np.fft.rfftfreq(sweep.drive.shape[1], 1.0 / self._station.sample_rate).astype(np.float64)
         low, high = self._protocol.sweep.band
         inside = (frequency >= low) & (frequency <= high)
         if inside.sum() < 2:
