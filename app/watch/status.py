@@ -223,14 +223,14 @@ def gone(name: str, folder: str, why: str) -> CampaignStatus:
     return CampaignStatus(name=name, folder=plain(folder), state="gone", problem=plain(why))
 
 
-def at_rest(commands: Sequence[Mapping[str, Any]], told: Sequence[tuple[str, str]]) -> tuple[str, tuple[str, ...]]:
+def at_rest(commands: Sequence[Mapping[str, Any]], said: Sequence[tuple[str, str]]) -> tuple[str, tuple[str, ...]]:
     """Return whether the rig is at rest, by the last command logged and by what the watchdog said since.
 
     Parameters
     ----------
     commands : sequence of mapping
         Events of the oven, oldest first.
-    told : sequence of (str, str)
+    said : sequence of (str, str)
         What the watchdog said: date, ISO 8601, and sentence.
 
     Returns
@@ -247,7 +247,7 @@ def at_rest(commands: Sequence[Mapping[str, Any]], told: Sequence[tuple[str, str
         unsafe = tuple(plain(what) for what in last.get("unsafe") or ())
         safe = "not at rest" if unsafe else "at rest"
         rest = safe if last["command"] == "safe" else "follows the programme"
-    for date, sentence in told:
+    for date, sentence in said:
         if seconds(date) < since - 1.0:  # its dates are whole seconds
             continue
         if sentence.startswith("NOT AT REST"):

@@ -1,5 +1,7 @@
 """How a hammer test stands: what is alive, which hits count, at which point, and what to do next."""
 
+from typing import Any
+
 from app.files.folder_lock import is_being_written
 from app.watch.status import CampaignStatus, Standing, at_rest
 from app.watch.watched_hits import WatchedHits
@@ -31,7 +33,7 @@ def status_of_hits(watched: WatchedHits, name: str, now: float) -> CampaignStatu
         rest = "at rest"  # nothing is heated or driven
     state, ending = _standing(watched, missing, rest, oven[-1].get("purpose", "") if oven else "")
     hits = [event for event in watched.events if event.get("event") in (ACCEPTED, REJECTED)]
-    last = next((event for event in reversed(hits) if event.get("event") == ACCEPTED), {})
+    last: dict[str, Any] = next((event for event in reversed(hits) if event.get("event") == ACCEPTED), {})
     limits = watched.experiment.limits
     return CampaignStatus(
         name=name,
