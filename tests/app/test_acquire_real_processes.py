@@ -128,10 +128,13 @@ def test_killed_in_a_sweep_the_drive_comes_to_rest_too(rig: RealRig, tmp_path: P
         child.wait(240.0)
     assert rig.at_rest(60.0)
     if number == signal.SIGKILL:
-        wait_for(lambda: "the oven is at rest" in (folder / "watchdog.log").read_text(), 120.0)
+        log = folder / "watchdog.log"
+        wait_for(lambda: log.exists() and "the oven is at rest" in log.read_text(), 120.0)
     with acquiring(rig, folder) as child:
         said, _ = child.communicate(timeout=240.0)
-    assert child.returncode in (0, 1), said  # a set-point that passed meanwhile is given up
+    # A set-point that passed meanwhile is given up; the inputs of a hammer test stay reserved in an NI gRPC server.
+    assert child.returncode in (0, 1), said
+    assert child.returncode == 0 or rig.kind == "sweeps" or "-50103" in said or number != signal.SIGKILL
     assert before.items() <= rig.finished(folder).items()
 
 
