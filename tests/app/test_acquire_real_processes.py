@@ -132,7 +132,7 @@ def test_killed_in_a_sweep_the_drive_comes_to_rest_too(rig: RealRig, tmp_path: P
         wait_for(lambda: log.exists() and "the oven is at rest" in log.read_text(), 120.0)
     with acquiring(rig, folder) as child:
         said, _ = child.communicate(timeout=240.0)
-    # A set-point that passed meanwhile is given up; the inputs of a hammer test stay reserved in an NI gRPC server.
+    # a set-point that passed meanwhile is given up; inputs of a hammer test stay reserved in an NI gRPC server
     assert child.returncode in (0, 1), said
     assert child.returncode == 0 or rig.kind == "sweeps" or "-50103" in said or number != signal.SIGKILL
     assert before.items() <= rig.finished(folder).items()
