@@ -12,6 +12,7 @@ behind.
 ``sensor_check``   one sensor over time: frozen, implausible, slowly wrong
 ``plate_sensors``  all sensors of a plate: which are left out, what the rest say
 ``air_and_plate``  the same rule for a recorded campaign: air against plate in its sweeps
-``label_check``    sweeps whose resonances do not fit their temperature
+``resonances``     readings that the shift of all resonances contradicts, whatever the material
+``label_check``    sweeps whose modulus does not fit their temperature
 =================  =====================================================================
 """

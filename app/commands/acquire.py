@@ -15,6 +15,8 @@ from app.commands.output import Output, output_options
 from app.commands.telling import telling_options
 
 if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
     from app.files.experiment_toml import AcquiredExperiment, RigKind
     from app.terminal.campaign_ending import Ending
     from drivers.rig.campaign import Outcome
@@ -78,8 +80,12 @@ def command(
     if declares_hammer_test(experiment):
         from app.commands.acquire_hammer import acquire_hits
 
-        watching = {"--watch": watch, "--notify": bool(notify), "--notify-command": bool(notify_command)}
-        acquire_hits(experiment, rig, out, output, again=again, refused={"--test-shot": test_shot} | watching)
+        _require_known(notify, notify_command, out)
+
+        def beside(folder: Path) -> "AbstractContextManager[None]":
+            return _watched(folder, watch, notify, notify_command, output)
+
+        acquire_hits(experiment, rig, out, output, again=again, test_shot=test_shot, beside=beside)
         return
     from app.files.experiment_toml import read_acquired_experiment
 

@@ -11,6 +11,9 @@ import click
 from app.commands.output import Output
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from contextlib import AbstractContextManager
+
     from app.files.experiment_toml import RigKind
     from app.files.hammer_experiment import HammerExperiment
     from app.stages.acquire_hammer import HammerOutcome
@@ -18,26 +21,40 @@ if TYPE_CHECKING:
 
 
 def acquire_hits(
-    file: Path, rig: "RigKind | None", out: Path | None, output: Output, *, again: bool, refused: dict[str, bool]
+    file: Path,
+    rig: "RigKind | None",
+    out: Path | None,
+    output: Output,
+    *,
+    again: bool,
+    test_shot: bool,
+    beside: "Callable[[Path], AbstractContextManager[None]]",
 ) -> None:
     """Record a hammer test, or take it up where it was interrupted.
 
     Parameters
     ----------
-    refused : dict of str to bool
-        Options that belong to a campaign over an oven's programme, and whether they were given.
+    test_shot : bool
+        Whether the option was given, which belongs to a campaign of sweeps.
+    beside : callable
+        Has the folder watched, if that is asked for, as long as its context lasts.
     """
     from app.files.hammer_experiment import read_hammer_experiment
 
     started = time.perf_counter()
-    for option, given in refused.items():
-        if given:
-            raise click.BadParameter("belongs to a campaign of sweeps; a hammer test has none", param_hint=option)
+    if test_shot:
+        raise click.BadParameter(
+            "belongs to a campaign of sweeps; a hammer test has none", param_hint="--test-shot"
+        )
     declared = read_hammer_experiment(file)
 
+    from app.files.campaign_folder import ENDING
+    from app.files.campaign_kind import is_hammer_folder
     from app.files.hammer_experiment import require_simulated
     from app.files.hammer_folder import require_our_test
+    from app.rig.doctor import require_port, require_room
     from app.terminal.end_signals import undisturbed
+    from app.terminal.streams import keep_unseen
 
     kind = rig or declared.rig
     declared = declared.on(kind)
@@ -45,13 +62,22 @@ def acquire_hits(
         require_simulated(declared, file)
     folder = (out or file.resolve().with_name(file.stem + "-campaign")).resolve()
     acquired = declared.model_dump(mode="json") | {"rig": kind}
-    require_our_test(folder, acquired)  # before a twin is built
-    ending = _run(declared, kind, file, folder, acquired, again, started, output)
+    # a test killed on a real rig may have left its oven on: checked once that is open, as that brings it to rest
+    if kind == "simulated" or declared.oven is None or not is_hammer_folder(folder):
+        require_our_test(folder, acquired)  # before a twin is built
+        require_room(declared, folder)
+        if kind != "simulated" and not is_hammer_folder(folder):
+            require_port(declared, file)
+    if kind != "simulated" and declared.oven is not None and not declared.oven.expires:
+        output.note("this oven continues if the computer fails: see docs/guide/real-hardware.md on oven.program")
+    with beside(folder):
+        ending = _run(declared, kind, file, folder, acquired, again, started, output)
     summary: dict[str, Any] = {"campaign": str(folder), "rig": kind, "points": len(declared.mallet.places)}
     with undisturbed():  # another Ctrl-C must not take the place of what is said here
         output.result(lambda: summary | ending.record)
         say = output.failure if ending.status else output.summary
         say(ending.line)
+        keep_unseen(folder / ENDING, ending.line)
     if ending.status:
         raise click.exceptions.Exit(ending.status)
 
@@ -127,6 +153,7 @@ def _complete(outcome: "HammerOutcome", unsafe: tuple[str, ...], folder: Path, s
         "rejected": outcome.rejected,
         "skipped": outcome.skipped,
         "made_now": outcome.made_now,
+        "doubted": outcome.doubted,
         "unsafe": list(unsafe),
         "seconds": seconds,
     }
@@ -137,5 +164,7 @@ def _complete(outcome: "HammerOutcome", unsafe: tuple[str, ...], folder: Path, s
         line += f"; {outcome.missing} are missing at {outcome.skipped} skipped points (--again asks for them)"
     else:
         line += f"; flexura identify {folder}, flexura update {folder}"
+    if outcome.doubted:
+        line += f"; the temperature of {outcome.doubted} is in doubt (events.jsonl says why)"
     status = NOT_AT_REST if unsafe else NOT_GOOD_ENOUGH if outcome.missing else 0
     return Ending(record, line + not_at_rest(unsafe), status)

@@ -31,12 +31,18 @@ Examples:
 def command(experiment: Path | None, out: Path | None, output: Output) -> None:
     """Check driver, cards, serial ports, oven, disk and clock; with EXPERIMENT, those that it names.
 
+    EXPERIMENT may be a campaign of sweeps or a hammer test.
+
     Nothing is set or switched: cards are listed, and the oven's temperature is read. Exit status 1 where something
     required is missing.
     """
-    from app.files.experiment_toml import read_acquired_experiment
+    from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
+    from app.files.hammer_experiment import HammerExperiment, declares_hammer_test, read_hammer_experiment
 
-    declared = read_acquired_experiment(experiment) if experiment is not None else None
+    declared: AcquiredExperiment | HammerExperiment | None = None
+    if experiment is not None:
+        read = read_hammer_experiment if declares_hammer_test(experiment) else read_acquired_experiment
+        declared = read(experiment)
 
     from app.rig.doctor import examine
     from drivers.rig.survey import FindingState

@@ -25,11 +25,12 @@ WORST = (3, 4, 1, 5, 0)
 @output_options("how they stand")
 @bad_input
 def command(campaigns: tuple[Path, ...], output: Output) -> None:
-    """Say how CAMPAIGNs stand that flexura acquire records or has recorded. Nothing is written.
+    """Say how CAMPAIGNs stand, sweeps or hammer tests, that flexura acquire records or has recorded.
 
-    Exit status 0: complete; 1: stopped, or complete with sweeps missing; 3: something is NOT AT REST; 4: silent,
-    nothing was written for longer than a sweep and a margin; 5: under way, or not begun. Of several campaigns the
-    first of 3, 4, 1, 5, 0 that occurs.
+    Nothing is written. Exit status 0: complete; 1: stopped, or complete with sweeps or hits missing; 3: something
+    is NOT AT REST; 4: silent, nothing was written for longer than a sweep and a margin (of a hammer test: its
+    process is gone, and nothing says that its oven is at rest); 5: under way, or not begun. Of several campaigns
+    the first of 3, 4, 1, 5, 0 that occurs.
     """
     require_campaigns(campaigns)
     from app.watch.watcher import WatchedFolder, names, require_acquired

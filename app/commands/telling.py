@@ -25,13 +25,13 @@ _COMMAND = click.option(
 
 def require_campaigns(folders: Sequence[Path], *, wait: bool = False) -> None:
     """Refuse folders that hold no campaign, before slow imports; with `wait`, they need not be there yet."""
-    from app.files.campaign_kind import PROTOCOL, is_campaign_folder
+    from app.files.campaign_kind import HAMMER_TEST, PROTOCOL, is_campaign_folder, is_hammer_folder
 
     for folder in folders:
         there = folder.exists()
-        if not is_campaign_folder(folder) and (there or not wait):
+        if not (is_campaign_folder(folder) or is_hammer_folder(folder)) and (there or not wait):
             held = "is no campaign of flexura acquire" if there else "does not exist"
-            allowed = f"allowed: a folder with {PROTOCOL}, as flexura acquire makes it"
+            allowed = f"allowed: a folder with {PROTOCOL} or {HAMMER_TEST}, as flexura acquire makes it"
             raise click.ClickException(f"{folder}: {held}; {allowed}")
 
 

@@ -51,6 +51,8 @@ def command(
 ) -> None:
     """Show CAMPAIGNs, as flexura acquire records them, on a web page for any browser or telephone.
 
+    Hammer tests too: which hit is waited for, how many count and were rejected.
+
     Temperatures, set-point and limits, progress and expected end, the last FRF and its coherence, what clips, the
     state of the rig, the log in words. The page needs no internet, and only reads: a campaign is paused or stopped
     in its terminal or with flexura view. /metrics has the numbers for Prometheus, /status.json for scripts.

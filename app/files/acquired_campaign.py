@@ -3,7 +3,7 @@
 import errno
 import logging
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +61,13 @@ class AcquiredCampaign:
     def finished(self) -> frozenset[int]:
         """Return the steps whose sweeps are there and whole."""
         return frozenset(self._finished)
+
+    def sweeps(self) -> Iterator[Sweep]:
+        """Read the finished sweeps, in the order in which they are asked for; one that is damaged is left out."""
+        for path in sweep_paths(self.folder):
+            sweep, _ = read_sweep_file(path, f"{SWEEPS}/{path.name}")
+            if sweep is not None:
+                yield sweep
 
     def keep(self, sweep: Sweep, set_point: SweepSetPoint, attempt: int) -> None:
         """Write a good sweep.

@@ -98,6 +98,10 @@ class HammerHits(Declared):
         return TriggerSettings(self.trigger * volts, self.pretrigger, self.duration)
 
 
+MOVED = 2.5
+"""Largest change of temperature between two readings on the way, K: half of what `Programme.tolerance` allows."""
+
+
 class HammerSetPoints(Declared):
     """Temperatures at which the plate is hit, one after the other, each held while it is hit: ``[set_points]``."""
 
@@ -118,21 +122,29 @@ class HammerSetPoints(Declared):
         for one in self.temperatures:
             if self.temperatures.count(one) > 1:
                 raise ValueError(f"temperatures: {one:g} °C is there twice; each once")
+        moved = self.poll_interval * self.ramp_rate / 60.0
+        if moved > MOVED:
+            raise ValueError(
+                f"poll_interval {self.poll_interval:g} s: at {self.ramp_rate:g} K/min the temperature moves by "
+                f"{moved:.3g} K between two readings; at most {60.0 * MOVED / self.ramp_rate:.3g} s"
+            )
         return self
 
     def protocol(self, limits: Limits, hits: HammerHits) -> AcquisitionProtocol:
-        """Return what the rig's readings and ramps are held against; nothing of its sweep is ever played."""
-        low, high = min(self.temperatures), max(self.temperatures)
+        """Return what the rig's readings and ramps are held against; nothing of its sweep is ever played.
+
+        Its programme has one temperature: rules for sweeps on a ramp do not bind temperatures that are held.
+        """
         programme = Programme(
-            lowest=low,
-            highest=high,
-            every=max(high - low, 10.0),
+            lowest=self.temperatures[0],
+            highest=self.temperatures[0],
+            every=100.0,
             ramp_rate=self.ramp_rate,
             lead=0.0,
             soak_before=self.soak,
             settling=Settling(within=self.within, lasting=self.soak, timeout=self.timeout),
             watch=self.watch,
-            tolerance=5.0 if high - low == 0.0 else min(0.4 * max(high - low, 10.0), 5.0),
+            tolerance=2.0 * MOVED,
             poll_interval=self.poll_interval,
         )
         sweep = SweepSettings(

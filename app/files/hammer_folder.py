@@ -28,6 +28,7 @@ from app.files.provenance import provenance, stamp
 from app.files.same_experiment import REWIRED, changed_wiring, differences, without_wiring
 from app.files.sweep_file import Source
 from app.files.toml_text import toml_text
+from drivers.hammer.hit_temperature import HitTemperature
 from drivers.hammer.judged_hit import HitJudge, JudgedHit
 from drivers.hammer.progress import HammerProgress, KeptHit
 
@@ -83,13 +84,13 @@ class HammerFolder:
             raise CampaignFileError(self.folder, [_damaged(path, error)]) from error
         return self._judge.judge_measured(signals[0], np.array(signals[1:]), rate)
 
-    def keep(self, hit: JudgedHit, kept: KeptHit, temperature: float, date: str) -> None:
+    def keep(self, hit: JudgedHit, kept: KeptHit, temperature: HitTemperature, date: str) -> None:
         """Write an accepted hit, whole or not at all; nothing opens the file for writing again."""
         path = self.folder / HITS / f"{kept.number:05d}_point{kept.point + 1:03d}.h5"
         self._write(path, hit, kept, temperature, date)
-        self._files[kept.number] = (path, kept, temperature)
+        self._files[kept.number] = (path, kept, temperature.value)
 
-    def put_aside(self, hit: JudgedHit, kept: KeptHit, temperature: float, date: str) -> None:
+    def put_aside(self, hit: JudgedHit, kept: KeptHit, temperature: HitTemperature, date: str) -> None:
         """Write a rejected hit where no declaration names it."""
         path = self.folder / REJECTED / f"{kept.number:05d}_point{kept.point + 1:03d}.h5"
         self._write(path, hit, kept, temperature, date)
@@ -120,14 +121,16 @@ class HammerFolder:
         else:
             (self.folder / PLATE).unlink(missing_ok=True)
 
-    def _write(self, path: Path, hit: JudgedHit, kept: KeptHit, temperature: float, date: str) -> None:
+    def _write(self, path: Path, hit: JudgedHit, kept: KeptHit, temperature: HitTemperature, date: str) -> None:
         experiment = self._experiment
         with atomic_hdf5(path) as file:
             for name, value in (("number", kept.number), ("set_point", kept.set_point), ("point", kept.point)):
                 file.attrs[name] = value
             place = experiment.mallet.places[kept.point]
             file.attrs["place_m"] = json.dumps(place)
-            file.attrs["temperature"] = temperature
+            file.attrs["temperature"] = temperature.value
+            if temperature.doubt:
+                file.attrs["doubt"] = temperature.doubt
             file.attrs["start_time"] = date
             file.attrs["sample_rate"] = hit.sample_rate
             file.attrs["peak_n"] = hit.peak

@@ -14,9 +14,11 @@ from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_folder import sweep_paths
 from app.files.campaign_kind import is_campaign_folder
 from app.files.experiment_toml import AcquiredExperiment
+from app.files.hammer_experiment import HammerExperiment
+from app.files.hammer_folder import HITS
 from app.rig.assembly import rig_places
 from app.summaries.duration import duration
-from drivers.ni.wiring import Wiring
+from drivers.ni.input_wiring import InputWiring
 from drivers.rig.occupancy import in_use
 from drivers.rig.survey import (
     Finding,
@@ -33,23 +35,25 @@ EARLIEST = datetime(2025, 1, 1, tzinfo=UTC)
 """A clock that shows less was never set."""
 APART = 2.0
 """Largest difference between the computer's and the disk's time, s."""
+OF_HIT = 40_000
+"""Bytes of a hit beside its samples: an HDF5 file's own, with where it comes from, and what names the hit."""
 PLENTY = 1e9
 """Bytes that are enough where no experiment says how many are needed."""
 
 
-def examine(experiment: AcquiredExperiment | None, folder: Path) -> Iterator[Finding]:
+def examine(experiment: AcquiredExperiment | HammerExperiment | None, folder: Path) -> Iterator[Finding]:
     """Yield a finding for everything looked at.
 
     Parameters
     ----------
-    experiment : AcquiredExperiment, optional
+    experiment : AcquiredExperiment or HammerExperiment, optional
         Whose cards, oven and amount of data are looked at too.
     folder : Path
         Where a campaign would be written.
     """
     real = experiment is not None and experiment.rig != "simulated"
     cards = experiment.cards if experiment is not None else None
-    if cards is None or isinstance(cards, Wiring):
+    if cards is None or isinstance(cards, InputWiring):
         yield from look_at_cards(cards, needed=real)
     elif isinstance(cards, SoundCard):
         yield look_at_sound(cards, needed=real)
@@ -58,14 +62,27 @@ def examine(experiment: AcquiredExperiment | None, folder: Path) -> Iterator[Fin
         holder = in_use(rig_places(experiment, experiment.rig))
         if holder is not None:
             yield Finding("rig", FindingState.BAD, holder, "wait for its end; nothing was asked of the oven")
-        else:
+        elif experiment.oven is not None:
             yield look_at_oven(experiment.oven, needed=real)
-        seconds = experiment.protocol.seconds(experiment.oven.room_temperature)
-        yield Finding(
-            "campaign", FindingState.GOOD, f"{experiment.protocol.count} sweeps, about {duration(seconds)}"
-        )
+        yield Finding("campaign", FindingState.GOOD, _amount(experiment))
     yield look_at_disk(experiment, folder)
     yield _clock(folder)
+
+
+def _amount(experiment: AcquiredExperiment | HammerExperiment) -> str:
+    """Say how much is to be measured."""
+    if isinstance(experiment, HammerExperiment):
+        points, hits = len(experiment.mallet.places), experiment.hammer.hits
+        at = f"at {len(experiment.temperatures)} temperatures, " if experiment.oven is not None else ""
+        return f"{at}{points} point{'s' * (points > 1)}, {hits} hit{'s' * (hits > 1)} each"
+    seconds = experiment.protocol.seconds(experiment.oven.room_temperature)
+    return f"{experiment.protocol.count} sweeps, about {duration(seconds)}"
+
+
+def _hit_bytes(experiment: HammerExperiment) -> float:
+    """Return the size of a hit's file with its declarations and its line of the log, bytes."""
+    samples = experiment.hammer.duration * experiment.cards.sample_rate
+    return 4.0 * samples * (1 + len(experiment.cards.responses)) + OF_HIT
 
 
 def sweep_bytes(experiment: AcquiredExperiment) -> float:
@@ -74,8 +91,8 @@ def sweep_bytes(experiment: AcquiredExperiment) -> float:
     return 4.0 * samples * (1 + len(experiment.cards.responses))
 
 
-def require_room(experiment: AcquiredExperiment, folder: Path) -> None:
-    """Raise CampaignFileError where the sweeps that a campaign still lacks cannot all be written."""
+def require_room(experiment: AcquiredExperiment | HammerExperiment, folder: Path) -> None:
+    """Raise CampaignFileError where the sweeps or hits that a campaign still lacks cannot all be written."""
     there = _nearest(folder)
     if not there.is_dir():
         raise CampaignFileError(folder, [Problem("", "", f"{there} is a file", "a folder", "use --out")])
@@ -86,7 +103,7 @@ def require_room(experiment: AcquiredExperiment, folder: Path) -> None:
         raise CampaignFileError(folder, [Problem("", "", seen, allowed, "make room, or use --out")])
 
 
-def require_port(experiment: AcquiredExperiment, file: Path) -> None:
+def require_port(experiment: AcquiredExperiment | HammerExperiment, file: Path) -> None:
     """Refuse an oven whose serial port does not exist, before anything is opened; for a first start only.
 
     Nothing was asked of the rig then, and nothing has to be brought to rest. A rig that a killed campaign may have
@@ -97,7 +114,7 @@ def require_port(experiment: AcquiredExperiment, file: Path) -> None:
     ResultFileError
         With the ports that there are.
     """
-    place = experiment.oven.place
+    place = experiment.oven.place if experiment.oven is not None else ""
     if place in ("", "simulated") or "://" in place or Path(place).exists():
         return
     ports = [str(port.device) for port in serial_ports()]
@@ -108,10 +125,14 @@ def require_port(experiment: AcquiredExperiment, file: Path) -> None:
         )
 
 
-def _needed(experiment: AcquiredExperiment | None, folder: Path) -> tuple[float, str]:
+def _needed(experiment: AcquiredExperiment | HammerExperiment | None, folder: Path) -> tuple[float, str]:
     """Return the bytes that a campaign still needs, as doctor and acquire both say it, and what for."""
     if experiment is None:
         return PLENTY, "for a campaign of some size"
+    if isinstance(experiment, HammerExperiment):
+        wanted = len(experiment.mallet.places) * experiment.hammer.hits * len(experiment.temperatures)
+        left = max(wanted - len(list((folder / HITS).glob("*.h5"))), 0)
+        return left * _hit_bytes(experiment) + (SPARE if left else 0.0), f"for the {left} hits to be made"
     left = experiment.protocol.count - (len(sweep_paths(folder)) if is_campaign_folder(folder) else 0)
     return left * sweep_bytes(experiment) + (SPARE if left else 0.0), f"for the {left} sweeps to be made"
 
@@ -121,7 +142,7 @@ def _nearest(folder: Path) -> Path:
     return next(parent for parent in (folder, *folder.parents) if parent.exists())
 
 
-def look_at_disk(experiment: AcquiredExperiment | None, folder: Path) -> Finding:
+def look_at_disk(experiment: AcquiredExperiment | HammerExperiment | None, folder: Path) -> Finding:
     """Look whether a folder's disk has room for an experiment's campaign."""
     there = _nearest(folder)
     free = shutil.disk_usage(there).free

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-import numpy as np
-
 from app.files.events import read_events
 from app.files.folder_lock import folder_lock
 from app.files.hammer_experiment import HammerExperiment
@@ -15,6 +13,7 @@ from app.files.sweep_file import Source
 from app.stages.acquire import claimed
 from drivers.hammer.campaign import HammerCampaign, HammerObserver, Key, no_key
 from drivers.hammer.hammer_rig import HammerInputs, HammerRig
+from drivers.hammer.hit_temperature import HitTemperature, declared, in_a_room
 from drivers.hammer.judged_hit import HitJudge
 from drivers.hammer.progress import HammerProgress
 from drivers.hammer.set_points import HeldPlate, run_set_points
@@ -41,6 +40,8 @@ class HammerOutcome:
         Hits that count and were made by this run.
     stopped : bool
         Whether it was stopped by a key.
+    doubted : int
+        Hits that count and whose temperature is in doubt.
     """
 
     accepted: int
@@ -49,6 +50,7 @@ class HammerOutcome:
     skipped: int
     made_now: int
     stopped: bool
+    doubted: int = 0
 
 
 def interrupted_at(folder: Path) -> float:
@@ -122,7 +124,7 @@ def acquire_hammer(
             stopped = campaign.progress.next_point(0) is not None and campaign.run() == "stopped"
         finally:
             inputs.close()
-    return _outcome(campaign.progress, 1, before, stopped=stopped)
+    return _outcome(campaign, 1, before, stopped=stopped)
 
 
 def _begun(
@@ -180,10 +182,11 @@ def _in_the_oven(
     held = HeldPlate(session, set_points.protocol(limits, experiment.hammer), store, tell)
     whole = all(progress.next_point(number) is None for number in range(len(set_points.temperatures)))
     stopped = not whole and not run_set_points(set_points.temperatures, held, campaign, events)
-    return _outcome(progress, len(set_points.temperatures), before, stopped=stopped)
+    return _outcome(campaign, len(set_points.temperatures), before, stopped=stopped)
 
 
-def _outcome(progress: HammerProgress, set_points: int, before: int, *, stopped: bool) -> HammerOutcome:
+def _outcome(campaign: HammerCampaign, set_points: int, before: int, *, stopped: bool) -> HammerOutcome:
+    progress = campaign.progress
     return HammerOutcome(
         accepted=len(progress.valid),
         missing=sum(progress.missing(number) for number in range(set_points)),
@@ -191,12 +194,12 @@ def _outcome(progress: HammerProgress, set_points: int, before: int, *, stopped:
         skipped=len(progress.skipped),
         made_now=len(progress.valid) - before,
         stopped=stopped,
+        doubted=len(progress.doubted(campaign.store.events())),
     )
 
 
-def _thermometer(experiment: HammerExperiment, inputs: HammerInputs) -> Callable[[], float]:
-    """Return what gives the plate's temperature, degrees Celsius: as declared, or the thermocouples' mean."""
+def _thermometer(experiment: HammerExperiment, inputs: HammerInputs) -> Callable[[], HitTemperature]:
+    """Return what gives the plate's temperature: as declared, or the thermocouples' mean."""
     if experiment.temperature is not None:
-        declared = experiment.temperature
-        return lambda: declared
-    return lambda: float(np.mean(inputs.temperatures()))
+        return declared(experiment.temperature)
+    return in_a_room(inputs.temperatures, experiment.cards.thermocouples)

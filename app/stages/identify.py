@@ -30,6 +30,7 @@ from app.files.uff_campaign import nearest_sweep, sweep_name
 from app.modal_test.frf_set import said_of_coherence, said_of_reference
 from app.stages.drift_notes import untimed
 from app.stages.identify_options import Wanted
+from app.stages.temperature_notes import resonance_notes
 from app.summaries.display import as_html, as_text
 from app.summaries.modes import headline, modes_record, tables
 
@@ -104,7 +105,7 @@ def compute(
         tracked = _confirmed(inside, tracked).read_as(wanted.damping)
         protocol = campaign.experiment.protocol
         tracked = at_stated_temperature(tracked, sweep_points(inside, protocol), inside.shift)
-        tracked = replace(tracked, notes=(*tracked.notes, *untimed(protocol)))
+        tracked = replace(tracked, notes=(*tracked.notes, *untimed(protocol), *resonance_notes(campaign, every)))
     except ValueError as error:
         raise ResultFileError(f"{campaign.name}: {error}") from error
     return IdentifiedCampaign(frf, tracked, inputs, every)

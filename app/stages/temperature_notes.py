@@ -7,6 +7,7 @@ from analysis.frf import Frf
 from analysis.frf_campaign import AnyCampaign, FrfCampaign
 from analysis.plate_temperature.air_and_plate import doubtful_sweeps, offset_change
 from analysis.plate_temperature.label_check import hysteresis, misplaced
+from analysis.plate_temperature.resonances import unlike_resonances
 from analysis.updated import Updated
 
 NAMED = 6
@@ -32,6 +33,30 @@ def recorded_notes(campaign: AnyCampaign) -> tuple[str, ...]:
             "one of the two sensors is wrong by as much. Check the thermocouple's type, contact and drift"
         )
     return tuple(notes)
+
+
+def resonance_notes(campaign: AnyCampaign, frf: Frf) -> tuple[str, ...]:
+    """Return a note for every sweep whose plate's temperature the shift of its resonances contradicts.
+
+    It needs no material, and is told where FRFs are first made; the moduli that `label_notes` judges come later.
+
+    Parameters
+    ----------
+    frf : Frf
+        Of all sweeps.
+    """
+    if not _touched(campaign):
+        return ()
+    sweeps = campaign.sweeps
+    doubted = [one for one, sweep in enumerate(sweeps) if getattr(sweep, "doubt", "")]
+    whole = len(sweeps) == len(frf.temperature)
+    found = unlike_resonances(frf, doubted if whole else ())
+    told = [
+        f"look at the sweep at {frf.temperature[one]:.1f} °C on the way {frf.direction[one]}: {why}"
+        for one, why in found.items()
+    ]
+    more = (f"and {len(told) - NAMED} more sweeps like this",) if len(told) > NAMED else ()
+    return (*told[:NAMED], *more)
 
 
 def label_notes(campaign: AnyCampaign, frf: Frf, updated: Updated) -> tuple[str, ...]:

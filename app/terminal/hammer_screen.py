@@ -54,6 +54,8 @@ class HammerScreen:
             return
         known = "" if hit.coherence is None else f", coherence {hit.coherence:.3f}"
         self._say(f"  hit {hit.asked.number} accepted, {hit.peak:.1f} N{known}", colour="green", bells=1)
+        if hit.doubt:
+            self._say(f"  its temperature is in doubt: {hit.doubt}", colour="yellow")
 
     def said(self, line: str) -> None:
         """Say what a key has done."""

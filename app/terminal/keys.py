@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from drivers.hammer.campaign import Key, no_key
 
@@ -14,7 +14,8 @@ def hammer_keys() -> Iterator[Callable[[], Key | None]]:
     """Yield what returns a key typed since it was called last, None where none was, or nobody can type.
 
     On a terminal, what is typed is neither shown nor held back until the end of a line; the terminal is as it was
-    when the block ends. Ctrl-C stays what it is.
+    when the block ends. Ctrl-C stays what it is. A terminal that has gone, or that belongs to another program now,
+    gives no key.
     """
     if not sys.stdin or not sys.stdin.isatty():
         yield no_key
@@ -33,15 +34,25 @@ def hammer_keys() -> Iterator[Callable[[], Key | None]]:
     import tty
 
     number = sys.stdin.fileno()
-    before = termios.tcgetattr(number)
+    try:
+        before = termios.tcgetattr(number)
+        tty.setcbreak(number)
+    except termios.error:
+        yield no_key
+        return
 
     def typed() -> Key | None:
-        if not select.select([number], [], [], 0.0)[0]:
+        try:
+            if not select.select([number], [], [], 0.0)[0]:
+                return None
+            return MEANING.get(os.read(number, 1).decode(errors="replace").lower())
+        except (
+            OSError
+        ):  # EIO: a closed terminal must not end a test, nor must one of which this is in the background
             return None
-        return MEANING.get(os.read(number, 1).decode(errors="replace").lower())
 
     try:
-        tty.setcbreak(number)
         yield typed
     finally:
-        termios.tcsetattr(number, termios.TCSADRAIN, before)
+        with suppress(termios.error):
+            termios.tcsetattr(number, termios.TCSADRAIN, before)

@@ -66,9 +66,8 @@ class NewsOfCampaign:
                 told.append(("stopped", f"{now.line}. The same flexura acquire continues it."))
             if now.missing > before.missing and before.state != "gone":
                 new, one = now.missing - before.missing, now.missing - before.missing == 1
-                told.append(
-                    ("sweep given up", f"{new} {'sweep was' if one else 'sweeps were'} given up; {now.line}")
-                )
+                what = f"{now.kind[:-1]} was" if one else f"{now.kind} were"
+                told.append(("sweep given up", f"{new} {what} given up; {now.line}"))
         if now.state == "gone":  # nothing else is known: as it stood when it was last read
             self._before = now if before is None else _still(before)
             return [_news(now, *one) for one in told]
@@ -145,6 +144,8 @@ def _silent(now: CampaignStatus) -> str:
     rest = {"at rest": "the oven is at rest", "not at rest": "the rig is NOT AT REST"}.get(
         now.rest, "whether the oven is at rest is not known: look at it"
     )
+    if now.kind == "hits":
+        return f"flexura acquire is gone without a word; by its log, {rest}. {now.line}"
     since = f"flexura acquire has written nothing for {duration(now.silent_for)}"
     return f"{since} (a sweep and a margin are {duration(now.patience)}); by its log, {rest}. {now.line}"
 

@@ -107,8 +107,9 @@ function show(state) {
     parts.bar.max = Math.max(one.total, 1);
     parts.bar.value = one.finished + one.missing;
     parts.bar.hidden = one.total === 0;
-    parts.count.textContent = one.total === 0 ? "" : one.finished + " of " + one.total + " sweeps" +
-      (one.missing ? ", " + one.missing + " given up" : "") + (one.doubted ? ", " + one.doubted + " in doubt" : "");
+    parts.count.textContent = one.total === 0 ? "" : one.finished + " of " + one.total + " " + one.kind +
+      (one.missing ? ", " + one.missing + " given up" : "") +
+      (one.rejected ? ", " + one.rejected + " rejected" : "") + (one.doubted ? ", " + one.doubted + " in doubt" : "");
     parts.facts.replaceChildren(...facts(one).map(([what, value]) => {
       const row = make("div");
       row.append(make("dt", what), make("dd", value));

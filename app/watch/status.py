@@ -1,6 +1,7 @@
 """How a campaign stands: what `flexura watch` and `flexura status` say of it, with its exit status."""
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import datetime, timedelta
 from typing import Any, Literal
@@ -62,6 +63,12 @@ class CampaignStatus:
         What the rig is trying to overcome; empty where nothing is wrong.
     ending : str
         Why it was stopped; empty while it runs.
+    kind : str
+        What `finished`, `missing` and `total` count: ``sweeps``, or the ``hits`` of a hammer test.
+    rejected : int
+        Hits that were rejected.
+    next_step : str
+        What to do; empty where it is not known.
     """
 
     name: str
@@ -91,6 +98,9 @@ class CampaignStatus:
     clipping: tuple[str, ...] = ()
     trouble: str = ""
     ending: str = ""
+    kind: Literal["sweeps", "hits"] = "sweeps"
+    rejected: int = 0
+    next_step: str = ""
 
     @property
     def exit_status(self) -> int:
@@ -117,13 +127,15 @@ class CampaignStatus:
             return [f"the folder cannot be read: {self.problem}"]
         state: str = self.state
         if state == "silent":
-            state = f"silent: nothing was written for {duration(self.silent_for)}"
+            gone = "its process is gone without a word" if self.kind == "hits" else "nothing was written"
+            state = f"silent: {gone} for {duration(self.silent_for)}"
         elif state == "complete" and self.missing:
-            state = "complete with sweeps missing"
+            state = f"complete with {self.kind} missing"
         elif state == "stopped" and self.ending:
             state = f"stopped: {self.ending}"
-        sweeps = f"{self.finished} of {self.total} sweeps"
+        sweeps = f"{self.finished} of {self.total} {self.kind}"
         sweeps += f", {self.missing} given up" if self.missing else ""
+        sweeps += f", {self.rejected} rejected" if self.rejected else ""
         sweeps += f", the temperature of {self.doubted} in doubt" if self.doubted else ""
         here = ", ".join(
             f"{what} {value:.2f} °C"
@@ -141,6 +153,7 @@ class CampaignStatus:
             f"{duration(left)} left{clock}" if left is not None else "",
             f"trouble: {self.trouble}" if self.trouble else "",
             f"clipping: {', '.join(self.clipping)}" if self.clipping else "",
+            self.next_step,
         ]
 
 
@@ -162,7 +175,7 @@ def status_of(watched: Watched, name: str, now: float) -> CampaignStatus:
     last = watched.readings[-1] if watched.readings else None
     state = watched.state(now)
     seconds_left = left if last is not None and math.isfinite(left) and state in UNDER_WAY else None
-    rest, unsafe = _rest(watched)
+    rest, unsafe = at_rest(watched.events_of("oven"), [] if watched.simulated else watched.said)
     programme = watched.protocol.programme if watched.protocol is not None else None
     ends = sorted(end for leg in programme.legs for end in programme.ends(leg)) if programme is not None else []
     if ends and last is not None:
@@ -210,9 +223,23 @@ def gone(name: str, folder: str, why: str) -> CampaignStatus:
     return CampaignStatus(name=name, folder=plain(folder), state="gone", problem=plain(why))
 
 
-def _rest(watched: Watched) -> tuple[str, tuple[str, ...]]:
-    """Whether the rig is at rest, by the last command logged and by what the watchdog said since."""
-    last = next(iter(reversed(watched.events_of("oven"))), None)
+def at_rest(commands: Sequence[Mapping[str, Any]], said: Sequence[tuple[str, str]]) -> tuple[str, tuple[str, ...]]:
+    """Return whether the rig is at rest, by the last command logged and by what the watchdog said since.
+
+    Parameters
+    ----------
+    commands : sequence of mapping
+        Events of the oven, oldest first.
+    said : sequence of (str, str)
+        What the watchdog said: date, ISO 8601, and sentence.
+
+    Returns
+    -------
+    rest : str
+    unsafe : tuple of str
+        As `CampaignStatus` has them.
+    """
+    last = commands[-1] if commands else None
     rest, since = "unknown", -math.inf
     unsafe: tuple[str, ...] = ()
     if last is not None:
@@ -220,7 +247,7 @@ def _rest(watched: Watched) -> tuple[str, tuple[str, ...]]:
         unsafe = tuple(plain(what) for what in last.get("unsafe") or ())
         safe = "not at rest" if unsafe else "at rest"
         rest = safe if last["command"] == "safe" else "follows the programme"
-    for date, sentence in [] if watched.simulated else watched.said:
+    for date, sentence in said:
         if seconds(date) < since - 1.0:  # its dates are whole seconds
             continue
         if sentence.startswith("NOT AT REST"):

@@ -126,7 +126,7 @@ class Watched:
             self._take_event(line)
         found = (parse_reading(line) for line in self._tails[readings.NAME].lines())
         self.readings += [reading for reading in found if reading is not None]
-        told = (_told(line) for line in self._tails[WATCHDOG].lines())
+        told = (told_by_watchdog(line) for line in self._tails[WATCHDOG].lines())
         self.said += [one for one in told if one is not None]
         self._look_at_latest()
         self._look_at_sweeps()
@@ -261,7 +261,7 @@ class Watched:
             del self.sweeps[step]
 
 
-def _told(line: str) -> tuple[str, str] | None:
+def told_by_watchdog(line: str) -> tuple[str, str] | None:
     """Take a line of the watchdog's apart; None for what is none."""
     date, sentence = line[:25], line[26:].strip()
     try:

@@ -17,6 +17,8 @@ from app.files.hammer_experiment import HammerExperiment, hammer_model
 from app.files.hammer_folder import HITS, REJECTED, begun_with
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
 from app.files.settings_toml import checked
+from app.files.tail import Tail
+from app.watch.watched import WATCHDOG, told_by_watchdog
 from drivers.hammer.progress import ACCEPTED, HammerProgress, KeptHit
 from drivers.hammer.progress import REJECTED as REFUSED
 
@@ -68,6 +70,10 @@ class WatchedHits:
     latest : HeardHit or None
     trouble : str
         What cannot be read.
+    said : list of (str, str)
+        What the watchdog said: date, ISO 8601, and sentence.
+    simulated : bool
+        Whether its rig is simulated.
     """
 
     folder: Path
@@ -76,11 +82,15 @@ class WatchedHits:
     progress: HammerProgress = field(init=False)
     latest: HeardHit | None = field(init=False, default=None)
     trouble: str = field(init=False, default="")
+    said: list[tuple[str, str]] = field(init=False, default_factory=list)
+    simulated: bool = field(init=False)
     _seen: tuple[int, int] = field(init=False, default=(-1, -1))
 
     def __post_init__(self) -> None:
         """Read what does not change; CampaignFileError where it cannot be read."""
         begun = begun_with(self.folder)
+        self.simulated = begun.get("rig") == "simulated"
+        self._watchdog = Tail(self.folder / WATCHDOG)
         # what is simulated is not all written into the folder, and nothing here depends on it
         table = {name: part for name, part in begun.items() if name != "simulation"} | {"rig": "real"}
         self.experiment = checked(self.folder / HAMMER_TEST, table, hammer_model(table))
@@ -98,8 +108,23 @@ class WatchedHits:
         left = (n for n in range(len(temperatures)) if self.progress.next_point(n) is not None)
         return next(left, len(temperatures) - 1)
 
+    @property
+    def last_sign(self) -> float:
+        """Time of the last event, s since 1970; that of the folder before there is one."""
+        for name in (EVENTS, HAMMER_TEST):
+            try:
+                return (self.folder / name).stat().st_mtime
+            except OSError:
+                continue
+        return 0.0
+
     def look(self) -> bool:
         """Read what is new; return whether anything is."""
+        told = [one for one in map(told_by_watchdog, self._watchdog.lines()) if one is not None]
+        self.said += told
+        return self._look_at_events() or bool(told)
+
+    def _look_at_events(self) -> bool:
         log = self.folder / EVENTS
         try:
             state = log.stat()

@@ -10,11 +10,14 @@ from typing import Any
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import read_protocol
-from app.files.campaign_kind import PROTOCOL, is_campaign_folder
+from app.files.campaign_kind import HAMMER_TEST, PROTOCOL, is_campaign_folder, is_hammer_folder
+from app.files.hammer_folder import begun_with
 from app.watch.charts import charts
 from app.watch.news import BoundedNews, News, NewsOfCampaign
 from app.watch.status import UNDER_WAY, CampaignStatus, gone, status_of
+from app.watch.status_of_hits import status_of_hits
 from app.watch.watched import Watched
+from app.watch.watched_hits import WatchedHits
 from app.watch.words import plain
 
 EVERY = 1.0
@@ -36,7 +39,7 @@ class WatchedFolder:
     def __init__(self, folder: Path, name: str) -> None:
         self.folder, self.name = folder, name
         self.version = 0
-        self._watched: Watched | None = None
+        self._watched: Watched | WatchedHits | None = None
         self._protocol: tuple[int, int, int] | None = None
         self._begun = False
         self._drawn: tuple[int, bytes] = (-1, b"")
@@ -46,29 +49,36 @@ class WatchedFolder:
         try:
             mark = self._mark()
             if self._watched is None or mark != self._protocol:
-                self._watched, self._protocol = Watched(self.folder, SWEEPS), mark
+                hits = is_hammer_folder(self.folder)
+                self._watched = WatchedHits(self.folder) if hits else Watched(self.folder, SWEEPS)
+                self._protocol = mark
                 self.version += 1
             if self._watched.look():
                 self.version += 1
         except (CampaignFileError, OSError) as error:
             self._watched = None
-            if not self._begun and not is_campaign_folder(self.folder):
+            if not self._begun and not (is_campaign_folder(self.folder) or is_hammer_folder(self.folder)):
                 return CampaignStatus(name=self.name, folder=plain(self.folder), state="not begun")
             why = (error.strerror if isinstance(error, OSError) else "") or str(error)
             return gone(self.name, str(self.folder), why)
         self._begun = True
+        if isinstance(self._watched, WatchedHits):
+            return status_of_hits(self._watched, self.name, now)
         return status_of(self._watched, self.name, now)
 
     def charts(self) -> bytes | None:
-        """Return what is drawn of it, JSON, made once however many ask; None where nothing can be read."""
-        if self._watched is None:
+        """Return what is drawn of it, JSON, made once however many ask; None where nothing is.
+
+        Of a hammer test the page draws nothing: its charts are those of a programme and of sweeps.
+        """
+        if not isinstance(self._watched, Watched):
             return None
         if self._drawn[0] != self.version:
             self._drawn = self.version, json.dumps(charts(self._watched), allow_nan=False).encode()
         return self._drawn[1]
 
     def _mark(self) -> tuple[int, int, int]:
-        found = (self.folder / PROTOCOL).stat()
+        found = (self.folder / (HAMMER_TEST if is_hammer_folder(self.folder) else PROTOCOL)).stat()
         return found.st_ino, found.st_mtime_ns, found.st_size
 
 
@@ -147,6 +157,9 @@ def names(folders: Sequence[Path]) -> tuple[str, ...]:
 
 def require_acquired(folder: Path) -> None:
     """Refuse a campaign that no rig writes: ResultFileError for one that was imported."""
+    if is_hammer_folder(folder):
+        begun_with(folder)
+        return
     protocol, _ = read_protocol(folder)
     if "acquired" not in protocol:
         raise ResultFileError(f"{folder}: was imported, no rig writes it; flexura view shows it")

@@ -10,6 +10,7 @@ import numpy as np
 from analysis.estimation.estimators import estimate
 from analysis.estimation.spectra import Spectra, pooled
 from drivers.hammer.hammer_rig import HammerInputs, HammerRig
+from drivers.hammer.hit_temperature import HitTemperature
 from drivers.hammer.judged_hit import HitJudge, JudgedHit
 from drivers.hammer.progress import ACCEPTED, REJECTED, SKIPPED, UNDONE, HammerProgress, KeptHit
 from drivers.hammer.store import HammerStore
@@ -60,6 +61,8 @@ class ToldHit:
         Why it does not count; empty where it does.
     coherence : float or None
         Mean over the band, of all hits at this point; None of a single one.
+    doubt : str
+        Why the temperature may be wrong; empty where nothing says so.
     """
 
     asked: AskedHit
@@ -67,6 +70,7 @@ class ToldHit:
     peak: float
     rejected: str
     coherence: float | None
+    doubt: str = ""
 
 
 class HammerObserver(Protocol):
@@ -83,6 +87,10 @@ class HammerObserver(Protocol):
     def said(self, line: str) -> None:
         """Say what a key has done."""
         ...
+
+
+def unmarked(number: int) -> None:
+    """Do nothing about a hit that was kept."""
 
 
 def no_key() -> Key | None:
@@ -107,13 +115,17 @@ class HammerCampaign:
         Over which coherence is told, Hz.
     observer : HammerObserver
     temperature : callable
-        Of the plate now, degrees Celsius.
+        Returns that of the plate now.
     key : callable
         Returns what was typed since it was called last.
     check : callable
         Raises if the campaign is to end.
     held : (float, float)
-        Temperatures between which a hit counts, degrees Celsius.
+        Temperatures between which a hit counts, degrees Celsius; infinite where nothing holds the plate.
+    mark : callable
+        Called with the number of every hit that was kept.
+    patience : float
+        Longest wait for a hit, s: an oven that nobody is at must not be held for ever.
     """
 
     rig: HammerRig
@@ -124,10 +136,12 @@ class HammerCampaign:
     progress: HammerProgress
     band: tuple[float, float]
     observer: HammerObserver
-    temperature: Callable[[], float]
+    temperature: Callable[[], HitTemperature]
     key: Callable[[], Key | None] = no_key
     check: Callable[[], None] = go_on
     held: tuple[float, float] = (-math.inf, math.inf)
+    mark: Callable[[int], None] = unmarked
+    patience: float = math.inf
     _averaged: dict[int, Spectra] = field(default_factory=dict, repr=False)
 
     def run(self, set_point: int = 0) -> Ended:
@@ -146,7 +160,7 @@ class HammerCampaign:
         Raises
         ------
         RigStopped
-            If the cards are lost. The same call goes on with the next missing hit.
+            If the cards are lost, or nobody hits. The same call goes on with the next missing hit.
         OSError
             If a hit cannot be written.
         """
@@ -178,8 +192,11 @@ class HammerCampaign:
     def _wait(self) -> JudgedHit | Key | None:
         """Return the next hit, or what was typed before it; None where samples were lost, perhaps with a hit."""
         samples = max(round(READ * self.inputs.sample_rate), 1)
+        began = self.rig.clock.now()
         while True:
             self.check()
+            if self.rig.clock.now() - began > self.patience:
+                raise RigStopped(f"nobody has hit the plate for {self.patience / 60.0:.0f} min", RESUME)
             try:
                 record = self.trigger.feed(self.inputs.read(samples))
             except DaqError as error:
@@ -197,10 +214,12 @@ class HammerCampaign:
         """Write a hit, then say what came of it: what is told is on the disk. Return whether the plate is held."""
         kept = KeptHit(self.progress.recorded, asked.set_point, asked.point)
         temperature, date = self.temperature(), self.rig.date().isoformat()
-        steady = self.held[0] <= temperature <= self.held[1]
+        here = temperature.value
+        steady = self.held[0] <= here <= self.held[1]
         if not steady and not hit.rejected:
-            seen = f"the plate is at {temperature:.2f} °C" if math.isfinite(temperature) else "no temperature"
-            hit = replace(hit, rejected=f"{seen}; {self.held[0]:g} to {self.held[1]:g} °C wanted", spectra=None)
+            seen = f"the plate is at {here:.2f} °C" if math.isfinite(here) else "no temperature of the plate"
+            wanted = f"{self.held[0]:g} to {self.held[1]:g} °C wanted" if self._holds else temperature.doubt
+            hit = replace(hit, rejected=f"{seen}; {wanted}", spectra=None)
         what: dict[str, Any] = {"set_point": kept.set_point, "point": kept.point, "peak": round(hit.peak, 4)}
         coherence: float | None = None
         if hit.rejected:
@@ -214,11 +233,18 @@ class HammerCampaign:
                 self._averaged[kept.number] = hit.spectra
             coherence = self._coherence(asked)
             what |= {} if coherence is None else {"coherence": round(coherence, 4)}
-            self._log(ACCEPTED, date, step=kept.number, **what, temperature=round(temperature, 4))
+            what |= {"doubt": temperature.doubt} if temperature.doubt else {}
+            self._log(ACCEPTED, date, step=kept.number, **what, temperature=round(here, 4))
             self.store.declare(self.progress)
+            self.mark(kept.number)
         self.progress.recorded += 1
-        self.observer.told(ToldHit(asked, kept.number, hit.peak, hit.rejected, coherence))
-        return steady
+        self.observer.told(ToldHit(asked, kept.number, hit.peak, hit.rejected, coherence, temperature.doubt))
+        return steady or not self._holds
+
+    @property
+    def _holds(self) -> bool:
+        """Whether an oven holds the plate."""
+        return self.held[0] > -math.inf
 
     def _coherence(self, asked: AskedHit) -> float | None:
         """Coherence of the hits at a point, those before an interruption read again."""

@@ -9,6 +9,8 @@ from typing import Any
 
 ACCEPTED, REJECTED, UNDONE, SKIPPED = "hit", "hit rejected", "hit undone", "point skipped"
 """Events of the log. All have the number of the hit, ``step``, but for the last, which has the point."""
+IN_DOUBT = "temperature in doubt"
+"""Event of the station; with ``step`` where it is about a hit that was kept."""
 
 
 @dataclass(frozen=True, order=True)
@@ -102,6 +104,15 @@ class HammerProgress:
             if (set_point, point) not in self.skipped and len(self.at(set_point, point)) < self.wanted:
                 return point
         return None
+
+    def doubted(self, events: Iterable[Mapping[str, Any]]) -> set[int]:
+        """Return the numbers of the hits that count and whose temperature is in doubt, by the log."""
+        told = {
+            event.get("step")
+            for event in events
+            if (event.get("event") == ACCEPTED and event.get("doubt")) or event.get("event") == IN_DOUBT
+        }
+        return {hit.number for hit in self.valid} & told
 
     def missing(self, set_point: int) -> int:
         """Return how many hits are still wanted, those of skipped points too."""

@@ -8,10 +8,11 @@ from typing import Any, cast
 from analysis.protocol.protocol import AcquisitionProtocol
 from drivers.hammer.campaign import HammerCampaign
 from drivers.hammer.hammer_rig import HammerInputs
+from drivers.hammer.hit_temperature import HitTemperature
 from drivers.hammer.store import HammerStore
 from drivers.ni.errors import DaqError
 from drivers.ovens.error import OvenError
-from drivers.rig.approach import Approach
+from drivers.rig.approach import LONGEST_PAUSE, Approach
 from drivers.rig.errors import RESUME, RigStopped
 from drivers.rig.readings import Reading
 from drivers.rig.session import Session
@@ -49,19 +50,29 @@ class HeldPlate:
         self._approach = Approach(self._station, self.protocol)
         self._next = -math.inf
 
-    def restore(self, events: Sequence[Mapping[str, Any]]) -> None:
+    def restore(self, events: Sequence[Mapping[str, Any]], temperatures: Sequence[float]) -> None:
         """Set a simulated rig to its last state; on a new one, check what can be before anything moves."""
         if events:
             self._station.restore(events)
         else:
             self._station.require_celsius()
-            self._station.require_reachable()
+            self._station.require_reachable(temperatures)
         self._station.note("resumed" if events else "begun")
 
-    def temperature(self) -> float:
-        """Return the temperature that counts, degrees Celsius; NaN where there is no usable reading now."""
+    def temperature(self) -> HitTemperature:
+        """Return the temperature that counts, and what is in doubt about it."""
         reading = self._station.reading()
-        return math.nan if reading is None else self._station.watched(reading)
+        if reading is None:
+            return HitTemperature(math.nan)
+        return HitTemperature(self._station.watched(reading), "; ".join(reading.doubts))
+
+    def mark(self, number: int) -> None:
+        """Note that a hit was kept at the last reading, to be judged again by what is learnt later."""
+        self._station.mark(number)
+
+    def tell_mislabelled(self) -> None:
+        """Log the hits whose temperature is in doubt by what was learnt since; see `Station.tell_mislabelled`."""
+        self._station.tell_mislabelled()
 
     def check(self) -> None:
         """Raise if the session is to end, or a reading says so: one is made at every interval."""
@@ -111,7 +122,7 @@ def run_set_points(
     """
     within = held.protocol.programme.settling.within
     try:
-        held.restore(events)
+        held.restore(events, temperatures)
         for number, target in enumerate(temperatures):
             drifted = 0
             while campaign.progress.next_point(number) is not None:
@@ -122,6 +133,8 @@ def run_set_points(
                     temperature=held.temperature,
                     check=held.check,
                     held=(target - within, target + within),
+                    mark=held.mark,
+                    patience=LONGEST_PAUSE,
                 )
                 ended = here.run(number)
                 if ended == "stopped":
@@ -134,4 +147,6 @@ def run_set_points(
                     )
     except (DaqError, OvenError) as error:
         raise RigStopped(str(error), RESUME) from error
+    finally:
+        held.tell_mislabelled()
     return True

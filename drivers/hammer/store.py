@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
+from drivers.hammer.hit_temperature import HitTemperature
 from drivers.hammer.judged_hit import JudgedHit
 from drivers.hammer.progress import HammerProgress, KeptHit
 
@@ -18,19 +19,19 @@ class HammerStore(Protocol):
         """Read a hit, and judge it again."""
         ...
 
-    def keep(self, hit: JudgedHit, kept: KeptHit, temperature: float, date: str) -> None:
+    def keep(self, hit: JudgedHit, kept: KeptHit, temperature: HitTemperature, date: str) -> None:
         """Store an accepted hit permanently; return when it is on the disk.
 
         Parameters
         ----------
-        temperature : float
-            Of the plate, degrees Celsius.
+        temperature : HitTemperature
+            Of the plate.
         date : str
             ISO 8601.
         """
         ...
 
-    def put_aside(self, hit: JudgedHit, kept: KeptHit, temperature: float, date: str) -> None:
+    def put_aside(self, hit: JudgedHit, kept: KeptHit, temperature: HitTemperature, date: str) -> None:
         """Store a rejected hit apart from the accepted ones."""
         ...
 

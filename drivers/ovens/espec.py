@@ -10,7 +10,7 @@ from drivers.ovens import p300
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.expiry import Expiry
 from drivers.ovens.line import Line, up_to
-from drivers.ovens.oven import OvenLimits, SetPoint
+from drivers.ovens.oven import OvenLimits, SetPoint, beyond_ramp, other_set_point
 
 T = TypeVar("T")
 
@@ -48,6 +48,8 @@ class Espec:
         self._expiry = Expiry(rest_after) if rest_after else None
         self._commanded = False
         self._under_way: tuple[SetPoint, SetPoint] | None = None
+        self._kept: float | None = None
+        self._running: p300.Program | None = None
 
     def temperature(self) -> float:
         """Air temperature, degrees Celsius; alarm if one stands or the chamber has stopped by itself."""
@@ -104,6 +106,7 @@ class Espec:
             taken = self._check("program", program, lambda: self._ask("RUN PRGM?", p300.decode_program))
             self._check_mode("RUN")
             self._commanded = True
+            self._kept, self._running = None, taken
             ramp = SetPoint(taken.end, abs(taken.end - taken.start) / taken.minutes)
             self._under_way = wanted, ramp
             return ramp
@@ -115,6 +118,15 @@ class Espec:
             resting = self._ask("MODE?", p300.decode) in RESTING
             return self._keep(self.limits.clamp_target(seen.actual if resting else seen.set_point))
 
+    def changed(self) -> str:
+        """Say whether the set-point is another than commanded: while a program runs, beyond its two ends."""
+        if self._kept is None and self._running is None:
+            return ""
+        held = self._ask("TEMP?", p300.decode_temperatures).set_point
+        if self._running is not None:
+            return beyond_ramp((self._running.start, self._running.end), held)
+        return other_set_point(self._kept, held)
+
     def renew(self) -> None:
         """Set the quick timer anew once half of it is over."""
         if self._expiry is not None and self._expiry.due(self._line.now):
@@ -124,6 +136,7 @@ class Espec:
         """Standby: fan, heater and cooler off, controller awake."""
         with self._line.reserved():
             self._commanded, self._under_way = False, None
+            self._kept = self._running = None
             if self._expiry is not None:
                 self._expiry.end()
             standby = p300.command("MODE, STANDBY")
@@ -150,6 +163,7 @@ class Espec:
             lambda: self._ask("TEMP?", p300.decode_temperatures).set_point,
         )
         self._commanded = True
+        self._kept, self._running = taken, None
         return taken
 
     def _set_timer(self) -> None:

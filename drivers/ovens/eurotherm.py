@@ -11,7 +11,7 @@ from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.eurotherm_program import AUTOMATIC, EurothermProgram, as_float
 from drivers.ovens.expiry import HARMLESS, refused_is_none
 from drivers.ovens.modbus import ModbusUnit
-from drivers.ovens.oven import OvenLimits, SetPoint
+from drivers.ovens.oven import OvenLimits, SetPoint, beyond_ramp, other_set_point
 
 MANUAL = 1
 
@@ -76,6 +76,8 @@ class Eurotherm:
         self._decimals = decimals
         self._program = program
         self._usable = False
+        self._told: float | None = None
+        self._ends: tuple[float, float] | None = None
 
     def temperature(self) -> float:
         """Air temperature, degrees Celsius; alarm if the sensor is broken or an alarm stands.
@@ -110,6 +112,7 @@ class Eurotherm:
                 self._unit.put(self._at.rate_disable, 0, name="set-point rate disable")
             taken = self._unit.put(self._at.target, wanted.target, self._decimals, name="target set-point")
             self._unit.put(self._at.mode, AUTOMATIC, name="auto/manual")
+            self._told = taken
         return SetPoint(taken, taken_rate)
 
     def hold(self) -> float:
@@ -126,11 +129,28 @@ class Eurotherm:
                 self._at.target, self.limits.clamp_target(here), self._decimals, name="target set-point"
             )
             self._unit.put(self._at.mode, AUTOMATIC, name="auto/manual")
+            self._told = held
             return held
+
+    def changed(self) -> str:
+        """Say whether mode, target or program are others than commanded."""
+        with self._unit.line.reserved():
+            if self._program is not None:
+                if self._program.expiry.under_way is None or self._program.expiry.starting:
+                    return ""
+                if self._resting() or not self._program.running:
+                    return "its program was stopped"
+                return beyond_ramp(self._ends, self._unit.read(self._at.working_set_point, self._decimals))
+            if self._told is None:
+                return ""
+            if self._resting():
+                return "it was put into manual"
+            return other_set_point(self._told, self._unit.read(self._at.target, self._decimals))
 
     def safe(self) -> None:
         """Manual with no output."""
         with self._unit.line.reserved():
+            self._told = None
             manual, no_output = ((self._at.mode, MANUAL), (self._at.output, 0))
             self._unit.line.blind(partial(self._unit.write, *manual), partial(self._unit.write, *no_output))
             if self._program is not None:
@@ -168,7 +188,7 @@ class Eurotherm:
             here = self._unit.read(self._at.temperature, self._decimals)
             ramp = 60.0 * abs(taken.target - here) / taken.rate
             program.start(self.limits.clamp_target(here), self.limits.clamp_target(HARMLESS), ramp)
-            program.expiry.under_way = wanted, taken
+            program.expiry.under_way, self._ends = (wanted, taken), (here, taken.target)
         return taken
 
     def _put_rate(self, rate: float) -> float:

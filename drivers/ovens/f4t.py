@@ -10,7 +10,7 @@ from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.expiry import HARMLESS, refused_is_none
 from drivers.ovens.f4t_profile import F4TProfile
 from drivers.ovens.modbus import ModbusUnit
-from drivers.ovens.oven import OvenLimits, SetPoint
+from drivers.ovens.oven import OvenLimits, SetPoint, beyond_ramp, other_set_point
 
 MODE, LOW_LIMIT, HIGH_LIMIT, SET_POINT = 2730, 2774, 2776, 2782
 RAMP_ACTION, RAMP_SCALE, RAMP_RATE = 2794, 2796, 2798
@@ -43,6 +43,8 @@ class F4T:
         self._unit = unit
         self._profile = profile
         self._usable = False
+        self._told: float | None = None
+        self._ends: tuple[float, float] | None = None
 
     def temperature(self) -> float:
         """Air temperature, degrees Celsius; alarm if the controller has no valid one.
@@ -74,6 +76,7 @@ class F4T:
             taken_rate = self._put_rate(wanted.rate)
             taken = self._unit.put_float(SET_POINT, wanted.target, 0.05, name="set-point")
             self._unit.put(MODE, AUTO, name="control mode")
+            self._told = taken
         return SetPoint(taken, taken_rate)
 
     def hold(self) -> float:
@@ -85,11 +88,28 @@ class F4T:
                 return self._run(self._profile, self.limits.clamp(here, self.limits.max_rate)).target
             held = self._unit.put_float(SET_POINT, self.limits.clamp_target(here), 0.05, name="set-point")
             self._unit.put(MODE, AUTO, name="control mode")
+            self._told = held
             return held
+
+    def changed(self) -> str:
+        """Say whether loop, set-point or profile are others than commanded."""
+        with self._unit.line.reserved():
+            if self._profile is not None:
+                if self._profile.expiry.under_way is None or self._profile.expiry.starting:
+                    return ""
+                if not self._runs(self._profile):
+                    return "its profile was stopped"
+                return beyond_ramp(self._ends, self._unit.read_float(WORKING_SET_POINT))
+            if self._told is None:
+                return ""
+            if self._unit.read(MODE) != AUTO:
+                return "its loop was switched off"
+            return other_set_point(self._told, self._unit.read_float(SET_POINT))
 
     def safe(self) -> None:
         """Switch the loop off."""
         with self._unit.line.reserved():
+            self._told = None
             off = partial(self._unit.write, MODE, OFF)
             if self._profile is None:
                 self._unit.line.blind(off)
@@ -142,7 +162,7 @@ class F4T:
             profile.stop()
             taken = profile.write(start, wanted)
             self._start(profile, start, step=1, ramp=60.0 * abs(taken.target - start) / taken.rate)
-            profile.expiry.under_way = wanted, taken
+            profile.expiry.under_way, self._ends = (wanted, taken), (start, taken.target)
         return taken
 
     def _start(self, profile: F4TProfile, here: float, step: int, ramp: float) -> None:

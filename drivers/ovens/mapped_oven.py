@@ -8,7 +8,7 @@ from functools import partial
 from drivers.clock import Clock, Stop
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import PASSING, Line
-from drivers.ovens.oven import OvenLimits, SetPoint
+from drivers.ovens.oven import OvenLimits, SetPoint, other_set_point
 from drivers.ovens.points import PLAUSIBLE, Points
 
 PERIOD = 1.0
@@ -52,6 +52,7 @@ class MappedOven:
         self._usable = self._commanded = False
         self._ramp: tuple[float, float, float, float] | None = None
         self._failed: OvenError | None = None
+        self._told: float | None = None
         self._stop_stepping: Stop = lambda: None
 
     def temperature(self) -> float:
@@ -104,6 +105,7 @@ class MappedOven:
             taken_rate = points.rate.put(wanted.rate)
             taken = points.set_point.put(wanted.target)
             self._switch_on()
+            self._told = taken
         return SetPoint(taken, taken_rate)
 
     def hold(self) -> float:
@@ -121,12 +123,19 @@ class MappedOven:
                 here = points.temperature.read()
             held = points.set_point.put(self.limits.clamp_target(here))
             self._switch_on()
+            self._told = held
             return held
+
+    def changed(self) -> str:
+        """Say whether the set-point is another than the one written last."""
+        with self._line.reserved():
+            return "" if self._told is None else other_set_point(self._told, self._points.set_point.read())
 
     def safe(self) -> None:
         """Switch off; or go to `rest_at`."""
         points = self._points
         with self._line.reserved():
+            self._told = None
             self._end_steps()
             self._commanded = False
             commands: list[Callable[[], None]] = []
@@ -160,7 +169,7 @@ class MappedOven:
         if self._running():
             start = min(max(points.set_point.read(), air - LAG), air + LAG)
         start = self.limits.clamp_target(start)
-        points.set_point.put(start)
+        self._told = points.set_point.put(start)
         self._switch_on()
         self._ramp = (self._clock.now(), start, wanted.target, wanted.rate / 60.0)
         self._written = start
@@ -184,7 +193,7 @@ class MappedOven:
                     return
                 end = due == self._ramp[2]
                 if abs(due - self._written) >= self._step or end:
-                    self._points.set_point.put(due)
+                    self._told = self._points.set_point.put(due)
                     self._written = due
                 if end:
                     self._end_steps()

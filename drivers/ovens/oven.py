@@ -83,6 +83,60 @@ class Bounded(Protocol):
         ...
 
 
+NEAR = 1.0
+"""How far beyond its ends a ramp may begin, K: at the temperature measured, or at the set-point before."""
+SAME = 0.11
+"""Difference of two set-points that are the same, K: a digit of the coarsest controller, rounded twice."""
+
+
+@runtime_checkable
+class Contested(Protocol):
+    """An oven whose controller tells what it was commanded last, so that another master is seen.
+
+    Another master is a hand at its panel, a programme of its own, or another computer.
+    """
+
+    def changed(self) -> str:
+        """Say what differs from the last command of this driver; empty where nothing does, or none is in force.
+
+        Only reads; may raise `OvenError`.
+        """
+        ...
+
+
+def other_set_point(told: float | None, held: float) -> str:
+    """Say that a controller's set-point is another than the one it was told last; empty where it is the same.
+
+    Parameters
+    ----------
+    told : float or None
+        As it was taken, degrees Celsius; None where nothing is in force.
+    held : float
+        As it reads now, degrees Celsius.
+    """
+    if told is None or abs(held - told) <= SAME:
+        return ""
+    return f"its set-point is {held:g} °C, and {told:g} °C was commanded"
+
+
+def beyond_ramp(ends: tuple[float, float] | None, held: float) -> str:
+    """Say that the set-point of a ramp is not between where it began and where it ends; empty where it is.
+
+    Parameters
+    ----------
+    ends : (float, float) or None
+        Of the ramp, degrees Celsius; None where nothing is in force.
+    held : float
+        As it reads now, degrees Celsius.
+    """
+    if ends is None:
+        return ""
+    low, high = min(ends) - NEAR, max(ends) + NEAR
+    if low <= held <= high:
+        return ""
+    return f"its set-point is {held:g} °C on a ramp from {ends[0]:g} to {ends[1]:g} °C"
+
+
 class Oven(Protocol):
     """An oven on a line: five verbs, each of which may raise `OvenError`.
 

@@ -5,7 +5,7 @@ import math
 from drivers.ovens import ascii2
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Line, up_to
-from drivers.ovens.oven import OvenLimits, SetPoint
+from drivers.ovens.oven import OvenLimits, SetPoint, beyond_ramp, other_set_point
 
 END_OF_DESCRIPTION = 0.3
 """Seconds of silence after which a description, whose length is not transmitted, is complete."""
@@ -43,6 +43,7 @@ class Votsch:
         self._start = self._layout.start
         self._rate = limits.max_rate
         self._seen: ascii2.Status | None = None
+        self._told: tuple[float, float] | None = None
         line.blind(self._status)  # a write replaces all channels: `safe` needs them where no answer comes any more
 
     def temperature(self) -> float:
@@ -79,6 +80,19 @@ class Votsch:
         with self._line.reserved():
             return self._change(self.limits.clamp_target(self.temperature()), running=True)
 
+    def changed(self) -> str:
+        """Say whether the Start bit or the nominal temperature are others than commanded.
+
+        Some chambers report where their ramp is as the nominal temperature: all on its way is as commanded.
+        """
+        if self._told is None:
+            return ""
+        seen = self._status()
+        if seen.bits[self._start] != "1":
+            return "it was stopped"
+        held = seen.nominal[self._air]
+        return other_set_point(self._told[1], held) and beyond_ramp(self._told, held)
+
     def safe(self) -> None:
         """Take the Start bit away, whatever the channels hold.
 
@@ -104,6 +118,7 @@ class Votsch:
             wanted = (tuple(nominal), self._bits(before, running=running))
             if wanted != (before.nominal, before.bits):
                 self._send(ascii2.encode_status(self._address, *wanted))
+            self._told = None if target is None else (before.actual[self._air], wanted[0][self._air])
             after = self._status()
             if target is None:
                 if after.bits != wanted[1]:

@@ -137,7 +137,7 @@ def run_campaign(
         begun = any(event.get("event") == "begun" for event in events)  # a start that failed has events, too
         if not begun:
             station.require_celsius()
-            station.require_reachable()
+            station.require_reachable(end for leg in protocol.legs for end in (leg.start, leg.end))
         station.note("resumed" if begun else "begun", finished=len(progress.finished))
         try:
             _run_legs(left, progress, station, protocol, store, observer, paused)
@@ -164,7 +164,7 @@ def _run_legs(
     observer: Observer,
     paused: Callable[[], bool],
 ) -> None:
-    sweeping = Sweeping(station, protocol, store, dict(progress.attempts))
+    sweeping = Sweeping(station, protocol, store, dict(progress.attempts), progress.doubted)
     total = protocol.count
     for leg in left:
         station.leg = leg.number

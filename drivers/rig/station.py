@@ -2,7 +2,7 @@
 
 import logging
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -68,6 +68,10 @@ class Station:
     def sample_rate(self) -> float:
         """Rate of output and inputs as read back, Hz."""
         return self._session.cards.sample_rate
+
+    def check(self) -> None:
+        """Raise if the session is to end."""
+        self._session.check()
 
     def play(self, drive: NDArray[np.float64]) -> Record:
         """Play a drive (M,), V, and return the record; aborted if the session is to end."""
@@ -193,11 +197,16 @@ class Station:
             if not _passes(error):
                 raise
 
-    def require_reachable(self) -> None:
-        """Raise RigStopped if the programme exceeds the controller's own limits, where these can be read."""
+    def require_reachable(self, ends: Iterable[float]) -> None:
+        """Raise RigStopped if the programme exceeds the controller's own limits, where these can be read.
+
+        Parameters
+        ----------
+        ends : iterable of float
+            Temperatures to which the oven is brought, degrees Celsius.
+        """
         low, high = self._oven.bounds()
-        ends = sorted({end for leg in self._protocol.legs for end in (leg.start, leg.end)})
-        beyond = [end for end in ends if not low <= end <= high]
+        beyond = [end for end in sorted(set(ends)) if not low <= end <= high]
         if beyond:
             raise RigStopped(
                 f"the controller's own set-points end at {low:g} and {high:g} °C; the programme, with its lead, "

@@ -1,6 +1,6 @@
 """Protocol of the storage of a campaign; `app` implements it with files."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 from analysis.campaign import Sweep
@@ -13,6 +13,10 @@ class Store(Protocol):
 
     def finished(self) -> frozenset[int]:
         """Return the steps whose sweeps are kept, whole and verified."""
+        ...
+
+    def sweeps(self) -> Iterator[Sweep]:
+        """Read the finished sweeps, in the order in which they are asked for."""
         ...
 
     def keep(self, sweep: Sweep, set_point: SweepSetPoint, attempt: int) -> None:

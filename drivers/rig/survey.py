@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drivers.ni.errors import DaqError
-from drivers.ni.wiring import Wiring
+from drivers.ni.input_wiring import InputWiring
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import OvenSettings, open_oven
 from drivers.soundcard.card import NOT_STARTED, backend
@@ -50,7 +50,7 @@ class Finding:
     next_step: str = ""
 
 
-def look_at_cards(wiring: Wiring | None, *, needed: bool) -> Iterator[Finding]:
+def look_at_cards(wiring: InputWiring | None, *, needed: bool) -> Iterator[Finding]:
     """Yield the devices of the NI driver, local or on the server of `wiring`, and whether the wiring fits.
 
     Parameters
@@ -82,9 +82,9 @@ def look_at_cards(wiring: Wiring | None, *, needed: bool) -> Iterator[Finding]:
         yield _supply(wiring, devices, lacking)
 
 
-def _terminals(wiring: Wiring, devices: "tuple[Device, ...]", lacking: FindingState) -> Finding:
+def _terminals(wiring: InputWiring, devices: "tuple[Device, ...]", lacking: FindingState) -> Finding:
     there = {channel for device in devices for channel in device.inputs + device.outputs}
-    asked = (wiring.output, *wiring.inputs, *wiring.thermocouples)
+    asked = wiring.terminals
     missing = [terminal for terminal in asked if terminal not in there]
     if not missing:
         return Finding("terminals of [cards]", FindingState.GOOD, f"all {len(asked)} exist")
@@ -92,7 +92,7 @@ def _terminals(wiring: Wiring, devices: "tuple[Device, ...]", lacking: FindingSt
     return Finding("terminals of [cards]", lacking, f"not there: {', '.join(missing)}", step)
 
 
-def _supply(wiring: Wiring, devices: "tuple[Device, ...]", lacking: FindingState) -> Finding:
+def _supply(wiring: InputWiring, devices: "tuple[Device, ...]", lacking: FindingState) -> Finding:
     from drivers.ni.task_setup import require_iepe
 
     what, named = "IEPE supply of [cards]", ", ".join(wiring.iepe)

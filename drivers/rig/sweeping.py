@@ -1,11 +1,14 @@
 """One set-point: sweep, check, limited repetition."""
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.campaign import Sweep
+from analysis.h1 import h1
+from analysis.plate_temperature.resonances import FrfThermometer, log_spectrum
 from analysis.protocol.acceptance import faults
 from analysis.protocol.drive import drive_signal
 from analysis.protocol.protocol import AcquisitionProtocol
@@ -45,15 +48,26 @@ class Sweeping:
     store : Store
     attempts : dict of int to int
         Attempts made so far, by step, including those before an interruption.
+    doubted : set of int
+        Steps of finished sweeps whose temperature is in doubt.
     """
 
     def __init__(
-        self, station: Station, protocol: AcquisitionProtocol, store: Store, attempts: dict[int, int]
+        self,
+        station: Station,
+        protocol: AcquisitionProtocol,
+        store: Store,
+        attempts: dict[int, int],
+        doubted: Collection[int] = (),
     ) -> None:
         self._station = station
         self._protocol = protocol
         self._store = store
         self._attempts = attempts
+        self._thermometer = FrfThermometer()
+        for sweep in store.sweeps():
+            station.check()
+            self._by_resonances(sweep, doubted=sweep.step in doubted)
 
     def attempt(self, set_point: SweepSetPoint) -> Attempt:
         """Make one attempt; store a good sweep, put a faulty one aside.
@@ -115,7 +129,26 @@ class Sweeping:
         if after is None:
             return Attempt(None, ("no temperature after the sweep",))
         made = _sweep(set_point, [*readings, after], began, drives, responses)
-        return Attempt(made, faults(made, drive, overloaded, rate, set_point, self._protocol))
+        wrong = faults(made, drive, overloaded, rate, set_point, self._protocol)
+        if not wrong:
+            contradicted = self._by_resonances(made, doubted=bool(made.doubt))
+            made = replace(made, doubt="; ".join(filter(None, (made.doubt, contradicted))))
+        return Attempt(made, wrong)
+
+    def _by_resonances(self, sweep: Sweep, *, doubted: bool) -> str:
+        """Return what the resonances of a good sweep say against the reading of the plate's sensor."""
+        if sweep.plate_temperature_start is None:
+            return ""
+        frequency = np.fft.rfftfreq(sweep.drive.shape[1], 1.0 / self._station.sample_rate).astype(np.float64)
+        low, high = self._protocol.sweep.band
+        inside = (frequency >= low) & (frequency <= high)
+        if inside.sum() < 2:
+            return ""
+        h = np.array([h1(sweep.drive, response)[0][inside] for response in sweep.responses])
+        spectrum = log_spectrum(frequency[inside], h)
+        return self._thermometer.judge(
+            sweep.level, sweep.temperature, spectrum, doubted=doubted or bool(sweep.doubt)
+        )
 
 
 def _sweep(

@@ -11,7 +11,7 @@ from drivers.clock import Clock, Stop
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.expiry import Expiring
 from drivers.ovens.line import PASSING
-from drivers.ovens.oven import Bounded, Oven, OvenLimits, SetPoint
+from drivers.ovens.oven import Bounded, Contested, Oven, OvenLimits, SetPoint
 from drivers.rig.errors import RESUME, RigStopped
 from drivers.watchdog.guard import Event, Reaction, State, after
 from drivers.watchdog.rest_watch import RestRule, RestWatch
@@ -33,6 +33,14 @@ AGAIN = 60.0
 REOPENED_AFTER = 3
 """Failed attempts to switch off after which the port is opened anew: one that was lost and is back needs that."""
 
+COMPARED = 1.0
+"""Shortest interval at which a controller is asked whether it holds what it was commanded, s: with every reading
+of its temperature, so that the times of readings do not depend on when the campaign was begun."""
+
+WHO = (
+    "Its panel, a programme of its own, or another computer. It was switched off; find out who, then run the same "
+    "command again"
+)
 LOOK = "Look at the oven, its set-point and its sensors before going on"
 PULL = "Go there and switch it off; if it does not cool then, pull its mains plug"
 
@@ -96,6 +104,7 @@ class SupervisedOven:
         self._failed = 0
         self._resting: RestWatch | None = None
         self._own_end = False
+        self._compared = -math.inf
         self._stop: Stop = lambda: None
 
     @property
@@ -197,8 +206,27 @@ class SupervisedOven:
                 raise self._wrong or RigStopped(f"the oven is {self._state}: it takes no command", RESUME)
             return command()
 
+    def _require_ours(self) -> None:
+        """End the campaign where somebody else commands the oven; read twice, for no answer is beyond doubt."""
+        if self._state is not State.WATCHING or self._wrong is not None or not isinstance(self._oven, Contested):
+            return
+        if self._clock.now() - self._compared < COMPARED:
+            return
+        self._compared = self._clock.now()
+        try:
+            seen = self._oven.changed() and self._oven.changed()
+        except OvenError as error:  # the next reading of the temperature says what is wrong with the line
+            log.debug("what the oven was commanded could not be read: %s", error)
+            return
+        if seen:
+            self._wrong = RigStopped(f"somebody else commands the oven: {seen}", WHO)
+
     def _ask(self) -> float:
-        """Read the air temperature; how long the oven has not answered counts from the first question."""
+        """Read the air temperature; how long the oven has not answered counts from the first question.
+
+        What was commanded is compared before, so that the air is read as close to the plate as without it.
+        """
+        self._require_ours()
         self._asked = self._clock.now()
         try:
             air = self._oven.temperature()
@@ -256,7 +284,8 @@ class SupervisedOven:
             self._say("its line is blocked by an earlier request")
 
     def _watch(self) -> None:
-        self._wrong = self._wrong or self._trouble()
+        trouble = self._trouble()  # which may find itself that somebody else commands the oven
+        self._wrong = self._wrong or trouble
         if self._wrong is not None:
             self._apply(Event.TROUBLE)
         elif isinstance(self._oven, Expiring):

@@ -111,8 +111,9 @@ def acquire(
     *,
     again: bool = False,
     prepare: Callable[[SimulatedHammerRig], None] = lambda parts: None,
+    unsafe: list[str] | None = None,
 ) -> tuple[HammerOutcome, Listener, SimulatedHammerRig]:
-    """Do what `flexura acquire` does."""
+    """Do what `flexura acquire` does; what is not at rest is put into `unsafe`, without which all must be."""
     parts, heard = rig(declared, interrupted_at(folder)), Listener()
     prepare(parts)
     opened = parts.rig()
@@ -124,5 +125,8 @@ def acquire(
     outcome = acquire_hammer(
         opened, session, declared, folder, source, acquired, heard, key=key, check=check, again=again
     )
-    assert session is None or session.unsafe == ()
+    if unsafe is not None and session is not None:
+        unsafe += session.unsafe or ()
+    else:
+        assert session is None or session.unsafe == ()
     return outcome, heard, parts

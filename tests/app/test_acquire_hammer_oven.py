@@ -1,21 +1,27 @@
 """A hammer test at the set-points of an oven: held, rejected where the plate drifts, taken up again, at rest."""
 
 import json
-from collections.abc import Iterator
+import shutil
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from analysis.arrays import Real
 from app.files.campaign_error import CampaignFileError
 from app.files.events import read_events
 from app.files.hammer_experiment import HammerExperiment, read_hammer_experiment
+from app.files.hdf5_file import opened_hdf5
 from app.files.plate_toml import read_plate_measurement
 from app.main import flexura
 from app.plate_frfs.given_campaign import read_plate
+from app.rig.hammer_assembly import SimulatedHammerRig
 from drivers.hammer.campaign import Key
+from drivers.hammer.hit_temperature import HitTemperature
 from drivers.hammer.set_points import HeldPlate
+from drivers.ni.endless_inputs import EndlessInputs
 from drivers.rig.errors import RigStopped
 from tests.app.hammer_bench import EXAMPLE, acquire, text_with_oven
 
@@ -71,7 +77,7 @@ def test_a_hit_on_a_plate_that_drifted_is_rejected_and_the_set_point_settled_aga
     declared: HammerExperiment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = tmp_path / "hits"
-    true, asked = HeldPlate.temperature, iter([26.0, float("nan")])
+    true, asked = HeldPlate.temperature, iter([HitTemperature(26.0), HitTemperature(float("nan"))])
     monkeypatch.setattr(HeldPlate, "temperature", lambda self: next(asked, None) or true(self))
     outcome, heard, _ = acquire(declared, folder)
     assert outcome.missing == 0
@@ -85,9 +91,113 @@ def test_a_hit_on_a_plate_that_drifted_is_rejected_and_the_set_point_settled_aga
 def test_an_oven_that_cannot_hold_is_told(
     declared: HammerExperiment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(HeldPlate, "temperature", lambda self: 27.0)
+    monkeypatch.setattr(HeldPlate, "temperature", lambda self: HitTemperature(27.0))
     with pytest.raises(RigStopped, match="Can the oven hold it"):
         acquire(declared, tmp_path / "hits")
+
+
+def test_set_points_close_together_and_a_single_one(tmp_path: Path) -> None:
+    for number, temperatures in enumerate(("[25.0, 26.5]", "[25.0]")):
+        file = tmp_path / "close.toml"
+        file.write_text(text_with_oven().replace("[25.0, 35.0, 30.0]", temperatures), encoding="utf-8")
+        declared = read_hammer_experiment(file)
+        few = declared.model_copy(update={"hammer": declared.hammer.model_copy(update={"hits": 1})})
+        outcome, _, _ = acquire(few, tmp_path / f"hits-{number}")
+        assert (outcome.accepted, outcome.missing) == (9 * (2 - number), 0)
+
+
+def test_a_thermocouple_that_drifts_puts_hits_in_doubt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each hit is within half a kelvin, or is told, also where the set-points are held loosely."""
+    file = tmp_path / "oven.toml"
+    file.write_text(text_with_oven().replace("soak = 300.0", "soak = 300.0\nwithin = 2.0"), encoding="utf-8")
+    read_in = read_hammer_experiment(file)
+    declared = read_in.model_copy(update={"hammer": read_in.hammer.model_copy(update={"hits": 1})})
+    true: dict[int, float] = {}
+    read, mark = EndlessInputs.temperatures, HeldPlate.mark
+    rigs: list[SimulatedHammerRig] = []
+
+    def drifting(self: EndlessInputs) -> Real:
+        return read(self) + 4.0 * rigs[-1].clock.now() / 3600.0
+
+    def noted(self: HeldPlate, number: int) -> None:
+        assert rigs[-1].oven is not None
+        true[number] = rigs[-1].oven.body.plate
+        mark(self, number)
+
+    monkeypatch.setattr(EndlessInputs, "temperatures", drifting)
+    monkeypatch.setattr(HeldPlate, "mark", noted)
+    with pytest.raises(RigStopped, match="it drifts"):  # in the end it does not come to rest at a set-point
+        acquire(declared, tmp_path / "hits", prepare=rigs.append)
+    events = read_events(tmp_path / "hits")
+    labels = {event["step"]: event["temperature"] for event in events if event["event"] == "hit"}
+    told = {event["step"] for event in events if event["event"] == "hit" and event.get("doubt")}
+    told |= {event["step"] for event in events if event["event"] == "temperature in doubt" and "step" in event}
+    wrong = {step for step, label in labels.items() if abs(label - true[step]) > 0.5}
+    assert wrong
+    assert wrong <= told
+    for path in (tmp_path / "hits" / "hits").glob("*.h5"):
+        with opened_hdf5(path) as file:
+            at_once = {e["step"]: e["doubt"] for e in events if e["event"] == "hit" and e.get("doubt")}
+            assert file.attrs.get("doubt") == at_once.get(int(file.attrs["number"]))
+
+
+def test_a_sound_thermocouple_is_not_doubted(declared: HammerExperiment, tmp_path: Path) -> None:
+    outcome, heard, _ = acquire(declared, tmp_path / "hits")
+    assert outcome.doubted == 0
+    assert not [hit.doubt for hit in heard.hits if hit.doubt]
+
+
+def test_an_oven_is_not_held_for_ever_where_nobody_hits(
+    declared: HammerExperiment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("drivers.hammer.set_points.LONGEST_PAUSE", 60.0)
+    rigs: list[SimulatedHammerRig] = []
+
+    def gone(parts: SimulatedHammerRig) -> None:
+        rigs.append(parts)
+        parts.hammer.ask = lambda point, number: None  # type: ignore[method-assign]
+
+    with pytest.raises(RigStopped, match="nobody has hit the plate for 1 min"):
+        acquire(declared, tmp_path / "hits", prepare=gone)
+    assert rigs[0].oven is not None
+    assert not rigs[0].oven.body.regulating
+
+
+def test_a_heater_that_is_welded_on_is_not_at_rest(declared: HammerExperiment, tmp_path: Path) -> None:
+    def weld(parts: SimulatedHammerRig) -> None:
+        assert parts.oven is not None
+        body = parts.oven.body
+        rest = body._rest
+
+        def welded() -> None:
+            rest()
+            body._power = 600.0
+
+        body._rest = welded  # type: ignore[method-assign]
+
+    keys: Iterator[Key | None] = iter(["stop"])
+    unsafe: list[str] = []
+    acquire(declared, tmp_path / "hits", lambda: next(keys, None), prepare=weld, unsafe=unsafe)
+    assert "reads back as switched off, but" in unsafe[0]
+    left = [event for event in read_events(tmp_path / "hits") if event.get("command") == "safe"]
+    assert left[-1]["unsafe"] == unsafe
+
+
+def test_room_and_port_are_looked_for_before_the_oven_moves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run_flexura: Callable[..., tuple[int, str, str]]
+) -> None:
+    file = tmp_path / "oven.toml"
+    text = text_with_oven().replace('port = "simulated"', 'port = "/dev/ttyNOBODY"')
+    file.write_text(text, encoding="utf-8")
+    status, _, said = run_flexura("acquire", file, "--rig", "real", "--out", tmp_path / "hits")
+    assert status == 2
+    assert "this computer has no such port" in said
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: type("Usage", (), {"free": 51_000_000}))
+    status, _, said = run_flexura("acquire", file, "--out", tmp_path / "hits")
+    assert status == 2
+    assert "51 MB free" in said
+    assert "for the 54 hits to be made" in said
+    assert not (tmp_path / "hits").exists()
 
 
 @pytest.mark.parametrize(
@@ -97,6 +207,7 @@ def test_an_oven_that_cannot_hold_is_told(
         ("temperatures = [25.0, 35.0, 30.0]", "temperatures = [25.0, 25.0]", "twice"),
         ("ramp_rate = 3.0", "ramp_rate = 5.0", "oven.max_rate"),
         ("hottest = 70.0", "hottest = 150.0", "limits.hottest"),
+        ("soak = 300.0", "soak = 300.0\npoll_interval = 60.0", "at most 50 s"),
         ('kind = "watlow-f4t"', 'kind = "watlow"', "oven.kind"),
         ('thermocouples = ["cDAQ1Mod3/ai0"]\n', "", "what measures it"),
         ("[limits]\ncoldest = -10.0\nhottest = 70.0\n", "", "[limits] is missing"),

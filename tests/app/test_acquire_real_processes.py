@@ -3,9 +3,7 @@
 The watchdog is a process, the oven answers on a TCP port, the cards on a gRPC port, and the disk is really full.
 """
 
-import json
 import os
-import re
 import shutil
 import signal
 import subprocess
@@ -18,78 +16,23 @@ from typing import Any
 
 import pytest
 
-from app.files.campaign import load_campaign
+from tests.app.real_rig import ROOT, Kind, RealRig
 from tests.disk_faults import PREAMBLE, needs_compiler, preloaded
 
-ROOT = Path(__file__).resolve().parents[2]
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs processes and file systems of Linux"),
 ]
 
-PROGRAMME = {
-    r"^rig = .*": 'rig = "real"',
-    r"^max_rate = .*": "max_rate = 60.0\ntimeout = 0.3",
-    r"^duration = .*": "duration = 0.5",
-    r"^taper = .*": "taper = 0.05",
-    r"^tail = .*": "tail = 0.2",
-    r"^repeats = .*": "repeats = 2",
-    r"^lowest = .*": "lowest = 26.0",
-    r"^highest = .*": "highest = 30.0",
-    r"^every = .*": "every = 1.0",
-    r"^ramp_rate = .*": "ramp_rate = 6.0",
-    r"^approach_rate = .*": "approach_rate = 30.0",
-    r"^lead = .*": "lead = 1.0",
-    r"^soak_before = .*": "soak_before = 2.0",
-    r"^poll_interval = .*": "poll_interval = 0.5",
-    r"^retries = .*": "retries = 2\ndrift = 1.0",
-    r"^\[limits\]": "[programme.settling]\nwithin = 0.5\nlasting = 2.0\n\n[limits]",
-}
-"""Five sweeps in a minute and a half of real time."""
+KINDS: tuple[Kind, ...] = ("sweeps", "hammer")
 
 
-class RealRig:
-    """The rig's process, and an experiment on it."""
-
-    def __init__(self, child: "subprocess.Popen[str]", folder: Path) -> None:
-        self._child = child
-        assert child.stdout is not None
-        self.at = json.loads(child.stdout.readline())
-        text = (ROOT / "examples" / "quick-rig.toml").read_text(encoding="utf-8")
-        wiring = {
-            r"^port = .*": f'port = "{self.at["oven"]}"',
-            r"^(thermocouples = .*)": rf'\1\ngrpc = "{self.at["cards"]}"',
-        }
-        for pattern, new in (PROGRAMME | wiring).items():
-            text, count = re.subn(pattern, new, text, count=1, flags=re.MULTILINE)
-            assert count == 1, pattern
-        self.experiment = folder / "mine.toml"
-        self.experiment.write_text(text, encoding="utf-8")
-
-    def state(self, word: str = "?") -> dict[str, Any]:
-        assert self._child.stdin is not None
-        assert self._child.stdout is not None
-        self._child.stdin.write(f"{word}\n")
-        self._child.stdin.flush()
-        return dict(json.loads(self._child.stdout.readline()))
-
-    def at_rest(self, within: float) -> bool:
-        until = time.monotonic() + within
-        while time.monotonic() < until:
-            state = self.state()
-            if not state["regulating"] and state["volts"] == 0.0:
-                return True
-            time.sleep(0.1)
-        return False
-
-
-@pytest.fixture
-def rig(tmp_path: Path) -> Iterator[RealRig]:
-    command = [sys.executable, "-m", "tests.app.served_rig"]
-    child = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    with child:
-        yield RealRig(child, tmp_path)
-        child.kill()
+@pytest.fixture(params=KINDS)
+def rig(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[RealRig]:
+    """Return a rig of a campaign of sweeps, then one of a hammer test."""
+    served = RealRig(tmp_path, request.param)
+    yield served
+    served.end()
 
 
 @contextmanager
@@ -104,10 +47,6 @@ def acquiring(rig: RealRig, folder: Path, **options: Any) -> Iterator["subproces
             yield child
         finally:
             child.kill()
-
-
-def sweeps(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in (folder / "sweeps").glob("*.h5")}
 
 
 def wait_for(condition: Callable[[], bool], within: float) -> None:
@@ -143,52 +82,60 @@ def fill(folder: Path) -> None:
 def test_a_disk_that_is_really_full(rig: RealRig, small_disk: Path, finished: int) -> None:
     folder = small_disk / "campaign"
     with acquiring(rig, folder) as child:
-        wait_for(lambda: len(sweeps(folder)) >= finished, 120.0)
-        before = sweeps(folder)
+        wait_for(lambda: len(rig.finished(folder)) >= finished, 120.0)
+        before = rig.finished(folder)
         fill(small_disk)
         said, _ = child.communicate(timeout=240.0)
     assert child.returncode == 1, said  # no signal
     assert rig.at_rest(1.0), said
     assert "No space left on device" in said
     assert "Traceback" not in said
-    assert before.items() <= sweeps(folder).items()
+    assert before.items() <= rig.finished(folder).items()
     (small_disk / "somebody's film").unlink()
     with acquiring(rig, folder) as child:
         said, _ = child.communicate(timeout=240.0)
     assert child.returncode == 0, said
-    assert before.items() <= sweeps(folder).items()
-    assert len(load_campaign(folder).sweeps) == 5
+    assert before.items() <= rig.finished(folder).items()
+    assert len(rig.finished(folder)) == rig.count
 
 
 def test_a_memory_that_is_full(rig: RealRig, tmp_path: Path) -> None:
     folder = tmp_path / "campaign"
     with acquiring(rig, folder) as child:
-        wait_for(lambda: len(sweeps(folder)) >= 1, 120.0)
-        before = sweeps(folder)
+        wait_for(lambda: len(rig.finished(folder)) >= 1, 120.0)
+        before = rig.finished(folder)
         used = int(Path(f"/proc/{child.pid}/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
         subprocess.run(
             [shutil.which("prlimit") or "prlimit", "--pid", str(child.pid), f"--as={used + 1_000_000}"], check=True
         )
         child.wait(240.0)
     assert rig.at_rest(30.0)
-    assert before.items() <= sweeps(folder).items()
+    assert before.items() <= rig.finished(folder).items()
+
+
+def _busy(rig: RealRig) -> bool:
+    """Whether a voltage is being played; nothing is in a hammer test, which waits for the next hit."""
+    return rig.kind == "hammer" or rig.state()["volts"] != 0.0
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSEGV, signal.SIGQUIT])
 def test_killed_in_a_sweep_the_drive_comes_to_rest_too(rig: RealRig, tmp_path: Path, number: int) -> None:
     folder = tmp_path / "campaign"
     with acquiring(rig, folder) as child:
-        wait_for(lambda: rig.state()["volts"] != 0.0 and bool(sweeps(folder)), 120.0)
-        before = sweeps(folder)
+        wait_for(lambda: _busy(rig) and bool(rig.finished(folder)), 120.0)
+        before = rig.finished(folder)
         child.send_signal(number)
         child.wait(240.0)
     assert rig.at_rest(60.0)
     if number == signal.SIGKILL:
-        wait_for(lambda: "the oven is at rest" in (folder / "watchdog.log").read_text(), 120.0)
+        log = folder / "watchdog.log"
+        wait_for(lambda: log.exists() and "the oven is at rest" in log.read_text(), 120.0)
     with acquiring(rig, folder) as child:
         said, _ = child.communicate(timeout=240.0)
-    assert child.returncode in (0, 1), said  # a set-point that passed meanwhile is given up
-    assert before.items() <= sweeps(folder).items()
+    # a set-point that passed meanwhile is given up; inputs of a hammer test stay reserved in an NI gRPC server
+    assert child.returncode in (0, 1), said
+    assert child.returncode == 0 or rig.kind == "sweeps" or "-50103" in said or number != signal.SIGKILL
+    assert before.items() <= rig.finished(folder).items()
 
 
 def test_a_second_campaign_does_not_move_the_oven_meanwhile(rig: RealRig, tmp_path: Path) -> None:
@@ -224,7 +171,7 @@ def test_a_call_to_the_disk_that_hangs_for_ever(rig: RealRig, tmp_path: Path, nu
             if time.monotonic() > until:  # one of the first calls: the oven has never been asked for anything
                 return
             time.sleep(0.1)
-        before = sweeps(folder)
+        before = rig.finished(folder)
         rig.state("reset")
         wait_for(lambda: not rig.state()["regulating"], 240.0)
         assert rig.state()["longest"] < 10.0  # asked all the time
@@ -232,4 +179,4 @@ def test_a_call_to_the_disk_that_hangs_for_ever(rig: RealRig, tmp_path: Path, nu
         assert rig.at_rest(60.0)
         log = folder / "watchdog.log"
         wait_for(lambda: log.exists() and "stood still" in log.read_text(), 60.0)
-    assert before.items() <= sweeps(folder).items()
+    assert before.items() <= rig.finished(folder).items()

@@ -87,7 +87,7 @@ def test_state_charts_and_metrics_hold_the_campaign(server: WatchServer, finishe
     (sensor,) = charts["frfs"]["sensors"]
     peak = sensor["last"]["frequency"][sensor["last"]["level"].index(max(sensor["last"]["level"]))]
     assert peak == pytest.approx(600.0 * (1.0 - 0.01 * 14.0), rel=0.02)  # the resonance of the plate at 34 °C
-    assert charts["frfs"]["last"].startswith("34.")
+    assert float(charts["frfs"]["last"].split()[0]) == pytest.approx(34.0, abs=0.4)  # as the programme allows
     assert [one["name"] for one in charts["levels"]["channels"]] == ["drive", "S1"]
     assert charts["log"][0]["words"].startswith(("oven at rest", "finished"))
     lines = ask(server, "/metrics")[2].decode().splitlines()

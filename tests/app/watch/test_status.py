@@ -26,7 +26,8 @@ def test_a_campaign_that_is_complete(finished: Path) -> None:
     found = status(finished, later=1e6)
     assert (found.state, found.finished, found.missing, found.total) == ("complete", 6, 0, 6)
     assert (found.rest, found.unsafe, found.exit_status) == ("at rest", (), 0)
-    assert found.line.startswith("complete; 6 of 6 sweeps; plate 34.")
+    assert found.plate == pytest.approx(34.0, abs=0.4)
+    assert found.line.startswith(f"complete; 6 of 6 sweeps; plate {found.plate:.2f} °C, air ")
 
 
 def test_one_under_way_knows_temperatures_limits_and_its_end(campaign: Campaign) -> None:

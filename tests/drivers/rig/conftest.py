@@ -1,7 +1,7 @@
 """A campaign on the simulated rig around a plate that is a band-pass, quick enough for every fault."""
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -71,6 +71,9 @@ class MemoryStore:
 
     def finished(self) -> frozenset[int]:
         return frozenset(self.kept)
+
+    def sweeps(self) -> Iterator[Sweep]:
+        return (self.kept[step] for step in sorted(self.kept))
 
     def keep(self, sweep: Sweep, set_point: SweepSetPoint, attempt: int) -> None:
         self.before_keeping(set_point)
@@ -191,6 +194,7 @@ class World:
                 **self.oven,
             }
         )
+        self.rig_settings = settings
         self.rest_at: float | None = getattr(settings, "rest_at", None)
         parts = simulated_parts(
             self.wiring,

@@ -230,7 +230,7 @@ OVEN = (
     Fault("oven's cable pulled for 10 s", cable_pulled_for(10.0), "goes on", "recovered"),
     Fault("oven's cable pulled for ever", cable_pulled_for(1e9), RigStopped, "unplugged", unsafe="rest"),
     Fault("oven's sensor broken", controller(sensor_broken=True), RigStopped, "no valid temperature"),
-    Fault("oven stopped on its panel", panel_stop, "recovers", "started again", in_a_sweep=False),
+    Fault("oven stopped on its panel", panel_stop, RigStopped, "its loop was switched off"),
 )
 
 PROCESS = (

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from analysis.plate_temperature.plate_sensors import PlateReading, PlateSensors
 from drivers.clock import VirtualClock
 from drivers.ovens import f4t
 from drivers.ovens.error import OvenError
@@ -236,3 +237,59 @@ def test_a_programme_beyond_the_controller_s_own_limits_is_refused_before_anythi
             world.run()
     assert abs(world.parts.body.air - 22.0) < 0.2
     assert world.at_rest()
+
+
+def softened(world_of: Callable[..., World], **programme: Any) -> World:
+    """Return a campaign whose plate's resonances fall by 1 % a kelvin, over 14 K."""
+    return world_of(programme={"lowest": 24.0, "highest": 38.0, "every": 2.0, **programme})
+
+
+def deaf(patch: pytest.MonkeyPatch) -> None:
+    """Let the judge of the sensors believe everything, as it does what is slow enough."""
+    patch.setattr(PlateSensors, "judge", lambda self, now, air, read: PlateReading(float(np.mean(read))))
+    patch.setattr(PlateSensors, "fit", lambda *_: True)
+
+
+def test_a_reading_that_falls_while_the_resonances_stay(world_of: Callable[..., World]) -> None:
+    """On the way down from 46 °C the sensor reads 12 K too little below 38 °C."""
+    world = softened(world_of, highest=46.0, legs=("down",))
+    lying(world, "cards", lambda true: true - 12.0 if world.parts.body.plate < 38.0 else true)
+    with pytest.MonkeyPatch.context() as patch:
+        deaf(patch)
+        world.run()
+    kept = world.store.kept
+    wrong = {step for step, sweep in kept.items() if sweep.temperature < 30.0}
+    assert wrong
+    assert {step for step, sweep in kept.items() if sweep.doubt} == wrong
+    assert all("the resonances moved by" in kept[step].doubt for step in wrong)
+    told = {event["step"]: event.get("doubt") for event in world.store.events_of("finished")}
+    assert all(told[step] == kept[step].doubt for step in wrong)
+
+
+def test_a_campaign_that_is_resumed_knows_its_resonances(world_of: Callable[..., World]) -> None:
+    """Interrupted after five sweeps; of the lie after that only those five can tell."""
+    world = softened(world_of, highest=46.0, legs=("down",))
+    world.store.before_keeping = lambda point: _stop() if point.step == 5 else None
+    with pytest.raises(RigStopped, match="for the test"):
+        world.run()
+    assert sorted(world.store.kept) == [0, 1, 2, 3, 4]
+    world.store.before_keeping = lambda point: None
+    world.renew()
+    lying(world, "cards", lambda true: true - 12.0 if world.parts.body.plate < 36.8 else true)
+    with pytest.MonkeyPatch.context() as patch:
+        deaf(patch)
+        world.run()
+    later = {step: sweep.doubt for step, sweep in world.store.kept.items() if step >= 5}
+    assert later
+    assert all("the resonances moved by" in doubt for doubt in later.values())
+    assert not any(sweep.doubt for step, sweep in world.store.kept.items() if step < 5)
+
+
+def _stop() -> None:
+    raise RigStopped("for the test", "")
+
+
+def test_sound_campaigns_up_and_down_are_not_doubted_by_their_resonances(world_of: Callable[..., World]) -> None:
+    world = softened(world_of, legs=("up", "down"))
+    assert world.run().finished == 16
+    assert not [sweep.doubt for sweep in world.store.kept.values() if sweep.doubt]

@@ -9,6 +9,8 @@ import pytest
 
 from drivers.clock import SystemClock
 from drivers.ovens.error import Fault, OvenError
+from drivers.ovens.settings import open_oven
+from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.rig import approach
 from drivers.rig.errors import RigStopped
 from drivers.rig.rest import bring_to_rest
@@ -204,3 +206,39 @@ def test_an_oven_that_is_welded_on_is_not_at_rest(world: World) -> None:
     world.run()
     assert "its air went from" in world.unsafe[0]
     assert "pull its mains plug" in world.unsafe[0]
+
+
+def test_somebody_else_at_the_controller_ends_the_campaign_and_is_told(world: World) -> None:
+    """A second computer, or a hand at the panel, lowers the set-point in the middle of the ramp."""
+    begun: list[float] = []
+
+    def lowered() -> None:
+        begun.append(world.parts.clock.now())
+        line = MemoryTransport(world.disturbed, world.parts.clock)
+        open_oven(world.rig_settings, world.parts.clock, line).ramp_to(15.0, 1.0)
+
+    world.at(90.0, lowered)
+    with pytest.raises(RigStopped, match=r"somebody else commands the oven: its set-point is 15 °C, and .* was"):
+        world.run()
+    assert world.at_rest()
+    (left,) = [event for event in world.store.events_of("oven") if event["command"] == "safe"]
+    assert left["time"] - begun[0] < 10.0  # the next reading
+    assert world.unsafe == ()
+
+
+def test_one_wrong_answer_about_the_set_point_ends_nothing(world: World) -> None:
+    class Once(Thermostat):
+        def changed(self) -> str:
+            self.said.append("changed")
+            return "its set-point is 99 °C" if self.said.count("changed") == 1 else ""
+
+    thermostat = Once([20.0])
+    oven = watched(world, thermostat)
+    world.parts.clock.sleep(60.0)
+    oven.check()
+    assert thermostat.said.count("changed") > 2
+    thermostat.changed = lambda: "its set-point is 99 °C"  # type: ignore[method-assign]
+    world.parts.clock.sleep(60.0)
+    with pytest.raises(RigStopped, match="somebody else commands the oven: its set-point is 99 °C"):
+        oven.check()
+    assert "safe" in thermostat.said
