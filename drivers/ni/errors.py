@@ -49,7 +49,10 @@ _SETTING = "correct this setting of the rig; the module's data sheet states what
 _TRIGGER = "no samples arrived: check that the sweep is started by the input task's own start trigger"
 CHECK_CABLE = "check the chassis' power and its USB or network cable, then run the same command again to resume"
 _NAME = "correct the name in the rig's settings"
-_TAKEN = "close the program that holds it (NI MAX test panel, LabVIEW, another acquisition) and start again"
+_TAKEN = (
+    "close the program that holds it (NI MAX test panel, LabVIEW, another acquisition) and start again; "
+    "on a computer named in cards.grpc, restart the NI gRPC Device Server if no program holds it"
+)
 
 KNOWN_ERRORS = (
     KnownError(-200279, "SAMPLES_NO_LONGER_AVAILABLE", Action.RETRY_DISCARD, _SLOW),
