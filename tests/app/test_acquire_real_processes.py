@@ -177,6 +177,9 @@ def test_a_memory_that_is_full(rig: RealRig, tmp_path: Path) -> None:
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSEGV, signal.SIGQUIT])
 def test_killed_in_a_sweep_the_drive_comes_to_rest_too(rig: RealRig, tmp_path: Path, number: int) -> None:
     folder = tmp_path / "campaign"
+    text = rig.experiment.read_text(encoding="utf-8")
+    # on a busy computer a second passes between two looks at the output, and sweeps of half a second were not seen
+    rig.experiment.write_text(text.replace("duration = 0.5", "duration = 1.0"), encoding="utf-8")
     with acquiring(rig, folder) as child:
         wait_for(lambda: rig.state()["volts"] != 0.0 and bool(sweeps(folder)), 120.0)
         before = sweeps(folder)
