@@ -1,5 +1,7 @@
 """The way to NI-DAQmx: the driver on this computer, or an NI gRPC Device Server, real or simulated."""
 
+import re
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -56,6 +58,15 @@ class Connection:
     names_proven : bool
         Whether every name in use has been accepted before. One that is refused later is a device that
         has gone, not a slip in the settings.
+
+    Notes
+    -----
+    The local driver clears the tasks of a process that ends, however it ends. NI's gRPC Device Server keeps
+    them, with the modules that they have reserved, until they are cleared or the server is reset (its
+    ``SessionRepository``): after a campaign was killed in a sweep nobody could bring the output to 0 V. So
+    tasks on a server have names, and the first of each name clears what a killed process has left under it. The
+    name holds the computer's: its processes use a module one at a time (`drivers.rig.occupancy`), and tasks of
+    other computers stay.
     """
 
     def __init__(self, address: str | None = None, channel: Any = None) -> None:
@@ -63,18 +74,37 @@ class Connection:
         self._own = grpc.insecure_channel(address, options=options) if address and channel is None else None
         self._channel = channel if channel is not None else self._own
         self.names_proven = False
+        self._own_names: set[str] = set()
 
-    def _session(self) -> Any:
+    def _session(self, name: str = "") -> Any:
         # An empty session name asks the server for a new session every time.
-        return None if self._channel is None else nidaqmx.GrpcSessionOptions(self._channel, "")
+        return None if self._channel is None else nidaqmx.GrpcSessionOptions(self._channel, name)
+
+    def _new_task(self, use: str, terminal: str) -> Any:
+        if self._channel is None:
+            return nidaqmx.Task()
+        # NI-DAQmx takes letters, digits and underscores in names of tasks without exception
+        name = re.sub(r"\W", "_", f"flexura_{use}_{terminal.split('/')[0]}_{socket.gethostname()}", flags=re.ASCII)
+        if name not in self._own_names:
+            # attaches to a task of this name, or makes one; either is cleared
+            nidaqmx.Task(name, grpc_options=self._session(name)).close()
+            self._own_names.add(name)
+        return nidaqmx.Task(name, grpc_options=self._session(name))
 
     @contextmanager
-    def task(self) -> Iterator[Any]:
+    def task(self, use: str, terminal: str) -> Iterator[Any]:
         """Give a new task and clear it afterwards.
 
         A task that cannot be cleared because the device is gone must not hide what went wrong first.
+
+        Parameters
+        ----------
+        use : str
+            What the task is for, the same whenever it uses the same hardware: ``inputs``, ``output``.
+        terminal : str
+            One of its terminals; its module is part of the task's name on a server.
         """
-        task = nidaqmx.Task(grpc_options=self._session())
+        task = self._new_task(use, terminal)
         try:
             yield task
         except BaseException as first:

@@ -162,8 +162,8 @@ class DaqmxCards:
     def _play_and_record(self, volts: NDArray[np.float64], pausing: Callable[[], None]) -> NDArray[np.float64]:
         connection = self._connection
         with ExitStack() as tasks:
-            inputs = tasks.enter_context(connection.task())
-            output = tasks.enter_context(connection.task())
+            inputs = tasks.enter_context(connection.task("inputs", self.wiring.inputs[0]))
+            output = tasks.enter_context(connection.task("output", self.wiring.output))
             rate = set_up_inputs(inputs, self.wiring, volts.size)
             if not np.isclose(rate, self._sample_rate, rtol=1e-9):
                 said = f"The inputs now run at {rate:g} Hz instead of {self._sample_rate:g} Hz."
@@ -224,6 +224,6 @@ class DaqmxCards:
 
     def _zero_by(self, write: Callable[[Any], object]) -> None:
         doing = f"bringing {self.wiring.output} to 0 V"
-        with self._connection.translated(doing), self._connection.task() as task:
+        with self._connection.translated(doing), self._connection.task("output", self.wiring.output) as task:
             set_up_output_channel(task, self.wiring)
             write(task)

@@ -73,7 +73,7 @@ class EndlessInputs:
         """
         self.stop()
         with self._connection.translated("starting to record"):
-            task = self._tasks.enter_context(self._connection.task())
+            task = self._tasks.enter_context(self._connection.task("inputs", self.wiring.inputs[0]))
             rate = set_up_inputs(task, self.wiring, round(BUFFERED * self._sample_rate), endless=True)
             if not np.isclose(rate, self._sample_rate, rtol=1e-9):
                 said = f"The inputs now run at {rate:g} Hz instead of {self._sample_rate:g} Hz."

@@ -50,8 +50,8 @@ _TRIGGER = "no samples arrived: check that the sweep is started by the input tas
 CHECK_CABLE = "check the chassis' power and its USB or network cable, then run the same command again to resume"
 _NAME = "correct the name in the rig's settings"
 _TAKEN = (
-    "close the program that holds it (NI MAX test panel, LabVIEW, another acquisition) and start again; an NI "
-    "gRPC server keeps it for a program that was killed, until the server is restarted"
+    "close the program that holds it (NI MAX test panel, LabVIEW, another acquisition) and start again; "
+    "on a computer named in cards.grpc, restart the NI gRPC Device Server if no program holds it"
 )
 
 KNOWN_ERRORS = (

@@ -89,7 +89,10 @@ def verified_inputs(connection: Connection, wiring: InputWiring) -> tuple[float,
     """
     if wiring.iepe:
         require_iepe(wiring, connection.devices())
-    with connection.translated("setting the input module up"), connection.task() as inputs:
+    with (
+        connection.translated("setting the input module up"),
+        connection.task("inputs", wiring.inputs[0]) as inputs,
+    ):
         set_up_inputs(inputs, wiring, samples=2)
         inputs.control(TaskMode.TASK_VERIFY)
         return float(inputs.timing.samp_clk_rate), float(inputs.ai_channels[0].ai_max)
@@ -158,7 +161,10 @@ def read_thermocouples(connection: Connection, wiring: InputWiring) -> NDArray[n
     """Read every thermocouple once, (C,), degrees Celsius, in a task of its own: the module is a slow one."""
     if not wiring.thermocouples:
         return np.empty(0)
-    with connection.translated("reading the thermocouples"), connection.task() as task:
+    with (
+        connection.translated("reading the thermocouples"),
+        connection.task("thermocouples", wiring.thermocouples[0]) as task,
+    ):
         set_up_thermocouples(task, wiring)
         reader = AnalogMultiChannelReader(task.in_stream)
         reader.verify_array_shape = False  # it would ask the task for what stands in the line below

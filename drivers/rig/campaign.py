@@ -1,7 +1,7 @@
 """A campaign from its first leg to its end, started or resumed."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from analysis.protocol.protocol import AcquisitionProtocol
@@ -97,9 +97,9 @@ def run_campaign(
 ) -> Outcome:
     """Run the remaining part of a campaign.
 
-    In every case the session brings the rig to rest on exit. Only if the process is killed does the oven continue
-    its ramp: set-points that it passes before the campaign is resumed are missed. A campaign with nothing left to
-    do ends at once; its session still brings the rig to rest.
+    In every case the session brings the rig to rest on exit. Only if the process is killed, and no watchdog takes
+    over, does the oven continue its ramp: set-points that it passes before the campaign is resumed are missed. A
+    campaign with nothing left to do ends at once; its session still brings the rig to rest.
 
     Parameters
     ----------
@@ -127,6 +127,10 @@ def run_campaign(
     """
     events = store.events()
     progress = Progress.of(store.finished(), events, again=again)
+    if session.rig.supervise is not None:
+        # The watchdog of a process that was killed brings the oven to rest, and cannot log it: a ramp that the log
+        # says is under way would be waited for until it counts as stalled.
+        progress = replace(progress, ramping=None)
     left = [leg for leg in protocol.legs if _todo(leg, progress)]
     station = Station(session, protocol, store)
     try:

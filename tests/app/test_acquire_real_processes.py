@@ -121,20 +121,24 @@ def _busy(rig: RealRig) -> bool:
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSEGV, signal.SIGQUIT])
 def test_killed_in_a_sweep_the_drive_comes_to_rest_too(rig: RealRig, tmp_path: Path, number: int) -> None:
     folder = tmp_path / "campaign"
+    text = rig.experiment.read_text(encoding="utf-8")
+    # on a busy computer a second passes between two looks at the output, and sweeps of half a second were not seen
+    rig.experiment.write_text(text.replace("duration = 0.5", "duration = 1.0"), encoding="utf-8")
     with acquiring(rig, folder) as child:
         wait_for(lambda: _busy(rig) and bool(rig.finished(folder)), 120.0)
         before = rig.finished(folder)
         child.send_signal(number)
         child.wait(240.0)
     assert rig.at_rest(60.0)
-    if number == signal.SIGKILL:
+    if number != signal.SIGQUIT:  # the watchdog took over, and holds the rig until it has said this
         log = folder / "watchdog.log"
         wait_for(lambda: log.exists() and "the oven is at rest" in log.read_text(), 120.0)
+        assert "NOT AT REST" not in log.read_text()
     with acquiring(rig, folder) as child:
         said, _ = child.communicate(timeout=240.0)
-    # a set-point that passed meanwhile is given up; inputs of a hammer test stay reserved in an NI gRPC server
-    assert child.returncode in (0, 1), said
-    assert child.returncode == 0 or rig.kind == "sweeps" or "-50103" in said or number != signal.SIGKILL
+    assert child.returncode == 0 or (rig.kind == "sweeps" and child.returncode == 1), (
+        said
+    )  # a set-point may have passed
     assert before.items() <= rig.finished(folder).items()
 
 

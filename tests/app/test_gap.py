@@ -209,15 +209,23 @@ def test_the_same_input_gives_the_same_answer(recording: Path, compared: tuple[R
 
 @pytest.mark.slow
 def test_other_verbs_go_on_from_the_twin(recording: Path, compared: tuple[Result, Path]) -> None:
-    """A gram put onto the twin's cable by hand: update sees its inertia missing from the plate's response."""
+    """A gram put onto the twin's cable by hand: update sees its inertia missing from the plate's response.
+
+    E does not show it: places of patches and of the cable, within whose tolerances the plate is known, take it up.
+    """
     run = compared[1]
     twin = read_twin(run / "twin.toml")
     text = (run / "twin.toml").read_text(encoding="utf-8").replace("effect = []\n", "")
     mass = '[[effect]]\nname = "point_mass"\n\n[effect.parameter.mass]\nvalue = 0.001\nsigma = 0.0\nunit = "kg"\n'
     (run / "heavy.toml").write_text(text + mass, encoding="utf-8")
     plain, heavy = recording.with_name("plain"), recording.with_name("heavy")
-    assert typed("update", recording, "--twin", run / "twin.toml", "--out", plain).exit_code == 0
-    assert typed("update", recording, "--twin", run / "heavy.toml", "--out", heavy).exit_code == 0
+    unloaded = typed("update", recording, "--twin", run / "twin.toml", "--out", plain)
+    assert unloaded.exit_code == 0
+    assert "the declaration is doubtful" not in unloaded.stderr
+    told = typed("update", recording, "--twin", run / "heavy.toml", "--out", heavy)
+    assert told.exit_code == 0
+    assert "the declaration is doubtful: place of cable" in told.stderr
+    assert "the twin lacks an effect that the plate has" in told.stderr
     reference, _ = load_updated(run / "laws.h5")
     same, _ = load_updated(plain / "laws.h5")
     np.testing.assert_allclose(same.material.youngs_modulus, reference.material.youngs_modulus, rtol=2e-4)
@@ -227,8 +235,7 @@ def test_other_verbs_go_on_from_the_twin(recording: Path, compared: tuple[Result
     assert "held the laws under point_mass; they are replaced" in replaced.stderr
     assert "are replaced" not in typed("update", recording, "--out", heavy).stderr
     typed("update", recording, "--twin", run / "heavy.toml", "--out", heavy)
-    assert (loaded.misfit > 1.5 * same.misfit).all()
-    assert np.median(loaded.material.youngs_modulus / same.material.youngs_modulus) > 1.001
+    assert (loaded.misfit > 5.0 * same.misfit).all()
     focused = typed("focus", run, "--twin", run / "heavy.toml", "--temperature", "20", "--json")
     assert focused.exit_code == 0
     assert "with_uncorrected_laws" in json.loads(focused.stdout)

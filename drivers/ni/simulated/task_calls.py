@@ -6,6 +6,7 @@ from functools import wraps
 from typing import Any
 
 import numpy as np
+from nidaqmx import SessionInitializationBehavior
 from nidaqmx._stubs import nidaqmx_pb2 as pb
 from nidaqmx.error_codes import DAQmxErrors
 
@@ -47,9 +48,13 @@ class TaskCalls(Answering):
     def CreateTask(self, request: Any) -> Any:
         name = request.session_name
         if name and name in self.chassis.tasks:
-            raise DaqmxStatusError(
-                DAQmxErrors.DUPLICATE_TASK, f"Task name conflicts with an existing task. Task Name: {name}"
-            )
+            if request.initialization_behavior == SessionInitializationBehavior.INITIALIZE_SERVER_SESSION:
+                raise DaqmxStatusError(
+                    DAQmxErrors.DUPLICATE_TASK, f"Task name conflicts with an existing task. Task Name: {name}"
+                )
+            response = pb.CreateTaskResponse(new_session_initialized=False)  # attached, as NI's server does
+            response.task.name = name
+            return response
         self._made += 1
         name = name or f"_unnamedTask<{self._made}>"
         self.chassis.tasks[name] = Task(name)

@@ -34,9 +34,12 @@ def test_devices_are_listed_with_their_terminals(connection: Connection) -> None
 def test_task_is_cleared_after_a_failure_and_the_first_error_is_the_one_told(
     connection: Connection, server: SimulatedDaq
 ) -> None:
-    server.inject(Faults(calls=(FailingCall("ClearTask", -88709),)))
-    with pytest.raises(OSError, match="first") as caught, connection.task():
+    def fail_twice() -> None:
+        server.inject(Faults(calls=(FailingCall("ClearTask", -88709),)))
         raise OSError("first")
+
+    with pytest.raises(OSError, match="first") as caught, connection.task("inputs", "cDAQ1Mod1/ai0"):
+        fail_twice()
     assert "-88709" in caught.value.__notes__[0]
 
 
@@ -47,7 +50,11 @@ def test_no_server_at_the_address_is_a_lost_device() -> None:
 
 
 def test_call_the_server_does_not_have_stops(connection: Connection, server: SimulatedDaq) -> None:
-    with pytest.raises(DaqError) as caught, connection.translated("counting"), connection.task() as task:
+    with (
+        pytest.raises(DaqError) as caught,
+        connection.translated("counting"),
+        connection.task("counter", "cDAQ1/ctr0") as task,
+    ):
         task.ci_channels.add_ci_count_edges_chan("cDAQ1/ctr0")
     assert caught.value.action is Action.STOP
     assert server.lacking == {"CreateCICountEdgesChan"}
@@ -62,7 +69,7 @@ def test_computer_without_the_driver_is_told_what_to_install(monkeypatch: pytest
         Connection() as local,
         pytest.raises(DaqError, match="install NI-DAQmx") as caught,
         local.translated("setting up"),
-        local.task(),
+        local.task("inputs", "cDAQ1Mod1/ai0"),
     ):
         pass
     assert caught.value.action is Action.STOP

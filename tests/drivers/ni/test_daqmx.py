@@ -10,6 +10,7 @@ import nidaqmx
 import numpy as np
 import pytest
 from nidaqmx.constants import TaskMode
+from nidaqmx.stream_writers import AnalogSingleChannelWriter
 
 from analysis.arrays import Real
 from drivers.clock import SystemClock
@@ -22,6 +23,7 @@ from drivers.ni.simulated.in_process import InProcessChannel
 from drivers.ni.simulated.loopback import serving
 from drivers.ni.simulated.servicer import SimulatedDaq
 from drivers.ni.simulated.surroundings import Surroundings
+from drivers.ni.task_setup import set_up_inputs, set_up_output
 from drivers.ni.wiring import Wiring
 
 RATE = 51_200.0 / 6.0
@@ -268,6 +270,45 @@ def test_card_taken_by_another_program_is_named_with_its_holder(
             cards.sweep(drive)
     assert caught.value.action is Action.RESERVED
     cards.sweep(drive)
+
+
+def killed_in_a_sweep(wiring: Wiring, channel: InProcessChannel, drive: Real) -> None:
+    """Begin a sweep, and leave its tasks as a process does that is killed: nothing is stopped or cleared."""
+    cards = DaqmxCards(wiring, channel, block=0.1)
+    connection = cards._connection  # nothing but a kill leaves tasks behind
+    inputs = connection._new_task("inputs", wiring.inputs[0])
+    output = connection._new_task("output", wiring.output)
+    set_up_inputs(inputs, wiring, drive.size)
+    set_up_output(output, wiring, cards.sample_rate, drive.size)
+    AnalogSingleChannelWriter(output.out_stream, auto_start=False).write_many_sample(drive)
+    output.start()
+    inputs.start()
+
+
+def test_what_a_killed_process_left_on_a_server_is_cleared(
+    wiring: Wiring, server: SimulatedDaq, channel: InProcessChannel, drive: Real
+) -> None:
+    """A server keeps the tasks of a process that is gone: they held the modules, and the output its voltage."""
+    killed_in_a_sweep(wiring, channel, drive)
+    assert len(server.tasks_open()) == 2
+    with DaqmxCards(wiring, channel) as cards:
+        assert server.output_voltage() == 0.0
+        assert cards.sweep(drive).drive.size == drive.size
+    assert server.tasks_open() == ()
+
+
+def test_tasks_of_another_computer_are_left_alone(
+    wiring: Wiring, channel: InProcessChannel, drive: Real, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("socket.gethostname", lambda: "other-laboratory.example")
+    killed_in_a_sweep(wiring, channel, drive)
+    monkeypatch.setattr("socket.gethostname", lambda: "here")
+    with pytest.raises(
+        DaqError, match="reserved by task flexura_output_cDAQ1Mod2_other_laboratory_example"
+    ) as caught:
+        DaqmxCards(wiring, channel)
+    assert caught.value.action is Action.RESERVED
+    assert "restart the NI gRPC Device Server" in caught.value.next_step
 
 
 def test_larger_output_module_reaches_further(wiring: Wiring, surroundings: Surroundings) -> None:

@@ -76,7 +76,7 @@ def test_the_simulated_driver_refuses_it_too(wiring: Wiring, fed: Surroundings) 
     other = replace(fed, modules=fed.modules | {4: NI_9215})
     with (
         Connection(channel=InProcessChannel(SimulatedDaq(other))) as connection,
-        connection.task() as task,
+        connection.task("inputs", "cDAQ1Mod4/ai0") as task,
         pytest.raises(VendorsError, match="Excit"),
     ):
         task.ai_channels.add_ai_accel_chan("cDAQ1Mod4/ai0", current_excit_source=ExcitationSource.INTERNAL)

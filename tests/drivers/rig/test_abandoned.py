@@ -3,12 +3,14 @@
 import math
 import random
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from drivers.ovens.expiry import HARMLESS
 from drivers.rig.errors import RigStopped
+from drivers.rig.rest import rest_oven
 
 World = Any
 Kill = Callable[[World, Callable[[Callable[[], None]], None]], None]
@@ -135,3 +137,22 @@ def test_a_controller_without_is_refused_before_anything_moves(world_of: Callabl
         world.run()
     assert world.at_rest()
     assert max(abs(temperature - 22.0) for temperature in (world.parts.body.air, world.parts.body.plate)) < 0.2
+
+
+def test_where_a_watchdog_brought_the_oven_to_rest_its_ramp_is_begun_again(
+    world_of: Callable[..., World], killed_at: Callable[[World, float], None]
+) -> None:
+    """The log ends with the ramp of the killed process; no half hour passes until that ramp counts as stalled."""
+    undisturbed = world_of("watlow-f4t")
+    assert undisturbed.run().missing == 0
+    world = world_of("watlow-f4t")
+    killed_at(world, undisturbed.store.events_of("sweep begun")[1]["time"] + 0.4)
+    assert world.parts.body.regulating
+    alone = world.rig
+    assert rest_oven(alone.open_oven, alone.clock) is None
+    world.parts.clock.sleep(120.0)
+    world.rig = replace(alone, supervise=alone.open_supervised)
+    assert world.run().missing == 0
+    assert world.store.events_of("trouble") == []
+    assert set(world.store.kept) == set(undisturbed.store.kept)
+    assert world.worst_error() < 0.01

@@ -3,12 +3,14 @@
 from collections.abc import Callable
 from typing import Any
 
+import nidaqmx
 import numpy as np
 import pytest
 from nidaqmx.constants import READ_ALL_AVAILABLE, AcquisitionType, RegenerationMode, TerminalConfiguration
 from nidaqmx.errors import DaqError, DaqReadError
 
 from drivers.ni.simulated.faults import Faults
+from drivers.ni.simulated.in_process import InProcessChannel
 from drivers.ni.simulated.servicer import SimulatedDaq
 
 NewTask = Callable[..., Any]
@@ -164,10 +166,19 @@ def test_reset_brings_outputs_down_and_frees_tasks(new_task: NewTask, server: Si
     assert server.output_voltage() == 0.0
 
 
-def test_unknown_task_and_double_name_are_refused(new_task: NewTask) -> None:
+def test_a_name_in_use_is_attached_to_unless_a_new_task_is_asked_for(
+    new_task: NewTask, server: SimulatedDaq
+) -> None:
+    """As NI's gRPC Device Server does."""
+    new = nidaqmx.SessionInitializationBehavior.INITIALIZE_SERVER_SESSION
+    options = nidaqmx.GrpcSessionOptions(InProcessChannel(server), "same", initialization_behavior=new)
     task = new_task("same")
+    task.ai_channels.add_ai_voltage_chan("cDAQ1Mod1/ai0")
     with pytest.raises(DaqError) as caught:
-        new_task("same")
+        nidaqmx.Task("same", grpc_options=options)
     assert caught.value.error_code == -200089
-    task.close()
-    new_task("same").close()
+    attached = new_task("same")
+    assert attached.ai_channels.channel_names == ["cDAQ1Mod1/ai0"]
+    attached.close()
+    assert server.tasks_open() == ()
+    nidaqmx.Task("same", grpc_options=options).close()
