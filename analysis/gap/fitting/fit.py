@@ -57,6 +57,10 @@ FAR, FAR_ALONE = 1e-2, 1e-1
 declared quantities are free; and without effects, where it is only what others start from. What is missing there
 bends quantities that hardly differ (gain, d31, permittivity) for as many steps as one allows."""
 
+OF_EXCESS = 1e-3
+"""Predicted decrease, as a share of what chi2 exceeds the noise by, at which a fit of effects beside declared
+quantities has settled: of what is missing, an effect of this share is not told from them."""
+
 
 @dataclass(frozen=True)
 class _Trial:
@@ -195,6 +199,8 @@ class _Descent:
             step = self._step(best, free, damping)
             # where the residual is many sigma, the tolerance grows: fractions of a nat need no other linearisation
             settled, rough = self.target * max(1.0, best.objective / self.sweeps.numbers), self._rough(best)
+            if free.tolerances and free.effects:
+                settled = max(settled, OF_EXCESS * (best.objective - self.sweeps.numbers))
             if rough and (free.tolerances or not free.effects):
                 settled = max(settled, (FAR if free.effects else FAR_ALONE) * best.objective)
             idle = free.tolerances and not free.effects and step.idle(self.sweeps)
