@@ -118,6 +118,17 @@ def _busy(rig: RealRig) -> bool:
     return rig.kind == "hammer" or rig.state()["volts"] != 0.0
 
 
+def _taken_up_again(rig: RealRig, folder: Path) -> tuple[int, str]:
+    """Run a campaign again, as soon as the watchdog of the one before has seen the oven cool and lets it go."""
+    until = time.monotonic() + 120.0
+    while True:
+        with acquiring(rig, folder) as child:
+            said, _ = child.communicate(timeout=240.0)
+        if "is in use by process" not in said or time.monotonic() > until:
+            return child.returncode, said
+        time.sleep(3.0)
+
+
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSEGV, signal.SIGQUIT])
 def test_killed_in_a_sweep_the_drive_comes_to_rest_too(rig: RealRig, tmp_path: Path, number: int) -> None:
     folder = tmp_path / "campaign"
@@ -134,11 +145,10 @@ def test_killed_in_a_sweep_the_drive_comes_to_rest_too(rig: RealRig, tmp_path: P
         log = folder / "watchdog.log"
         wait_for(lambda: log.exists() and "the oven is at rest" in log.read_text(), 120.0)
         assert "NOT AT REST" not in log.read_text()
-    with acquiring(rig, folder) as child:
-        said, _ = child.communicate(timeout=240.0)
-    assert child.returncode == 0 or (rig.kind == "sweeps" and child.returncode == 1), (
-        said
-    )  # a set-point may have passed
+    status, said = _taken_up_again(rig, folder)
+    # a set-point of a sweep may have passed meanwhile, and is given up
+    assert status in ((0, 1) if rig.kind == "sweeps" else (0,)), said
+    assert "is in use by process" not in said
     assert before.items() <= rig.finished(folder).items()
 
 
