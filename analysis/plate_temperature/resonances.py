@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import irfft, next_fast_len, rfft
 
 from analysis.arrays import Complex, Real
 from analysis.checked_fields import check_finite, check_shapes
@@ -117,8 +116,9 @@ def shift(before: LogSpectrum, now: LogSpectrum) -> tuple[float, float]:
 def _correlation(before: Real, now: Real, lags: NDArray[np.int_]) -> Real:
     """Mean over the responses of the correlation in what overlaps, `now` being moved back by `lags` steps (L,)."""
     count = before.shape[1]
-    size = next_fast_len(2 * count, real=True)
-    products = irfft(rfft(now, size) * rfft(before, size).conj(), size)[:, lags % size]
+    size = 1 << (2 * count - 1).bit_length()  # of a power of two, above twice the length: no lag meets itself
+    spectra = np.fft.rfft(now, size) * np.fft.rfft(before, size).conj()
+    products = np.fft.irfft(spectra, size)[:, lags % size]
     low, high = np.maximum(lags, 0), count + np.minimum(lags, 0)
     a_sum, a_power = _sums(before, low - lags, high - lags)
     b_sum, b_power = _sums(now, low, high)

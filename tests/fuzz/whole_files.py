@@ -25,6 +25,7 @@ from app.files.readings import ReadingLine, append_reading
 from app.files.recorded_campaign import read_recorded_campaign
 from app.files.sweep_file import Source
 from app.files.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin, write_twin
+from drivers.hammer.hit_temperature import HitTemperature
 from drivers.hammer.judged_hit import HitJudge
 from drivers.hammer.progress import KeptHit
 from tests.app.conftest import RATE, TinyCampaign, tiny_campaign
@@ -71,7 +72,7 @@ def _write_hits(root: Path) -> None:
     time = np.arange(round(1.7 * rate)) / rate
     force = 20.0 * np.exp(-(((time - 0.11) / 5e-4) ** 2))
     hit = judge.judge_measured(force, 3.0 * np.gradient(force)[None], rate)
-    folder.keep(hit, KeptHit(0, 0, 0), 21.0, "2026-11-27T10:00:00+00:00")
+    folder.keep(hit, KeptHit(0, 0, 0), HitTemperature(21.0), "2026-11-27T10:00:00+00:00")
     for event in (
         {"event": "hit", "step": 0, "set_point": 0, "point": 0, "time": 1.0},
         {"event": "hit rejected", "step": 1, "set_point": 0, "point": 0, "time": 2.0, "why": "double hit"},

@@ -21,7 +21,10 @@ def identified(monkeypatch: pytest.MonkeyPatch, protocol: Protocol) -> identify.
     frf = on_a_ramp(PROTOCOL, noise=0.01)
     monkeypatch.setattr(identify, "campaign_frf", lambda *_, **__: frf)
     experiment = SimpleNamespace(outputs=[SimpleNamespace(patch=None, quantity="displacement")], protocol=protocol)
-    campaign: Any = SimpleNamespace(name="plate", hashes={}, experiment=experiment)
+    air_only = SimpleNamespace(plate_temperature_start=None)
+    campaign: Any = SimpleNamespace(
+        name="plate", hashes={}, experiment=experiment, sweeps=[air_only] * len(frf.temperature)
+    )
     wanted = Wanted(Settings(), "hysteretic", "auto", None)
     return identify.compute(cast(Campaign, campaign), wanted, lambda *_: None)
 
