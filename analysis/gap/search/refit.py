@@ -142,6 +142,7 @@ def _in_full(
         return [trial]
     if not deserved:
         return [Refit(names, trial.gain * context.sweeps.numbers / few.sweeps.numbers, None)]
+    few.fits.keep(names, fit)  # settled or not, what comes next starts from it there
     start = base.state.corrected(context.sweeps, reference.state, fit.state, few.sweeps)
     full = context.fit(start, names)
     return [Refit(names, full.log_evidence - base.log_evidence, full)]
