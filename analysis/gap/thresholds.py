@@ -99,7 +99,7 @@ is a hundred sigma, and the screen of all sweeps is a third of the cost of a com
 
 FAR = 10.0
 """Excess of chi2 per number above which declared quantities are bent by what is missing: what they come to is no
-reason to release them, and no start for a candidate."""
+reason to release them."""
 
 LEAVES_NOISE, NEAR_IT, NEAR_MARGIN = 1.5, 3.0, 2.0
 """chi2 per number at a few temperatures up to which a candidate leaves noise, how much more than it another may

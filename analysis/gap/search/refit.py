@@ -165,6 +165,6 @@ def started_from(base: GapFit, names: Sequence[str], added: dict[str, Values]) -
     -------
     GapState
     """
-    start = base.state if base.held is None or base.total <= FAR * base.dof else base.held
+    start = base.state if base.held is None or base.total <= LEAVES_NOISE * base.dof else base.held
     effects = {name: start.effects.get(name, added.get(name, {})) for name in names}
     return replace(start, effects={name: dict(values) for name, values in effects.items()})
