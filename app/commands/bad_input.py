@@ -7,7 +7,7 @@ from typing import ParamSpec, TypeVar
 import click
 
 from app.commands.fault_picture import fault_picture
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.campaign_error import CampaignFileError
 from app.files.unwritten import told
 
@@ -29,6 +29,8 @@ def bad_input(verb: Callable[Words, Result]) -> Callable[Words, Result]:
     def checked(*args: Words.args, **options: Words.kwargs) -> Result:
         try:
             return verb(*args, **options)
+        except UnsuitedOptionError as error:  # what was typed is wrong, not a file
+            raise click.UsageError(str(error)) from error
         except (CampaignFileError, ResultFileError) as error:
             message = str(error)
             if error.misplaced is not None:

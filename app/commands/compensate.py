@@ -19,7 +19,6 @@ from app.commands.options import (
 )
 from app.commands.output import Output, output_options
 from app.commands.training_options import training_of, training_options, typed
-from app.files.bad_file import UnsuitedOptionError
 
 if TYPE_CHECKING:
     from analysis.focusing.methods import Method
@@ -145,10 +144,7 @@ def command(
         transfers=transfers,
         weather=weather,
     )
-    try:
-        task = wanted.task()
-    except UnsuitedOptionError as error:
-        raise click.UsageError(str(error)) from error
+    task = wanted.task()
 
     from app.files.run_folder import run_folder
     from app.stages import compensate

@@ -17,7 +17,6 @@ from app.commands.options import (
     out_folder,
 )
 from app.commands.output import Output, output_options
-from app.files.bad_file import UnsuitedOptionError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -93,10 +92,7 @@ def command(
 
     changes = {"regularisation": regularisation, "tolerance": tolerance} | filters
     wanted = FocusRequest(run, twin, panel, changes, method, temperatures, transfers)  # type: ignore[arg-type]
-    try:
-        task = wanted.task()
-    except UnsuitedOptionError as error:
-        raise click.UsageError(str(error)) from error
+    task = wanted.task()
 
     from app.files.run_folder import run_folder
     from app.stages import focus

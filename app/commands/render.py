@@ -77,23 +77,19 @@ def command(
     temperatures that the heat equation gives it, from the beginning of the sound on; filters follow the plane
     through the thermometers, and its tilt too if flexura compensate --weather made filters for it.
     """
-    from app.files.bad_file import UnsuitedOptionError
     from app.stages.render import RenderRequest, compute
 
     given = run or Path()
-    try:
-        request = RenderRequest(
-            sound=sound,
-            run=given,
-            temperature=temperature,
-            weather=weather,
-            method=method,
-            block=block,
-            heard=heard,
-            twin=twin,
-        )
-    except UnsuitedOptionError as error:
-        raise click.UsageError(str(error)) from error
+    request = RenderRequest(
+        sound=sound,
+        run=given,
+        temperature=temperature,
+        weather=weather,
+        method=method,
+        block=block,
+        heard=heard,
+        twin=twin,
+    )
     with output.progress() as report:
         done = compute(request, out or given, report)
     if picture:

@@ -76,26 +76,22 @@ def command(
     standard deviation due to noise, and a smooth track through all. A section whose signal does not determine the
     temperature is refused. Exit status 1 if all are.
     """
-    from app.files.bad_file import UnsuitedOptionError
     from app.stages.thermometer import ThermometerRequest, compute
 
     given = run or Path()
-    try:
-        request = ThermometerRequest(
-            run=given,
-            drive=drive,
-            response=response,
-            simulate=simulate,
-            temperature=temperature,
-            sensor=sensor,
-            snr=snr,
-            seed=seed,
-            stretch=stretch,
-            largest_sigma=largest_sigma,
-            twin=twin,
-        )
-    except UnsuitedOptionError as error:
-        raise click.UsageError(str(error)) from error
+    request = ThermometerRequest(
+        run=given,
+        drive=drive,
+        response=response,
+        simulate=simulate,
+        temperature=temperature,
+        sensor=sensor,
+        snr=snr,
+        seed=seed,
+        stretch=stretch,
+        largest_sigma=largest_sigma,
+        twin=twin,
+    )
     with output.progress() as report:
         found = compute(request, out or given, report)
     if picture:

@@ -74,6 +74,12 @@ class SweepEquations:
         """Sum of squares of the whitened residual."""
         return float((np.abs(self.residual) ** 2).sum())
 
+    @property
+    def _kept(self) -> NDArray[np.complex128]:
+        if self.columns is None:
+            raise ValueError("the columns of these equations were not kept")
+        return self.columns
+
     def with_last(self, known: "SweepEquations", count: int) -> "SweepEquations":
         """Join the last `count` columns that were computed at another state, near this one.
 
@@ -82,17 +88,15 @@ class SweepEquations:
         ValueError
             Where the columns of one of them were not kept.
         """
-        if self.columns is None or known.columns is None:
-            raise ValueError("the columns of these equations were not kept")
-        last = known.columns[-count:]
-        across = np.tensordot(self.columns.conj(), last, ((1, 2), (1, 2))).real
+        columns, last = self._kept, known._kept[-count:]
+        across = np.tensordot(columns.conj(), last, ((1, 2), (1, 2))).real
         pull = np.tensordot(last.conj(), self.residual, 2).real
         own = known.matrix[-count:, -count:]
         return replace(
             self,
             matrix=np.block([[self.matrix, across], [across.T, own]]),
             gradient=np.concatenate([self.gradient, pull]),
-            columns=np.concatenate([self.columns, last]),
+            columns=np.concatenate([columns, last]),
         )
 
     def changed_from(self, known: "SweepEquations") -> float:
@@ -103,9 +107,7 @@ class SweepEquations:
         ValueError
             Where the columns of one of them were not kept.
         """
-        if self.columns is None or known.columns is None:
-            raise ValueError("the columns of these equations were not kept")
-        now, then = self.columns[0], known.columns[0]
+        now, then = self._kept[0], known._kept[0]
         return float(np.linalg.norm(now - then) / np.linalg.norm(then))
 
     def bent(self, step: Real, left: NDArray[np.complex128]) -> "SweepEquations":
@@ -127,10 +129,9 @@ class SweepEquations:
         ValueError
             Where the columns were not kept.
         """
-        if self.columns is None:
-            raise ValueError("the columns of these equations were not kept")
-        second = left - self.residual + np.tensordot(step, self.columns, 1)
-        pull = np.tensordot(self.columns.conj(), second, 2).real
+        columns = self._kept
+        second = left - self.residual + np.tensordot(step, columns, 1)
+        pull = np.tensordot(columns.conj(), second, 2).real
         return replace(self, gradient=self.gradient + pull)
 
 
