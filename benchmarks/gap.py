@@ -178,9 +178,9 @@ def main() -> int:
         result = workflow(frf, updated, model, executor)
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
         sweeps, noise = prepare(frf, experiment.protocol, updated)
-        groups = SearchContext(model, sweeps, noise, executor).coarse_groups
+        groups = SearchContext(model, sweeps, noise, executor).some_groups()
         few = sweeps.only_groups(groups)
-        start = starting_state(updated, sweeps.groups).restricted(groups, few.original_places(sweeps))
+        start = starting_state(updated, sweeps.groups).restricted(sweeps, few)
         kept = passes(SearchContext(model, few, noise, executor), start, given.hidden)
         compared = rankings(SearchContext(model, few, noise, executor), few, start)
     result |= {

@@ -27,12 +27,12 @@ from analysis.gap.imperfect.naming import BesideDiscrepancy, Surety, beside_disc
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect, PlainTwin, Verdict
 from analysis.gap.search.confidence import against, equivalents, probability
 from analysis.gap.search.confounding import signal_cosine, tangent_cosines
-from analysis.gap.search.context import SearchContext, explained
+from analysis.gap.search.context import SearchContext
 from analysis.gap.search.held_out import HeldOut, held_out, splits
 from analysis.gap.search.signatures import Signature, signatures
 from analysis.gap.search.stepwise import SearchResult, stepwise_search
 from analysis.gap.search.unknown import unknown_evidence
-from analysis.gap.thresholds import FAR, Z_FLOOR
+from analysis.gap.thresholds import Z_FLOOR
 from analysis.gap.verdict import Judgement, judge
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
@@ -175,8 +175,7 @@ def _searched(
     start = starting_state(updated, sweeps.groups)
     few, part = context.at_few_temperatures(start)
     begun = few.fit(part, ())
-    near = few.excess(begun) < FAR * few.sweeps.numbers
-    released = _released(model, begun, remade) if near else None
+    released = None if few.far(begun) else _released(model, begun, remade)
     if released is None:
         found = stepwise_search(context, context.fit(context.spread(start, few, begun.state), ()))
         released = _released(model, found.fit, remade)
@@ -300,13 +299,12 @@ def _candidates(context: SearchContext, found: SearchResult, first: str | None) 
     rows = []
     for place, c in enumerate(candidates):
         trial = fitted.get(c.effects[0])
-        full = trial.fit if trial else None
         rows.append(
             CandidateRow(
                 effect=c.effects[0],
                 screened=c.gain / context.sweeps.overstated,
                 fitted=trial.gain / context.sweeps.overstated if trial else None,
-                share=explained(context, found.baseline, full) if full else None,
+                share=trial.share if trial else None,
                 kept=kept[c.effects[0]],
                 cosine=float(table[place, winner]) if winner is not None else 0.0,
             )

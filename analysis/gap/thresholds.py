@@ -93,9 +93,10 @@ PAIRS_REFITTED = 3
 COARSE_TEMPERATURES = 8
 """Number of temperatures on which a candidate is first fitted; laws in between are interpolated."""
 
-SCREENED = 3.0
+SCREENED, SCREENED_FAR = 3.0, 4
 """Excess of chi2 per number above which candidates are screened at these temperatures only: what is missing then
-is a hundred sigma, and the screen of all sweeps is a third of the cost of a comparison."""
+is a hundred sigma, and the screen of all sweeps is a third of the cost of a comparison. Number of them where it is
+above `FAR`: what such a screen proposes is fitted at all of these temperatures."""
 
 FAR = 10.0
 """Excess of chi2 per number above which declared quantities are bent by what is missing: what they come to is no

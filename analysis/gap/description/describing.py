@@ -116,8 +116,7 @@ def describe(
     """
     report("description", 0.0)
     few = _few(sweeps)
-    groups = np.unique(sweeps.groups.of_sweep[few.original_places(sweeps)])
-    begun = replace(start.restricted(groups.tolist(), few.original_places(sweeps)), declared={})
+    begun = replace(start.restricted(sweeps, few), declared={})
     base = fit_gap(exact, few, begun, tuple(start.effects), executor)
     bench = _Bench(exact, few, base, executor, max(base.total / base.dof, 1.0) * few.overstated)
     tangents = PlaceTangents.of(exact, few, base, vocabulary.loads["mass"], executor, bench.errors)

@@ -9,11 +9,11 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.bounded_step import bounded_step
-from analysis.gap.fitting.gap_fit import GapFit, Uncertainty
+from analysis.gap.fitting.gap_fit import GapFit, Held, Uncertainty
 from analysis.gap.fitting.normal_equations import GLOBAL, VALUES, SweepEquations, linearise_all
 from analysis.gap.fitting.schur_complement import LocalStep, schur_complement
 from analysis.gap.fitting.state import FreeParameters, GapState, clipped_laws
-from analysis.gap.thresholds import MOST_STEPS, PREDICTION_MARGIN, SETTLED
+from analysis.gap.thresholds import LEAVES_NOISE, MOST_STEPS, PREDICTION_MARGIN, SETTLED
 from analysis.twin_model import Tangent, TwinModel
 
 LARGEST_STEP = np.array([0.3, 0.05, 0.7])
@@ -45,6 +45,10 @@ NEAR = 0.05
 """Relative change of the derivative by log E up to which those by declared quantities are taken from where they
 were computed last: they are most of a linearisation's cost, and change as little."""
 
+SLOW = 0.3
+"""Share of the last predicted decrease that the next may be while known derivatives are used: beyond it they are
+computed anew, which takes as long as three steps without."""
+
 AGAIN = 10.0
 """Times the predicted decrease at which a fit has settled that all derivatives anew may promise: half a nat, where
 evidences are compared by six."""
@@ -52,10 +56,14 @@ evidences are compared by six."""
 ROUNDS, FELL = 4, 0.7
 """Largest number of times that the tolerances are weighed, and how far chi2 has to fall for another time."""
 
-FAR, FAR_ALONE = 1e-2, 1e-1
+SETTLED_FAR, SETTLED_FAR_ALONE = 1e-2, 1e-1
 """Predicted decrease, as a share of the objective, at which a fit that leaves more than `ROUGH` is settled where
 declared quantities are free; and without effects, where it is only what others start from. What is missing there
 bends quantities that hardly differ (gain, d31, permittivity) for as many steps as one allows."""
+
+CREEPS = 0.1
+"""Share of what chi2 exceeds the noise by that a damped step has to take from it, where more than noise is left
+and declared quantities are free: with a second effect missing, they go on for dozens of steps of a per cent."""
 
 OF_EXCESS = 1e-3
 """Predicted decrease, as a share of what chi2 exceeds the noise by, at which a fit of effects beside declared
@@ -76,6 +84,11 @@ class _Trial:
     whole: bool = True
     """Whether `equations` have derivatives by declared quantities; a step that is refused needs none."""
 
+    @property
+    def stale(self) -> bool:
+        """Whether derivatives by declared quantities are those of another point."""
+        return self.known is not None and self.known is not self.equations
+
     def under(self, free: FreeParameters) -> "_Trial":
         """Return the same point, linearised once, with its priors weighed anew."""
         prior, declared = free.penalties(free.read(self.state.on))
@@ -92,10 +105,12 @@ def fit_gap(
     *,
     gain_free: bool = True,
     laws_free: bool = True,
+    declared_free: bool = True,
     target: float = SETTLED,
     most_steps: int = MOST_STEPS,
     enough: float = np.inf,
     margin: float = PREDICTION_MARGIN,
+    enough_held: float = np.inf,
 ) -> GapFit:
     """Fit laws, readings, gains, declared quantities and all parameters of `effects`.
 
@@ -114,6 +129,8 @@ def fit_gap(
     gain_free, laws_free : bool
         Whether gains and declared quantities, and laws, are fitted; for held-out data they may be kept from
         another fit.
+    declared_free : bool
+        Whether declared quantities are fitted where gains are; for a fit that leaves much.
     target : float
         Predicted decrease of chi2 at which to stop, for a fit that reaches the noise.
     most_steps : int
@@ -122,6 +139,8 @@ def fit_gap(
         The fit stops, unsettled, once it is predicted not to reach this objective, minus twice a log evidence.
     margin : float
         Times the predicted decrease that is allowed for this.
+    enough_held : float
+        The fit stops, unsettled, if its objective is above this before declared quantities are freed.
 
     Returns
     -------
@@ -132,7 +151,7 @@ def fit_gap(
     ValueError
         Where the model cannot be evaluated at the start.
     """
-    free = FreeParameters.of(model.cards, effects, model.tolerance_cards if gain_free else {})
+    free = FreeParameters.of(model.cards, effects, model.tolerance_cards if gain_free and declared_free else {})
     start = start.with_tolerances(model.tolerance_cards)
     values = np.clip(free.read(start.on), free.low, free.high)
     start = replace(start, laws=clipped_laws(model.box, start.laws)).with_values(free.write(start.on, values))
@@ -142,7 +161,9 @@ def fit_gap(
     best = descent.evaluate(start, held)
     if free.tolerances and best.objective > ROUGH * sweeps.numbers:
         best, _, passes = replace(descent, target=ROUGHLY_SETTLED).along(best, held)
-        before = best.state
+        before = Held(best.state, best.objective)
+        if best.objective > enough_held:
+            return replace(_result(sweeps, best, held, gain_free, laws_free, False, passes), held=before)
     for turn in range(ROUNDS if free.tolerances else 1):
         if free.tolerances:
             left = _left(sweeps, best)
@@ -187,14 +208,14 @@ class _Descent:
         while True:
             best, done, more = rules.along(best, free)
             passes += more
-            exact = best.known is None or best.known is best.equations
-            if exact or not done or passes >= self.most_steps or self._rough(best):
+            near = not self._leaves_more(best) if free.effects else not self._rough(best)
+            if not best.stale or not done or passes >= self.most_steps or not near:
                 return best, done, passes
             best, rules = self.evaluate(best.state, free), replace(self, target=AGAIN * self.target)
 
     def along(self, best: _Trial, free: FreeParameters) -> tuple[_Trial, bool, int]:
         """Do what `to_the_end` does, with known derivatives of declared quantities wherever they hold."""
-        damping, share, passes, done, refused = 0.0, 1.0, 1, False, False
+        damping, share, passes, done, refused, last = 0.0, 1.0, 1, False, False, np.inf
         while passes < self.most_steps:
             step = self._step(best, free, damping)
             # where the residual is many sigma, the tolerance grows: fractions of a nat need no other linearisation
@@ -202,7 +223,7 @@ class _Descent:
             if free.tolerances and free.effects:
                 settled = max(settled, OF_EXCESS * (best.objective - self.sweeps.numbers))
             if rough and (free.tolerances or not free.effects):
-                settled = max(settled, (FAR if free.effects else FAR_ALONE) * best.objective)
+                settled = max(settled, (SETTLED_FAR if free.effects else SETTLED_FAR_ALONE) * best.objective)
             idle = free.tolerances and not free.effects and step.idle(self.sweeps)
             if step.predicted_decrease < settled or idle:
                 done = True
@@ -210,6 +231,11 @@ class _Descent:
             if damping == 0.0 and best.objective - self.margin * step.predicted_decrease > self.enough:
                 break
             passes += 1
+            if damping == 0.0 and share == 1.0:
+                if best.stale and step.predicted_decrease > SLOW * last:
+                    best, last = self.evaluate(best.state, free), np.inf
+                    continue
+                last = step.predicted_decrease
             trial = self._tried(best, free, step.times(share))
             if trial is not None and share == 1.0 and damping == 0.0 and _bends(best, trial, step):
                 curved = self._step(step.bent(best, trial), free, damping)
@@ -221,12 +247,14 @@ class _Descent:
                     trial = again
             if trial is not None and trial.objective <= best.objective:
                 fallen = best.objective - trial.objective
+                damped = refused or damping > 0.0 or share < 1.0
                 # less damping than was refused a moment ago would be refused again
                 lower = damping if refused else 0.0 if damping < 1e-3 else damping / 10.0
                 best = trial if trial.whole else self.evaluate(trial.state, free)
                 damping, share, refused = lower, 1.0, False
                 # at a bound, and where something is missing, predictions are not accurate
-                if fallen < (1.0 if rough and free.tolerances else 0.3) * settled:
+                little = (1.0 if rough and free.tolerances else 0.3) * settled
+                if fallen < little or (damped and self._creeps(best, free, fallen)):
                     done = True
                     break
             elif step.predicted_decrease < 10.0 * settled:
@@ -286,6 +314,15 @@ class _Descent:
 
     def _step(self, at: _Trial, free: FreeParameters, damping: float) -> "_Step":
         return _Step.of(self.sweeps, at, free, damping, self.gain_free, self.laws_free)
+
+    def _creeps(self, at: _Trial, free: FreeParameters, fallen: float) -> bool:
+        """Whether declared quantities only follow what is missing: a damped step takes little of what is left."""
+        left = at.objective - self.sweeps.numbers
+        return free.tolerances > 0 and self._leaves_more(at) and fallen < CREEPS * left
+
+    def _leaves_more(self, at: _Trial) -> bool:
+        """Whether a point leaves more than noise."""
+        return at.objective > LEAVES_NOISE * self.sweeps.numbers
 
     def _rough(self, at: _Trial) -> bool:
         """Whether a fit that could move declared quantities leaves much."""

@@ -90,6 +90,14 @@ class Uncertainty:
 
 
 @dataclass(frozen=True)
+class Held:
+    """Where a fit stood before declared quantities were freed, and its objective there."""
+
+    state: GapState
+    objective: float
+
+
+@dataclass(frozen=True)
 class GapFit:
     """Result of a fit.
 
@@ -124,7 +132,7 @@ class GapFit:
         Parameters at a bound of their range.
     passes : int
         Number of linearisations of all sweeps.
-    held : GapState or None
+    held : Held or None
         Where the fit stood before declared quantities were freed; None where they were free from the beginning.
     """
 
@@ -145,7 +153,7 @@ class GapFit:
     settled: bool
     on_wall: tuple[tuple[str, str], ...]
     passes: int
-    held: GapState | None = None
+    held: Held | None = None
 
     def declared_quantities(self, cards: Mapping[str, EffectCard]) -> tuple[DeclaredQuantity, ...]:
         """Return what was found about the declared quantities with a tolerance, of `cards`."""

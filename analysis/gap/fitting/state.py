@@ -74,15 +74,41 @@ class GapState:
         """Return the same state with other effects."""
         return replace(self, effects={name: dict(values) for name, values in effects.items()})
 
-    def restricted(self, groups: Sequence[int], sweeps: Sequence[int]) -> "GapState":
-        """Return the state of some groups and sweeps only."""
-        kept = list(groups)
+    def restricted(self, whole: GapSweeps, part: GapSweeps) -> "GapState":
+        """Return the state of some sweeps of a campaign.
+
+        The laws are kept with their slopes and curvatures, not with how far these are from what follows from the
+        values: in a part, other temperatures are neighbours.
+
+        Parameters
+        ----------
+        whole : GapSweeps
+            Of this state.
+        part : GapSweeps
+            Some of them.
+
+        Returns
+        -------
+        GapState
+        """
+        places = part.original_places(whole)
+        kept = np.unique(whole.groups.of_sweep[places])
+        slope, curvature = (
+            likeliest[kept] + error[kept]
+            for likeliest, error in zip(
+                whole.smoothness.derivatives(self.laws), (self.tilt, self.bend), strict=True
+            )
+        )
+        # where only some sweeps of a group are kept, their mean temperature is another
+        apart = (part.groups.reference - whole.groups.reference[kept])[:, None]
+        laws = self.laws[kept] + apart * (slope + 0.5 * apart * curvature)
+        tilt, bend = part.smoothness.derivatives(laws)
         return replace(
             self,
-            laws=self.laws[kept],
-            tilt=self.tilt[kept],
-            bend=self.bend[kept],
-            away=self.away[list(sweeps)],
+            laws=laws,
+            tilt=slope + apart * curvature - tilt,
+            bend=curvature - bend,
+            away=self.away[places],
         )
 
     def corrected(self, sweeps: GapSweeps, before: "GapState", after: "GapState", few: GapSweeps) -> "GapState":

@@ -10,15 +10,18 @@ from analysis.arrays import Real
 from analysis.gap.data.line_weights import LineWeights
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.sweeps import GapSweeps
-from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.fitting.fit import ROUGHLY_SETTLED, fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState
 from analysis.gap.fitting.whiteness import whiteness
 from analysis.gap.search.score_test import ScoreTest, score_test
 from analysis.gap.thresholds import (
     COARSE_TEMPERATURES,
+    FAR,
     LEAST_GAIN,
+    LEAVES_NOISE,
     SCREENED,
+    SCREENED_FAR,
     SETTLED,
     SETTLED_AT_FEW,
     WHITENESS,
@@ -71,22 +74,28 @@ class SearchContext:
     fits_at_few: FitCache = field(repr=False, default_factory=FitCache)
     settled: float = SETTLED
 
-    def fit(self, start: GapState, effects: Sequence[str]) -> GapFit:
-        """Fit laws, readings, gain and `effects` to all sweeps; a result in `fits` is used again."""
+    def fit(self, start: GapState, effects: Sequence[str], *, roughly: bool = False) -> GapFit:
+        """Fit laws, readings, gain and `effects` to all sweeps; a result in `fits` is used again.
+
+        Roughly: with declared quantities held where they start, for a set that is known to leave much.
+        """
         found = self.fits.known(effects)
         if found is None:
-            found = fit_gap(self.model, self.sweeps, start, effects, self.executor, target=self.settled)
+            target = ROUGHLY_SETTLED if roughly else self.settled
+            found = fit_gap(
+                self.model, self.sweeps, start, effects, self.executor, target=target, declared_free=not roughly
+            )
             self.fits.keep(effects, found)
         return found
 
     def at_few_temperatures(self, start: GapState) -> tuple["SearchContext", GapState]:
         """Return a context for a few temperatures, itself if there are no more, and a state of all there."""
-        groups = self.coarse_groups
+        groups = self.some_groups()
         if len(groups) == len(self.sweeps.groups.reference):
             return self, start
         part = self.of(self.sweeps.only_groups(groups))
         few = replace(part, fits=self.fits_at_few, settled=SETTLED_AT_FEW)
-        return few, start.restricted(groups, few.sweeps.original_places(self.sweeps))
+        return few, start.restricted(self.sweeps, few.sweeps)
 
     def spread(self, start: GapState, few: "SearchContext", found: GapState) -> GapState:
         """Change a state of all sweeps as a fit to those of `few` changed its part there."""
@@ -113,12 +122,14 @@ class SearchContext:
         return np.asarray(np.exp(state.laws[self.sweeps.groups.of_sweep, 2]))
 
     def score_test(self, fit: GapFit) -> ScoreTest:
-        """Score test of all candidates at `fit`; far from the noise at a few temperatures, scaled to all."""
-        few, part = self.at_few_temperatures(fit.state)
-        if few is self or self.excess(fit) < SCREENED * self.sweeps.numbers:
+        """Score test of all candidates at `fit`; where it leaves much at some temperatures, scaled to all."""
+        part = self.sweeps
+        if self.excess(fit) >= SCREENED * self.sweeps.numbers:
+            part = part.only_groups(self.some_groups(SCREENED_FAR if self.far(fit) else COARSE_TEMPERATURES))
+        if part.count == self.sweeps.count:
             return score_test(self.model, self.sweeps, fit, self.executor)
-        found = score_test(self.model, few.sweeps, replace(fit, state=part), self.executor)
-        return found.scaled(self.sweeps.numbers / few.sweeps.numbers)
+        there = replace(fit, state=fit.state.restricted(self.sweeps, part))
+        return score_test(self.model, part, there, self.executor).scaled(self.sweeps.numbers / part.numbers)
 
     def moved_error(self, fit: GapFit) -> float:
         """Error of the twin by moved patches, see `FreeParameters.moved_error`."""
@@ -140,6 +151,14 @@ class SearchContext:
         """Excess of a fit's chi2 over noise and the twin's own error, in its standard deviations."""
         return self.noise.z(fit.total - min(self.allowed(fit), max(self.excess(fit), 0.0)), fit.dof)
 
+    def far(self, fit: GapFit) -> bool:
+        """Whether a fit leaves so much that its declared quantities only follow what is missing."""
+        return self.excess(fit) > FAR * self.sweeps.numbers
+
+    def leaves_more(self, fit: GapFit) -> bool:
+        """Whether a fit leaves more than noise, with no need of a test."""
+        return fit.total > LEAVES_NOISE * self.sweeps.numbers
+
     def excess(self, fit: GapFit) -> float:
         """chi2 minus that of noise."""
         return fit.total + float(self.noise.sharp.sum()) - fit.dof
@@ -150,13 +169,12 @@ class SearchContext:
             return False
         return self.excess(fit) <= self.allowed(fit) or max(whiteness(self.sweeps, fit.residual)) <= WHITENESS
 
-    @property
-    def coarse_groups(self) -> list[int]:
-        """A few groups of temperature, evenly spread, including the first and the last."""
+    def some_groups(self, wanted: int = COARSE_TEMPERATURES) -> list[int]:
+        """Return about as many groups as wanted, evenly spread, the first and the last among them."""
         count = len(self.sweeps.groups.reference)
-        if count < 1.5 * COARSE_TEMPERATURES:
+        if count < 1.5 * wanted:
             return list(range(count))
-        return sorted({round(i * (count - 1) / (COARSE_TEMPERATURES - 1)) for i in range(COARSE_TEMPERATURES)})
+        return sorted({round(i * (count - 1) / (wanted - 1)) for i in range(wanted)})
 
 
 def explained(context: SearchContext, before: GapFit, after: GapFit) -> float:

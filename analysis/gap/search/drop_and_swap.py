@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.search.context import SearchContext
-from analysis.gap.search.refit import Refit, absent, refit
+from analysis.gap.search.refit import Refit, absent, at_few_temperatures, refit, started_from
 from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import CLASS_NATS, MOST_EFFECTS, SWAP_SHARE, SWAPS_REFITTED
 
@@ -73,7 +73,16 @@ def dropped(context: SearchContext, baseline: GapFit, fit: GapFit, name: str) ->
     GapFit
     """
     rest = {other: values for other, values in fit.state.effects.items() if other != name}
-    return context.fit(replace(baseline.state, effects=rest), tuple(rest)) if rest else baseline
+    if not rest:
+        return baseline
+    names, start = tuple(rest), replace(baseline.state, effects=rest)
+    few, begun = at_few_temperatures(context, baseline)
+    if few is context or not context.far(baseline):
+        return context.fit(start, names)
+    # where a few temperatures tell that the effect is no matter of nats, a rough fit to all is enough
+    there = few.fit(started_from(begun, names, rest), names)
+    start = baseline.state.corrected(context.sweeps, begun.state, there.state, few.sweeps)
+    return context.fit(start, names, roughly=few.leaves_more(there))
 
 
 def relative_evidence(

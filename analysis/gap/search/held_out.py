@@ -1,6 +1,5 @@
 """Held-out data: effects and gain fitted to one part of a campaign, tested on the rest."""
 
-from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -186,14 +185,11 @@ def fit_and_try(model: TwinModel, sweeps: GapSweeps, split: Split, whole: GapFit
     ValueError
         Where what was learnt leaves the certified range of the twin.
     """
-    groups, places = _kept(sweeps, split.learn)
-    taught = fit_gap(
-        model, split.learn, whole.state.restricted(groups, places), tuple(whole.state.effects), executor
-    )
+    start = whole.state.restricted(sweeps, split.learn)
+    taught = fit_gap(model, split.learn, start, tuple(whole.state.effects), executor)
     begin = taught.state
     if split.laws_free:
-        groups, places = _kept(sweeps, split.test)
-        begin = whole.state.restricted(groups, places)
+        begin = whole.state.restricted(sweeps, split.test)
     learnt = taught.state
     begin = replace(begin, log_gain=learnt.log_gain, effects=learnt.effects, declared=learnt.declared)
     return fit_gap(model, split.test, begin, (), executor, gain_free=False, laws_free=split.laws_free)
@@ -232,9 +228,3 @@ def splits(sweeps: GapSweeps) -> list[Split]:
         what = "every second twelfth of the band"
         found.append(Split(what, sweeps.masked(~odd_blocks), sweeps.masked(odd_blocks), laws_free=False))
     return found
-
-
-def _kept(whole: GapSweeps, part: GapSweeps) -> tuple[Sequence[int], Sequence[int]]:
-    """Return groups and sweeps of `part`, by their places in `whole`."""
-    places = part.original_places(whole)
-    return np.unique(whole.groups.of_sweep[places]).tolist(), places

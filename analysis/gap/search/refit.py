@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -10,11 +11,10 @@ from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState
 from analysis.gap.search.candidate import Candidate
-from analysis.gap.search.context import SearchContext
+from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import (
     BEHIND,
-    FAR,
     LEAVES_NOISE,
     NEAR_IT,
     NEAR_MARGIN,
@@ -32,13 +32,25 @@ class Refit:
     effects : tuple of str
     gain : float
         Log evidence over the fit it started from, nats; estimated from a few temperatures where `fit` is None.
+    share : float
+        Share of the excess that this fit left that it explains; estimated likewise.
     fit : GapFit or None
         Of all sweeps.
     """
 
     effects: tuple[str, ...]
     gain: float
+    share: float
     fit: GapFit | None
+
+    @classmethod
+    def of(cls, context: SearchContext, base: GapFit, names: tuple[str, ...], fit: GapFit) -> Self:
+        """Set a fit beside the one it started from."""
+        return cls(names, fit.log_evidence - base.log_evidence, explained(context, base, fit), fit)
+
+    def estimate(self, ratio: float) -> "Refit":
+        """Return what it tells of `ratio` times as many sweeps."""
+        return replace(self, gain=self.gain * ratio, fit=None)
 
     @property
     def plausible(self) -> bool:
@@ -93,24 +105,35 @@ def refit(
         Best first; fits that were given up are left out.
     """
     known = [(names, fit) for names, _ in sets if (fit := context.fits.known(names)) is not None]
-    done = [Refit(names, fit.log_evidence - base.log_evidence, fit) for names, fit in known]
+    done = [Refit.of(context, base, names, fit) for names, fit in known]
     sets = [(names, added) for names, added in sets if context.fits.known(names) is None]
     if not sets:
         return sorted(done, key=lambda r: -r.gain)
     few, reference = at_few_temperatures(context, base)
     scale = context.sweeps.numbers / few.sweeps.numbers
     best, left, least = max((r.gain / scale for r in done if r.plausible), default=0.0), np.inf, np.inf
-    far, tried = reference.total > FAR * reference.dof, []
+    least_held = np.inf
+    far, tried = few.far(reference), []
     for place, (names, added) in enumerate(sets):
         enough = min(-2.0 * (reference.log_evidence + REFIT_SHARE * best), NEAR_IT * left, BEHIND * least)
         beaten = left < np.inf or (far and least < np.inf)
         start, margin = started_from(reference, names, added), NEAR_MARGIN if beaten else PREDICTION_MARGIN
         fit = few.fits.known(names) or fit_gap(
-            few.model, few.sweeps, start, names, few.executor, target=few.settled, enough=enough, margin=margin
+            few.model,
+            few.sweeps,
+            start,
+            names,
+            few.executor,
+            target=few.settled,
+            enough=enough,
+            margin=margin,
+            enough_held=BEHIND * least_held,
         )
+        if fit.held is not None:
+            least_held = min(least_held, fit.held.objective)
         if fit.settled:  # one that was given up was so against others
             few.fits.keep(names, fit)
-        trial = Refit(names, fit.log_evidence - reference.log_evidence, fit)
+        trial = Refit.of(few, reference, names, fit)
         if trial.plausible:
             best, least = max(best, trial.gain), min(least, fit.total)
             if fit.settled and fit.total < LEAVES_NOISE * few.sweeps.numbers:
@@ -141,11 +164,11 @@ def _in_full(
         context.fits.keep(names, fit)
         return [trial]
     if not deserved:
-        return [Refit(names, trial.gain * context.sweeps.numbers / few.sweeps.numbers, None)]
+        return [trial.estimate(context.sweeps.numbers / few.sweeps.numbers)]
     few.fits.keep(names, fit)  # settled or not, what comes next starts from it there
     start = base.state.corrected(context.sweeps, reference.state, fit.state, few.sweeps)
     full = context.fit(start, names)
-    return [Refit(names, full.log_evidence - base.log_evidence, full)]
+    return [Refit.of(context, base, names, full)]
 
 
 def started_from(base: GapFit, names: Sequence[str], added: dict[str, Values]) -> GapState:
@@ -165,6 +188,6 @@ def started_from(base: GapFit, names: Sequence[str], added: dict[str, Values]) -
     -------
     GapState
     """
-    start = base.state if base.held is None or base.total <= LEAVES_NOISE * base.dof else base.held
+    start = base.state if base.held is None or base.total <= LEAVES_NOISE * base.dof else base.held.state
     effects = {name: start.effects.get(name, added.get(name, {})) for name in names}
     return replace(start, effects={name: dict(values) for name, values in effects.items()})

@@ -1,14 +1,14 @@
 """Stepwise search: at most three effects, each accepted by the remaining residual, not by evidence alone."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.drop_and_swap import drop_and_swap, dropped, relative_evidence
 from analysis.gap.search.observability import Observability, observability
-from analysis.gap.search.refit import Refit, absent, refit
+from analysis.gap.search.refit import Refit, absent, at_few_temperatures, refit
 from analysis.gap.search.relocation import relocated
 from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import (
@@ -84,7 +84,7 @@ def stepwise_search(context: SearchContext, baseline: GapFit) -> SearchResult:
     first = context.score_test(baseline)
     seen = observability(first, context.model.cards)
     blind = tuple(o.effect for o in seen if not o.observable)
-    steps, path = _climb(context, baseline, first, blind)
+    steps, path = _climb_from_far(context, baseline, first, blind)
     fit, last = _supported(context, baseline, path)
     if len(fit.state.effects) > 1 and not _enough(context, baseline, fit):
         moved = relocated(context, baseline, fit)
@@ -122,8 +122,41 @@ def _supported(
     return next((p for p in path if explained(context, baseline, p[0]) >= EXPLAINED), path[-1])
 
 
+def _climb_from_far(
+    context: SearchContext, baseline: GapFit, first: ScoreTest, blind: Sequence[str]
+) -> tuple[list[Step], list[tuple[GapFit, ScoreTest]]]:
+    """Do what `_climb` does; from far, at a few temperatures until not much more than noise is left.
+
+    Where a fit leaves a hundred sigma, a few temperatures tell the next effect as well as all of them, and what
+    it comes to, but for the laws, is only what the next fit starts from.
+    """
+    few, begun = at_few_temperatures(context, baseline)
+    if few is context or not context.far(baseline):
+        return _climb(context, baseline, first, blind)
+    ratio = context.sweeps.numbers / few.sweeps.numbers
+    steps, path = _climb(few, begun, first.scaled(1.0 / ratio), blind, to_noise=False)
+    steps = [replace(step, refits=tuple(r.estimate(ratio) for r in step.refits)) for step in steps]
+
+    def at_all(fit: GapFit) -> tuple[GapFit, ScoreTest]:
+        start = baseline.state.corrected(context.sweeps, begun.state, fit.state, few.sweeps)
+        full = context.fit(start, tuple(fit.state.effects))
+        return full, context.score_test(full)
+
+    reached = path[-1][0]
+    if not reached.state.effects:
+        return steps, [(baseline, first)]
+    on = [at_all(reached)]
+    if not context.leaves_more(on[0][0]):
+        more, on = _climb(context, *on[0], blind)
+        steps += more
+    supported = _supported(few, begun, path)[0]
+    if supported is not reached and not context.agrees(on[-1][0]):
+        on = [at_all(supported)]
+    return steps, [(baseline, first), *on]
+
+
 def _climb(
-    context: SearchContext, fit: GapFit, screening: ScoreTest, blind: Sequence[str]
+    context: SearchContext, fit: GapFit, screening: ScoreTest, blind: Sequence[str], *, to_noise: bool = True
 ) -> tuple[list[Step], list[tuple[GapFit, ScoreTest]]]:
     """Add effects one by one while one is accepted; return the steps and the twin after each."""
     steps: list[Step] = []
@@ -143,6 +176,9 @@ def _climb(
         if unsupported:
             break
         fit = best.fit
+        if not (to_noise or context.leaves_more(fit)):
+            path.append((fit, screening))  # screened anew where the climb goes on, at all temperatures
+            break
         context.report("screen", 0.0)
         screening = context.score_test(fit)
         path.append((fit, screening))

@@ -167,7 +167,7 @@ def test_readings_of_a_plate_that_lags_behind_are_found_between_the_temperatures
     sweeps, _ = toy.prepared(temperatures=tuple(range(2, 59, 4)), directions=("up", "down"))
     few = sweeps.only_groups(range(0, 15, 2))
     start = toy.start(sweeps.groups)
-    part = start.restricted(range(0, 15, 2), few.original_places(sweeps))
+    part = start.restricted(sweeps, few)
     ramp = np.repeat([-1.0, 1.0], 15)  # colder than the oven on the way up, warmer on the way down
 
     def behind(temperature):
@@ -182,3 +182,24 @@ def test_readings_of_a_plate_that_lags_behind_are_found_between_the_temperatures
     means = [spread.away[sweeps.groups.of_sweep == group].mean() for group in range(15)]
     np.testing.assert_allclose(means, 0.0, atol=1e-12)
     np.testing.assert_allclose(spread.laws, start.laws)
+
+
+def test_a_part_of_a_campaign_keeps_the_slopes_of_the_laws(toy):
+    """In a part, other temperatures are neighbours; the laws are what they were."""
+    sweeps, _ = toy.prepared(temperatures=tuple(range(2, 59, 4)), directions=("up", "down"))
+    rng = np.random.default_rng(5)
+    state = toy.start(sweeps.groups)
+    state = replace(state, tilt=1e-4 * rng.standard_normal((15, 3)), bend=1e-6 * rng.standard_normal((15, 3)))
+    slope, curvature = sweeps.smoothness.derivatives(state.laws)
+    few = sweeps.only_groups(range(0, 15, 2))
+    part = state.restricted(sweeps, few)
+    there = few.smoothness.derivatives(part.laws)
+    np.testing.assert_allclose(there[0] + part.tilt, (slope + state.tilt)[::2], rtol=1e-12)
+    np.testing.assert_allclose(there[1] + part.bend, (curvature + state.bend)[::2], rtol=1e-12)
+    up = sweeps.only([s for s, way in enumerate(sweeps.direction) if way == "up"])
+    moved = up.groups.reference - sweeps.groups.reference
+    one = state.restricted(sweeps, up)
+    expected = (
+        state.laws + moved[:, None] * (slope + state.tilt) + 0.5 * moved[:, None] ** 2 * (curvature + state.bend)
+    )
+    np.testing.assert_allclose(one.laws, expected, rtol=1e-12)

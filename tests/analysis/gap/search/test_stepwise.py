@@ -1,0 +1,65 @@
+"""Two strong effects are found from far: at a few temperatures until both are there, then at all."""
+
+import numpy as np
+import pytest
+
+import analysis.gap.search.context as search_context
+from analysis.gap.data.preparation import prepare
+from analysis.gap.fitting.state import starting_state
+from analysis.gap.search.context import SearchContext
+from analysis.gap.search.stepwise import stepwise_search
+
+TRUE = {"mass": {"grams": 5.0}, "lag": {"tau": 600.0}}
+
+
+@pytest.fixture(scope="module")
+def searched(toy, pool):
+    """Return the context, the result of the search, and its fits as (number of sweeps, effects), in order."""
+    frf, protocol = toy.record(effects=TRUE, temperatures=tuple(np.arange(2.0, 59.0, 4.0)))
+    updated = toy.updated(frf)
+    sweeps, noise = prepare(frf, protocol, updated)
+    context = SearchContext(toy.Plate(), sweeps, noise, pool)
+    start = starting_state(updated, sweeps.groups)
+    few, part = context.at_few_temperatures(start)
+    begun = few.fit(part, ())
+    baseline = context.fit(context.spread(start, few, begun.state), ())
+    fits, fit_gap = [], search_context.fit_gap
+
+    def watched(model, sweeps, start, effects, executor, **others):
+        fits.append((sweeps.count, frozenset(effects)))
+        return fit_gap(model, sweeps, start, effects, executor, **others)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(search_context, "fit_gap", watched)
+        found = stepwise_search(context, baseline)
+    return context, baseline, found, fits
+
+
+def test_both_are_found_and_leave_noise(searched):
+    context, baseline, found, _ = searched
+    assert context.far(baseline)
+    assert set(found.effects) == set(TRUE)
+    assert context.agrees(found.fit)
+    for name, values in TRUE.items():
+        for parameter, value in values.items():
+            place = found.fit.free.names.index((name, parameter))
+            away = found.fit.state.effects[name][parameter] - value
+            assert abs(away) < 4.0 * found.fit.noise.parameters[place]
+
+
+def test_all_sweeps_are_fitted_once_both_are_known(searched):
+    context, _, _, fits = searched
+    of_all = [effects for count, effects in fits if count == context.sweeps.count]
+    assert of_all[0] == frozenset(TRUE)
+
+
+def test_what_a_few_temperatures_told_stands_for_all(searched):
+    _, baseline, found, _ = searched
+    first = found.steps[0]
+    best = first.refits[0]
+    assert first.accepted
+    assert best.fit is None  # fitted to a few only
+    assert 0.5 < best.share <= 1.0
+    # the evidence of the first effect alone, fitted to all sweeps at the end, is what was estimated for it
+    (other,) = set(TRUE) - set(best.effects)
+    assert best.gain == pytest.approx(found.without[other].log_evidence - baseline.log_evidence, rel=0.1)
