@@ -31,7 +31,6 @@ from analysis.gap.search.context import SearchContext
 from analysis.gap.search.held_out import HeldOut, held_out, splits
 from analysis.gap.search.signatures import Signature, signatures
 from analysis.gap.search.stepwise import SearchResult, stepwise_search
-from analysis.gap.search.unknown import unknown_evidence
 from analysis.gap.thresholds import Z_FLOOR
 from analysis.gap.verdict import Judgement, judge
 from analysis.held_effects import HeldEffects
@@ -256,12 +255,11 @@ def _sigma_gain(fit: GapFit) -> Real:
 
 def _surety(context: SearchContext, found: SearchResult, name: str) -> Surety:
     """Say how sure an effect is that brings the twin down to the noise, with others or alone."""
-    fit, without, overstated = found.fit, found.without[name], context.overstated(found.fit)
+    fit, lost, overstated = found.fit, found.losses[name], context.overstated(found.fit)
     rivals = {other: gain / overstated for other, gain in found.rivals[name].items()}
     alike = equivalents(rivals, {other: signal_cosine(found.last, name, other) for other in rivals})
-    gain = (fit.log_evidence - without.log_evidence) / overstated
-    unknown = unknown_evidence(context.sweeps, without.residual, without.state) / overstated
-    others = against(gain, rivals, unknown, fit.total / fit.dof)
+    gain = lost.gain / overstated
+    others = against(gain, rivals, lost.unknown / overstated, fit.total / fit.dof)
     return Surety(gain, others, alike, probability(others, alike))
 
 

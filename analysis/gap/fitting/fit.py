@@ -202,16 +202,15 @@ class _Descent:
         """Iterate from `best`: return the final point, whether it settled, and the number of linearisations.
 
         Near the data, a point at which it settles with known derivatives is linearised by everything, and the
-        iteration goes on from there.
+        iteration goes on from there until little is left to gain.
         """
-        passes, rules = 0, self
-        while True:
-            best, done, more = rules.along(best, free)
+        best, done, passes = self.along(best, free)
+        near = not self._leaves_more(best) if free.effects else not self._rough(best)
+        if best.stale and done and near and passes < self.most_steps:
+            best = self.evaluate(best.state, free)
+            best, done, more = replace(self, target=AGAIN * self.target).along(best, free)
             passes += more
-            near = not self._leaves_more(best) if free.effects else not self._rough(best)
-            if not best.stale or not done or passes >= self.most_steps or not near:
-                return best, done, passes
-            best, rules = self.evaluate(best.state, free), replace(self, target=AGAIN * self.target)
+        return best, done, passes
 
     def along(self, best: _Trial, free: FreeParameters) -> tuple[_Trial, bool, int]:
         """Do what `to_the_end` does, with known derivatives of declared quantities wherever they hold."""

@@ -1,12 +1,15 @@
 """Drop and swap: each effect found is removed, and replaced by each other effect, and the fits are compared."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Self
 
+from analysis.effect_card import Values
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.refit import Refit, absent, at_few_temperatures, refit, started_from
 from analysis.gap.search.score_test import ScoreTest
+from analysis.gap.search.unknown import unknown_evidence
 from analysis.gap.thresholds import CLASS_NATS, MOST_EFFECTS, SWAP_SHARE, SWAPS_REFITTED
 
 
@@ -41,14 +44,14 @@ def drop_and_swap(
     trials: list[list[Refit]] = []
     for _ in range(MOST_EFFECTS):
         on = tuple(fit.state.effects)
-        without = {name: dropped(context, baseline, fit, name) for name in on}
-        idle = [name for name in on if fit.log_evidence - without[name].log_evidence < context.least_gain(fit)]
+        losses = {name: lost(context, baseline, fit, name) for name in on}
+        idle = [name for name in on if losses[name].gain < context.least_gain(fit)]
         if idle:
-            fit = max((without[name] for name in idle), key=lambda f: f.log_evidence)
+            fit = max((dropped(context, baseline, fit, name) for name in idle), key=lambda f: f.log_evidence)
             last = context.score_test(fit)
             continue
         # a single effect was compared with the others when it was chosen
-        better = _swapped(context, fit, last, without, blind, trials) if len(on) > 1 else None
+        better = _swapped(context, baseline, fit, last, losses, blind, trials) if len(on) > 1 else None
         if better is None:
             break
         fit, last = better, context.score_test(better)
@@ -72,17 +75,61 @@ def dropped(context: SearchContext, baseline: GapFit, fit: GapFit, name: str) ->
     -------
     GapFit
     """
-    rest = {other: values for other, values in fit.state.effects.items() if other != name}
-    if not rest:
-        return baseline
-    names, start = tuple(rest), replace(baseline.state, effects=rest)
+    rest = _without(fit, name)
+    return context.fit(replace(baseline.state, effects=rest), tuple(rest)) if rest else baseline
+
+
+def _without(fit: GapFit, name: str) -> dict[str, Values]:
+    return {other: dict(values) for other, values in fit.state.effects.items() if other != name}
+
+
+@dataclass(frozen=True)
+class Loss:
+    """What a twin loses without one of its effects.
+
+    Attributes
+    ----------
+    gain : float
+        Log evidence of the twin with the effect over that without it, all else fitted again, nats.
+    unknown : float
+        Log evidence, without the effect, of an unknown discrepancy over noise, nats.
+    """
+
+    gain: float
+    unknown: float
+
+    @classmethod
+    def between(cls, context: SearchContext, fit: GapFit, without: GapFit, ratio: float = 1.0) -> Self:
+        """Compare two fits of the same sweeps, for `ratio` times as many."""
+        unknown = unknown_evidence(context.sweeps, without.residual, without.state)
+        return cls(ratio * (fit.log_evidence - without.log_evidence), ratio * unknown)
+
+
+def lost(context: SearchContext, baseline: GapFit, fit: GapFit, name: str) -> Loss:
+    """Say what a twin loses without one of its effects; from a few temperatures where these leave no doubt.
+
+    Parameters
+    ----------
+    context : SearchContext
+    baseline : GapFit
+        Without effects.
+    fit : GapFit
+        With all effects.
+    name : str
+        The effect left out.
+
+    Returns
+    -------
+    Loss
+    """
+    rest = _without(fit, name)
     few, begun = at_few_temperatures(context, baseline)
-    if few is context or not context.far(baseline):
-        return context.fit(start, names)
-    # where a few temperatures tell that the effect is no matter of nats, a rough fit to all is enough
-    there = few.fit(started_from(begun, names, rest), names)
-    start = baseline.state.corrected(context.sweeps, begun.state, there.state, few.sweeps)
-    return context.fit(start, names, roughly=few.leaves_more(there))
+    if rest and few is not context and context.far(baseline):
+        there = few.fit(started_from(begun, tuple(rest), rest), tuple(rest), roughly=True)
+        if few.leaves_more(there):
+            whole = few.fit(fit.state.restricted(context.sweeps, few.sweeps), tuple(fit.state.effects))
+            return Loss.between(few, whole, there, context.sweeps.numbers / few.sweeps.numbers)
+    return Loss.between(context, fit, dropped(context, baseline, fit, name))
 
 
 def relative_evidence(
@@ -122,9 +169,10 @@ def relative_evidence(
 
 def _swapped(
     context: SearchContext,
+    baseline: GapFit,
     fit: GapFit,
     last: ScoreTest,
-    without: Mapping[str, GapFit],
+    losses: Mapping[str, Loss],
     blind: Sequence[str],
     trials: list[list[Refit]],
 ) -> GapFit | None:
@@ -132,15 +180,15 @@ def _swapped(
     best = None
     for name in fit.state.effects:
         behind = relative_evidence(context, fit, last, name, blind)
-        gain = fit.log_evidence - without[name].log_evidence
-        near = [other for other, relative in behind.items() if relative > -SWAP_SHARE * gain]
+        near = [other for other, relative in behind.items() if relative > -SWAP_SHARE * losses[name].gain]
         near = sorted(near, key=lambda other: -behind[other])[:SWAPS_REFITTED]
         if not near:
             continue
         contest = last.without(name)
         begin = {c.effects[0]: absent(context, contest, c) for c in contest.candidates() if c.effects[0] in near}
-        on = tuple(without[name].state.effects)
-        refits = refit(context, without[name], [((*on, other), begin[other]) for other in near])
+        without = dropped(context, baseline, fit, name)
+        on = tuple(without.state.effects)
+        refits = refit(context, without, [((*on, other), begin[other]) for other in near])
         trials.append(refits)
         for trial in refits:
             if trial.fit is None or not trial.plausible:

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.data.sweeps import GapSweeps
-from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.fitting.fit import SETTLED_FAR_ALONE, fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.misfit import relative_misfit
-from analysis.gap.thresholds import HELD_OUT_SHARE, Z_FLOOR
+from analysis.gap.thresholds import FAR, HELD_OUT_SHARE, SETTLED, Z_FLOOR
 from analysis.twin_model import TwinModel
 
 LEAST_TEMPERATURES = 4
@@ -187,12 +187,17 @@ def fit_and_try(model: TwinModel, sweeps: GapSweeps, split: Split, whole: GapFit
     """
     start = whole.state.restricted(sweeps, split.learn)
     taught = fit_gap(model, split.learn, start, tuple(whole.state.effects), executor)
+    # of a gap of thousands of sigma, a tenth is enough to say what share of it effects close
+    far = not whole.state.effects and whole.total > (1.0 + FAR) * whole.dof
+    target = SETTLED_FAR_ALONE * split.test.numbers if far else SETTLED
     begin = taught.state
     if split.laws_free:
         begin = whole.state.restricted(sweeps, split.test)
     learnt = taught.state
     begin = replace(begin, log_gain=learnt.log_gain, effects=learnt.effects, declared=learnt.declared)
-    return fit_gap(model, split.test, begin, (), executor, gain_free=False, laws_free=split.laws_free)
+    return fit_gap(
+        model, split.test, begin, (), executor, gain_free=False, laws_free=split.laws_free, target=target
+    )
 
 
 def splits(sweeps: GapSweeps) -> list[Split]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext, explained
-from analysis.gap.search.drop_and_swap import drop_and_swap, dropped, relative_evidence
+from analysis.gap.search.drop_and_swap import Loss, drop_and_swap, lost, relative_evidence
 from analysis.gap.search.observability import Observability, observability
 from analysis.gap.search.refit import Refit, absent, at_few_temperatures, refit
 from analysis.gap.search.relocation import relocated
@@ -57,8 +57,8 @@ class SearchResult:
         At the baseline and at `fit`.
     seen : tuple of Observability
         Of every effect, at the baseline.
-    without : mapping of str to GapFit
-        Fit without one of the effects found, all else fitted again.
+    losses : mapping of str to Loss
+        What the twin loses without each of the effects found.
     rivals : mapping of str to mapping
         For each effect found: log evidence of every other effect instead of it, relative to it, nats.
     """
@@ -69,7 +69,7 @@ class SearchResult:
     first: ScoreTest
     last: ScoreTest
     seen: tuple[Observability, ...]
-    without: dict[str, GapFit]
+    losses: dict[str, Loss]
     rivals: dict[str, dict[str, float]]
 
     @property
@@ -100,9 +100,9 @@ def stepwise_search(context: SearchContext, baseline: GapFit) -> SearchResult:
     if _enough(context, baseline, fit):
         fit, last, swaps = drop_and_swap(context, baseline, fit, last, blind)
         steps += [Step((), tuple(refits), refits[0].effects, 0.0, False) for refits in swaps]
-    without = {name: dropped(context, baseline, fit, name) for name in fit.state.effects}
+    losses = {name: lost(context, baseline, fit, name) for name in fit.state.effects}
     rivals = {name: relative_evidence(context, fit, last, name, blind) for name in fit.state.effects}
-    return SearchResult(baseline, fit, tuple(steps), first, last, seen, without, rivals)
+    return SearchResult(baseline, fit, tuple(steps), first, last, seen, losses, rivals)
 
 
 def _enough(context: SearchContext, baseline: GapFit, fit: GapFit) -> bool:

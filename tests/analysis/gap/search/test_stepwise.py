@@ -7,6 +7,7 @@ import analysis.gap.search.context as search_context
 from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.state import starting_state
 from analysis.gap.search.context import SearchContext
+from analysis.gap.search.drop_and_swap import dropped
 from analysis.gap.search.stepwise import stepwise_search
 
 TRUE = {"mass": {"grams": 5.0}, "lag": {"tau": 600.0}}
@@ -54,12 +55,14 @@ def test_all_sweeps_are_fitted_once_both_are_known(searched):
 
 
 def test_what_a_few_temperatures_told_stands_for_all(searched):
-    _, baseline, found, _ = searched
+    context, baseline, found, _ = searched
     first = found.steps[0]
     best = first.refits[0]
     assert first.accepted
     assert best.fit is None  # fitted to a few only
     assert 0.5 < best.share <= 1.0
-    # the evidence of the first effect alone, fitted to all sweeps at the end, is what was estimated for it
+    # fitted to all sweeps, the evidence of the first effect alone is what was estimated, and so is its loss
     (other,) = set(TRUE) - set(best.effects)
-    assert best.gain == pytest.approx(found.without[other].log_evidence - baseline.log_evidence, rel=0.1)
+    alone = dropped(context, baseline, found.fit, other)
+    assert best.gain == pytest.approx(alone.log_evidence - baseline.log_evidence, rel=0.1)
+    assert found.losses[other].gain == pytest.approx(found.fit.log_evidence - alone.log_evidence, rel=0.1)
