@@ -41,9 +41,10 @@ ROUGH, ROUGHLY_SETTLED = 3.0, 300.0
 """chi2 per number above which a fit first moves with the declared quantities held, and the predicted decrease, per
 chi2 per number, at which they are freed: they are most of the tangents, and far from the data they only follow."""
 
-NEAR = 0.05
+NEAR, NEAR_ENOUGH = 0.05, 0.005
 """Relative change of the derivative by log E up to which those by declared quantities are taken from where they
-were computed last: they are most of a linearisation's cost, and change as little."""
+were computed last: they are most of a linearisation's cost, and change as little. Up to the second, a fit that has
+settled with them is not linearised again: what they come to changes by as little."""
 
 SLOW = 0.3
 """Share of the last predicted decrease that the next may be while known derivatives are used: beyond it they are
@@ -81,6 +82,8 @@ class _Trial:
     declared: float
     known: list[SweepEquations] | None
     """Equations of the point at which derivatives by declared quantities were computed; None without such."""
+    away: float = 0.0
+    """Relative change of the derivative by log E since then."""
     whole: bool = True
     """Whether `equations` have derivatives by declared quantities; a step that is refused needs none."""
 
@@ -206,7 +209,7 @@ class _Descent:
         """
         best, done, passes = self.along(best, free)
         near = not self._leaves_more(best) if free.effects else not self._rough(best)
-        if best.stale and done and near and passes < self.most_steps:
+        if best.away > NEAR_ENOUGH and done and near and passes < self.most_steps:
             best = self.evaluate(best.state, free)
             best, done, more = replace(self, target=AGAIN * self.target).along(best, free)
             passes += more
@@ -280,10 +283,11 @@ class _Descent:
             return self.evaluate(state, free)
         parts = self._linearised(state, free.names[: free.effects])
         pairs = list(zip(parts, best.known, strict=True))
-        if any(part.changed_from(there) > NEAR for part, there in pairs):
+        away = max(part.changed_from(there) for part, there in pairs)
+        if away > NEAR:
             return replace(self._trial(state, free, parts, None), whole=False)
         joined = [part.with_last(there, free.tolerances) for part, there in pairs]
-        return self._trial(state, free, joined, best.known)
+        return replace(self._trial(state, free, joined, best.known), away=away)
 
     def _trial(
         self,

@@ -122,14 +122,34 @@ def lost(context: SearchContext, baseline: GapFit, fit: GapFit, name: str) -> Lo
     -------
     Loss
     """
-    rest = _without(fit, name)
-    few, begun = at_few_temperatures(context, baseline)
-    if rest and few is not context and context.far(baseline):
+    far = _Few.without(context, baseline, fit, name)
+    if far is None:
+        return Loss.between(context, fit, dropped(context, baseline, fit, name))
+    return Loss.between(far.context, far.whole, far.rest, far.ratio)
+
+
+@dataclass(frozen=True)
+class _Few:
+    """Fits to a few temperatures with all effects and without one, which leave no doubt that it is needed."""
+
+    context: SearchContext
+    whole: GapFit
+    rest: GapFit
+    ratio: float
+    """Of the numbers of all sweeps to those of the few."""
+
+    @classmethod
+    def without(cls, context: SearchContext, baseline: GapFit, fit: GapFit, name: str) -> "_Few | None":
+        """Leave one effect out; None where all sweeps are to be asked."""
+        rest = _without(fit, name)
+        few, begun = at_few_temperatures(context, baseline)
+        if not rest or few is context or not context.far(baseline):
+            return None
         there = few.fit(started_from(begun, tuple(rest), rest), tuple(rest), roughly=True)
-        if few.leaves_more(there):
-            whole = few.fit(fit.state.restricted(context.sweeps, few.sweeps), tuple(fit.state.effects))
-            return Loss.between(few, whole, there, context.sweeps.numbers / few.sweeps.numbers)
-    return Loss.between(context, fit, dropped(context, baseline, fit, name))
+        if not few.leaves_more(there):
+            return None
+        whole = few.fit(fit.state.restricted(context.sweeps, few.sweeps), tuple(fit.state.effects))
+        return cls(few, whole, there, context.sweeps.numbers / few.sweeps.numbers)
 
 
 def relative_evidence(
@@ -182,12 +202,19 @@ def _swapped(
         behind = relative_evidence(context, fit, last, name, blind)
         near = [other for other, relative in behind.items() if relative > -SWAP_SHARE * losses[name].gain]
         near = sorted(near, key=lambda other: -behind[other])[:SWAPS_REFITTED]
-        if not near:
-            continue
         contest = last.without(name)
         begin = {c.effects[0]: absent(context, contest, c) for c in contest.candidates() if c.effects[0] in near}
+        on = tuple(_without(fit, name))
+        far = _Few.without(context, baseline, fit, name) if near else None
+        if far is not None:
+            sets = [((*on, other), begin[other]) for other in near]
+            tried = refit(far.context, far.rest, sets, rival=far.whole)
+            trials.append([trial.estimate(far.ratio) for trial in tried])
+            equal = [r.effects[-1] for r in tried if r.fit and r.fit.log_evidence > far.whole.log_evidence]
+            near = [other for other in near if other in equal]
+        if not near:
+            continue
         without = dropped(context, baseline, fit, name)
-        on = tuple(without.state.effects)
         refits = refit(context, without, [((*on, other), begin[other]) for other in near])
         trials.append(refits)
         for trial in refits:

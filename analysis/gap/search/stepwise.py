@@ -99,7 +99,7 @@ def stepwise_search(context: SearchContext, baseline: GapFit) -> SearchResult:
             fit, last = _supported(context, baseline, path)
     if _enough(context, baseline, fit):
         fit, last, swaps = drop_and_swap(context, baseline, fit, last, blind)
-        steps += [Step((), tuple(refits), refits[0].effects, 0.0, False) for refits in swaps]
+        steps += [Step((), tuple(refits), refits[0].effects, 0.0, False) for refits in swaps if refits]
     losses = {name: lost(context, baseline, fit, name) for name in fit.state.effects}
     rivals = {name: relative_evidence(context, fit, last, name, blind) for name in fit.state.effects}
     return SearchResult(baseline, fit, tuple(steps), first, last, seen, losses, rivals)
