@@ -220,12 +220,7 @@ class _Descent:
         damping, share, passes, done, refused, last = 0.0, 1.0, 1, False, False, np.inf
         while passes < self.most_steps:
             step = self._step(best, free, damping)
-            # where the residual is many sigma, the tolerance grows: fractions of a nat need no other linearisation
-            settled, rough = self.target * max(1.0, best.objective / self.sweeps.numbers), self._rough(best)
-            if free.tolerances and free.effects:
-                settled = max(settled, OF_EXCESS * (best.objective - self.sweeps.numbers))
-            if rough and (free.tolerances or not free.effects):
-                settled = max(settled, (SETTLED_FAR if free.effects else SETTLED_FAR_ALONE) * best.objective)
+            settled, rough = self._settled(best, free), self._rough(best)
             idle = free.tolerances and not free.effects and step.idle(self.sweeps)
             if step.predicted_decrease < settled or idle:
                 done = True
@@ -306,6 +301,16 @@ class _Descent:
     def _linearised(self, state: GapState, names: Sequence[tuple[str, str]]) -> list[SweepEquations]:
         tangents: list[Tangent] = [(name, parameter, state.on[name]) for name, parameter in names]
         return linearise_all(self.model, self.sweeps, state, tangents, self.executor, keep=True)
+
+    def _settled(self, at: _Trial, free: FreeParameters) -> float:
+        """Predicted decrease at which a fit has settled at a point."""
+        # where the residual is many sigma, the tolerance grows: fractions of a nat need no other linearisation
+        settled = self.target * max(1.0, at.objective / self.sweeps.numbers)
+        if free.tolerances and free.effects:
+            settled = max(settled, OF_EXCESS * (at.objective - self.sweeps.numbers))
+        if self._rough(at) and (free.tolerances or not free.effects):
+            settled = max(settled, (SETTLED_FAR if free.effects else SETTLED_FAR_ALONE) * at.objective)
+        return settled
 
     def _tried(self, best: _Trial, free: FreeParameters, step: "_Step") -> _Trial | None:
         """Evaluate a step; None where the model refuses the point, which counts as too long a step."""

@@ -21,7 +21,7 @@ from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.observability import observability
 from analysis.gap.search.refit import absent
-from analysis.gap.search.score_test import ScoreTest
+from analysis.gap.search.score_test import ScoreTest, score_test
 from analysis.gap.thresholds import CLASS_NATS, LEAST_GAIN
 
 MOST_EFFECTS = 6
@@ -194,11 +194,11 @@ class _Neighbours:
         plain.report("beside a discrepancy", min(0.2 * len(at.effects), 0.8))
         linear = LinearisedSweeps.of(plain.model, plain.sweeps, at.fit.state, plain.executor)
         here = plain.seen_by(linear)
-        return cls(at, here, here.weighted(at.context.sweeps.weights).score_test(at.fit))
+        return cls(at, here, _screened(here.weighted(at.context.sweeps.weights), at.fit))
 
     def blind(self) -> set[str]:
         """Tell which effects the campaign does not show beside noise; whether beside more, evidence tells."""
-        seen = observability(self.plain.score_test(self.at.fit), self.plain.model.cards)
+        seen = observability(_screened(self.plain, self.at.fit), self.plain.model.cards)
         return {one.effect for one in seen if not one.observable}
 
     def extended(self, blind: Container[str]) -> list[Imperfect]:
@@ -251,6 +251,11 @@ class _Neighbours:
         here = plain.seen_by(linear.placed(places or {}))
         fit = here.weighted(weights).fit(state, tuple(state.effects))
         return settled(here, fit.state, self.at.fit.predicted, weights.undone(fit.residual), fit.determined)
+
+
+def _screened(linear: SearchContext, fit: GapFit) -> ScoreTest:
+    """Screen all sweeps: a campaign linearised at all of them costs nothing, and has no part."""
+    return score_test(linear.model, linear.sweeps, fit, linear.executor)
 
 
 def settled_from_first_order(plain: SearchContext, begun: GapFit) -> Imperfect:
