@@ -120,8 +120,9 @@ LEAST_SHARE = 0.2
 """A step that explains a smaller share of the residual names a wrong effect, whatever its evidence: with a hidden
 resonator a wrong effect gained 14113 nats."""
 
-MOST_EFFECTS = 3
-"""Largest number of effects in one twin: with more, any residual of these sizes can be explained."""
+MOST_EFFECTS = 6
+"""Largest number of effects in one twin. Each has to take a fifth of what those before it leave, and to be missed
+where it is left out again."""
 
 SWAP_SHARE = 0.1
 """Another effect is fitted instead of an effect if its first-order evidence reaches this share of it: the error of

@@ -1,16 +1,17 @@
 """Drop and swap: each effect found is removed, and replaced by each other effect, and the fits are compared."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Self
 
 from analysis.effect_card import Values
+from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.search.context import SearchContext
-from analysis.gap.search.refit import Refit, absent, at_few_temperatures, refit, started_from
+from analysis.gap.search.refit import Refit, absent, first_order, refit
 from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.search.unknown import unknown_evidence
-from analysis.gap.thresholds import CLASS_NATS, MOST_EFFECTS, SWAP_SHARE, SWAPS_REFITTED
+from analysis.gap.thresholds import BEHIND, CLASS_NATS, MOST_EFFECTS, SWAP_SHARE, SWAPS_REFITTED
 
 
 def drop_and_swap(
@@ -58,7 +59,7 @@ def drop_and_swap(
     return fit, last, trials
 
 
-def dropped(context: SearchContext, baseline: GapFit, fit: GapFit, name: str) -> GapFit:
+def dropped(context: SearchContext, baseline: GapFit, fit: GapFit, name: str, *, roughly: bool = False) -> GapFit:
     """Fit the twin without one of its effects.
 
     Parameters
@@ -70,13 +71,17 @@ def dropped(context: SearchContext, baseline: GapFit, fit: GapFit, name: str) ->
         With all effects.
     name : str
         The effect left out.
+    roughly : bool
+        As in `SearchContext.fit`.
 
     Returns
     -------
     GapFit
     """
     rest = _without(fit, name)
-    return context.fit(replace(baseline.state, effects=rest), tuple(rest)) if rest else baseline
+    if not rest:
+        return baseline
+    return context.fit(fit.state.with_effects(rest), tuple(rest), roughly=roughly)
 
 
 def _without(fit: GapFit, name: str) -> dict[str, Values]:
@@ -142,14 +147,39 @@ class _Few:
     def without(cls, context: SearchContext, baseline: GapFit, fit: GapFit, name: str) -> "_Few | None":
         """Leave one effect out; None where all sweeps are to be asked."""
         rest = _without(fit, name)
-        few, begun = at_few_temperatures(context, baseline)
+        few, _ = context.at_few_temperatures(fit.state)
         if not rest or few is context or not context.far(baseline):
             return None
-        there = few.fit(started_from(begun, tuple(rest), rest), tuple(rest), roughly=True)
+        whole = few.fit(fit.state.restricted(context.sweeps, few.sweeps), tuple(fit.state.effects))
+        there = few.fit(whole.state.with_effects(rest), tuple(rest), roughly=True)
         if not few.leaves_more(there):
             return None
-        whole = few.fit(fit.state.restricted(context.sweeps, few.sweeps), tuple(fit.state.effects))
         return cls(few, whole, there, context.sweeps.numbers / few.sweeps.numbers)
+
+    @property
+    def gain(self) -> float:
+        """Log evidence of the effect, nats."""
+        return self.whole.log_evidence - self.rest.log_evidence
+
+    def exchanged(self, name: str, added: Mapping[str, Values]) -> Refit:
+        """Fit another effect in the place of one, from where the laws stand with all of them.
+
+        From where they stand without the effect, far off, a fit does not find its way.
+        """
+        few, effects = self.context, {**_without(self.whole, name), **added}
+        names = tuple(effects)
+        fit = few.fits.known(names) or fit_gap(
+            few.model,
+            few.sweeps,
+            self.whole.state.with_effects(effects),
+            names,
+            few.executor,
+            target=few.settled,
+            enough=BEHIND * self.whole.total,
+        )
+        if fit.settled:
+            few.fits.keep(names, fit)
+        return Refit.of(few, self.rest, names, fit)
 
 
 def relative_evidence(
@@ -203,19 +233,19 @@ def _swapped(
         near = [other for other, relative in behind.items() if relative > -SWAP_SHARE * losses[name].gain]
         near = sorted(near, key=lambda other: -behind[other])[:SWAPS_REFITTED]
         contest = last.without(name)
-        begin = {c.effects[0]: absent(context, contest, c) for c in contest.candidates() if c.effects[0] in near}
-        on = tuple(_without(fit, name))
+        begin = {c.effects[0]: c for c in contest.candidates() if c.effects[0] in near}
         far = _Few.without(context, baseline, fit, name) if near else None
         if far is not None:
-            sets = [((*on, other), begin[other]) for other in near]
-            tried = refit(far.context, far.rest, sets, rival=far.whole)
+            tried = [far.exchanged(name, first_order(context, contest, begin[other])) for other in near]
             trials.append([trial.estimate(far.ratio) for trial in tried])
-            equal = [r.effects[-1] for r in tried if r.fit and r.fit.log_evidence > far.whole.log_evidence]
-            near = [other for other in near if other in equal]
+            near = [trial.effects[-1] for trial in tried if trial.gain > far.gain]
         if not near:
             continue
-        without = dropped(context, baseline, fit, name)
-        refits = refit(context, without, [((*on, other), begin[other]) for other in near])
+        without = dropped(context, baseline, fit, name, roughly=far is not None)
+        on = tuple(without.state.effects)
+        refits = refit(
+            context, without, [((*on, other), absent(context, contest, begin[other])) for other in near]
+        )
         trials.append(refits)
         for trial in refits:
             if trial.fit is None or not trial.plausible:

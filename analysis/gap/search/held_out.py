@@ -10,7 +10,7 @@ from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import SETTLED_FAR_ALONE, fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.misfit import relative_misfit
-from analysis.gap.thresholds import FAR, HELD_OUT_SHARE, SETTLED, Z_FLOOR
+from analysis.gap.thresholds import FAR, HELD_OUT_SHARE, SETTLED, SETTLED_AT_FEW, Z_FLOOR
 from analysis.twin_model import TwinModel
 
 LEAST_TEMPERATURES = 4
@@ -185,11 +185,11 @@ def fit_and_try(model: TwinModel, sweeps: GapSweeps, split: Split, whole: GapFit
     ValueError
         Where what was learnt leaves the certified range of the twin.
     """
-    start = whole.state.restricted(sweeps, split.learn)
-    taught = fit_gap(model, split.learn, start, tuple(whole.state.effects), executor)
     # of a gap of thousands of sigma, a tenth is enough to say what share of it effects close
     far = not whole.state.effects and whole.total > (1.0 + FAR) * whole.dof
     target = SETTLED_FAR_ALONE * split.test.numbers if far else SETTLED
+    start, effects = whole.state.restricted(sweeps, split.learn), tuple(whole.state.effects)
+    taught = fit_gap(model, split.learn, start, effects, executor, target=SETTLED_AT_FEW, declared_free=not far)
     begin = taught.state
     if split.laws_free:
         begin = whole.state.restricted(sweeps, split.test)

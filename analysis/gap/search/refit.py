@@ -83,12 +83,17 @@ def absent(context: SearchContext, screening: ScoreTest, candidate: Candidate) -
     }
 
 
+def first_order(context: SearchContext, screening: ScoreTest, candidate: Candidate) -> dict[str, Values]:
+    """Values to which first order takes a candidate, its shapes at the best site, by effect."""
+    values = absent(context, screening, candidate)
+    for place, step in zip(candidate.columns, candidate.step, strict=True):
+        column = screening.columns[place]
+        values[column.effect] = {**values[column.effect], column.card.name: column.at + step}
+    return values
+
+
 def refit(
-    context: SearchContext,
-    base: GapFit,
-    sets: Sequence[tuple[tuple[str, ...], dict[str, Values]]],
-    *,
-    rival: GapFit | None = None,
+    context: SearchContext, base: GapFit, sets: Sequence[tuple[tuple[str, ...], dict[str, Values]]]
 ) -> list[Refit]:
     """Fit each set of effects, first at a few temperatures.
 
@@ -102,8 +107,6 @@ def refit(
         From which all start.
     sets : sequence of (tuple of str, dict of str to Values)
         Effects of each set, and the start values of those that `base` lacks.
-    rival : GapFit, optional
-        Of the same sweeps, few of them, with another set: sets that leave much more than it are given up.
 
     Returns
     -------
@@ -119,10 +122,6 @@ def refit(
     scale = context.sweeps.numbers / few.sweeps.numbers
     best, left, least = max((r.gain / scale for r in done if r.plausible), default=0.0), np.inf, np.inf
     least_held = np.inf
-    if rival is not None:
-        best, least = max(best, rival.log_evidence - reference.log_evidence), rival.total
-        least_held = rival.held.objective if rival.held else np.inf
-        left = np.inf if few.leaves_more(rival) else rival.total
     far, tried = few.far(reference), []
     for place, (names, added) in enumerate(sets):
         enough = min(-2.0 * (reference.log_evidence + REFIT_SHARE * best), NEAR_IT * left, BEHIND * least)

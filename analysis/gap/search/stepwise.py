@@ -1,4 +1,4 @@
-"""Stepwise search: at most three effects, each accepted by the remaining residual, not by evidence alone."""
+"""Stepwise search: a few effects, each accepted by the remaining residual, not by evidence alone."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -97,9 +97,18 @@ def stepwise_search(context: SearchContext, baseline: GapFit) -> SearchResult:
             further, path = _climb(context, pair, context.score_test(pair), blind)
             steps += further
             fit, last = _supported(context, baseline, path)
-    if _enough(context, baseline, fit):
+    while _enough(context, baseline, fit):
+        before = fit
         fit, last, swaps = drop_and_swap(context, baseline, fit, last, blind)
         steps += [Step((), tuple(refits), refits[0].effects, 0.0, False) for refits in swaps if refits]
+        if fit is before or context.agrees(fit):
+            break
+        # an effect that stood for others is gone: what is left may have a name
+        further, path = _climb(context, fit, last, blind)
+        steps += further
+        fit, last = path[-1]
+        if len(path) == 1:
+            break
     losses = {name: lost(context, baseline, fit, name) for name in fit.state.effects}
     rivals = {name: relative_evidence(context, fit, last, name, blind) for name in fit.state.effects}
     return SearchResult(baseline, fit, tuple(steps), first, last, seen, losses, rivals)
