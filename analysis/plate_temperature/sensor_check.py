@@ -20,6 +20,9 @@ MEMORY, LEAST_READINGS = 30.0, 3.0
 """s of readings that a mean difference stands for, or so many readings."""
 SURE = 3.0
 """Standard deviations beyond which a difference is none of chance."""
+SHOWN = math.log(1e4)
+"""Evidence, see `LagModel.evidence_of_error`, from which on a sensor is slowly wrong. Of a sound sensor it exceeds
+ln c at any time, however often it is looked at, with a probability of at most 1 / c (Ville's inequality)."""
 MISLABELLED = 0.35
 """Estimated error of a label from which on it is told, K: with its uncertainty, below 0.5 K."""
 OPEN = (-120.0, 400.0)
@@ -188,7 +191,7 @@ class SensorCheck:
         if self._model is None:
             return 0.0
         value, sigma = self._model.error(self._model.moment() if moment is None else moment)
-        return value if abs(value) > SURE * sigma else 0.0
+        return value if abs(value) > SURE * sigma and self._model.evidence_of_error() > SHOWN else 0.0
 
     def cause(self, moment: tuple[Real, Real, float] | None = None) -> str:
         """Say what the error of a reading, see `error`, looks like."""
