@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -70,6 +70,15 @@ def read_events(folder: Path) -> list[dict[str, Any]]:
         except ValueError as error:
             raise CampaignFileError(folder, [_damaged(number, line)]) from error
     return events
+
+
+def later_doubts(events: Iterable[Mapping[str, Any]]) -> dict[int, str]:
+    """Return why temperatures are in doubt by what the rig learnt after a sweep or a hit, by its number."""
+    return {
+        int(event["step"]): "; ".join(str(why) for why in event.get("what") or ())
+        for event in events
+        if event.get("event") == "temperature in doubt" and event.get("step") is not None
+    }
 
 
 def parse_event(line: str | bytes) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.single_hits import FEWEST, WithoutHit
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
+from app.files.hit_doubts import hit_doubts
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_each
 from app.files.modal_test_toml import NAME, ModalTest, RecordOfTest, dof, read_modal_test
@@ -34,6 +35,7 @@ from app.modal_test.frf_set import (
 )
 from app.modal_test.given_frfs import given_frfs
 from app.modal_test.signals import SignalsOfFile, signals
+from app.summaries.doubted_temperatures import said_of_doubts
 
 Runs = dict[tuple[tuple[str, str], ...], list[tuple[str, SignalsOfFile]]]
 """Names and signals of the files, by the places of their channels."""
@@ -67,7 +69,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     file = path / NAME if path.is_dir() else path
     test = read_modal_test(file)
     hashes = {file.name: sha256(file)}
-    notes: list[str] = []
+    notes = said_of_doubts(hit_doubts(file.parent, [record.file for record in test.record]), "hits")
     transfers, runs = _read_files(file.parent, test, hashes, notes, report)
     rates, cut = {0.0}, False
     singles: list[list[Spectra]] = []
