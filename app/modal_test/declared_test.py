@@ -18,6 +18,7 @@ from analysis.estimation.segments import Segments
 from analysis.estimation.spectra import Spectra, of_blocks, pooled, welch
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.single_hits import FEWEST, WithoutHit
+from analysis.plate_temperature.named_doubts import said_of_doubts
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.hit_doubts import hit_doubts
@@ -35,7 +36,6 @@ from app.modal_test.frf_set import (
 )
 from app.modal_test.given_frfs import given_frfs
 from app.modal_test.signals import SignalsOfFile, signals
-from app.summaries.doubted_temperatures import said_of_doubts
 
 Runs = dict[tuple[tuple[str, str], ...], list[tuple[str, SignalsOfFile]]]
 """Names and signals of the files, by the places of their channels."""

@@ -7,9 +7,9 @@ from analysis.frf import Frf
 from analysis.frf_campaign import AnyCampaign, FrfCampaign
 from analysis.plate_temperature.air_and_plate import doubtful_sweeps, offset_change
 from analysis.plate_temperature.label_check import hysteresis, misplaced
+from analysis.plate_temperature.named_doubts import NAMED, said_of_doubts
 from analysis.plate_temperature.resonances import unlike_resonances
 from analysis.updated import Updated
-from app.summaries.doubted_temperatures import NAMED, said_of_doubts
 
 
 def recorded_notes(campaign: AnyCampaign) -> tuple[str, ...]:
