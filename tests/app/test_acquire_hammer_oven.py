@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 from analysis.arrays import Real
 from analysis.frf import campaign_frf
+from app.chain.input_files import campaign_hashes
 from app.files.atomic import atomic_hdf5
 from app.files.campaign_error import CampaignFileError
 from app.files.events import append_event, read_events
@@ -168,9 +169,11 @@ def test_verbs_repeat_doubts_of_the_hits_that_count(declared: HammerExperiment, 
         for name in file:
             file.copy(name, doubted)
         number, point = int(file.attrs["number"]), int(file.attrs["point"])
+    before = campaign_hashes(folder)
     for step, why in ((0, "undone"), (3, "drifts")):
         append_event(folder, {"event": "temperature in doubt", "step": step, "what": [why], "leg": 0})
     append_event(folder, {"event": "temperature in doubt", "what": ["told live, of no hit"], "leg": 0})
+    assert campaign_hashes(folder) != before  # `flexura run` makes its results anew
     campaign = read_plate(folder)
     said = [note for note in campaign.notes if "in doubt" in note]
     assert len(said) == 2
