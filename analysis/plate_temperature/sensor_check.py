@@ -25,6 +25,8 @@ SHOWN = math.log(1e4)
 ln c at any time, however often it is looked at, with a probability of at most 1 / c (Ville's inequality)."""
 MISLABELLED = 0.35
 """Estimated error of a label from which on it is told, K: with its uncertainty, below 0.5 K."""
+GOOD_FOR = 0.5
+"""What labels are good for, K: told where a sensor is wrong, and its error may be larger."""
 OPEN = (-120.0, 400.0)
 """Beyond, no intact sensor in an oven reads, degrees Celsius: an open input is at the end of its range."""
 FROZEN_READINGS, FROZEN_AIR = 20, 2.0
@@ -192,6 +194,22 @@ class SensorCheck:
             return 0.0
         value, sigma = self._model.error(self._model.moment() if moment is None else moment)
         return value if abs(value) > SURE * sigma and self._model.evidence_of_error() > SHOWN else 0.0
+
+    def largest_error(self, moment: tuple[Real, Real, float]) -> float:
+        """Return how large the error of a reading may be, K; 0 unless the evidence says that the sensor is wrong.
+
+        Causes are taken as constant. Of a sensor that comes loose they can cancel: it is known to be wrong, and its
+        estimated errors stay small.
+
+        Parameters
+        ----------
+        moment : tuple
+            Of the reading, see `moment`.
+        """
+        if self._model is None or self._model.evidence_of_error() <= SHOWN:
+            return 0.0
+        value, sigma = self._model.error(moment)
+        return abs(value) + SURE * sigma
 
     def cause(self, moment: tuple[Real, Real, float] | None = None) -> str:
         """Say what the error of a reading, see `error`, looks like."""
