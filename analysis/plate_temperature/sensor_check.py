@@ -198,8 +198,8 @@ class SensorCheck:
     def largest_error(self, moment: tuple[Real, Real, float]) -> float:
         """Return how large the error of a reading may be, K; 0 unless the evidence says that the sensor is wrong.
 
-        Causes are taken as constant. Of a sensor that comes loose they can cancel: it is known to be wrong, and its
-        estimated errors stay small.
+        Causes are taken as constant. Of a sensor that comes loose they can cancel: it is known to be wrong, and
+        its estimated errors stay small.
 
         Parameters
         ----------
