@@ -14,5 +14,6 @@ behind.
 ``air_and_plate``  the same rule for a recorded campaign: air against plate in its sweeps
 ``resonances``     readings that the shift of all resonances contradicts, whatever the material
 ``label_check``    sweeps whose modulus does not fit their temperature
+``named_doubts``   sweeps and hits whose temperature is in doubt, in sentences
 =================  =====================================================================
 """

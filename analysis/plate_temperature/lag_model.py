@@ -29,6 +29,8 @@ NOISE = 0.1
 """Of one reading, K."""
 INDEPENDENT = 15.0
 """Time between two readings that count as independent, s: regulators and fans swing for about as long."""
+FAULTS = slice(2, 5)
+"""Of the six, those that only a wrong sensor has: a, g, d."""
 LEAST_EVIDENCE = 30.0
 """In ln; a tau_k that is less likely by this is left out: 1e-13."""
 
@@ -145,6 +147,22 @@ class LagModel:
         rows = np.zeros((ahead[inside].size, PRIOR.size))
         rows[:, 2], rows[:, 3], rows[:, 4] = ahead[inside], above[inside], seconds
         return self._combined(rows)
+
+    def evidence_of_error(self) -> float:
+        """Return ln of how much likelier all readings are if a, g and d are free than if they are zero.
+
+        Each tau_k has its own a: soon after the start, a slow plate with a share of the air in its reading and a
+        faster one without are both likely, and mean and standard deviation over both say little. With zero, each
+        tau_k is as likely as before times the density of (a, g, d) there, after the readings over before (Savage's
+        ratio: Dickey, Annals of Mathematical Statistics 42, 1971).
+        """
+        inside, prior = self._inside, PRIOR[FAULTS]
+        found = self._state[inside, FAULTS] / prior
+        covariance = self._covariance[inside, FAULTS, FAULTS] / np.outer(prior, prior)
+        distance = (found * np.linalg.solve(covariance, found[:, :, None])[:, :, 0]).sum(1)
+        at_zero = np.log(self._weight) - 0.5 * (distance + np.linalg.slogdet(covariance)[1])
+        largest = float(at_zero.max())
+        return -largest - float(np.log(np.exp(at_zero - largest).sum()))
 
     def parts(self, moment: tuple[Real, Real, float]) -> dict[str, float]:
         """Return the three parts of `error`, K: ``air``, ``scale`` and ``drift``."""

@@ -8,6 +8,7 @@ from itertools import combinations
 from analysis.arrays import Real
 from analysis.plate_temperature.sensor_check import (
     DOUBTED,
+    GOOD_FOR,
     MEMORY,
     MISLABELLED,
     SensorCheck,
@@ -138,6 +139,7 @@ class PlateSensors:
         errors = {step: self._errors(moments) for step, (_, moments) in self._judged.items()}
         means = {step: sum(of.values()) / max(len(of), 1) for step, of in errors.items()}
         wrong = any(abs(mean) > MISLABELLED for mean in means.values())
+        unknown = self._not_bounded()
         for step, of in errors.items():
             slow = [self._slow[one] for one in of if one in self._slow]
             if wrong and abs(means[step]) > 0.0:
@@ -147,7 +149,21 @@ class PlateSensors:
                 found[step] = f"about {abs(means[step]):.1f} K too {than}; {check.name}: {check.cause(moment)}"
             elif wrong or slow:
                 found[step] = "; ".join(slow) or "other labels of this sensor are wrong"
+            elif unknown:
+                found[step] = unknown
         return {**found, **self._late}
+
+    def _not_bounded(self) -> str:
+        """Say which sensors are wrong by an amount that is not known, if a label may be too wrong by it."""
+        bounds = [
+            {one: self._checks[one].largest_error(moment) / len(moments) for one, moment in moments.items()}
+            for _, moments in self._judged.values()
+        ]
+        if max((sum(of.values()) for of in bounds), default=0.0) <= GOOD_FOR:
+            return ""
+        names = [self._checks[one].name for one in sorted({one for of in bounds for one in of if of[one] > 0.0})]
+        whose = " and ".join(names)
+        return f"{whose} does not follow the air as a sensor on a plate does; its errors may exceed {GOOD_FOR:g} K"
 
     def _errors(self, moments: Moments) -> dict[int, float]:
         return {one: self._checks[one].error(moment) for one, moment in moments.items()}

@@ -35,11 +35,10 @@ def campaign_hashes(campaign: Path) -> dict[str, str]:
     if is_campaign_folder(campaign):
         found = {PROTOCOL: sha256(campaign / PROTOCOL)}
         found |= {f"{SWEEPS}/{path.name}": sha256(path) for path in sweep_paths(campaign)}
-        told = _told(campaign / EVENTS)
-        return found | ({EVENTS: told} if told else {})
+        return found | _told(campaign / EVENTS)
     declaration = campaign / DECLARATION
     if not declaration.exists():  # a plate with FRFs: only its reader knows which files it names
-        return dict(load_campaign(campaign).hashes)
+        return dict(load_campaign(campaign).hashes) | _told(campaign / EVENTS)
     found = {DECLARATION: declaration_digest(declaration)} | _named_in(declaration)
     folder = campaign / SWEEPS
     files = sorted(folder.iterdir()) if folder.is_dir() else []
@@ -71,12 +70,12 @@ def effect_hashes(folder: Path | None) -> dict[str, str]:
     return {f"effect {path.name}": sha256(path) for path in sorted(folder.glob("[!_]*.py"))}
 
 
-def _told(events: Path) -> str | None:
+def _told(events: Path) -> dict[str, str]:
     try:
         lines = [line for line in events.read_bytes().splitlines() if any(kind in line for kind in TOLD)]
     except OSError:
-        return None
-    return hashlib.sha256(b"\n".join(lines)).hexdigest() if lines else None
+        return {}
+    return {EVENTS: hashlib.sha256(b"\n".join(lines)).hexdigest()} if lines else {}
 
 
 def _named_in(path: Path) -> dict[str, str]:

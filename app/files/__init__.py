@@ -37,6 +37,7 @@ Campaigns:
 ``experiment_toml``       what a rig is to acquire
 ``hammer_experiment``     what hits are to be acquired
 ``hammer_folder``         a hammer test while hits are written into it
+``hit_doubts``            hits whose temperature is in doubt
 ``instruments_toml``      the instruments that a file declares
 ``instrument_sections``   each of them checked by the class that its ``kind`` names
 ``simulation_section``    what the simulated rig is

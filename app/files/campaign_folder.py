@@ -32,7 +32,7 @@ from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_kind import PROTOCOL
 from app.files.coverage import Place, coverage_problems, missing_places
 from app.files.events import NAME as EVENTS
-from app.files.events import read_events
+from app.files.events import later_doubts, read_events
 from app.files.finished_sweep import FileMark, changed, read_finished_sweep
 from app.files.folder_lock import is_being_written
 from app.files.parsed_text import parse_json, read_text
@@ -184,7 +184,7 @@ def read_campaign_folder(folder: Path) -> Campaign:
         problems.append(_no_sweep(folder, len(missing), len(gone)))
     if problems:
         raise CampaignFileError(folder, problems)
-    doubts = _doubts(events)
+    doubts = later_doubts(events)
     there, extent = tuple(replace(one, doubt=doubts.get(one.step, one.doubt)) for one in sweeps.values()), None
     if missing:
         temperature = [sweep.temperature for sweep in there]
@@ -217,12 +217,3 @@ def _no_sweep(folder: Path, asked: int, to_come: int) -> Problem:
     else:
         seen = f"no sweep is finished yet, of {asked}: continue the campaign with flexura acquire"
     return Problem("", "", seen, "")
-
-
-def _doubts(events: Sequence[Mapping[str, Any]]) -> dict[int, str]:
-    """Return why temperatures are in doubt by what the rig learnt after the sweep, by step."""
-    found = {}
-    for event in events:
-        if event.get("event") == "temperature in doubt" and event.get("step") is not None:
-            found[int(event["step"])] = "; ".join(str(why) for why in event.get("what") or ())
-    return found

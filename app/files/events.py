@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -15,6 +15,8 @@ from app.files.parsed_text import parse_json, read_bytes
 NAME = "events.jsonl"
 Whole = Annotated[int, Field(ge=0, le=1_000_000)]
 Degrees = Annotated[float, Field(ge=-300.0, le=3000.0)]
+DOUBT = "temperature in doubt"
+"""Event of a reading, or with ``step`` of a sweep or hit that was kept; why in a list, ``what``."""
 LARGEST = 50_000_000
 """Bytes: some hundred thousand events."""
 
@@ -72,6 +74,15 @@ def read_events(folder: Path) -> list[dict[str, Any]]:
     return events
 
 
+def later_doubts(events: Iterable[Mapping[str, Any]]) -> dict[int, str]:
+    """Return why temperatures are in doubt by what the rig learnt after a sweep or a hit, by its number."""
+    return {
+        int(event["step"]): "; ".join(event["what"])
+        for event in events
+        if event.get("event") == DOUBT and event.get("step") is not None
+    }
+
+
 def parse_event(line: str | bytes) -> dict[str, Any]:
     """Read one event; ValueError for what is none, or lacks what those who read the log take from it."""
     event: dict[str, Any] = parse_json(line)
@@ -97,6 +108,8 @@ class _Event(BaseModel):
     target: Degrees | None = None
     rate: Annotated[float, Field(gt=0.0, le=1e4)] | None = None
     purpose: str | None = None
+    what: str | list[str] | None = None
+    doubt: str | None = None
 
     @model_validator(mode="after")
     def _whole(self) -> Self:
@@ -107,6 +120,7 @@ class _Event(BaseModel):
             "hit rejected": ("step",),
             "hit undone": ("step",),
             "point skipped": ("set_point", "point"),
+            DOUBT: ("what",),
         }.get(self.event, ())
         needed += ("target",) if self.command == "ramp" else ()
         needed += ("leg",) if self.purpose == "leg" else ()
@@ -114,6 +128,8 @@ class _Event(BaseModel):
         lacking = [name for name in needed if getattr(self, name) is None]
         if lacking:
             raise ValueError(f"{self.event} lacks {', '.join(lacking)}")
+        if self.event == DOUBT and isinstance(self.what, str):
+            raise ValueError(f"{DOUBT}: what is {self.what!r}, not a list")
         return self
 
 

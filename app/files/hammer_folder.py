@@ -19,6 +19,7 @@ from app.files.campaign_kind import HAMMER_TEST, is_hammer_folder
 from app.files.folder_lock import writable
 from app.files.hammer_experiment import HammerExperiment
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
+from app.files.hit_doubts import DOUBT, HITS
 from app.files.modal_test_toml import FORMAT as OF_TEST
 from app.files.modal_test_toml import NAME as TEST
 from app.files.parsed_text import parse_json, read_text
@@ -33,7 +34,7 @@ from drivers.hammer.judged_hit import HitJudge, JudgedHit
 from drivers.hammer.progress import HammerProgress, KeptHit
 
 FORMAT = "hammer-campaign/1"
-HITS, REJECTED = "hits", "rejected"
+REJECTED = "rejected"
 FIRST_SENSOR = 901
 """Node of the first sensor: above those of points that are hit."""
 HEAD = """Written by flexura acquire, anew with every hit: it names the hits that count.
@@ -130,7 +131,7 @@ class HammerFolder:
             file.attrs["place_m"] = json.dumps(place)
             file.attrs["temperature"] = temperature.value
             if temperature.doubt:
-                file.attrs["doubt"] = temperature.doubt
+                file.attrs[DOUBT] = temperature.doubt
             file.attrs["start_time"] = date
             file.attrs["sample_rate"] = hit.sample_rate
             file.attrs["peak_n"] = hit.peak

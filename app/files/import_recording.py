@@ -245,8 +245,8 @@ def _prepare(partial: Path, protocol: dict[str, Any]) -> bool:
     partial.mkdir()
     try:
         write_protocol(partial, protocol)
-    except BaseException:
-        partial.rmdir()
+    except BaseException:  # the file may be there: the disk can refuse as late as when its name is forced to it
+        shutil.rmtree(partial, ignore_errors=True)
         raise
     return False
 

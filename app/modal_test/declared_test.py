@@ -18,8 +18,10 @@ from analysis.estimation.segments import Segments
 from analysis.estimation.spectra import Spectra, of_blocks, pooled, welch
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.single_hits import FEWEST, WithoutHit
+from analysis.plate_temperature.named_doubts import said_of_doubts
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
+from app.files.hit_doubts import hit_doubts
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_each
 from app.files.modal_test_toml import NAME, ModalTest, RecordOfTest, dof, read_modal_test
@@ -67,7 +69,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     file = path / NAME if path.is_dir() else path
     test = read_modal_test(file)
     hashes = {file.name: sha256(file)}
-    notes: list[str] = []
+    notes = said_of_doubts(hit_doubts(file.parent, [record.file for record in test.record]), "hits")
     transfers, runs = _read_files(file.parent, test, hashes, notes, report)
     rates, cut = {0.0}, False
     singles: list[list[Spectra]] = []

@@ -15,7 +15,7 @@ from app.files.campaign_folder import sweep_paths
 from app.files.campaign_kind import is_campaign_folder
 from app.files.experiment_toml import AcquiredExperiment
 from app.files.hammer_experiment import HammerExperiment
-from app.files.hammer_folder import HITS
+from app.files.hit_doubts import HITS
 from app.rig.assembly import rig_places
 from app.summaries.duration import duration
 from drivers.ni.input_wiring import InputWiring

@@ -367,9 +367,9 @@ def save(
     write_twin(run / TWIN, issued)
     if found.corrected.effects:
         _save_corrected_laws(run / LAWS, campaign, found.corrected, found.twin.error, origin)
-    else:
-        (run / LAWS).unlink(missing_ok=True)
     write_json(run / GAP, record)
+    if not found.corrected.effects:  # those of an older comparison, which stands where the disk refused this one
+        (run / LAWS).unlink(missing_ok=True)
     return record
 
 
@@ -381,9 +381,9 @@ def _described(run: Path, found: Description) -> dict[str, Any]:
 
 def _next_experiment(run: Path, plan: Plan, rig: Mapping[str, Any] | None) -> tuple[str, str]:
     """Write the experiment of a planned campaign; return its name, and what is to be filled in there."""
-    target = run / NEXT
-    target.unlink(missing_ok=True)
-    chosen = plan.winner
+    target, chosen = run / NEXT, plan.winner
+    if chosen is None or chosen.measurement.experiment is None or rig is None:
+        target.unlink(missing_ok=True)
     if chosen is None or chosen.measurement.experiment is None:
         return "", ""
     if rig is None:

@@ -7,24 +7,20 @@ from analysis.frf import Frf
 from analysis.frf_campaign import AnyCampaign, FrfCampaign
 from analysis.plate_temperature.air_and_plate import doubtful_sweeps, offset_change
 from analysis.plate_temperature.label_check import hysteresis, misplaced
+from analysis.plate_temperature.named_doubts import NAMED, said_of_doubts
 from analysis.plate_temperature.resonances import unlike_resonances
 from analysis.updated import Updated
-
-NAMED = 6
-"""Sweeps that are named one by one; of more, their number is given."""
 
 
 def recorded_notes(campaign: AnyCampaign) -> tuple[str, ...]:
     """Return a note for every sweep whose temperature the rig or the air puts in doubt, and for slow errors."""
     if isinstance(campaign, FrfCampaign):
-        return ()  # of whose temperatures no reading of an oven is known
+        return ()  # no reading of an oven is known; doubts that a rig noted are among its notes
     sweeps = campaign.sweeps
     by_air = doubtful_sweeps(sweeps)
     doubts = {one: sweep.doubt for one, sweep in enumerate(sweeps) if sweep.doubt}
     doubts = {one: doubts.get(one) or by_air[one] for one in sorted({*doubts, *by_air})}
-    notes = [f"the temperature of {_named(sweeps[one])} is in doubt: {why}" for one, why in doubts.items()]
-    if len(notes) > NAMED:
-        notes = [*notes[:NAMED], f"and the temperature of {len(notes) - NAMED} more sweeps is in doubt"]
+    notes = said_of_doubts({_named(sweeps[one]): why for one, why in doubts.items()}, "sweeps")
     change = offset_change(sweeps, tuple(doubts))
     if change is not None:
         by, coldest, hottest = change

@@ -176,12 +176,7 @@ def work(kind: Kind, words: list[tuple[int, int]]) -> None:
         for number, error in words:
             try:
                 result = run(rig, place, number, error)
-                while (held := "-50103" in result["said"]) or "is in use by process" in result["said"]:
-                    # not begun: the watchdog of the run before, or the inputs, which the server of a real chassis
-                    # keeps reserved for the task of a process that was killed
-                    if held:
-                        rig.end()
-                        rig = RealRig(place, kind, OTHER[kind])
+                while "is in use by process" in result["said"]:  # not begun: the watchdog of the run before
                     time.sleep(3.0)
                     result = run(rig, place, number, error)
             except (OSError, ValueError) as failed:

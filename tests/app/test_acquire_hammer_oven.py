@@ -1,6 +1,7 @@
 """A hammer test at the set-points of an oven: held, rejected where the plate drifts, taken up again, at rest."""
 
 import json
+import re
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -10,12 +11,16 @@ import pytest
 from click.testing import CliRunner
 
 from analysis.arrays import Real
+from analysis.frf import campaign_frf
+from app.chain.input_files import campaign_hashes
+from app.files.atomic import atomic_hdf5
 from app.files.campaign_error import CampaignFileError
-from app.files.events import read_events
+from app.files.events import append_event, read_events
 from app.files.hammer_experiment import HammerExperiment, read_hammer_experiment
 from app.files.hdf5_file import opened_hdf5
 from app.files.plate_toml import read_plate_measurement
 from app.main import flexura
+from app.modal_test.declared_test import declared_frfs
 from app.plate_frfs.given_campaign import read_plate
 from app.rig.hammer_assembly import SimulatedHammerRig
 from drivers.hammer.campaign import Key
@@ -139,12 +144,44 @@ def test_a_thermocouple_that_drifts_puts_hits_in_doubt(tmp_path: Path, monkeypat
         with opened_hdf5(path) as file:
             at_once = {e["step"]: e["doubt"] for e in events if e["event"] == "hit" and e.get("doubt")}
             assert file.attrs.get("doubt") == at_once.get(int(file.attrs["number"]))
+    said = "\n".join(note for note in read_plate(tmp_path / "hits").notes if "in doubt" in note)
+    assert [step for step in sorted(wrong) if f"hit {step} (point" in said]
+    assert all(int(number) in told for number in re.findall(r"hit (\d+) \(point", said))
 
 
 def test_a_sound_thermocouple_is_not_doubted(declared: HammerExperiment, tmp_path: Path) -> None:
     outcome, heard, _ = acquire(declared, tmp_path / "hits")
     assert outcome.doubted == 0
     assert not [hit.doubt for hit in heard.hits if hit.doubt]
+    assert "in doubt" not in "".join(read_plate(tmp_path / "hits").notes)
+
+
+def test_verbs_repeat_doubts_of_the_hits_that_count(declared: HammerExperiment, tmp_path: Path) -> None:
+    """Those in a hit's file, those that came later, which are in the log alone; not those of hits undone since."""
+    folder, keys = tmp_path / "hits", iter(["undo"])
+    acquire(declared, folder, lambda: next(keys, None) if list(folder.glob("hits/*.h5")) else None)
+    undone = [event["step"] for event in read_events(folder) if event["event"] == "hit undone"]
+    assert undone == [0]
+    path = sorted((folder / "hits").glob("*.h5"))[20]
+    with opened_hdf5(path) as file, atomic_hdf5(path) as doubted:
+        for name, value in {**file.attrs, "doubt": "reads 25.0 °C; 44.1 °C is likely"}.items():
+            doubted.attrs[name] = value
+        for name in file:
+            file.copy(name, doubted)
+        number, point = int(file.attrs["number"]), int(file.attrs["point"])
+    before = campaign_hashes(folder)
+    for step, why in ((0, "undone"), (3, "drifts")):
+        append_event(folder, {"event": "temperature in doubt", "step": step, "what": [why], "leg": 0})
+    append_event(folder, {"event": "temperature in doubt", "what": ["told live, of no hit"], "leg": 0})
+    assert campaign_hashes(folder) != before  # `flexura run` makes its results anew
+    campaign = read_plate(folder)
+    said = [note for note in campaign.notes if "in doubt" in note]
+    assert len(said) == 2
+    assert re.fullmatch(r"the temperature of hit 3 \(point 2, 2[45]\.\d °C\) is in doubt: drifts", said[0])
+    assert said[1].startswith(f"the temperature of hit {number} (point {point + 1}, ")
+    assert said[1].endswith("reads 25.0 °C; 44.1 °C is likely")
+    assert campaign_frf(campaign).notes[: len(campaign.notes)] == campaign.notes  # what update and gap say
+    assert said[0] in declared_frfs(folder / "set-point-1.toml", lambda *_: None).notes  # what identify says
 
 
 def test_an_oven_is_not_held_for_ever_where_nobody_hits(

@@ -11,7 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.stages import health
 from tests.app.conftest import SmallRun, TinyCampaign
+from tests.app.corrected_run import write_run
+from tests.app.test_health import report as judged
 
 Flexura = Callable[..., tuple[int, str, str]]
 
@@ -95,6 +98,37 @@ def test_a_blind_trial(tmp_path: Path, run_flexura: Flexura, full: Callable[[int
     full(errno.ENOSPC)
     refused(run_flexura("blind-trial", "--count", 1, "--seed", 1, "--out", tmp_path / "trial"), "trial.json")
     assert listed(tmp_path) == {}
+
+
+@pytest.mark.parametrize("pictured", [False, True])
+def test_a_judged_panel(
+    pictured: bool,
+    tmp_path: Path,
+    run_flexura: Flexura,
+    monkeypatch: pytest.MonkeyPatch,
+    full: Callable[[int], None],
+) -> None:
+    """Judged already; where the picture alone is not written, the judgement that was finished stays."""
+    found = health.WatchedPanel(judged(changed=True), (), {})
+    monkeypatch.setattr(health, "compute", lambda *_, **__: found)
+    run, week = write_run(tmp_path / "run"), write_run(tmp_path / "week")
+    (run / "health.json").write_text("old")
+    before, save = listed(tmp_path), health.save
+
+    def saved(*given: Any) -> Any:
+        record = save(*given)
+        full(errno.ENOSPC)
+        return record
+
+    if pictured:
+        monkeypatch.setattr(health, "save", saved)
+    else:
+        full(errno.ENOSPC)
+    answer = run_flexura("health", week, "--baseline", run, *(["--picture"] if pictured else []))
+    refused(answer, "health.png" if pictured else "health.json")
+    after = listed(tmp_path)
+    assert after.keys() == before.keys()
+    assert {name for name in after if after[name] != before[name]} == ({"run/health.json"} if pictured else set())
 
 
 def room(monkeypatch: pytest.MonkeyPatch, free: float) -> None:

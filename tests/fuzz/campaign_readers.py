@@ -18,6 +18,7 @@ from app.files.campaign_toml import read_declaration
 from app.files.experiment_toml import read_acquired_experiment
 from app.files.hammer_experiment import read_hammer_experiment
 from app.files.hammer_folder import open_hammer_folder
+from app.files.hit_doubts import hit_doubts
 from app.files.instruments_toml import declared_instruments
 from app.files.panel_file import read_panel
 from app.files.recorded_campaign import read_recording
@@ -85,7 +86,8 @@ def _hammered(root: Path, name: str) -> object:
     acquired = declared.model_dump(mode="json") | {"rig": "simulated"}
     folder = open_hammer_folder(root / "hammered", declared, acquired, Source("mine.toml", "0" * 64), judge)
     progress = HammerProgress.of(len(declared.mallet.places), 5, folder.kept(), folder.events())
-    return progress, [folder.measured(hit) for hit in progress.valid], interrupted_at(root / "hammered")
+    doubts = hit_doubts(root / "hammered", [HIT.removeprefix("hammered/")])
+    return progress, doubts, [folder.measured(hit) for hit in progress.valid], interrupted_at(root / "hammered")
 
 
 def _panel(root: Path, name: str) -> object:

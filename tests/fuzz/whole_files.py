@@ -72,12 +72,13 @@ def _write_hits(root: Path) -> None:
     time = np.arange(round(1.7 * rate)) / rate
     force = 20.0 * np.exp(-(((time - 0.11) / 5e-4) ** 2))
     hit = judge.judge_measured(force, 3.0 * np.gradient(force)[None], rate)
-    folder.keep(hit, KeptHit(0, 0, 0), HitTemperature(21.0), "2026-11-27T10:00:00+00:00")
+    folder.keep(hit, KeptHit(0, 0, 0), HitTemperature(21.0, "drifts"), "2026-11-27T10:00:00+00:00")
     for event in (
         {"event": "hit", "step": 0, "set_point": 0, "point": 0, "time": 1.0},
         {"event": "hit rejected", "step": 1, "set_point": 0, "point": 0, "time": 2.0, "why": "double hit"},
         {"event": "hit undone", "step": 2, "set_point": 0, "point": 0, "time": 3.0},
         {"event": "point skipped", "set_point": 0, "point": 1, "time": 4.0},
+        {"event": "temperature in doubt", "step": 0, "what": ["drifts"], "time": 5.0},
     ):
         folder.log(event)
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from analysis.arrays import Real
-from analysis.plate_temperature.lag_model import LagModel
+from analysis.plate_temperature import lag_model
+from analysis.plate_temperature.lag_model import FAULTS, INDEPENDENT, NOISE, PRIOR, LagModel
 
 STEP = 5.0
 
@@ -85,3 +86,47 @@ def test_air_that_turns_at_once_makes_the_prediction_less_sure() -> None:
     before = model.prediction()[1]
     model.advance(1000.0, 28.0)
     assert model.prediction()[1] > before + 0.05
+
+
+def log_evidence(model: LagModel) -> float:
+    """Return ln of the evidence of all time constants together."""
+    evidence = model._evidence[model._inside]
+    return float(np.log(np.exp(evidence - evidence.max()).sum()) + evidence.max())
+
+
+@pytest.mark.parametrize("share", [0.0, 0.05, 0.5])
+def test_evidence_of_an_error_is_that_of_two_filters(share: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One with a, g and d, one without: Savage's ratio needs the first only."""
+    rng, air = np.random.default_rng(3), air_of_a_campaign()[:100]
+    plate = plate_in(air, 180.0)
+    readings = plate + share * (air - plate) + 0.05 * rng.standard_normal(air.size)
+    free, _, _ = learnt(air, readings)
+    found = free.evidence_of_error()
+    without = PRIOR.copy()
+    without[FAULTS] = 1e-9
+    monkeypatch.setattr(lag_model, "PRIOR", without)
+    fixed, _, _ = learnt(air, readings)
+    assert found == pytest.approx(log_evidence(free) - log_evidence(fixed), abs=1e-3)
+    assert (found > 10.0) == (share == 0.5)
+
+
+def test_evidence_of_a_sound_sensor_seldom_speaks_for_an_error_at_any_time() -> None:
+    """Ville's inequality: above c at some time with a probability of at most 1 / c."""
+    rng, count, ratio, exceeded = np.random.default_rng(4), 300, 20.0, 0
+    seconds = INDEPENDENT * np.arange(60)
+    air = np.interp(seconds, [0.0, 300.0, 600.0, 900.0], [22.0, 12.0, 12.0, 22.0])
+    for _ in range(count):
+        tau = float(np.exp(rng.uniform(np.log(60.0), np.log(600.0))))
+        plate, largest = [air[0]], -np.inf
+        for before, after in itertools.pairwise(air):
+            slope, decay = (after - before) / INDEPENDENT, np.exp(-INDEPENDENT / tau)
+            plate.append(after - slope * tau + decay * (plate[-1] - before + slope * tau))
+        readings = np.array(plate) + 0.4 * (1.0 - np.exp(-seconds / tau)) * rng.standard_normal()
+        readings[1:] += NOISE * rng.standard_normal(seconds.size - 1)
+        model = LagModel(0.0, air[0], float(readings[0]))
+        for now, here, reading in zip(seconds[1:], air[1:], readings[1:], strict=True):
+            model.advance(now, here)
+            model.learn(reading, INDEPENDENT)
+            largest = max(largest, model.evidence_of_error())
+        exceeded += largest > np.log(ratio)
+    assert exceeded <= count / ratio + 5.0 * np.sqrt(count / ratio)

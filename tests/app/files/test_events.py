@@ -43,10 +43,14 @@ def test_damage_before_the_last_line_is_no_kill(tmp_path: Path, line: str) -> No
         '{"event": "finished", "date": "2026-13-05T08:00:00"}',
         '{"event": "missing"}',
         '{"event": "sweep begun", "step": 1}',
+        '{"event": "temperature in doubt", "step": 1}',
+        '{"event": "temperature in doubt", "step": 1, "what": "drifts"}',
+        '{"event": "temperature in doubt", "step": 1, "what": [5]}',
+        '{"event": "hit", "step": 1, "doubt": 5}',
     ],
 )
 def test_an_event_that_its_readers_could_not_take_is_refused(tmp_path: Path, line: str) -> None:
-    with pytest.raises(ValueError, match=r"event|oven|rate|target|step|date|missing|lacks"):
+    with pytest.raises(ValueError, match=r"event|oven|rate|target|step|date|missing|lacks|what|doubt"):
         parse_event(line)
     (tmp_path / "events.jsonl").write_text(f'{line}\n{{"event": "third"}}\n')
     with pytest.raises(CampaignFileError, match=r"events\.jsonl: line 1 = "):
