@@ -19,7 +19,7 @@ from simulation.state.sheet_departures import (
     departed_moduli,
     departed_transverse,
 )
-from simulation.tolerance import FARTHEST, Tolerance
+from simulation.tolerance import RANGE_IN_TOLERANCES, Tolerance
 
 UNDECLARED = 1.5
 """Tolerance of the logarithm of a transverse shear modulus that is not declared: that of wood's yz plane is a
@@ -73,7 +73,7 @@ def _quantity(
     parameters = tuple(
         Parameter(key, "log", -reach, reach, tolerance)
         for key, tolerance in wanted.items()
-        for reach in (min(farthest, FARTHEST * tolerance),)
+        for reach in (min(farthest, RANGE_IN_TOLERANCES * tolerance),)
     )
     card = EffectCard(name, words, parameters, "nothing: it is always free", "cut strips and measure their moduli")
 

@@ -20,7 +20,7 @@ REAL_STEP = 1e-4
 """Step of central differences, in prior sigma of the parameter."""
 AGREEMENT = 1e-5
 """Largest relative difference of the two derivatives; central differences are accurate to about 1e-8."""
-STEEPEST = 1e3
+STEEPEST_AT_ZERO = 1e3
 """Largest slope at zero over the mean slope to a third of a sigma: the slope of a square root is infinite."""
 
 SPECTRA = ("storage", "loss", "area_mass", "area_resistance", "log_gain", "phase")
@@ -181,7 +181,7 @@ def _slopes_at_zero(effect: Effect, card: EffectCard, state: PlateState, circums
         for name, value in near.items():
             slope = _largest(np.imag(value)) / tiny
             mean = _largest(far[name] - np.real(value)) / abs(away)
-            if not slope <= STEEPEST * mean + 1e-12 * _largest(np.real(value)) / abs(away):
+            if not slope <= STEEPEST_AT_ZERO * mean + 1e-12 * _largest(np.real(value)) / abs(away):
                 raise ValueError(f"{parameter.name}: the slope of {name} is not finite at zero")
             if slope > 0.0:
                 alive.add(parameter.name)

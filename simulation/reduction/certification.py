@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.material import MaterialBox
-from simulation.reduction.energy_decomposition import BEYOND, training_loss
+from simulation.reduction.energy_decomposition import BAND_MARGIN, training_loss
 from simulation.reduction.mode_corrections import mode_corrections
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.reduction.resonance_lines import root_mean_square
@@ -97,7 +97,7 @@ def measured_error(
     def at(place: int) -> MeasuredError:
         moduli = materials[place]
         found = mode_corrections(
-            model, vectors, small, moduli, lines=lines, loss_factor=loss, tolerance=tolerance, beyond=BEYOND
+            model, vectors, small, moduli, lines=lines, loss_factor=loss, tolerance=tolerance, beyond=BAND_MARGIN
         )
         within = (found.frequency > lines[0]) & (found.frequency < lines[-1])
         worst = found.frequency[np.where(within, found.error, 0.0).argmax()] if within.any() else lines[-1]

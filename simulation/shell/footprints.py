@@ -19,7 +19,7 @@ WEIGHTS = np.array([0.25, *np.full(6, 0.125)])
 
 INSIDE = 0.9
 """Largest radius of an attachment's disc, as a share of the distance to the nearest edge."""
-LEAST = 0.25
+LEAST_RADIUS = 0.25
 """Smallest radius of such a disc, in thicknesses, unless a smaller one is declared."""
 TURNS = np.arange(32) * np.pi / 16.0
 BESIDE = np.outer([1.02, 1.2, 1.5, 2.0, 3.0], np.exp(1j * TURNS)).ravel().view(float).reshape(-1, 2)
@@ -33,7 +33,7 @@ def attached_discs(plate: Plate, attachments: Sequence[Attachment]) -> list[Foot
     grow with mesh refinement. So that of a point at the edge lies beside it, wholly on the plate.
     """
     declared = [0.5 * plate.thickness if one.radius is None else one.radius for one in attachments]
-    least = np.minimum(declared, LEAST * plate.thickness)
+    least = np.minimum(declared, LEAST_RADIUS * plate.thickness)
     points = np.reshape([one.point for one in attachments], (-1, 2)).astype(float)
     held = _held(plate, points, np.array(declared))
     for n in np.flatnonzero(held < least):  # few: each is looked for at 160 places

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Numbers, Real
-from simulation.reduction.composition import STEP, Composite
+from simulation.reduction.composition import COMPLEX_STEP, Composite
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.shell.shear_factor import SHEAR_FACTOR
 from simulation.state.plate_state import Disc, PlateState
@@ -62,7 +62,8 @@ def spots_slope(ops: EffectOperators, moved: Composite, stepped: PlateState, bas
             continue
         rows = ops.strain[:, near] @ basis
         plate, plate_loss = (
-            _energy(rows, np.imag(one) / STEP, area.real) + _energy(rows, one.real, np.imag(area) / STEP)
+            _energy(rows, np.imag(one) / COMPLEX_STEP, area.real)
+            + _energy(rows, one.real, np.imag(area) / COMPLEX_STEP)
             for one in both
         )
         moved = replace(moved, plate=moved.plate - plate, plate_loss=moved.plate_loss - plate_loss)
