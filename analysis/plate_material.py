@@ -17,7 +17,7 @@ ISOTROPIC = 0.5
 below 1, where the stiffness in the plane is no longer positive."""
 Loss = Annotated[float, Field(ge=1e-5, le=1.0)]
 CONSTANTS = ("youngs_modulus", "poisson_ratio", "loss_factor")
-WIDEST = 50.0
+LARGEST_MODULI_RATIO = 50.0
 """Largest ratio of the moduli that a model can be made for at once."""
 
 
@@ -75,10 +75,10 @@ class PlateMaterial(Declared):
                 f"below {ISOTROPIC:g}; up to 1 for orthotropic sheets only, as the root of nu_xy nu_yx"
             )
         low, high = self.box.youngs_modulus
-        if high > WIDEST * low:
+        if high > LARGEST_MODULI_RATIO * low:
             raise ValueError(
                 f"youngs_modulus [{low:g}, {high:g}] Pa: the higher one is {high / low:.3g} times the lower; "
-                f"at most {WIDEST:g} times. Is one of them in another unit?"
+                f"at most {LARGEST_MODULI_RATIO:g} times. Is one of them in another unit?"
             )
         _ = self.departure
         mean = None if self.orthotropy is None else self.orthotropy.mean_modulus

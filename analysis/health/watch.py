@@ -25,9 +25,9 @@ FEWEST_REFINED = 3
 OTHER_PLACE = 0.05
 """m: a second place this far from the best one is tried, too, where it explains nearly as much: on a rectangle the
 places mirrored in its axes shift resonances alike, and only the patches tell them apart."""
-UNEXPLAINED = 1e-3
+UNEXPLAINED_SHARE = 1e-3
 """Share of the misfit that the right effect may leave: a twin knows to three per cent what a change does."""
-ALIKE = 3.0
+ALIKE_EVIDENCE = 3.0
 """Nats: a place that is as likely but for a factor of twenty is named beside the best one."""
 MOST_PLACES = 4
 """From which a fit begins at most: a mass at a corner may seem to lie on the edge beside it."""
@@ -184,7 +184,7 @@ class HealthWatch:
         shares = tuple((name, float(np.exp(judged[name] - total))) for name in order)
         since = dates[0].recordings[0].date
         best = refined.get(order[0])
-        bound = misfit_limit(self.rate, self.check.misfit, dof) + UNEXPLAINED * healthy / dof
+        bound = misfit_limit(self.rate, self.check.misfit, dof) + UNEXPLAINED_SHARE * healthy / dof
         if best is None or best.misfit > bound or not seen:
             return NamedChange("unknown", 1.0, shares, best, since, span)
         index = self.baseline.candidates.index(best.candidate)
@@ -272,7 +272,9 @@ class HealthWatch:
         alike = tuple(
             one
             for one in found
-            if one is not best and best.evidence - one.evidence < ALIKE and _apart(one.values, best.values)
+            if one is not best
+            and best.evidence - one.evidence < ALIKE_EVIDENCE
+            and _apart(one.values, best.values)
         )
         return best, alike
 

@@ -19,10 +19,10 @@ from analysis.identification.principal_frfs import MANY, principal_frfs
 from analysis.identification.settings import Settings
 from analysis.identification.vector_fitting import start_poles
 
-CLEARLY = 10.0
+CLEAR_BIC_ADVANTAGE = 10.0
 """Advantage in BIC, in penalties of one pole, from which a wider search replaces an unfinished narrower one."""
 
-WIDER = 2.5
+START_POLES_FACTOR = 2.5
 """Factor on the number of start poles from one search to the next."""
 
 FULL = 0.6
@@ -87,14 +87,14 @@ def _widest_search(measured: Measured, lines: Lines, settings: Settings) -> tupl
     count = min(settings.start_count, max(len(lines.frequency) // 6, 1))
     found, started = _search(lines, count, settings)
     ended = False
-    while WIDER * count <= min(settings.most_count, len(lines.frequency) // 6):
+    while START_POLES_FACTOR * count <= min(settings.most_count, len(lines.frequency) // 6):
         full = len(found.poles) > FULL * count
         if not full and measured.reweighted(lines, found).correlation <= CORRELATED:
             break
-        count = int(WIDER * count)
+        count = int(START_POLES_FACTOR * count)
         wider, proposed = _search(lines, count, settings)
         wider = settle(measured, lines, wider, settings)
-        if not ended and not _better(measured, lines, wider, found, CLEARLY):
+        if not ended and not _better(measured, lines, wider, found, CLEAR_BIC_ADVANTAGE):
             found, ended = settle(measured, lines, found, settings), True
         if ended and not _better(measured, lines, wider, found, 0.0):
             break

@@ -19,7 +19,7 @@ from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import gains, matched, residual
 from analysis.identification.modes import Modes
-from analysis.identification.parameters import BEYOND, active_in, to_parameters, to_poles
+from analysis.identification.parameters import BAND_MARGIN, active_in, to_parameters, to_poles
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.resolution import unresolved
@@ -68,7 +68,7 @@ class Followed:
     place: NDArray[np.float64]
     mode: NDArray[np.bool_]
     done: list[int] = field(default_factory=list)
-    beyond: float = BEYOND
+    beyond: float = BAND_MARGIN
 
     @classmethod
     def started(

@@ -19,7 +19,7 @@ from analysis.identification.modes import Modes
 from analysis.identification.pole_search import fit
 from analysis.identification.variable_projection import project
 
-FEWEST = 3
+FEWEST_HITS = 3
 """Hits from which one may be left out: of two hits nobody knows which is right."""
 RESTS = 0.35
 """Share of the expected below which a mode rests on the hit left out. In 40 simulated tests of five hits, 200
@@ -60,7 +60,7 @@ def confirmed_by_hits(measured: Measured, without: Sequence[WithoutHit], modes: 
     -------
     Modes
     """
-    if len(without) < FEWEST or not modes.real.any():
+    if len(without) < FEWEST_HITS or not modes.real.any():
         return modes
     left = left_without(measured, without, modes)
     worst = left.argmin(axis=0)

@@ -142,7 +142,7 @@ def tabulated(done: NamedModes, frf: Frf, start: int) -> TrackedModes:
     )
 
 
-POOR = 1.15
+POOR_MISFIT = 1.15
 """Misfit, over the expected one, above which a sweep is reported."""
 
 FOREIGN = 5.0
@@ -263,7 +263,7 @@ def _doubt(temperature: float, sweep: int, modes: Modes, usual: float, excess: f
             f"fitted with the other sweeps it leaves {excess:.2g} times its noise: it was identified by itself, "
             "and its modes are not followed over temperature (check its temperature, channels and mounting)"
         )
-    if modes.misfit > POOR * usual:
+    if modes.misfit > POOR_MISFIT * usual:
         said.append(
             f"the model leaves {100 * modes.misfit:.2g} % of rms |h|, {modes.misfit / usual:.1f} times what was "
             "expected: its modes are not reliable"

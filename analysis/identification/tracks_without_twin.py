@@ -16,7 +16,7 @@ from analysis.identification.automatic import identify
 from analysis.identification.following import AFRESH, Followed, follow
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
-from analysis.identification.parameters import BEYOND, FARTHER, active_in
+from analysis.identification.parameters import BAND_MARGIN, WIDER_BAND_MARGIN, active_in
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
@@ -78,9 +78,9 @@ def find_tracks(
         return _fit_all(known, measured, settings, lambda _, share: report(stage, 0.5 + 0.5 * share))
 
     expected = [expected_misfit(one, first) if one.known else np.inf for one in measured]
-    found = tracked(BEYOND, "identify")
+    found = tracked(BAND_MARGIN, "identify")
     if found.worst(expected) > AFRESH:
-        farther = tracked(FARTHER, "identify, farther from the band")
+        farther = tracked(WIDER_BAND_MARGIN, "identify, farther from the band")
         if farther.worst(expected) < AFRESH:
             found = farther
     modes = list(found.modes)

@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.experiment import Protocol
 from analysis.gap.plan.measurement import Measurement, Reach
-from analysis.protocol.objections import ALIAS_FREE
+from analysis.protocol.objections import ALIAS_FREE_SHARE
 from app.files.atomic import write_text
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import read_protocol
@@ -74,7 +74,7 @@ def reach_of(experiment: AcquiredExperiment) -> Reach:
         level=level,
         temperatures=(low + programme.lead, high - programme.lead),
         rate=oven.max_rate,
-        highest=ALIAS_FREE * experiment.sample_rate / beyond**1.1,
+        highest=ALIAS_FREE_SHARE * experiment.sample_rate / beyond**1.1,
     )
 
 

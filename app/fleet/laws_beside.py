@@ -13,7 +13,7 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.fleet.new_piece import PredictedLaw, predict_piece
 from analysis.fleet.outlying import Outlier, outliers
-from analysis.fleet.scatter import FEWEST, Scatter, estimate_scatter
+from analysis.fleet.scatter import FEWEST_PIECES, Scatter, estimate_scatter
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updated import Updated
 from analysis.updating.laws import fit_laws
@@ -117,7 +117,7 @@ def laws_beside(runs: Mapping[str, Path]) -> FleetLaws:
     known = [one for one in pieces if one.laws is not None]
     nothing = FleetLaws(tuple(pieces), np.empty(0), np.empty((3, 0, 0)), {}, {}, (), unread)
     places = common_temperatures([one.laws for one in known if one.laws is not None])
-    if len(known) < FEWEST or not places.size:
+    if len(known) < FEWEST_PIECES or not places.size:
         return nothing
     values, covariance = _values(known, places)
     quantities = {name: (values[row], covariance[row]) for row, name in enumerate(CONSTANTS)}

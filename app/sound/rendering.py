@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.progress import Progress
-from analysis.rendering.heard import LENGTH
+from analysis.rendering.heard import RESPONSE_SAMPLES
 from analysis.rendering.programme import TemperatureProgramme
 from analysis.rendering.renderer import Renderer
 from analysis.weather.family import Across
@@ -112,7 +112,7 @@ def render(
     frames = sound.frames + shipment.filters.banks.shape[2] - 1
     actuators = len(shipment.filters.banks)
     channels = 0 if listeners is None else 2 * (len(listeners.names) + 2)
-    require_room(folder, 4.0 * (actuators + channels) * (frames + LENGTH) + RESULTS, "--out")
+    require_room(folder, 4.0 * (actuators + channels) * (frames + RESPONSE_SAMPLES) + RESULTS, "--out")
     try:
         with written_together(folder, names) as (wav_path, trace_path, *heard_paths):
             with (

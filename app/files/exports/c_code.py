@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.rendering.fading import FADE, STEP
+from analysis.rendering.fading import FADE_TIME, TEMPERATURE_STEP
 from analysis.rendering.fixed_point import FixedPoint
 from analysis.rendering.following import FollowingBank, TanhWeights
 from app.files.exports.destination import written_together
@@ -108,10 +108,10 @@ def _sizes(filters: FollowingBank, short: FixedPoint | None, digest: str) -> dic
         "TAPS": str(taps),
         "TABLE": str(len(filters.input.temperature)),
         "BLOCK": str(BLOCK),
-        "FADE": str(round(FADE * filters.sample_rate)),
+        "FADE": str(round(FADE_TIME * filters.sample_rate)),
         "DELAY": str(filters.delay),
         "SAMPLE_RATE": _number(filters.sample_rate),
-        "STEP": _number(STEP),
+        "STEP": _number(TEMPERATURE_STEP),
         "COLDEST": _number(coldest),
         "HOTTEST": _number(hottest),
     }
