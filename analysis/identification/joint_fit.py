@@ -182,7 +182,7 @@ def _squared_size(
 
 
 def _predicted(step: NDArray[np.float64], point: SweepsAt) -> float:
-    """Sum of squares after a step if it falls by `PREDICTED_FALL_FACTOR` times what the quadratic model predicts."""
+    """Sum of squares after a step if it falls by `PREDICTED_FALL_FACTOR` times what the model predicts."""
     flat = step.reshape(len(step), -1)
     bent = np.einsum("ti,tij,tj->", flat, point.hessian, flat)
     return float(point.misfit.sum() + PREDICTED_FALL_FACTOR * min(2.0 * (flat * point.gradient).sum() + bent, 0.0))

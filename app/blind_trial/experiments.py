@@ -36,7 +36,7 @@ FORCE = 1.0
 """Sensitivity of the force sensor with its conditioner, V/N."""
 MOTION: dict[Motion, float] = {"acceleration": 0.01, "velocity": 20.0}
 """Sensitivities, V per m/s2 and per m/s: the signals are a few tenths of a volt, like that of the force."""
-ALIAS_FREE = 0.44
+DRIVE_END_SHARE = 0.44
 """Frequency at which the drive's fade ends, as a share of the sample rate: just within the cards' limit."""
 
 
@@ -168,4 +168,4 @@ def _sample_rate(band: tuple[float, float]) -> float:
     """Smallest sample rate for the drive with its fade, Hz."""
     low, high = band
     fade = np.exp(np.log(high / low) * TAPER / (SWEEP - 2.0 * TAPER))
-    return float(high * fade / ALIAS_FREE)
+    return float(high * fade / DRIVE_END_SHARE)

@@ -81,7 +81,7 @@ CASES = (
     HiddenCase("air_loading", ("viscoelastic_dispersion",)),
 )
 """Used in turn."""
-NOISE = 0.015
+LINE_NOISE = 0.015
 """Of a line, as a share of the response."""
 SIZE = (10.0, 30.0)
 """Of effects that are seen, sigma: larger ones are told apart at once."""
@@ -161,7 +161,7 @@ def _hidden(
 ) -> tuple[dict[str, Values], float]:
     """Draw the values of the hidden effect, and the noise, V rms."""
     judging = effect_twin(any_declaration(kind), SILENT).plate.operators
-    yard = EffectSize.of(specimen, judging, NOISE, rng, executor)
+    yard = EffectSize.of(specimen, judging, LINE_NOISE, rng, executor)
     if not case.blind:
         size = float(np.exp(rng.uniform(*np.log(SIZE))))
         return {case.effect: of_size(yard, case.effect, size, rng)}, yard.noise

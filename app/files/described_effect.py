@@ -6,7 +6,7 @@ from analysis.gap.description.described import Description, Form
 from app.files.atomic import write_text
 
 FOLDER = "described"
-WIDTH = 3.0
+PRIOR_WIDTH = 3.0
 """Prior of an amplitude, in its value as described: the next campaign may find another strength."""
 PLACE = 0.03
 """Prior of a place, m."""
@@ -93,7 +93,7 @@ def _load(form: Form) -> str:
     for one in form.parameters:
         value = float(one.value)
         if one.name == amplitude:
-            sigma = abs(value) * WIDTH or 1.0
+            sigma = abs(value) * PRIOR_WIDTH or 1.0
             lines.append(f'Parameter("{one.name}", "{one.unit}", 0.0, {10.0 * sigma!r}, {sigma!r}),')
             continue
         shapes[one.name] = value

@@ -22,7 +22,7 @@ from app.files.toml_text import toml_text
 NAME = "next-experiment.toml"
 LASER = 20.0
 """V per m/s of a further sensor, to be replaced by its own: 50 mm/s per volt, a usual range of lasers."""
-MOVED = 0.4
+MOVE_SHARE = 0.4
 """Share of the tolerance by which the temperature may move between two readings."""
 
 
@@ -132,7 +132,7 @@ def _programme(table: Mapping[str, Any], protocol: Protocol) -> dict[str, Any]:
         "ramp_rate": protocol.ramp_rate,
     }
     tolerance = float(table.get("tolerance", 0.5))
-    most = MOVED * tolerance * 60.0 / protocol.ramp_rate
+    most = MOVE_SHARE * tolerance * 60.0 / protocol.ramp_rate
     if float(table.get("poll_interval", 5.0)) > most:
         changed["poll_interval"] = round(float(np.floor(10.0 * most) / 10.0), 1)
     return changed

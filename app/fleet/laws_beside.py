@@ -23,7 +23,7 @@ from app.files.best_twin import best_twin, gap_record_of
 CONSTANTS = ("youngs_modulus", "poisson_ratio", "loss_factor")
 """In the order of a law's rows; the first and the last by their logarithm."""
 MISFIT = "misfit"
-SPACING = 10.0
+COMPARED_SPACING = 10.0
 """K between temperatures at which laws are compared: nearer ones would count one bend of a smooth law twice."""
 
 
@@ -148,7 +148,7 @@ def common_temperatures(laws: Sequence[MaterialLaws]) -> Real:
     high = min(one.temperature_range[1] for one in laws)
     if high - low < 1.0:
         return np.empty(0)
-    return np.linspace(low, high, max(round((high - low) / SPACING), 2) + 1)
+    return np.linspace(low, high, max(round((high - low) / COMPARED_SPACING), 2) + 1)
 
 
 def _piece(name: str, run: Path) -> Piece:

@@ -10,7 +10,7 @@ from analysis.fleet.new_piece import predict_piece
 from app.fleet.exchange import USABLE, Exchange
 from app.fleet.fleet_run import RunMember
 from app.fleet.laws_beside import CONSTANTS, FleetLaws
-from app.fleet.record import BAND, LINEAR, TITLES, said_of, summary_of
+from app.fleet.record import BAND_SHARE, LINEAR, TITLES, said_of, summary_of
 from app.report.page import Absent, Item, PageTable, Paragraph, Picture, Section, VerdictBox, page
 from app.report.style import drawing, panels
 
@@ -83,9 +83,9 @@ def _laws(laws: FleetLaws) -> list[Item]:
     figure = law_figure(laws)
     caption = (
         "Every line is a piece, the noise of its estimates in it. Shaded: where the true law of "
-        f"{100 * BAND:.0f} % of further pieces lies, of which nothing is measured. Red: pieces not like the "
+        f"{100 * BAND_SHARE:.0f} % of further pieces lies, of which nothing is measured. Red: pieces not like the "
         "others. With bars: pieces measured at the marked temperature only, as the fleet predicts them, with "
-        f"{100 * BAND:.0f} % bands."
+        f"{100 * BAND_SHARE:.0f} % bands."
     )
     return [Picture("fleet-laws", "How far do the laws of the pieces differ?", figure, caption)]
 
@@ -97,7 +97,7 @@ def law_figure(laws: FleetLaws) -> "Figure":
         above, below = axes[:, column]
         label, unit = LAWS[name]
         linear, mean = name == LINEAR, laws.scatter[name].mean
-        band = predict_piece(laws.scatter[name], share=BAND)
+        band = predict_piece(laws.scatter[name], share=BAND_SHARE)
 
         def natural(values: Real, linear: bool = linear, unit: float = unit) -> Real:
             return (values if linear else np.exp(values)) / unit

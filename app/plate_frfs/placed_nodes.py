@@ -11,7 +11,7 @@ import numpy as np
 
 from analysis.arrays import Real
 
-WITHIN = 1e-3
+COORDINATE_ROUNDING = 1e-3
 """Share of the plate's longer side by which rounded coordinates may reach beyond an edge, or out of the plane."""
 LARGER = 0.01
 """Share of a side by which nodes may span more than it: drawings and plates differ by a little."""
@@ -57,7 +57,7 @@ def placed_nodes(given: Mapping[str, Sequence[float]], sides: tuple[float, float
     if not given:
         return PlacedNodes({})
     nodes, here = list(given), np.array([tuple(place) for place in given.values()], dtype=float)
-    near = WITHIN * max(sides)
+    near = COORDINATE_ROUNDING * max(sides)
     flat = np.ptp(here[:, 2]) <= near
     if flat and (here[:, :2] >= -near).all() and (here[:, :2] <= np.array(sides) + near).all():
         return PlacedNodes(dict(zip(nodes, map(tuple, here.tolist()), strict=True)))

@@ -14,7 +14,7 @@ from app.report.style import BAND, MODEL, frequency_axis, legend_below, panels
 from app.summaries.pairing import HEADINGS, likeness, no_fit_words, point_rows, points_shown, rows, title
 
 Record = Mapping[str, Any]
-WIDEST = 10.0
+LARGEST_DIFFERENCE_DRAWN = 10.0
 """Differences that are drawn, %."""
 MAPS = 6
 """Plates drawn, one of them for the CoMAC."""
@@ -145,7 +145,7 @@ def pairing_figure(before: Record, after: Record | None = None) -> Figure:
         f = np.array([pair["measured_hz"] for pair in pairs])
         strong = np.array([pair["strong"] for pair in pairs], dtype=bool)
         values = (
-            np.clip(_column(pairs, "difference", 100.0), -WIDEST, WIDEST),
+            np.clip(_column(pairs, "difference", 100.0), -LARGEST_DIFFERENCE_DRAWN, LARGEST_DIFFERENCE_DRAWN),
             _column(pairs, "damping"),
             _column(pairs, "residues" if likeness(sweep) == "residues" else "mac"),
         )

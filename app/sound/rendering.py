@@ -23,9 +23,9 @@ from app.files.wav_file import WavFile, WavFileError, create_wav
 from app.sound.listeners import PARTS, HeardFiles, ListenersOfPanel
 from app.sound.trace import Trace
 
-LOOKS = 60
+MOST_LOOKS = 60
 """Times that the field is looked at, at most."""
-APART = 1.0
+LOOK_INTERVAL = 1.0
 """Seconds between two looks, at least."""
 
 
@@ -160,7 +160,7 @@ class _Work:
     ) -> None:
         """Filter a whole file, and what rings after it."""
         block, written, looked = self.renderer.block, 0, -np.inf
-        spacing = max(APART, sound.seconds / LOOKS)
+        spacing = max(LOOK_INTERVAL, sound.seconds / MOST_LOOKS)
         recent: list[Real] = []
         for samples in _padded(sound, block, frames):
             now = written / sound.sample_rate

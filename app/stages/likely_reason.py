@@ -21,7 +21,7 @@ STAGE = "looking for the reason"
 LIKELY = 0.8
 """Share of paired modes from which an alternative is named: right ones had 0.95 and more, a wrong length beside a
 wrong place, the length alone put right, 0.73."""
-CLEARLY = 0.85
+CLEAR_PAIRED_SHARE = 0.85
 """Share of paired modes from which no further alternatives are tried."""
 GAINED = 0.2
 """Least gain in the share over the declaration's own; where this was tried, right ones gained 0.4 to 0.6."""
@@ -70,7 +70,7 @@ def likely_reason(experiment: Experiment, sweep: SweepModes, report: Progress) -
     for done, family in enumerate(families):
         report(STAGE, (done + 1) / (len(families) + 1))
         found += family()
-        if max(found, default=(0.0,))[0] >= CLEARLY:
+        if max(found, default=(0.0,))[0] >= CLEAR_PAIRED_SHARE:
             break
     report(STAGE, 1.0)
     return _concluded(declared, sorted(found, reverse=True))

@@ -17,7 +17,7 @@ from app.summaries.plan import answer_words, plan_words
 from app.summaries.with_sigma import FIXED, roughly
 
 Record = Mapping[str, Any]
-USUAL = 20.0
+USUAL_TEMPERATURE = 20.0
 """Temperature at which the plate is described if the laws reach it, degrees Celsius."""
 REGIONS = 3
 """Places of what is left that are named."""
@@ -178,7 +178,7 @@ def _material(laws: MaterialLaws | None, *, open_: bool = False) -> tuple[str, .
     if laws is None:
         return ("Too few temperatures for laws of E, ν and η: at least 3 are needed.",)
     low, high = laws.temperature_range
-    middle = USUAL if low < USUAL < high else 0.5 * (low + high)
+    middle = USUAL_TEMPERATURE if low < USUAL_TEMPERATURE < high else 0.5 * (low + high)
     said = []
     for temperature in (middle, low, high):
         value, sigma = laws.at(temperature), laws.sigma(temperature)

@@ -13,7 +13,7 @@ from app.view.log_axis import log_places
 from app.view.map import Map
 from app.view.theme import Theme
 
-FINEST = 1024
+MOST_CELLS = 1024
 """Rows or columns at most of a map whose cells differ in size."""
 BAR = 78
 """Dots that the colour bar of a map takes."""
@@ -143,7 +143,7 @@ def _evenly(centres: Real, low: float, high: float) -> slice | NDArray[np.int_]:
     apart = np.diff(centres)
     if len(apart) == 0 or np.allclose(apart, apart[0], rtol=1e-3):
         return slice(None)
-    pixels = min(FINEST, max(len(centres), round((high - low) / float(apart.min()))))
+    pixels = min(MOST_CELLS, max(len(centres), round((high - low) / float(apart.min()))))
     middle = low + (np.arange(pixels) + 0.5) * (high - low) / pixels
     nearest: NDArray[np.int_] = np.abs(middle[:, None] - centres).argmin(axis=1)
     return nearest

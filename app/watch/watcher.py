@@ -20,7 +20,7 @@ from app.watch.watched import Watched
 from app.watch.watched_hits import WatchedHits
 from app.watch.words import plain
 
-EVERY = 1.0
+LOOK_INTERVAL = 1.0
 """Seconds between two looks."""
 SWEEPS = 2
 """FRFs that are kept: the last one, and the one before it."""

@@ -14,13 +14,13 @@ from analysis.rendering.following import FollowingBank, TanhWeights
 from app.files.exports.destination import written_together
 from app.files.exports.shipment import Shipment
 
-BLOCK = 256
+SAMPLES_AT_ONCE = 256
 """Samples filtered at a time; longer blocks are cut, shorter ones taken as they are."""
 PREFIX = "flexura"
 """Of every name that other code can see, unless another is given: two panels in one program need two."""
 EXAMPLE = ("target.h", "target.c", "loopback.c")
 """Buffers of a serial audio port that is fed by DMA, and a program that compares them with a rendered file."""
-WIDTH = 118
+LINE_WIDTH = 118
 
 
 def write_c(
@@ -107,7 +107,7 @@ def _sizes(filters: FollowingBank, short: FixedPoint | None, digest: str) -> dic
         "WEIGHTS": str(weights),
         "TAPS": str(taps),
         "TABLE": str(len(filters.input.temperature)),
-        "BLOCK": str(BLOCK),
+        "BLOCK": str(SAMPLES_AT_ONCE),
         "FADE": str(round(FADE_TIME * filters.sample_rate)),
         "DELAY": str(filters.delay),
         "SAMPLE_RATE": _number(filters.sample_rate),
@@ -151,7 +151,7 @@ def _braces(values: NDArray[np.generic]) -> str:
         return "{\n" + ",\n".join(_braces(row) for row in values) + "}"
     lines, line = [], ""
     for word in (_number(float(v)) if values.dtype.kind == "f" else str(int(v)) for v in values):
-        if len(line) + len(word) + 2 > WIDTH:
+        if len(line) + len(word) + 2 > LINE_WIDTH:
             lines.append(line)
             line = ""
         line += f"{', ' if line else ''}{word}"
