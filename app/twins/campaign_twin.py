@@ -178,7 +178,7 @@ def _rounded(values: Values, step: float) -> dict[str, float]:
 
 
 def sheet_near(experiment: Experiment, declared: Effects) -> "Sheet | None":
-    """Logarithms of a sheet's moduli about which its twin is made, rounded to `MODULI_STEP`; None if isotropic."""
+    """Logarithms of an orthotropic sheet's moduli about which its twin is made, to `MODULI_STEP`; else None."""
     if MODULI not in declared:
         return None
     material = experiment.plate.material

@@ -18,7 +18,7 @@ from drivers.ni.input_wiring import InputWiring
 from drivers.ni.output_modules import NI_9260, OutputModule
 from drivers.ni.simulated.surroundings import Module, Surroundings, Temperature
 
-LEAD = 0.3
+LEAD_TIME = 0.3
 """s before a hit from which its response is computed: one of limited band begins a little before its hit."""
 BOUNCE = (0.012, 0.080)
 """s between the two peaks of a double hit: a hammer that is held too long bounces within a few hundredths."""
@@ -202,8 +202,8 @@ class SimulatedHammer:
         force = np.zeros(moments.size)
         answer: NDArray[np.float64] | None = None
         for strike in self.strikes:
-            began = int(np.ceil((strike.time - LEAD - moments[0]) * sample_rate))
-            length = round((LEAD + self.hand.ring) * sample_rate)
+            began = int(np.ceil((strike.time - LEAD_TIME - moments[0]) * sample_rate))
+            length = round((LEAD_TIME + self.hand.ring) * sample_rate)
             first, last = max(began, 0), min(began + length, moments.size)
             if first >= last:
                 continue
@@ -230,7 +230,7 @@ class SimulatedHammer:
         return self._answers[key]
 
 
-MEMORY = 6.0
+COUPLING_MEMORY = 6.0
 """s for which the coupling of the inputs is followed: of a corner of 0.5 Hz 1e-8 is left."""
 
 
@@ -264,7 +264,7 @@ def struck_surroundings(
         chassis=chassis,
         modules=slots,
         iepe_sensors=frozenset(cards.iepe),
-        memory=MEMORY,
+        memory=COUPLING_MEMORY,
         hammer=hammer,
     )
 

@@ -21,7 +21,7 @@ from drivers.ni.task_setup import read_thermocouples, set_up_inputs, verified_in
 BUFFERED = 20.0
 """What the driver's buffer holds, s: a hit is judged and written in a fraction of a second, but a network disk may
 take seconds."""
-MARGIN = 5.0
+READ_MARGIN = 5.0
 """How much longer than the samples take a read may wait for them, s."""
 
 
@@ -99,7 +99,7 @@ class EndlessInputs:
             raise ValueError("nothing is being recorded; call begin first")
         block = np.empty((len(self.wiring.inputs), samples))
         with self._connection.translated("recording"):
-            read = self._reader.read_many_sample(block, samples, timeout=samples / self._sample_rate + MARGIN)
+            read = self._reader.read_many_sample(block, samples, timeout=samples / self._sample_rate + READ_MARGIN)
         if read != samples:
             said = f"{read} samples came where {samples} were asked for."
             raise DaqError("recording", said, None, Action.RETRY_DISCARD, "hit again")
