@@ -17,9 +17,12 @@ LOUD_HARMONICS = 5.0
 GRIDS, WANDER = np.array([50.0, 60.0]), 0.1
 """Hz: grids, and how far their frequency wanders. So near to them fewer harmonics do, if they are louder."""
 LEAST_OF_A_GRID, LOUD_OF_A_GRID = 4, 20.0
+"""Harmonics that do there, and their excess."""
 
 STANDS_OUT = 30.0
+"""Power of an odd harmonic's roughness, over that around it, from which it counts as loud."""
 FEWEST_ODD = 3
+"""Odd harmonics within the band: of fewer, all may be loud by chance."""
 CHANCE = 1e-3
 """Probability that as many places chosen at random are as loud, above which harmonics are no hum."""
 

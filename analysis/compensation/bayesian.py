@@ -24,6 +24,7 @@ from analysis.compensation.tensors import Tensor, namespace
 STILL_STEPS = 20.0
 """Number of successive steps without a change after which a training ends."""
 LARGEST_DAMPING = 1e10
+"""Damping at which a training ends: no step lets the objective fall in double precision."""
 
 
 @dataclass(frozen=True)

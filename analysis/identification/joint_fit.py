@@ -31,6 +31,7 @@ MOST_DAMPING = 1e3
 """Damping of a step at which the search stops."""
 
 MOST_STEPS = 25
+"""Bound of the cost, for a search that does not reach `MOST_DAMPING` before."""
 
 LARGEST_POLE_STEP = 3.0
 """Largest step of a pole, in half widths."""

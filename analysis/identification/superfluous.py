@@ -25,6 +25,7 @@ MOST_TRIALS = 8
 """Largest number of tracks whose removal is tried with a refit of the others."""
 
 TRIAL_STEPS = 4
+"""Steps of the refit, which has only to show whether the others can reach the sum of squares allowed."""
 
 
 def remove_superfluous(

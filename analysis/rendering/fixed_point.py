@@ -11,6 +11,7 @@ from analysis.rendering.following import FollowingBank
 
 Short = NDArray[np.int16]
 LARGEST_SHORT = 32_767
+"""Of int16; its negative is used as the least, so that signs are symmetric."""
 
 
 @dataclass(frozen=True)

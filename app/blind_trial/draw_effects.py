@@ -20,6 +20,7 @@ USED_RANGE_SHARE = 0.9
 SIZE_FACTOR = 0.7
 """Factor on an effect's size for the next try if it exceeds the certified range."""
 SETTLED_SIZE_ERROR = 0.03
+"""Relative error of a size at which the search for the amplitude ends."""
 SIMILAR_COSINE = 0.8
 """Cosine from which two effects count as similar."""
 

@@ -27,6 +27,7 @@ NUISANCES = (
 NUISANCE_SCATTER = (0.0, 0.001, 0.003, 0.01)
 """Scatter of the resonances that they make, used in turn: relative, frequency and half loss factor together."""
 CAUSES_AT_ONCE = 3
+"""Different causes that are mixed in one campaign."""
 REFUSED_FACTOR = 0.5
 """Factor on all of them while the twin refuses them."""
 MOST_SCALINGS, SCATTER_ERROR = 6, 0.1

@@ -15,6 +15,7 @@ ALLOWED_ARRAY_BYTES = 64_000_000
 LARGEST_EXPANSION = 100
 """Bytes of arrays to a byte of the file, beyond that."""
 MOST_OBJECTS = 100_000
+"""Groups and arrays: every one costs memory and time before its contents are known."""
 LARGEST_CHUNK = 16_000_000
 """Bytes of one compressed piece of an array."""
 LARGEST_ATTRIBUTE = 1_000_000

@@ -12,6 +12,7 @@ from app.files.plate_toml import declares_plate
 
 LISTS = (".txt", ".list")
 LARGEST_LIST_FILE = 10_000_000
+"""Bytes of a list: `MOST_CAMPAIGNS` paths of a thousand characters."""
 MOST_CAMPAIGNS = 9999
 """Campaigns of a fleet: the page shows each."""
 

@@ -16,6 +16,7 @@ from app.fleet.laws_beside import MISFIT, FleetLaws
 SCHEMA = "flexura-fleet/1"
 NAME = "fleet.json"
 BAND_SHARE = 0.9
+"""Share of further pieces that the band about the mean of the fleet is to hold."""
 LINEAR = "poisson_ratio"
 """The constant whose law is compared as it is; of the others the logarithm is."""
 TITLES = {"youngs_modulus": "E", "poisson_ratio": "ν", "loss_factor": "η"}

@@ -24,6 +24,7 @@ from app.summaries.mode_rows import READ_AS
 FRFS_DRAWN = 4
 """FRFs drawn at most."""
 DRAWN_SHAPES = 12
+"""Mode shapes drawn at most: four rows of three fit a page."""
 FILES = ("transfers.h5", "modes.h5", "stabilization.h5")
 
 

@@ -20,9 +20,11 @@ There it is not certified, but the drive fades there, and a response cut off at 
 ring in the record.
 """
 TRANSFERS_KEPT = 6
+"""Responses kept: four nodes of one temperature, and those that a slow ramp adds next."""
 RATE_STEP = 1e-5
 """K/s to which a drift is rounded, so that sweeps in one steady ramp share a response: 9 mK of a lag of 900 s."""
 LEVEL_DIGITS = 3
+"""Digits to which a drive's amplitude is rounded, so that sweeps of one level share a response."""
 
 
 @dataclass

@@ -16,6 +16,7 @@ from app.files.sound_file import Sound
 from app.sound.listening_panel import ListeningPanel
 
 SAMPLES_AT_ONCE = 4096
+"""Samples read and filtered at a time: recordings of any length need little memory."""
 SILENT_SHARE = 1e-3
 """Share of the loudest channel that the listening patch's own channel may hold."""
 

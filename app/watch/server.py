@@ -23,6 +23,7 @@ from app.files.bad_file import ResultFileError
 from app.watch.metrics import FORM
 
 PORT = 8750
+"""Of the page where none is named; above 1023, so that no rights are needed."""
 PORTS = 50
 """Ports from `PORT` on that are tried where none is named."""
 CLIENT_TIMEOUT = 20.0

@@ -12,6 +12,7 @@ from simulation.effects.effect import Effect
 from simulation.state.plate_state import Attached, Circumstances, PlateState
 
 PLACES, RESONANCES = 12, 6
+"""Places and resonances, about, from which a search starts: at every place one in each part of the band."""
 LOSS = 0.1  # of the springs from which a search starts: wide enough to be seen from one of the resonances
 
 

@@ -28,6 +28,7 @@ from simulation.meshing.sides import Cutter, Sizes
 from simulation.meshing.strips import strips
 
 MOST_ROUNDS = 24
+"""Repairs after which a mesh is given up: a message is better than a search that does not end."""
 MOST_CUTS = 250
 """Largest number of halved pieces in all rounds: only nearly coincident borders would need more."""
 LEAST_RATIO = 0.01

@@ -21,7 +21,9 @@ SHIFTS_OVER_BAND = (0.55, 1.0)
 KRYLOV_VECTORS = 14
 """Number of Krylov vectors for every load and shift."""
 LOSS_FACTOR = 0.04
+"""Light damping of the responses compared, so that every mode stands out."""
 BAND_LINES = 150
+"""Frequencies over the band at which these are compared."""
 
 
 def missing_directions(vectors: Real, matrices: StateMatrices, band: tuple[float, float], least: float) -> Real:

@@ -27,7 +27,9 @@ StateOf = Callable[[NDArray[Any]], PlateState]
 LONGEST_STEP = 0.5
 """Longest step towards the solution, over the change of e that shifts a resonance by its half-power width."""
 MOST_STEPS = 200
+"""Steps by which a bracket is sought; each may be twice as long as the one before, up to `LONGEST_STEP`."""
 MOST_SECANTS = 80
+"""Bound of the regula falsi with reduced weights, which converges faster than linearly."""
 SETTLED_ENERGY = 1e-12
 """Tolerance of e - g(e), over 1 + e."""
 

@@ -21,6 +21,7 @@ PREFIX = "flexura"
 EXAMPLE = ("target.h", "target.c", "loopback.c")
 """Buffers of a serial audio port that is fed by DMA, and a program that compares them with a rendered file."""
 LINE_WIDTH = 118
+"""Characters of a line of numbers, so that the code can be read and compared in editors."""
 
 
 def write_c(

@@ -23,6 +23,7 @@ Record = Mapping[str, Any]
 LOUDEST = 100.0
 """Sigma at which the colours end at the latest."""
 TICKS = (1, 2, 3, 5, 10, 20, 50, 100)
+"""Sigma at which the colour bar, whose scale is logarithmic, has numbers."""
 
 
 class GapPage(QWidget):
