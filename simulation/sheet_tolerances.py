@@ -21,7 +21,7 @@ from simulation.state.sheet_departures import (
 )
 from simulation.tolerance import RANGE_IN_TOLERANCES, Tolerance
 
-UNDECLARED = 1.5
+UNDECLARED_TOLERANCE = 1.5
 """Tolerance of the logarithm of a transverse shear modulus that is not declared: that of wood's yz plane is a
 twentieth, those of laminates are a half to one of the shear modulus in the plane."""
 
@@ -43,7 +43,9 @@ def sheet_tolerances(experiment: Experiment) -> Iterator[Effect]:
         FARTHEST_MODULI,
         lambda v: departed_moduli(sheet, v.get("ratio", 0.0), v.get("shear", 0.0)),
     )
-    across = given.transverse_shear if sheet.declared_transverse or not given.transverse_shear else UNDECLARED
+    across = (
+        given.transverse_shear if sheet.declared_transverse or not given.transverse_shear else UNDECLARED_TOLERANCE
+    )
     yield from _quantity(
         TRANSVERSE,
         "transverse shear moduli of the sheet",

@@ -16,7 +16,7 @@ TEMPERATURE_GRID = 1.0
 """Training temperatures are multiples of this step, K: an oven is not set more finely."""
 TRIED_MOVES = (1, -1, 2, -2, 4, -4)
 """Moves of a temperature that are tried, in steps of `TEMPERATURE_GRID`."""
-POWER = 8
+POWER_MEAN_EXPONENT = 8
 """Exponent of the power mean of losses that is minimised: close to the maximum, but smooth in every loss."""
 
 
@@ -138,7 +138,7 @@ def _moved(places: NDArray[np.intp], judged: _Judge) -> NDArray[np.intp]:
 
     def mean_loss(places: NDArray[np.intp]) -> float:
         losses = np.maximum(judged.losses(places), 0.0)
-        return float((losses**POWER).mean() ** (1.0 / POWER))
+        return float((losses**POWER_MEAN_EXPONENT).mean() ** (1.0 / POWER_MEAN_EXPONENT))
 
     best, moving = mean_loss(places), True
     closest = 0.5 * (places[-1] - places[0]) / (len(places) - 1)

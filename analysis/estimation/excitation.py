@@ -13,14 +13,14 @@ PERIODIC_CORRELATION = 0.9
 FALLEN_CORRELATION = 0.5
 """Correlation to which a drive falls before it repeats; slow signals resemble themselves at short delays."""
 
-SWEPT = 4.0
+SWEPT_UNEVENNESS = 4.0
 """Ratio of two unevennesses of power over time, that of a line and that of all lines, from which lines are driven
 in turn. It is 2 for stationary noise and for bursts of noise, and the number of pieces for a slow sweep."""
 
 SWEPT_PIECES = 32
 """Into which a recording is cut to see whether it is swept."""
 
-DRIVEN = 1e-3
+DRIVEN_POWER = 1e-3
 """Share of the strongest line's power from which a line is driven."""
 
 LEVEL_AT_REST = 0.03
@@ -64,10 +64,10 @@ def is_swept(drives: NDArray[np.float64]) -> bool:
     pieces = drives[:, : SWEPT_PIECES * length].reshape(len(drives), SWEPT_PIECES, length)
     weight = np.hanning(length)
     power = (np.abs(np.fft.rfft((pieces - pieces.mean(axis=2, keepdims=True)) * weight, axis=2)) ** 2).sum(axis=0)
-    lines = power[:, power.mean(axis=0) > DRIVEN * power.mean(axis=0).max()]
+    lines = power[:, power.mean(axis=0) > DRIVEN_POWER * power.mean(axis=0).max()]
     by_line = (lines**2).mean(axis=0) / lines.mean(axis=0) ** 2
     whole = lines.sum(axis=1)
-    return bool(np.median(by_line) > SWEPT * (whole**2).mean() / whole.mean() ** 2)
+    return bool(np.median(by_line) > SWEPT_UNEVENNESS * (whole**2).mean() / whole.mean() ** 2)
 
 
 def is_impacts(drive: NDArray[np.float64]) -> bool:

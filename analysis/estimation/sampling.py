@@ -14,9 +14,9 @@ MOST_DIGITS = 12
 """Decimals, and significant digits, beyond which numbers are called exact; double precision holds 15."""
 EARLY_SAMPLES = 100
 """Samples in which times have to rise: later ones of six digits may be rounded to more than a step."""
-SINGLE = 1.2e-7
+SINGLE_PRECISION = 1.2e-7
 """Relative rounding of times that were kept in single precision."""
-MISSED = 0.5
+LARGEST_TIME_ERROR = 0.5
 """Of a step, by which one time may be off besides its rounding. A missing sample moves all times after it by one
 step, and a line through both parts misses by half a step next to the gap."""
 LARGEST_RATE_ERROR = 1e-4
@@ -190,7 +190,7 @@ def _quanta(time: NDArray[np.float64]) -> NDArray[np.float64]:
     )
     digits = next((n for n in range(1, MOST_DIGITS + 1) if _all_rounded(time, n - 1.0 - decade)), None)
     by_digits = np.where(size > 0.0, 10.0 ** (decade + 1.0 - digits), 0.0) if digits else np.zeros(len(time))
-    single = SINGLE if (time == time.astype(np.float32)).all() else float(np.finfo(float).eps)
+    single = SINGLE_PRECISION if (time == time.astype(np.float32)).all() else float(np.finfo(float).eps)
     return np.asarray(np.maximum(np.maximum(10.0**-decimals, by_digits), single * size))
 
 
@@ -211,7 +211,7 @@ def _require_even(time: NDArray[np.float64], quantum: NDArray[np.float64], place
     usual = float(np.median(steps)) or float(time[-1] - time[0]) / len(steps)
     if float(quantum.max()) > 0.25 * usual:  # rounded steps are 0, 1 or 2 quanta; their mean tells more
         usual = float(time[-1] - time[0]) / len(steps)
-    allowed = MISSED * usual + quantum[1:] + quantum[:-1]
+    allowed = LARGEST_TIME_ERROR * usual + quantum[1:] + quantum[:-1]
     widest = int(np.argmax(np.abs(steps - usual) - allowed))
     even = time[0] + np.arange(len(time)) * (time[-1] - time[0]) / len(steps)
     off = np.abs(time - even) - quantum - quantum[0] - quantum[-1]
@@ -223,7 +223,7 @@ def _require_even(time: NDArray[np.float64], quantum: NDArray[np.float64], place
             f"export the "
             "part before or after"
         )
-    if off.max() > MISSED * usual:
+    if off.max() > LARGEST_TIME_ERROR * usual:
         raise ValueError(
             f"{place} are not evenly spaced: at {time[int(np.argmax(off))]:.6g} s they are "
             f"{off.max() / usual:.3g} "

@@ -16,7 +16,7 @@ from scipy.stats import t as student
 from analysis.arrays import Real
 from analysis.fleet.scatter import FEWEST_PIECES, estimate_scatter
 
-IMPROBABLE = 0.01
+OUTLIER_PROBABILITY = 0.01
 """Probability that a fleet of equal pieces has one that is called an outlier: one of a hundred such fleets."""
 LARGEST_OUTLIER_SHARE = 1 / 4
 """Largest share of outliers that is looked for: with more of them it is not clear who the fleet is."""
@@ -74,7 +74,7 @@ def outliers(quantities: Mapping[str, tuple[Real, Real]], one_sided: Sequence[st
             Outlier(least.piece, least.quantity, least.deviation, min(1.0, least.probability * len(found)))
         )
         left.remove(least.piece)
-    last = max((place for place, one in enumerate(taken) if one.probability < IMPROBABLE), default=-1)
+    last = max((place for place, one in enumerate(taken) if one.probability < OUTLIER_PROBABILITY), default=-1)
     return tuple(taken[: last + 1])
 
 

@@ -17,7 +17,7 @@ from analysis.health.recording import DatedRecording, DateEquations, date_equati
 from analysis.health.refined import ChangeFit, RefinedChange, linear_evidence
 from analysis.health.self_check import SelfCheck
 
-REFINED = 0.5
+REFINED_EVIDENCE_SHARE = 0.5
 """Share of the largest log evidence, by the linear search, from which a family is fitted with its place: what is
 linear about the healthy panel is wrong by a tenth or two of a change of 20 %."""
 FEWEST_REFINED = 3
@@ -31,7 +31,7 @@ ALIKE_EVIDENCE = 3.0
 """Nats: a place that is as likely but for a factor of twenty is named beside the best one."""
 MOST_PLACES = 4
 """From which a fit begins at most: a mass at a corner may seem to lie on the edge beside it."""
-NEARLY = 0.7
+TRIED_Z_SHARE = 0.7
 """Share of the best z squared from which it is tried."""
 
 
@@ -170,7 +170,7 @@ class HealthWatch:
         )
         evidence = self._evidence(estimate, fit.noise)
         ranked = sorted(evidence.values(), reverse=True)
-        least = min(REFINED * ranked[0], ranked[min(FEWEST_REFINED, len(ranked)) - 1])
+        least = min(REFINED_EVIDENCE_SHARE * ranked[0], ranked[min(FEWEST_REFINED, len(ranked)) - 1])
         refined: dict[str, RefinedChange] = {}
         also: dict[str, tuple[RefinedChange, ...]] = {}
         rival = np.inf
@@ -252,7 +252,7 @@ class HealthWatch:
         while further and len(found) < MOST_PLACES:
             index = max(further, key=lambda index: float(z[index]))
             explained = bool(found) and min(one.misfit for one in found) <= bound
-            if found and (explained or not place.placed) and z[index] ** 2 <= NEARLY * z[first] ** 2:
+            if found and (explained or not place.placed) and z[index] ** 2 <= TRIED_Z_SHARE * z[first] ** 2:
                 break
             one, begun = candidates[index], max(float(estimate.amplitude[index]), float(estimate.sigma[index]))
             if one.effect == DEPOLARIZATION:

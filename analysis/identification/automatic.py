@@ -25,13 +25,13 @@ CLEAR_BIC_ADVANTAGE = 10.0
 START_POLES_FACTOR = 2.5
 """Factor on the number of start poles from one search to the next."""
 
-FULL = 0.6
+MOST_POLES_KEPT = 0.6
 """If more than this share of the start poles is kept, there may have been too few start poles."""
 
-CORRELATED = 3.0
+CORRELATION_OF_MISSING_MODES = 3.0
 """Correlation of a residual, in lines, from which modes may be missing: that of the noise of FRFs is 1 to 2."""
 
-LACKING = 1.5
+LACKING_CORRELATION_RATIO = 1.5
 """Ratio of residual correlations, narrower over wider search, from which the narrower one lacks modes."""
 
 
@@ -88,8 +88,8 @@ def _widest_search(measured: Measured, lines: Lines, settings: Settings) -> tupl
     found, started = _search(lines, count, settings)
     ended = False
     while START_POLES_FACTOR * count <= min(settings.most_count, len(lines.frequency) // 6):
-        full = len(found.poles) > FULL * count
-        if not full and measured.reweighted(lines, found).correlation <= CORRELATED:
+        full = len(found.poles) > MOST_POLES_KEPT * count
+        if not full and measured.reweighted(lines, found).correlation <= CORRELATION_OF_MISSING_MODES:
             break
         count = int(START_POLES_FACTOR * count)
         wider, proposed = _search(lines, count, settings)
@@ -109,7 +109,7 @@ def _better(measured: Measured, lines: Lines, wider: PoleFit, found: PoleFit, ma
     to be lower with the noise estimated from the other search too, unless missing modes dominate its residual.
     """
     own, others = (averaged(measured.reweighted(lines, judge)) for judge in (wider, found))
-    for weighed in (own, others) if others.correlation < LACKING * own.correlation else (own,):
+    for weighed in (own, others) if others.correlation < LACKING_CORRELATION_RATIO * own.correlation else (own,):
         one, other = (
             bic(fit(weighed, rival.poles, rival.terms, tolerance=1e-3, max_iterations=5), weighed)
             for rival in (wider, found)

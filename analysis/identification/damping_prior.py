@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from analysis.identification.parameters import to_parameters
 from analysis.median_deviation import median_deviation
 
-FREEDOM = 4.0
+STUDENT_FREEDOM = 4.0
 """Degrees of freedom of the Student distribution: with few, an outlier is hardly pulled to the others."""
 
 FEWEST_MODES = 8
@@ -114,5 +114,5 @@ class DampingPrior:
         """
         inside = (poles.imag > self.band[0]) & (poles.imag < self.band[1])
         away = self.above(poles)
-        bend = np.where(inside, (FREEDOM + 1.0) / (FREEDOM + away**2) / self.deviation**2, 0.0)
-        return (FREEDOM + 1.0) * np.log1p(away**2 / FREEDOM), away * bend * self.deviation, bend
+        bend = np.where(inside, (STUDENT_FREEDOM + 1.0) / (STUDENT_FREEDOM + away**2) / self.deviation**2, 0.0)
+        return (STUDENT_FREEDOM + 1.0) * np.log1p(away**2 / STUDENT_FREEDOM), away * bend * self.deviation, bend

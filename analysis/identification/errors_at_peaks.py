@@ -19,7 +19,7 @@ HALF_WIDTHS_USED = 10.0
 FEWEST_LINES = 8
 """Lines used at least."""
 
-SEVERAL = 0.1
+SHARE_IN_OTHER_FRFS = 0.1
 """Share of a mode outside the FRF that shows it best, from which its scatter over the FRFs is estimated."""
 
 
@@ -78,7 +78,7 @@ def _factors(
     factors = np.full(2, within)
     u = np.abs(residue) ** 2 / (np.abs(residue) ** 2).sum()  # not own: the fit is drawn to FRFs that it describes
     several = 1.0 - float((u**2).sum())
-    if several > SEVERAL:
+    if several > SHARE_IN_OTHER_FRFS:
         moved -= (u * moved).sum()
         expected = float((u * (1.0 - u) * 0.5 * within * redundancy / own).sum())
         scatter = np.array([(u * moved.imag**2).sum(), (u * moved.real**2).sum()])

@@ -36,7 +36,7 @@ MOST_NEW = 4
 """Most new poles in one sweep."""
 SAME_MODE = 1.5
 """Largest distance, in half widths, between a mode's predicted and found pole after a fresh start."""
-AFRESH = 1.5
+POOR_MISFIT = 1.5
 """Misfit, over the expected one, above which a sweep is identified anew without start values."""
 WORTH_TRYING = 0.5
 """A new pole is tried if, with all others held, the misfit falls by this share of its BIC penalty."""
@@ -154,11 +154,11 @@ def follow(known: Followed, sweep: int, measured: Measured, usual: float, settin
     if not moving:
         start[:, 0] += _common_step(blocks, start, known)
     found = _held(blocks, start, known)
-    poor = _left(lines, found, known) > AFRESH * usual
+    poor = _left(lines, found, known) > POOR_MISFIT * usual
     if poor and moving:  # the trend may have changed
         start[:, 0] += _common_step(blocks, start, known)
         found = _held(blocks, start, known)
-        poor = _left(lines, found, known) > AFRESH * usual
+        poor = _left(lines, found, known) > POOR_MISFIT * usual
     if poor:
         _afresh(known, sweep, start, identify(measured, settings))
         found = _held(blocks, known.filled(sweep), known)

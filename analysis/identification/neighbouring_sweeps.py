@@ -14,10 +14,10 @@ from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.order import ROUGH_FALL_OF_MISFIT, attempt
 from analysis.identification.pole_search import PoleFit, fit
-from analysis.identification.resolution import COINCIDENT
+from analysis.identification.resolution import COINCIDENT_DISTANCE
 from analysis.identification.tracked_modes import TrackedModes
 
-UNSURE = 2.0
+SAME_MODE_SIGMA = 2.0
 """Distance of two modes, in standard deviations of one's frequency, up to which they may be one."""
 
 
@@ -101,7 +101,9 @@ def _without_doubles(blocks: Lines, modes: Modes, free: PoleFit, paid: NDArray[n
     place, sigma = np.log(np.abs(modes.poles)), np.sqrt(modes.covariance[:, 0, 0])
     half_width = -modes.poles.real / np.abs(modes.poles)
     apart = np.abs(place[:, None] - place) + np.where(np.eye(len(place), dtype=bool), np.inf, 0.0)
-    double = paid & (apart < np.minimum(UNSURE * sigma, COINCIDENT * half_width)[:, None]).any(axis=1)
+    double = paid & (apart < np.minimum(SAME_MODE_SIGMA * sigma, COINCIDENT_DISTANCE * half_width)[:, None]).any(
+        axis=1
+    )
     if not double.any():
         return paid
     paid = paid.copy()
@@ -111,7 +113,7 @@ def _without_doubles(blocks: Lines, modes: Modes, free: PoleFit, paid: NDArray[n
     )
     for j in sorted(np.flatnonzero(double), key=lambda j: -sigma[j] / half_width[j]):
         others = left[left != j]
-        if not (apart[j, others] < COINCIDENT * half_width[j]).any():
+        if not (apart[j, others] < COINCIDENT_DISTANCE * half_width[j]).any():
             continue  # the other one is gone
         without = attempt(blocks, best.poles[left != j], best.terms, bic(best, blocks))
         if without is not None:

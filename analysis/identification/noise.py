@@ -6,7 +6,7 @@ from scipy.ndimage import uniform_filter1d
 
 from analysis.identification.running_median import running_median
 
-CALM = 1.5
+NOISE_POWER_RATIO = 1.5
 """Largest ratio of mean noise power to the estimate from its median, in a window that holds noise alone."""
 
 LARGEST_SHARE = 1.0
@@ -56,7 +56,7 @@ def deviation_from_residual(
     floor = running_median(power, width, "reflect") / np.log(2.0)
     smooth = uniform_filter1d(power, width, axis=1, mode="reflect")
     response = np.minimum(np.abs(h - left), np.abs(h)) ** 2  # a model that overshoots must not excuse itself
-    limited = np.minimum(smooth, CALM * floor + LARGEST_SHARE**2 * response)
+    limited = np.minimum(smooth, NOISE_POWER_RATIO * floor + LARGEST_SHARE**2 * response)
     deviation: NDArray[np.float64] = np.sqrt(np.maximum(limited, np.maximum(least, np.finfo(float).tiny)))
     return deviation
 

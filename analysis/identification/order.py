@@ -18,7 +18,7 @@ STRONG_POLE_SUPPORT = 10.0
 """Support of a strong pole, in penalties of one pole. Without one outside the band that explains much, the noise
 is estimated too large, and a fit can lose its other poles."""
 
-UNSEEN = 1e-13
+UNSEEN_EIGENVALUE = 1e-13
 """Relative eigenvalue of the information matrix below which it is rounding error."""
 
 
@@ -33,7 +33,7 @@ def covariance(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
     root = np.sqrt(np.maximum(np.diag(now.hessian), np.finfo(float).tiny))
     size, directions = np.linalg.eigh(now.hessian / root[:, None] / root)
     directions /= root[:, None]
-    inverse: NDArray[np.float64] = (directions / np.maximum(size, UNSEEN)) @ directions.T
+    inverse: NDArray[np.float64] = (directions / np.maximum(size, UNSEEN_EIGENVALUE)) @ directions.T
     return inverse * ((now.misfit + lines.hidden) / freedom * lines.redundancy)
 
 

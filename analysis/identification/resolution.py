@@ -77,12 +77,12 @@ def one_that_moves(
     return bool(rise < parameters * np.log(independent))
 
 
-CLOSEST = 2.0
+LEAST_MODE_DISTANCE = 2.0
 """Smallest distance of two modes, in line spacings."""
 
 NARROWEST_PAIR = 3.5
-"""Half width, in line spacings, of the narrower of two modes from which they may be closer than `CLOSEST`: on so
-many lines BIC distinguishes the sum of two resonances from one."""
+"""Half width, in line spacings, of the narrower of two modes from which they may be closer than
+`LEAST_MODE_DISTANCE`: on so many lines BIC distinguishes the sum of two resonances from one."""
 
 LEAKING_HALF_WIDTH = 6.0
 """Half width, in line spacings, below which a resonance may leak."""
@@ -108,10 +108,10 @@ SMALLEST_DIFFERENCE = 1e-3
 """Smallest difference between two poles and one, relative to the peak, that shows two modes: few tests are linear
 to better than that, and a response counts as at rest where it has fallen to that."""
 
-COINCIDENT = 0.5
+COINCIDENT_DISTANCE = 0.5
 """Distance of two poles, in half widths of the narrower, up to which they may differ that little from one."""
 
-MOVING = 1.0
+MOVING_MODE_DISTANCE = 1.0
 """The same for two that may represent one mode whose frequency differs from one FRF to the next."""
 
 
@@ -147,15 +147,21 @@ def unresolved(lines: Lines, poles: NDArray[np.complex128], residues: NDArray[np
         small = NEEDLE_SMALL if width[j] < 1.0 else LARGEST_LEAKAGE
         leaked = (width[others] < narrow) & (apart < LEAKAGE_DISTANCE) & (height[j] < small * height[others])
         narrowest = np.where(exact[others] & exact[j], NARROWEST_AT_REST, NARROWEST_PAIR)
-        close = (apart < CLOSEST) & (narrower < narrowest)
+        close = (apart < LEAST_MODE_DISTANCE) & (narrower < narrowest)
         standing[j] = (
             not (leaked | close).any()
             and not any(
-                _like_one(lines, poles[[i, j]], residues[:, [i, j]]) for i in others[apart < COINCIDENT * narrower]
+                _like_one(lines, poles[[i, j]], residues[:, [i, j]])
+                for i in others[apart < COINCIDENT_DISTANCE * narrower]
             )
             and not any(
-                one_that_moves(lines, poles, residues, np.flatnonzero(np.abs(place - place[i]) < MOVING * half[i]))
-                for i in others[apart < MOVING * narrower]
+                one_that_moves(
+                    lines,
+                    poles,
+                    residues,
+                    np.flatnonzero(np.abs(place - place[i]) < MOVING_MODE_DISTANCE * half[i]),
+                )
+                for i in others[apart < MOVING_MODE_DISTANCE * narrower]
             )
         )
     lesser: NDArray[np.bool_] = ~standing

@@ -21,7 +21,7 @@ from analysis.identification.variable_projection import project
 
 FEWEST_HITS = 3
 """Hits from which one may be left out: of two hits nobody knows which is right."""
-RESTS = 0.35
+RESTING_SHARE = 0.35
 """Share of the expected below which a mode rests on the hit left out. In 40 simulated tests of five hits, 200
 strong modes that all show kept 1.06 and more, 37 weak ones (BIC 50 to 300) 0.97 and more; one that a single hit
 shows keeps 0.004 at most."""
@@ -64,7 +64,7 @@ def confirmed_by_hits(measured: Measured, without: Sequence[WithoutHit], modes: 
         return modes
     left = left_without(measured, without, modes)
     worst = left.argmin(axis=0)
-    rests = modes.real & (left.min(axis=0) < RESTS)
+    rests = modes.real & (left.min(axis=0) < RESTING_SHARE)
     if not rests.any():
         return modes
     words = [

@@ -24,7 +24,7 @@ DEGREE = 3
 VARIANCE_OF_UNKNOWN = 1e6
 """Prior variance of an unknown parameter."""
 
-BEND = 0.3
+CURVE_SIGMA = 0.3
 """Standard deviation of a curve's coefficients beyond its constant, log |lambda|, before any is known."""
 
 FEWEST_TRACKS = 5
@@ -87,8 +87,8 @@ class SmoothTracks:
         base : (T, J, 2) ndarray
             What is known beforehand; zeros where nothing is.
         frequency : tuple of float
-            Standard deviations of the coefficients of log |lambda|; the last holds for all higher ones, `BEND` if
-            only one is given.
+            Standard deviations of the coefficients of log |lambda|; the last holds for all higher ones,
+            `CURVE_SIGMA` if only one is given.
         damping : (float, float)
             Those of the log damping ratio's constant and slope.
         degree : int
@@ -98,7 +98,7 @@ class SmoothTracks:
         degree = min(degree, max((len(temperature) - 1) // 3, 0))
         basis = np.polynomial.chebyshev.chebvander(2.0 * (temperature - temperature.min()) / span - 1.0, degree)
         own = np.full((base.shape[1], degree + 1, 2), 1e-12)
-        later = frequency[1:] or (BEND,)
+        later = frequency[1:] or (CURVE_SIGMA,)
         own[:, :, 0] = np.square([frequency[0], *(later[min(p, len(later) - 1)] for p in range(degree))])
         own[:, : min(2, degree + 1), 1] = np.square(damping)[: degree + 1]
         return cls(basis, base, own, np.array(SCATTER_ABOUT_CURVES))

@@ -18,7 +18,7 @@ from analysis.identification.smooth_tracks import SmoothTracks
 REPLACEABLE_DISTANCE = 1.5
 """Median distance of two tracks, in half widths, from which neither can replace the other."""
 
-STRONG = 100.0
+STRONG_LOSS = 100.0
 """Loss without a track, in BIC penalties with all others held, from which its removal is not tried."""
 
 MOST_TRIALS = 8
@@ -64,7 +64,7 @@ def remove_superfluous(
         due = now.active.T @ penalty
         share = np.divide(_losses(blocks, now), due, out=np.full(len(due), np.inf), where=due > 0.0)
         doubtful = (share < 1.0) | (
-            (share < STRONG) & (_away(now).min(axis=0, initial=np.inf) < REPLACEABLE_DISTANCE)
+            (share < STRONG_LOSS) & (_away(now).min(axis=0, initial=np.inf) < REPLACEABLE_DISTANCE)
         )
         rivals = [int(j) for j in np.argsort(share) if doubtful[j] and (share[j] < 1.0 or int(j) not in tried)]
         sure = bool(rivals) and share[rivals[0]] < 1.0  # a refit of the others would lose even less

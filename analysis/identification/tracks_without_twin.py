@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.automatic import identify
-from analysis.identification.following import AFRESH, Followed, follow
+from analysis.identification.following import POOR_MISFIT, Followed, follow
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.parameters import BAND_MARGIN, WIDER_BAND_MARGIN, active_in
@@ -79,9 +79,9 @@ def find_tracks(
 
     expected = [expected_misfit(one, first) if one.known else np.inf for one in measured]
     found = tracked(BAND_MARGIN, "identify")
-    if found.worst(expected) > AFRESH:
+    if found.worst(expected) > POOR_MISFIT:
         farther = tracked(WIDER_BAND_MARGIN, "identify, farther from the band")
-        if farther.worst(expected) < AFRESH:
+        if farther.worst(expected) < POOR_MISFIT:
             found = farther
     modes = list(found.modes)
     modes[start] = replace(modes[start], rejected=first.rejected)

@@ -85,7 +85,7 @@ LINE_NOISE = 0.015
 """Of a line, as a share of the response."""
 SIZE = (10.0, 30.0)
 """Of effects that are seen, sigma: larger ones are told apart at once."""
-PLATES = 10
+TRIALS_ON_A_PLATE = 10
 """Trials on one plate."""
 SILENT = lambda stage, share: None  # noqa: E731 (a callable without a body)
 
@@ -130,7 +130,7 @@ def one_trial(number: int, seed: int, folder: Path) -> dict[str, Any]:
         What was hidden, planned and settled.
     """
     rng, case = np.random.default_rng([seed, number]), CASES[number % len(CASES)]
-    kind = draw_plate(np.random.default_rng([seed, 10**6, number // PLATES]))
+    kind = draw_plate(np.random.default_rng([seed, 10**6, number // TRIALS_ON_A_PLATE]))
     experiment = draw_experiments(rng, kind, f"planned {number}", ("up",), (1.0,))[0]
     specimen = Specimen.of([experiment], specimen_operators(any_declaration(kind)))
     with ThreadPoolExecutor(1) as executor:

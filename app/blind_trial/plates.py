@@ -13,7 +13,7 @@ from analysis.transducers import Drive, Sensor
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.fineness import Fineness
 
-PATCH = 0.02
+PATCH_EDGE = 0.02
 """Edge of every patch, m."""
 LEAST_PATCH_DISTANCE = 0.012
 """Distance between two patches along either axis, and from the edge, m: leaves space to move the first sensor."""
@@ -26,7 +26,7 @@ DRIVEN: tuple[Driven, ...] = get_args(Driven)
 """How plates are driven, in turn: by a patch, by an exciter, by one patch and then another."""
 OUTWARD = 0.02
 """Largest distance of a quadrilateral plate's corners outside a rectangle's, along either axis, m."""
-ACCELEROMETER = 6e-4
+ACCELEROMETER_MASS = 6e-4
 """kg."""
 OTHER_MESH = Fineness(MeshRecipe(spacing=0.055, strip=1.07, edge_strip=1.27, growth=0.9), degree=9, tolerance=2e-9)
 """Mesh of the simulated measurement: other cells and another degree than the twin's."""
@@ -102,10 +102,10 @@ def draw_plate(rng: np.random.Generator, driven: Driven = "patch", *, rectangula
     density = float(rng.uniform(900.0, 1300.0))
     plate = Plate(length_x=a, length_y=b, thickness=thickness, mass=round(density * a * b * thickness, 5))
     left, right = float(rng.uniform(0.030, 0.050)), a - float(rng.uniform(0.030, 0.050))
-    spare = b - 2.0 * LEAST_PATCH_DISTANCE - 3.0 * PATCH - 2.0 * LEAST_PATCH_DISTANCE
+    spare = b - 2.0 * LEAST_PATCH_DISTANCE - 3.0 * PATCH_EDGE - 2.0 * LEAST_PATCH_DISTANCE
     shares = spare * np.sort(rng.uniform(0.0, 1.0, 3))
     rows = [
-        LEAST_PATCH_DISTANCE + 0.5 * PATCH + k * (PATCH + LEAST_PATCH_DISTANCE) + float(share)
+        LEAST_PATCH_DISTANCE + 0.5 * PATCH_EDGE + k * (PATCH_EDGE + LEAST_PATCH_DISTANCE) + float(share)
         for k, share in enumerate(shares)
     ]
     further = bool(rng.random() < 0.5)
@@ -117,7 +117,7 @@ def draw_plate(rng: np.random.Generator, driven: Driven = "patch", *, rectangula
     if driven == "exciter":
         drives = (Drive(id="exciter", point=_millimetres(right, rows[2])),)
         sensors = (
-            Sensor(id="acc", kind="acceleration", point=_millimetres(right, rows[1]), mass=ACCELEROMETER),
+            Sensor(id="acc", kind="acceleration", point=_millimetres(right, rows[1]), mass=ACCELEROMETER_MASS),
             Sensor(id="laser", kind="velocity", point=_millimetres(left, rows[2])),
         )
         patches = patches if further else []
@@ -140,7 +140,7 @@ def draw_plate(rng: np.random.Generator, driven: Driven = "patch", *, rectangula
 
 def _patch(name: str, role: str, x: float, y: float) -> Patch:
     return Patch.model_validate(
-        {"id": name, "role": role, "center": _millimetres(x, y), "size": (PATCH,) * 2, "thickness": 5e-4}
+        {"id": name, "role": role, "center": _millimetres(x, y), "size": (PATCH_EDGE,) * 2, "thickness": 5e-4}
     )
 
 

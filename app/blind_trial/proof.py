@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from app.blind_trial.calibration import claims, reliability
 from app.blind_trial.draw_effects import SIMILAR_COSINE
 from app.blind_trial.outcome import TrialOutcome
-from app.blind_trial.parameter_errors import NINETY, coverage, errors
+from app.blind_trial.parameter_errors import HALF_WIDTH_OF_90, coverage, errors
 from app.blind_trial.proportion_interval import proportion_interval
 
 FAINT_SIZES = (5.0, 8.0)
@@ -171,7 +171,7 @@ def _laws(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     """Bands of the laws; the errors of one campaign at its temperatures are much alike, so it counts once."""
     judged = [o for o in outcomes if o.law_errors]
     for name in ("youngs_modulus", "poisson_ratio", "loss_factor"):
-        held = [float(np.mean(np.abs(o.law_errors[name]) <= NINETY)) for o in judged]
+        held = [float(np.mean(np.abs(o.law_errors[name]) <= HALF_WIDTH_OF_90)) for o in judged]
         value = float(np.mean(held)) if held else None
         low, high = proportion_interval(round(sum(held)), len(held))
         yield Figure(f"true {name} within its 90 % band", value, low, high, len(held), (0.85, 0.95))

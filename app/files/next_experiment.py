@@ -20,7 +20,7 @@ from app.files.settings_toml import read_table
 from app.files.toml_text import toml_text
 
 NAME = "next-experiment.toml"
-LASER = 20.0
+LASER_SENSITIVITY = 20.0
 """V per m/s of a further sensor, to be replaced by its own: 50 mm/s per volt, a usual range of lasers."""
 MOVE_SHARE = 0.4
 """Share of the tolerance by which the temperature may move between two readings."""
@@ -144,13 +144,13 @@ def _with_sensor(table: dict[str, Any], place: tuple[float, float]) -> list[str]
     name = next(f"further{k}" for k in range(1, len(taken) + 2) if f"further{k}" not in taken)
     table["sensor"] = [
         *(table.get("sensor") or ()),
-        {"id": name, "kind": "velocity", "point": list(place), "sensitivity": LASER},
+        {"id": name, "kind": "velocity", "point": list(place), "sensitivity": LASER_SENSITIVITY},
     ]
     responses = list(table["cards"]["responses"])
     table["cards"]["responses"] = [*responses, _next_terminal(responses[-1])]
     return [
-        f"Sensor {name}: put in its kind, its sensitivity ({LASER:g} V per m/s is assumed) and its terminal "
-        "(the last of cards.responses)."
+        f"Sensor {name}: put in its kind, its sensitivity ({LASER_SENSITIVITY:g} V per m/s is assumed) and its "
+        "terminal (the last of cards.responses)."
     ]
 
 

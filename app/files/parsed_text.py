@@ -9,7 +9,7 @@ from typing import Any
 
 LARGEST_DECLARATION = 1_000_000
 """Bytes: a declaration is a page of text, and more is not one."""
-PIECE = 1_000_000
+BYTES_AT_ONCE = 1_000_000
 """Bytes read at once."""
 DEEPEST_NESTING = 32
 """Tables in tables, lists in lists; a declaration has six."""
@@ -40,7 +40,7 @@ def read_bytes(path: Path, largest: int = LARGEST_DECLARATION) -> bytes:
     """
     content = bytearray()
     with path.open("rb") as file:  # piece by piece: asked for all at once, Python sets memory aside for all
-        while len(content) <= largest and (piece := file.read(PIECE)):
+        while len(content) <= largest and (piece := file.read(BYTES_AT_ONCE)):
             content += piece
     if len(content) > largest:
         raise ValueError(f"{path.stat().st_size} bytes; allowed: at most {largest}")

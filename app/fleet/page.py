@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.fleet.new_piece import predict_piece
-from app.fleet.exchange import USABLE, Exchange
+from app.fleet.exchange import USABLE_LOSS, Exchange
 from app.fleet.fleet_run import RunMember
 from app.fleet.laws_beside import CONSTANTS, FleetLaws
 from app.fleet.record import BAND_SHARE, LINEAR, TITLES, said_of, summary_of
@@ -146,7 +146,7 @@ def _exchange(exchange: Exchange | None) -> list[Item]:
     ]
     said = (
         "Contrast that the filters of the panel in the row lose on the panel in the column, against that panel's "
-        f"own (mean over the band and up to three temperatures). Up to {USABLE:g} they can be used."
+        f"own (mean over the band and up to three temperatures). Up to {USABLE_LOSS:g} they can be used."
     )
     table = PageTable(("filters of", *exchange.names), rows, numbers=range(1, len(exchange.names) + 1))
     return [Paragraph(said), table, *lines, *(Absent(note) for note in exchange.notes)]

@@ -34,7 +34,7 @@ from app.plate_frfs.source_files import FrfsOfFile, frfs_of_file, stated_coheren
 ROOM_TEMPERATURE = 20.0
 """Of the oven's room where it is not declared, degrees Celsius: it matters only for effects of a gradient between
 plate and room."""
-PROVISIONAL = 20.0
+PROVISIONAL_TEMPERATURE = 20.0
 """A temperature with which a declaration is checked before those of the files are known."""
 
 Read = list[tuple[Path, FrfsOfPlate, FrfsOfFile | None]]
@@ -180,7 +180,7 @@ def declared_experiment(
             "tail": 0.0,
             "repeats": 1,
             "ramp_rate": said.measurement.ramp_rate,
-            "temperatures": [PROVISIONAL],
+            "temperatures": [PROVISIONAL_TEMPERATURE],
             "directions": ["up"],
             "levels": [1.0],
         }

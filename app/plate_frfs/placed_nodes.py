@@ -13,7 +13,7 @@ from analysis.arrays import Real
 
 COORDINATE_ROUNDING = 1e-3
 """Share of the plate's longer side by which rounded coordinates may reach beyond an edge, or out of the plane."""
-LARGER = 0.01
+SPAN_TOLERANCE = 0.01
 """Share of a side by which nodes may span more than it: drawings and plates differ by a little."""
 
 Place = tuple[float, ...]
@@ -115,7 +115,7 @@ def _turned(plane: Real, sides: tuple[float, float]) -> tuple[Real, float]:
         for angle in (-direction, 0.5 * np.pi - direction):
             span = np.ptp(hull @ _rotation(angle).T, axis=0)
             spans.append(span)
-            if (span <= (1.0 + LARGER) * np.array(sides)).all():
+            if (span <= (1.0 + SPAN_TOLERANCE) * np.array(sides)).all():
                 ways.append((float(np.prod(span)), abs(float(angle)), float(angle)))
     if not ways:
         smallest = min(spans, key=lambda span: float(np.prod(span)))

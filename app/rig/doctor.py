@@ -37,7 +37,7 @@ LARGEST_CLOCK_DIFFERENCE = 2.0
 """Largest difference between the computer's and the disk's time, s."""
 OF_HIT = 40_000
 """Bytes of a hit beside its samples: an HDF5 file's own, with where it comes from, and what names the hit."""
-PLENTY = 1e9
+ENOUGH_BYTES = 1e9
 """Bytes that are enough where no experiment says how many are needed."""
 
 
@@ -128,7 +128,7 @@ def require_port(experiment: AcquiredExperiment | HammerExperiment, file: Path) 
 def _needed(experiment: AcquiredExperiment | HammerExperiment | None, folder: Path) -> tuple[float, str]:
     """Return the bytes that a campaign still needs, as doctor and acquire both say it, and what for."""
     if experiment is None:
-        return PLENTY, "for a campaign of some size"
+        return ENOUGH_BYTES, "for a campaign of some size"
     if isinstance(experiment, HammerExperiment):
         wanted = len(experiment.mallet.places) * experiment.hammer.hits * len(experiment.temperatures)
         left = max(wanted - len(list((folder / HITS).glob("*.h5"))), 0)

@@ -10,7 +10,7 @@ from analysis.plate_temperature.label_check import hysteresis, misplaced
 from analysis.plate_temperature.resonances import unlike_resonances
 from analysis.updated import Updated
 
-NAMED = 6
+SWEEPS_NAMED = 6
 """Sweeps that are named one by one; of more, their number is given."""
 
 
@@ -23,8 +23,11 @@ def recorded_notes(campaign: AnyCampaign) -> tuple[str, ...]:
     doubts = {one: sweep.doubt for one, sweep in enumerate(sweeps) if sweep.doubt}
     doubts = {one: doubts.get(one) or by_air[one] for one in sorted({*doubts, *by_air})}
     notes = [f"the temperature of {_named(sweeps[one])} is in doubt: {why}" for one, why in doubts.items()]
-    if len(notes) > NAMED:
-        notes = [*notes[:NAMED], f"and the temperature of {len(notes) - NAMED} more sweeps is in doubt"]
+    if len(notes) > SWEEPS_NAMED:
+        notes = [
+            *notes[:SWEEPS_NAMED],
+            f"and the temperature of {len(notes) - SWEEPS_NAMED} more sweeps is in doubt",
+        ]
     change = offset_change(sweeps, tuple(doubts))
     if change is not None:
         by, coldest, hottest = change
@@ -55,8 +58,8 @@ def resonance_notes(campaign: AnyCampaign, frf: Frf) -> tuple[str, ...]:
         f"look at the sweep at {frf.temperature[one]:.1f} °C on the way {frf.direction[one]}: {why}"
         for one, why in found.items()
     ]
-    more = (f"and {len(told) - NAMED} more sweeps like this",) if len(told) > NAMED else ()
-    return (*told[:NAMED], *more)
+    more = (f"and {len(told) - SWEEPS_NAMED} more sweeps like this",) if len(told) > SWEEPS_NAMED else ()
+    return (*told[:SWEEPS_NAMED], *more)
 
 
 def label_notes(campaign: AnyCampaign, frf: Frf, updated: Updated) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from app.summaries.with_sigma import FIXED, roughly
 Record = Mapping[str, Any]
 USUAL_TEMPERATURE = 20.0
 """Temperature at which the plate is described if the laws reach it, degrees Celsius."""
-REGIONS = 3
+REGIONS_NAMED = 3
 """Places of what is left that are named."""
 NOTHING_LEFT = "Nothing beyond the noise."
 LONG = "docs/guide/closing-a-gap.md"
@@ -272,7 +272,7 @@ def _scatter(record: Record) -> list[str]:
 def _places(regions: Sequence[Record]) -> list[str]:
     """Say where a residual is."""
     said = []
-    for region in regions[:REGIONS]:
+    for region in regions[:REGIONS_NAMED]:
         frequency = _range(region["frequency_hz"], "Hz")
         temperature = _range(region["temperature_c"], "°C")
         said.append(f"{100 * region['share']:.0f} % of it at {region['channel']}, {frequency}, {temperature}.")

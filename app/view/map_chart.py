@@ -15,11 +15,11 @@ from app.view.theme import Theme
 
 MOST_CELLS = 1024
 """Rows or columns at most of a map whose cells differ in size."""
-BAR = 78
+COLOUR_BAR_WIDTH = 78
 """Dots that the colour bar of a map takes."""
 MOST_WRITTEN = 12
 """Rows or columns of a map up to which there is room for its values."""
-BRIGHT = 0.5
+BRIGHT_COLOUR = 0.5
 """Lightness of a colour from which black is read on it."""
 
 
@@ -64,8 +64,8 @@ class MapChart(Chart):
         bar.axis.setPen(self.theme.muted)
         bar.axis.setLabel(label, color=self.theme.text)
         bar.axis.enableAutoSIPrefix(False)
-        bar.axis.setWidth(BAR - 30)
-        bar.setFixedWidth(BAR)
+        bar.axis.setWidth(COLOUR_BAR_WIDTH - 30)
+        bar.setFixedWidth(COLOUR_BAR_WIDTH)
         if ticks is not None:
             bar.axis.setTicks([list(ticks)])
         self.showGrid(x=False, y=False)
@@ -94,7 +94,7 @@ class MapChart(Chart):
         for y, row in zip(self.map.y.tolist(), self.map.value.tolist(), strict=True):
             for x, value in zip(self.map.x.tolist(), row, strict=True):
                 color = self._image.getColorMap().map((value - low) / (high - low), mode="qcolor")
-                ink = "#000000" if color.lightnessF() > BRIGHT else "#ffffff"
+                ink = "#000000" if color.lightnessF() > BRIGHT_COLOUR else "#ffffff"
                 text = pyqtgraph.TextItem(format(value, style), ink, anchor=(0.5, 0.5))
                 text.setPos(x, y)
                 self.addItem(text, ignoreBounds=True)
@@ -124,7 +124,7 @@ class MapChart(Chart):
         """Keep the x axis of a chart below exactly under one's own: leave out there what the colour bar takes."""
         chart.showAxis("right")
         axis = chart.getAxis("right")
-        axis.setWidth(BAR)
+        axis.setWidth(COLOUR_BAR_WIDTH)
         axis.setStyle(showValues=False, tickLength=0)
         axis.setPen(None)
         chart.setXLink(self)

@@ -16,7 +16,7 @@ LEAST_LINES_AROUND = 5
 """Frequency lines that are shown to either side at least."""
 POINTS_OF_CIRCLE = 400
 """Points of a model's circle."""
-LEFT = 62
+LEFT_AXIS_WIDTH = 62
 """Dots that the left axis takes, so that plots above each other share their frequencies."""
 
 
@@ -39,7 +39,7 @@ class NyquistChart(Chart):
         self._cursor = self.curve([], [], "cursor", theme.warning, points=True)
         self._measured.setSymbolSize(4)
         self._cursor.setSymbolSize(9)
-        self.getAxis("left").setWidth(LEFT)
+        self.getAxis("left").setWidth(LEFT_AXIS_WIDTH)
         self.setAspectLocked(True)
 
     def show_circle(self, h: Complex, here: complex, models: Mapping[str, Complex], unit: str) -> None:

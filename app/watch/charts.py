@@ -14,7 +14,7 @@ from app.watch.words import in_words, plain
 
 AXIS_INTERVALS = 400
 """Intervals of an axis in which the extremes are kept: a page on a wide screen shows no more."""
-EVENTS = 200
+EVENTS_SHOWN = 200
 """Lines of the log on the page."""
 LOWEST_LEVEL = -100.0
 """Lowest level shown, dB re full scale."""
@@ -168,11 +168,11 @@ def _levels(watched: Watched) -> dict[str, Any] | None:
 
 def _log(watched: Watched) -> list[dict[str, str]]:
     """Return the latest events and sentences of the watchdog, in words, latest first."""
-    said = [(event["date"], in_words(event)) for event in watched.events[-EVENTS:]]
+    said = [(event["date"], in_words(event)) for event in watched.events[-EVENTS_SHOWN:]]
     if not watched.simulated:
-        said += [(date, f"watchdog: {plain(sentence)}") for date, sentence in watched.said[-EVENTS:]]
+        said += [(date, f"watchdog: {plain(sentence)}") for date, sentence in watched.said[-EVENTS_SHOWN:]]
     said.sort(key=lambda one: seconds(one[0]), reverse=True)
-    return [{"date": date, "words": words} for date, words in said[:EVENTS]]
+    return [{"date": date, "words": words} for date, words in said[:EVENTS_SHOWN]]
 
 
 def _decibels(volts: NDArray[np.float64], full_scale: float) -> list[float]:

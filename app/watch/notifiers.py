@@ -22,7 +22,7 @@ ATTEMPT_TIMEOUT = 30.0
 """Seconds that one attempt may take."""
 ATTEMPT_DELAYS = (0.0, 30.0, 120.0)
 """Seconds before each attempt: a mail server that is busy, a network that is away for a moment."""
-WAITING = 50
+MOST_WAITING = 50
 """Messages that wait for one notifier; of more, the oldest are dropped."""
 WRONG = {
     FAILED: "was not delivered",
@@ -159,7 +159,7 @@ class Messenger:
     def tell(self, news: News) -> None:
         """Tell a message, soon."""
         for line in self._lines:
-            while line.qsize() >= WAITING:
+            while line.qsize() >= MOST_WAITING:
                 try:
                     line.get_nowait()
                     line.task_done()

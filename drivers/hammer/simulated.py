@@ -20,9 +20,9 @@ from drivers.ni.simulated.surroundings import Module, Surroundings, Temperature
 
 LEAD_TIME = 0.3
 """s before a hit from which its response is computed: one of limited band begins a little before its hit."""
-BOUNCE = (0.012, 0.080)
+BOUNCE_TIME = (0.012, 0.080)
 """s between the two peaks of a double hit: a hammer that is held too long bounces within a few hundredths."""
-SECOND = (0.2, 0.8)
+SECOND_PEAK_SHARE = (0.2, 0.8)
 """Share of the second peak of the first."""
 TOO_HARD = (1.3, 2.0)
 """Force of an overload over what the force channel can hold."""
@@ -179,8 +179,8 @@ class SimulatedHammer:
             peak = self.full_scale / self.force_volts * (TOO_HARD[0] + (TOO_HARD[1] - TOO_HARD[0]) * hard)
         peaks = [(0.0, peak)]
         if drawn == "double hit":
-            share = SECOND[0] + (SECOND[1] - SECOND[0]) * second
-            peaks.append((BOUNCE[0] + (BOUNCE[1] - BOUNCE[0]) * bounce, share * peak))
+            share = SECOND_PEAK_SHARE[0] + (SECOND_PEAK_SHARE[1] - SECOND_PEAK_SHARE[0]) * second
+            peaks.append((BOUNCE_TIME[0] + (BOUNCE_TIME[1] - BOUNCE_TIME[0]) * bounce, share * peak))
         width = self.hand.width * (1.0 + WIDTH_SPREAD * (2.0 * wide - 1.0))
         now = self.clock.now()
         self.strikes = [one for one in self.strikes if one.time < now]

@@ -17,7 +17,7 @@ Constants = tuple[float, float, float]
 
 WORKERS = 2
 """Materials solved at a time."""
-DRAWN = 2
+MATERIALS_DRAWN = 2
 """Number of random materials in the box at each attempt."""
 HALTON = (2, 3)
 """Bases of Halton's sequence along E and nu."""
@@ -49,7 +49,7 @@ def held_out(box: MaterialBox, attempt: int) -> list[tuple[float, float]]:
     the first, which takes longest, and the last of them.
     """
     (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
-    square = _scattered(DRAWN, np.random.default_rng(attempt))
+    square = _scattered(MATERIALS_DRAWN, np.random.default_rng(attempt))
     found = [(e0 * (e1 / e0) ** a, n0 + b * (n1 - n0)) for a, b in square]
     if attempt == 0:
         found = [(e0, n0 + 0.37 * (n1 - n0)), *found, (e1, n0)]

@@ -12,7 +12,7 @@ DIRECTIONS = 8
 """Directions of the cuts that are tried."""
 LEAST_SIDE_SHARE = 0.35
 """Smallest share of the functions on one side of a cut, if the cells allow it."""
-UNEVEN = 4.0
+UNEVEN_PENALTY = 4.0
 """Penalty on the cost of a cut for unequal sides: factor on the squared deviation of their shares from a half."""
 
 CELLS_NOT_HALVED = 2
@@ -79,7 +79,7 @@ def _cut(along: Real, row: Whole, which: Whole, size: Real) -> tuple[float, Mask
     shared = np.cumsum(np.bincount(first + 1, size, count + 1))[1:count] - before
     uneven = np.abs(before / np.maximum(size.sum() - shared, 1.0) - 0.5)
     cost = np.where(
-        uneven <= max(0.5 - LEAST_SIDE_SHARE, uneven.min()), shared * (1.0 + UNEVEN * uneven**2), np.inf
+        uneven <= max(0.5 - LEAST_SIDE_SHARE, uneven.min()), shared * (1.0 + UNEVEN_PENALTY * uneven**2), np.inf
     )
     cut = int(cost.argmin()) + 1
     return float(cost[cut - 1]), rank < cut, (first < cut) & (last >= cut)

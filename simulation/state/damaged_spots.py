@@ -22,7 +22,7 @@ from simulation.state.plate_state import Disc, PlateState
 
 ANGLES = np.arange(96) * (np.pi / 96)
 """Directions in the plane, rad."""
-WHOLE = 0.95
+WHOLE_DISC_SHARE = 0.95
 """Share of a disc's cells from which it counts as wholly on the plate: its ramp ends one cell outside its rim."""
 
 
@@ -141,8 +141,8 @@ def coverage(ops: EffectOperators, disc: Disc) -> Numbers:
     share = np.zeros(len(ops.strain_points), here.dtype)
     share[near] = here
     covered, whole = here.sum(), _share(_lattice(ops, place, reach), ops.cell, disc).sum()
-    if np.real(covered) < WHOLE * np.real(whole):
-        covered = WHOLE * whole
+    if np.real(covered) < WHOLE_DISC_SHARE * np.real(whole):
+        covered = WHOLE_DISC_SHARE * whole
     return np.asarray(share * (np.pi * disc.radius**2 / (ops.cell * covered)))
 
 

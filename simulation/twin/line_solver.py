@@ -16,7 +16,7 @@ ITERATIONS = 12
 """Largest number of iterations, which takes as long as a direct solution, used for lines not converged."""
 CONVERGED_STEP = 1e-13
 """Relative size of the last step at convergence; the error left is smaller than this step."""
-PART = 256
+LINES_OF_ONE_MEAN = 256
 """Number of lines in the modes of one mean stiffness, if all lines are solved."""
 LINES_AT_ONCE = 64
 """Number of lines factorized at a time."""
@@ -145,8 +145,8 @@ def solved_by_lines(plate: LocalPlate, state: PlateState, frequency: Real) -> Co
     """
     coupling = plate.composite.coupling
     answers = np.empty((*coupling.shape, frequency.size), complex)
-    for start in range(0, frequency.size, PART):
-        part = slice(start, start + PART)
+    for start in range(0, frequency.size, LINES_OF_ONE_MEAN):
+        part = slice(start, start + LINES_OF_ONE_MEAN)
         there = state.with_(**{name: getattr(state, name)[part] for name in SPECTRA})
         solver = LineSolver.of(plate, there, frequency[part])
         count = solver.omega2.size

@@ -13,12 +13,12 @@ from simulation.twin.reduced_plate import LoadedPlate
 
 KEPT_MODES_FACTOR = 1.6
 """Modes up to this many times the band's end are kept; those above are represented by residual vectors."""
-RESIDUALS = 3
+RESIDUAL_BLOCKS = 3
 """Number of blocks of residual vectors, (K - s M)**-1 b and so on, in the space of the modes above."""
 SHIFT_OVER_BAND = 0.6
 """Shift s over the square of the band's end. It is among the modes that are kept, which are projected out first:
 the response of the modes above is then a hundred times more accurate than with a shift below the band."""
-FOLLOWING = 1e-4
+LEAST_COUPLING = 1e-4
 """Smallest strength, over the strongest, of directions that couple the modes above to those kept."""
 LEAST_DIRECTION = 1e-7
 """Smallest relative size of a direction; smaller ones are left out."""
@@ -81,7 +81,7 @@ def local_basis(
         fixed = unit_mass.matrix(whole.fixed)
         follows = high.T @ (fixed @ np.hstack([low, high @ np.hstack(residual)])) / above
         power, directions = np.linalg.eigh(follows.T @ follows)
-        strong = power > FOLLOWING**2 * power[-1]
+        strong = power > LEAST_COUPLING**2 * power[-1]
         residual.append(follows @ (directions[:, strong] / np.sqrt(power[-1])))
     beside = np.hstack(residual)
     beside = beside[:, np.linalg.norm(beside, axis=0) > 0.0]
@@ -125,7 +125,7 @@ class _UnitMass:
 def _residual_vectors(loads: Real, above: Real) -> list[Real]:
     """Blocks (h, k) of residual vectors in the modes above, of unit length: loads over `above` once, twice, ..."""
     blocks = []
-    for _ in range(RESIDUALS):
+    for _ in range(RESIDUAL_BLOCKS):
         loads = loads / above
         loads = loads / np.maximum(np.linalg.norm(loads, axis=0), np.finfo(float).tiny)
         blocks.append(loads)

@@ -20,7 +20,7 @@ from simulation.twin.reduced_plate import LoadedPlate
 
 PORTS_AT_ONCE = 32
 """Ports solved at a time: on the way each takes several times the memory of its answer."""
-DASHPOTS = 12
+MOST_DASHPOTS = 12
 """Directions of damping up to which modes are used: the cost of connecting them grows with their square."""
 
 
@@ -172,7 +172,7 @@ def _modal(plate: LocalPlate, state: PlateState, attached: tuple[Real, Complex] 
     dashpots = plate.dashpots(state)
     power, directions = np.linalg.eigh(dashpots) if dashpots.any() else (np.zeros(0), np.zeros((len(dashpots), 0)))
     felt = power > 1e-13 * power.max(initial=0.0)
-    if felt.sum() > DASHPOTS:
+    if felt.sum() > MOST_DASHPOTS:
         return None
     local = plate.composite
     stiffness = state.storage[0] * local.plate + 1j * state.loss[0] * local.plate_loss + local.fixed

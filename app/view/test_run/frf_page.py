@@ -18,7 +18,7 @@ from analysis.shapes.frf_checks import checks
 from app.view.chart import Chart
 from app.view.cursors import FREQUENCY, Cursors
 from app.view.frequency_axis import FrequencyAxis
-from app.view.nyquist import LEFT, POINTS_OF_CIRCLE, NyquistChart, around
+from app.view.nyquist import LEFT_AXIS_WIDTH, POINTS_OF_CIRCLE, NyquistChart, around
 from app.view.parts import PartsChoice, decibels
 from app.view.test_run.held import HeldTest
 from app.view.theme import Theme
@@ -98,7 +98,7 @@ class TestFrfPage(QWidget):
         for row, (chart, share) in enumerate(((self.above, 5), (self.below, 4), (self.coherence, 2))):
             grid.addWidget(chart, row, 0)
             grid.setRowStretch(row, share)
-            chart.getAxis("left").setWidth(LEFT)
+            chart.getAxis("left").setWidth(LEFT_AXIS_WIDTH)
             self.axis.add(chart)
             if chart is not self.above:
                 chart.setXLink(self.above)

@@ -13,7 +13,7 @@ LEAST_DOT, LARGEST_DOT = 7.0, 20.0
 """Diameter of a point at rest, and of the largest motion."""
 FLAT_EXTENT = 0.05
 """Second largest extent of the points, over the largest, below which they lie on a line."""
-ARROW = 0.12
+ARROW_LENGTH = 0.12
 """Length of the largest motion within the plane, over the largest extent of the points."""
 MOST_NUMBERS = 12
 """Numbers of nodes for which there is room below a chart."""
@@ -48,7 +48,7 @@ class ShapeChart(Chart):
         )
         self._held, self._axes, self._nodes = held, (first, second), np.array(nodes)
         self._at = where[:, [first, second]]
-        self._arrow = ARROW * float(spread.max())
+        self._arrow = ARROW_LENGTH * float(spread.max())
         if self._plane:
             self._begin_plane()
         else:
