@@ -60,7 +60,7 @@ class MovedPatches:
         return cls(solved.likewise(plate), plain, turn)
 
     def by(self, stepped: PlateState) -> Composite:
-        """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`."""
+        """Differentiate by the parameter whose imaginary step of `COMPLEX_STEP` gave `stepped`."""
         return _turned(_sum(self.plain.by(stepped), self.plain.by_along_moves(stepped)), self.turn)
 
     def by_along_moves(self, stepped: PlateState) -> Composite:
