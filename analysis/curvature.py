@@ -11,9 +11,9 @@ from analysis.declared import Sparse
 
 Bend = Annotated[float, Field(ge=-1e4, le=1e4, description="m, positive: centre of curvature above the plate")]
 Heights = Annotated[tuple[float, ...], Field(min_length=1, max_length=9)]
-STEEPEST = 0.3
+STEEPEST_SLOPE = 0.3
 """Largest slope of a shallow shell."""
-FLAT = 0.01
+FLAT_RISE = 0.01
 """Rise of a plate, in thicknesses, below which a radius changes no frequency: by less than 1e-4."""
 
 
@@ -61,7 +61,7 @@ class Curvature(Sparse):
         """
         given = [name for name in ("radius", "radius_x", "radius_y") if getattr(self, name) is not None]
         rise = float(np.abs(self.coefficients(half)).sum())
-        if given and rise < FLAT * thickness:
+        if given and rise < FLAT_RISE * thickness:
             raise ValueError(
                 f"curvature.{given[0]} {getattr(self, given[0]):g} m: over this plate it rises by "
                 f"{1e3 * rise:.2g} mm, which changes nothing; remove it (radius in m?)"

@@ -11,6 +11,7 @@ Length = Annotated[float, Field(ge=0.01, le=5.0, description="m")]
 Width = Annotated[float, Field(ge=0.001, le=1.0, description="m")]
 Thickness = Annotated[float, Field(ge=1e-4, le=0.05, description="m")]
 TEMPERATURES = (-80.0, 200.0)
+"""Degrees Celsius: a room's temperature in kelvin lies outside, and is refused."""
 Temperature = Annotated[float, Field(ge=TEMPERATURES[0], le=TEMPERATURES[1], description="degrees Celsius")]
 Degrees = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, counter-clockwise")]
 

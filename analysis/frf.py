@@ -36,7 +36,7 @@ def still_ringing(campaign: Campaign) -> str:
     return f"{where} {worst.message(tail, 'lengthen protocol.tail')}"
 
 
-COPIES = 1e-12
+ROUNDING_NOISE = 1e-12
 """Noise below this share of an FRF is that of rounding in double precision: no converter is so good."""
 
 HARMONICS_APART = 6.0
@@ -192,7 +192,7 @@ class Frf(Labelled):
         """Raise ValueError where a sweep's repeats tell no noise, so that its lines cannot be weighed."""
         used = ~self.excluded
         noise, size = self.variance[:, :, used].min(-1), (np.abs(self.h[:, :, used]) ** 2).mean(-1)
-        for sweep, channel in np.argwhere(~(noise > COPIES**2 * size))[:1]:
+        for sweep, channel in np.argwhere(~(noise > ROUNDING_NOISE**2 * size))[:1]:
             raise ValueError(
                 f"channel {self.channels[channel]} at {self.temperature[sweep]:.1f} °C ({self.direction[sweep]}): "
                 "lines without variance, the repeats agree to the last digit. They are copies of one recording: "

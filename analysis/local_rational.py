@@ -5,15 +5,15 @@ from numpy.typing import NDArray
 
 from analysis.noise_power import single_repeat_power
 
-WIDTH = 11
+WINDOW_LINES = 11
 """Lines of a window."""
 
-X = np.linspace(-1.0, 1.0, WIDTH)
+X = np.linspace(-1.0, 1.0, WINDOW_LINES)
 
-STEPS = 4
+MOST_FITS = 4
 """Fits with weights by the denominator of the one before."""
 
-CLEARLY = 0.3
+CLEAR_RESIDUAL_SHARE = 0.3
 """Share of the quartic's residual below which the rational function replaces it; of noise, less remains seldom."""
 
 
@@ -33,11 +33,11 @@ def rough_power(h: NDArray[np.complex128]) -> NDArray[np.float64]:
     (F,) ndarray
     """
     power = single_repeat_power(h)
-    if len(h) < WIDTH:
+    if len(h) < WINDOW_LINES:
         return power
-    half = WIDTH // 2
-    starts = np.clip(np.arange(len(h)) - half, 0, len(h) - WIDTH)
-    windows = h[starts[:, None] + np.arange(WIDTH)]
+    half = WINDOW_LINES // 2
+    starts = np.clip(np.arange(len(h)) - half, 0, len(h) - WINDOW_LINES)
+    windows = h[starts[:, None] + np.arange(WINDOW_LINES)]
     own = np.arange(len(h)) - starts
     quartic = _energy(_without(5, windows))
     # a cheap fit without weights first: most windows hold no peak
@@ -45,7 +45,7 @@ def rough_power(h: NDArray[np.complex128]) -> NDArray[np.float64]:
     if not len(peaked):
         return power
     left, leverage = _rational(windows[peaked])
-    clear = _energy(left) < CLEARLY * quartic[peaked]
+    clear = _energy(left) < CLEAR_RESIDUAL_SHARE * quartic[peaked]
     place, line = np.flatnonzero(clear), peaked[clear]
     kept = np.maximum(1.0 - leverage[place, own[line]], 0.05)
     power[line] = np.minimum(power[line], np.abs(left[place, own[line]]) ** 2 / kept)
@@ -72,9 +72,9 @@ def _unweighted(windows: NDArray[np.complex128]) -> NDArray[np.float64]:
 
 def _rational(windows: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
     """Residual and leverage (W, N) of h (1 + b x) = cubic, weighted by 1 / |1 + b x| of the fit before."""
-    cubic = np.broadcast_to(np.vander(X, 4), (len(windows), WIDTH, 4))
+    cubic = np.broadcast_to(np.vander(X, 4), (len(windows), WINDOW_LINES, 4))
     denominator = np.ones(windows.shape, dtype=complex)
-    for _ in range(STEPS):
+    for _ in range(MOST_FITS):
         columns = np.concatenate([cubic, (X * windows)[:, :, None]], axis=2) / denominator[:, :, None]
         basis, triangle = np.linalg.qr(columns)
         weighted = windows / denominator

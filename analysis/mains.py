@@ -12,14 +12,17 @@ FUNDAMENTALS = np.arange(45.0, 65.0, 0.01)
 """Hz: 50 and 60 Hz grids, and generators."""
 LEAST_HARMONICS = 10
 """Fewer could be loud by chance at one of so many fundamentals."""
-LOUD = 5.0
+LOUD_HARMONICS = 5.0
 """Excess of the harmonics' median power over the noise, for one sweep; averages over n may be sqrt(n) fainter."""
 GRIDS, WANDER = np.array([50.0, 60.0]), 0.1
 """Hz: grids, and how far their frequency wanders. So near to them fewer harmonics do, if they are louder."""
 LEAST_OF_A_GRID, LOUD_OF_A_GRID = 4, 20.0
+"""Harmonics that do there, and their excess."""
 
 STANDS_OUT = 30.0
+"""Power of an odd harmonic's roughness, over that around it, from which it counts as loud."""
 FEWEST_ODD = 3
+"""Odd harmonics within the band: of fewer, all may be loud by chance."""
 CHANCE = 1e-3
 """Probability that as many places chosen at random are as loud, above which harmonics are no hum."""
 
@@ -75,7 +78,7 @@ def other_fundamentals(frequency: Real, rough: Real, excluded: NDArray[np.bool_]
     independent = channels / (1.0 + (channels - 1) * _shared(rough))
     averaged = np.sqrt(independent * np.array([sweeps] + [1] * sweeps))
     level, few, covered = _harmonics_level(frequency, power, excluded)
-    level[level <= 1.0 + np.where(few, LOUD_OF_A_GRID, LOUD) / averaged[:, None]] = 0.0
+    level[level <= 1.0 + np.where(few, LOUD_OF_A_GRID, LOUD_HARMONICS) / averaged[:, None]] = 0.0
     first = level.argmax(axis=1)
     found = (level.max(axis=1) > 0.0) & ~covered[first]
     return sorted({float(fundamental) for fundamental in FUNDAMENTALS[first[found]]})

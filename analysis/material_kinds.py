@@ -39,6 +39,7 @@ THERMOPLASTIC = MaterialBox((0.8e9, 4.0e9), (0.30, 0.49), (0.005, 0.15))
 """What thermoplastics from a cold to a warm car interior can be, with a margin for the search."""
 
 METAL_LOSS = (2e-4, 0.02)
+"""Of plates of metal, whose mounting, patches and air lose more than the alloy itself."""
 
 KINDS = MappingProxyType(
     {

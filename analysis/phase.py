@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 
 from analysis.arrays import Complex, Real
 
-KNOWN = 2.0
+KNOWN_PHASE_SIGMA = 2.0
 """Standard deviations that |h| must exceed: the phase is then known to 20 degrees."""
 
 
@@ -25,7 +25,7 @@ def drawn_phase(frequency: Real, h: Complex, deviation: ArrayLike = 0.0) -> tupl
     frequency, phase : (G,) ndarray
         Hz and degrees; where it leaps, a gap (NaN) is put between the two lines.
     """
-    phase = np.where(np.abs(h) > KNOWN * np.asarray(deviation), np.degrees(np.angle(h)), np.nan)
+    phase = np.where(np.abs(h) > KNOWN_PHASE_SIGMA * np.asarray(deviation), np.degrees(np.angle(h)), np.nan)
     leaps = np.flatnonzero(np.abs(np.diff(phase)) > 180.0) + 1
     between = 0.5 * (frequency[leaps] + frequency[leaps - 1])
     return np.insert(frequency, leaps, between), np.insert(phase, leaps, np.nan)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from analysis.arrays import Real
-from analysis.curvature import STEEPEST, Curvature
+from analysis.curvature import STEEPEST_SLOPE, Curvature
 from analysis.declared import TEMPERATURES, Length, Sparse, Temperature, Thickness
 from analysis.foreign_mesh import ForeignMesh
 from analysis.geometry import shapes
@@ -227,11 +227,11 @@ class Plate(Sparse):
             self.curvature.check_bent(self._half, self.thickness)
         edge = self.loop.polygon
         steepest = np.hypot(*self.slope(edge).T)
-        if steepest.max() > STEEPEST:
+        if steepest.max() > STEEPEST_SLOPE:
             place = edge[int(steepest.argmax())]
             raise GeometryError(
-                f"curvature: the plate rises by {steepest.max():.3g} m per m at {at(place)}; allowed {STEEPEST:g} "
-                "in a shallow shell (radius in m?)",
+                f"curvature: the plate rises by {steepest.max():.3g} m per m at {at(place)}; allowed "
+                f"{STEEPEST_SLOPE:g} in a shallow shell (radius in m?)",
                 place,
             )
         return self

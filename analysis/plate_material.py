@@ -12,12 +12,12 @@ from analysis.sheet_orthotropy import DeclaredOrthotropy, Orthotropy
 
 Modulus = Annotated[float, Field(ge=1e6, le=1e12, description="Pa")]
 Ratio = Annotated[float, Field(ge=0.0, lt=1.0)]
-ISOTROPIC = 0.5
+POISSON_LIMIT = 0.5
 """Below which Poisson's ratio of an isotropic sheet lies; nu of an orthotropic one, the root of nu_xy nu_yx, is
 below 1, where the stiffness in the plane is no longer positive."""
 Loss = Annotated[float, Field(ge=1e-5, le=1.0)]
 CONSTANTS = ("youngs_modulus", "poisson_ratio", "loss_factor")
-WIDEST = 50.0
+LARGEST_MODULI_RATIO = 50.0
 """Largest ratio of the moduli that a model can be made for at once."""
 
 
@@ -69,16 +69,16 @@ class PlateMaterial(Declared):
             raise ValueError(f"without kind all three ranges are needed; {' and '.join(missing)} missing")
         if self.kind is None and missing and self.orthotropy is None:
             raise ValueError("empty: name a kind, or give youngs_modulus, poisson_ratio and loss_factor as ranges")
-        if self.orthotropy is None and self.box.poisson_ratio[1] >= ISOTROPIC:
+        if self.orthotropy is None and self.box.poisson_ratio[1] >= POISSON_LIMIT:
             raise ValueError(
                 f"poisson_ratio [{self.box.poisson_ratio[0]:g}, {self.box.poisson_ratio[1]:g}]: allowed 0 to "
-                f"below {ISOTROPIC:g}; up to 1 for orthotropic sheets only, as the root of nu_xy nu_yx"
+                f"below {POISSON_LIMIT:g}; up to 1 for orthotropic sheets only, as the root of nu_xy nu_yx"
             )
         low, high = self.box.youngs_modulus
-        if high > WIDEST * low:
+        if high > LARGEST_MODULI_RATIO * low:
             raise ValueError(
                 f"youngs_modulus [{low:g}, {high:g}] Pa: the higher one is {high / low:.3g} times the lower; "
-                f"at most {WIDEST:g} times. Is one of them in another unit?"
+                f"at most {LARGEST_MODULI_RATIO:g} times. Is one of them in another unit?"
             )
         _ = self.departure
         mean = None if self.orthotropy is None else self.orthotropy.mean_modulus

@@ -10,7 +10,7 @@ from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import TOUCH, gap, leaves, overlap
 
-CLEAR = 1e-4
+LEAST_EDGE_DISTANCE = 1e-4
 """Least distance between the edges of outline, holes and zones, m."""
 
 
@@ -92,9 +92,9 @@ def check_disc(
 
 def _require_clear(name: str, loop: Loop, other_name: str, other: Loop) -> None:
     distance, place = gap(loop, other)
-    if distance < CLEAR and not (distance <= TOUCH and name.startswith("zone")):
+    if distance < LEAST_EDGE_DISTANCE and not (distance <= TOUCH and name.startswith("zone")):
         raise GeometryError(
-            f"{name} and {other_name} are {1e3 * distance:.3g} mm apart at {at(place)}; allowed {1e3 * CLEAR:g} "
-            "mm and more",
+            f"{name} and {other_name} are {1e3 * distance:.3g} mm apart at {at(place)}; allowed "
+            f"{1e3 * LEAST_EDGE_DISTANCE:g} mm and more",
             place,
         )

@@ -13,6 +13,7 @@ MOST_RATIO = 25.0
 MOST_CONTRAST = (MOST_RATIO - 1.0) / (MOST_RATIO + 1.0)
 """The same as |delta_e|."""
 MOST_SHEAR = 3.0
+"""Largest relative departure of a shear modulus from its isotropic value: four times it."""
 Modulus = Annotated[float, Field(ge=1e5, le=1e12, description="Pa")]
 Share = Annotated[float, Field(ge=-0.99, le=MOST_SHEAR)]
 

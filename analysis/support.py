@@ -16,9 +16,9 @@ Piece = tuple[int, float, float]
 
 SIDES = {"bottom": 0, "right": 1, "top": 2, "left": 3}
 """Curves of a rectangle by their names."""
-OFF = 5e-4
+LARGEST_EDGE_DISTANCE = 5e-4
 """How far from the edge the end of a supported part may be declared, m."""
-SHORTEST = 1e-4
+SHORTEST_PART = 1e-4
 """Length of the shortest part that can be supported, m."""
 
 
@@ -126,14 +126,14 @@ class Support(Sparse):
 def _between(loop: Loop, start: Point, end: Point) -> tuple[Piece, ...]:
     near = loop.nearest(np.array([start, end]))
     for name, place, there, far in zip(("from", "to"), (start, end), near.points, near.distance, strict=True):
-        if far > OFF:
+        if far > LARGEST_EDGE_DISTANCE:
             raise GeometryError(
                 f"{name} {at(place)} lies {1e3 * far:.3g} mm off the edge, nearest to it at {at(there)}; "
-                f"allowed {1e3 * OFF:g} mm",
+                f"allowed {1e3 * LARGEST_EDGE_DISTANCE:g} mm",
                 place,
             )
     (first, last), (t0, t1) = near.curve.tolist(), near.t.tolist()
-    if np.hypot(*(near.points[1] - near.points[0])) < SHORTEST:
+    if np.hypot(*(near.points[1] - near.points[0])) < SHORTEST_PART:
         raise GeometryError(
             f"from and to are the same place of the edge, {at(near.points[0])}: the part has no length; for "
             'all of an edge say edge = "all"',

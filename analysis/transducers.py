@@ -19,7 +19,7 @@ Radius = Annotated[float, Field(ge=0.0, le=0.05, description="m")]
 Mass = Annotated[float, Field(ge=0.0, le=1.0, description="kg")]
 Side = Literal["top", "bottom"]
 
-BASE = 0.004
+BASE_RADIUS = 0.004
 """Radius of an accelerometer's base unless declared, m; a laser's spot counts as a point."""
 
 
@@ -105,7 +105,7 @@ class Sensor(Sparse):
 
     def channels(self, plate: Plate) -> tuple[Channel, ...]:
         """Return its outputs; those of many points are numbered from 1."""
-        usual = BASE if self.kind == "acceleration" else 0.0
+        usual = BASE_RADIUS if self.kind == "acceleration" else 0.0
         radius = usual if self.radius is None else self.radius
         along = 1.0 if self.side == "top" else -1.0
         return tuple(

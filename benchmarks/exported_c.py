@@ -21,7 +21,7 @@ import numpy as np
 from analysis.compensation.network import InputMap, NetworkBank
 from analysis.focusing.fir import FirBank
 from analysis.rendering.following import FollowingBank
-from app.files.exports.c_code import BLOCK, write_c
+from app.files.exports.c_code import SAMPLES_AT_ONCE, write_c
 from app.files.exports.cost import Cost
 from app.files.exports.shipment import Shipment
 from app.files.panel_file import SECTION_2, read_panel
@@ -139,7 +139,7 @@ def case(shipment: Shipment, number: str, blocks: int) -> dict[str, Any]:
         subprocess.run([*command, "main.c", "flexura_filters.c", "-lm"], cwd=folder, check=True)
         done = subprocess.run([folder / "program", str(blocks)], capture_output=True, text=True, check=True)
     found: dict[str, Any] = json.loads(done.stdout)
-    cost = Cost.of(shipment.filters, number == "int16", BLOCK)
+    cost = Cost.of(shipment.filters, number == "int16", SAMPLES_AT_ONCE)
     return found | {
         "method": shipment.method,
         "number": number,
@@ -157,7 +157,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=10.0, help="of audio")
     parser.add_argument("--results", type=Path, default=RESULTS)
     options = parser.parse_args()
-    blocks = max(1, round(options.seconds * RATE / BLOCK))
+    blocks = max(1, round(options.seconds * RATE / SAMPLES_AT_ONCE))
     cases = [case(sent, number, blocks) for sent in shipments().values() for number in ("float32", "int16")]
     for found in cases:
         print(

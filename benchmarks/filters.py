@@ -21,7 +21,7 @@ from scipy.linalg import cho_factor, cho_solve, toeplitz
 
 from analysis.compensation.direct_filters import direct_filters
 from analysis.focusing.energy import EnergyForms
-from analysis.focusing.field_fir import OUTSIDE, FieldFit, FieldProblem
+from analysis.focusing.field_fir import OUT_OF_BAND_WEIGHT, FieldFit, FieldProblem
 from analysis.focusing.fir import taper
 from analysis.focusing.inversion import invert
 from analysis.focusing.panel import Filters
@@ -57,7 +57,7 @@ def dense(weight: np.ndarray, filters: np.ndarray, settings: Filters, delay: int
     beyond += 0.5 * rate / spacing * np.eye(count)
     for edge, sign in ((head, -1.0), (foot, 1.0)):
         beyond += sign * edge / spacing * toeplitz(np.sinc(2.0 * edge * lag))
-    small = OUTSIDE * np.median(np.linalg.eigvalsh(weight[gain == 1.0])[:, -1])
+    small = OUT_OF_BAND_WEIGHT * np.median(np.linalg.eigvalsh(weight[gain == 1.0])[:, -1])
     normal = np.empty((actuators, count, actuators, count))
     for n in range(actuators):
         for m in range(actuators):

@@ -23,7 +23,7 @@ from filters import paper_laws
 
 from analysis.focusing.over_temperature import focus
 from analysis.radiation.declared_sound import PanelSound, SoundListener
-from analysis.rendering.heard import EARLY, impulse_responses
+from analysis.rendering.heard import SAMPLES_BEFORE_ZERO, impulse_responses
 from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, read_panel
 from app.sound.listeners import ListenersOfPanel
@@ -70,7 +70,7 @@ def main() -> None:
         impulses = impulse_responses(listeners.response, panel.filters, 30.0)
         plain = sum(oaconvolve(volts[n][None], impulses[:, n], axes=1) for n in range(len(volts)))
         theirs = count / rate / (time.process_time() - begun)
-    late = np.asarray(plain)[:, EARLY : EARLY + still.shape[1]]
+    late = np.asarray(plain)[:, SAMPLES_BEFORE_ZERO : SAMPLES_BEFORE_ZERO + still.shape[1]]
     error = float(np.abs(late - still).max() / np.abs(late).max())
     print(
         f"{count / rate:.0f} s of sound at two listeners and two ears: {factor:.0f} times real time as it warms; "

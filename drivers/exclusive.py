@@ -32,13 +32,13 @@ else:
         fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
-LOOKS, PAUSE = 5, 0.05
+LOCK_ATTEMPTS, PAUSE = 5, 0.05
 """Attempts at a lock, and s between them: whoever only looks whether it is held has it for a millisecond."""
 
 
 def _patiently(lock: Callable[[], object]) -> None:
     """Try to lock, a few times; OSError of the last."""
-    for left in reversed(range(LOOKS)):
+    for left in reversed(range(LOCK_ATTEMPTS)):
         try:
             lock()
         except OSError:

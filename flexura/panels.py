@@ -228,7 +228,7 @@ def health(
     dates: Sequence[File],
     baseline: File,
     *,
-    rate: float = health_stage.RATE,
+    rate: float = health_stage.FALSE_ALARM_RATE,
     mains: float = 50.0,
     out: File | None = None,
     progress: bool | None = None,

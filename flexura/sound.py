@@ -4,7 +4,7 @@ from pathlib import Path
 
 from app.stages import render as render_stage
 from app.stages import thermometer as thermometer_stage
-from app.stages.render import BLOCK, RenderedSound, RenderRequest
+from app.stages.render import USUAL_BLOCK, RenderedSound, RenderRequest
 from app.stages.thermometer import MeasuredTemperatures, ThermometerRequest
 from flexura.campaigns import File, computing
 
@@ -16,7 +16,7 @@ def render(
     temperature: float | str | None = None,
     weather: File | None = None,
     method: str | None = None,
-    block: int = BLOCK,
+    block: int = USUAL_BLOCK,
     heard: bool = False,
     twin: File | None = None,
     out: File | None = None,

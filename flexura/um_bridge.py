@@ -22,9 +22,9 @@ from app.watch.server import is_loopback
 from flexura.forward_twin import MATERIAL, ForwardTwin, Material
 
 NAME = "twin"
-LONGEST = 64_000_000
+LARGEST_QUESTION = 64_000_000
 """Bytes of a question: a sensitivity for two million numbers."""
-SLOW = 60.0
+CLIENT_TIMEOUT = 60.0
 """Seconds after which a client that sends or takes nothing is left."""
 
 
@@ -190,7 +190,7 @@ class _Direction(_Slope):
 
 class _Handler(BaseHTTPRequestHandler):
     server: ModelServer
-    timeout = SLOW
+    timeout = CLIENT_TIMEOUT
     server_version, sys_version = "flexura", ""
 
     def log_message(self, format: str, *args: Any) -> None:
@@ -210,8 +210,8 @@ class _Handler(BaseHTTPRequestHandler):
         if not self._is_ours():
             return
         length = self.headers.get("Content-Length", "")
-        if not (length.isascii() and length.isdigit() and int(length) <= LONGEST):
-            self._fail("InvalidInput", f"a body of 1 to {LONGEST} bytes is wanted, its length stated")
+        if not (length.isascii() and length.isdigit() and int(length) <= LARGEST_QUESTION):
+            self._fail("InvalidInput", f"a body of 1 to {LARGEST_QUESTION} bytes is wanted, its length stated")
             return
         try:
             self._answer(self._answered(self.path, self.rfile.read(int(length))))

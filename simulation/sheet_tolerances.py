@@ -19,9 +19,9 @@ from simulation.state.sheet_departures import (
     departed_moduli,
     departed_transverse,
 )
-from simulation.tolerance import FARTHEST, Tolerance
+from simulation.tolerance import RANGE_IN_TOLERANCES, Tolerance
 
-UNDECLARED = 1.5
+UNDECLARED_TOLERANCE = 1.5
 """Tolerance of the logarithm of a transverse shear modulus that is not declared: that of wood's yz plane is a
 twentieth, those of laminates are a half to one of the shear modulus in the plane."""
 
@@ -43,7 +43,9 @@ def sheet_tolerances(experiment: Experiment) -> Iterator[Effect]:
         FARTHEST_MODULI,
         lambda v: departed_moduli(sheet, v.get("ratio", 0.0), v.get("shear", 0.0)),
     )
-    across = given.transverse_shear if sheet.declared_transverse or not given.transverse_shear else UNDECLARED
+    across = (
+        given.transverse_shear if sheet.declared_transverse or not given.transverse_shear else UNDECLARED_TOLERANCE
+    )
     yield from _quantity(
         TRANSVERSE,
         "transverse shear moduli of the sheet",
@@ -73,7 +75,7 @@ def _quantity(
     parameters = tuple(
         Parameter(key, "log", -reach, reach, tolerance)
         for key, tolerance in wanted.items()
-        for reach in (min(farthest, FARTHEST * tolerance),)
+        for reach in (min(farthest, RANGE_IN_TOLERANCES * tolerance),)
     )
     card = EffectCard(name, words, parameters, "nothing: it is always free", "cut strips and measure their moduli")
 

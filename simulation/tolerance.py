@@ -6,7 +6,7 @@ from typing import Any
 
 from simulation.effects.effect import Effect
 
-FARTHEST = 8.0
+RANGE_IN_TOLERANCES = 8.0
 """Range of every quantity, in tolerances: far enough to see that a declaration is wrong."""
 
 Change = Callable[[Any, Mapping[str, Any]], dict[str, Any]]

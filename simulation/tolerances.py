@@ -20,7 +20,7 @@ from simulation.effects.effect import Effect, isotropic
 from simulation.sheet_tolerances import sheet_tolerances
 from simulation.state.departures import Departures
 from simulation.state.plate_state import Circumstances, PlateState
-from simulation.tolerance import FARTHEST, Change, Tolerance
+from simulation.tolerance import RANGE_IN_TOLERANCES, Change, Tolerance
 
 
 def depart(
@@ -248,7 +248,7 @@ def _quantity(name: str, words: str, wanted: dict[str, tuple[str, float]], chang
 
 def _card(name: str, words: str, wanted: dict[str, tuple[str, float]]) -> EffectCard | None:
     parameters = tuple(
-        Parameter(key, unit, -FARTHEST * tolerance, FARTHEST * tolerance, tolerance)
+        Parameter(key, unit, -RANGE_IN_TOLERANCES * tolerance, RANGE_IN_TOLERANCES * tolerance, tolerance)
         for key, (unit, tolerance) in wanted.items()
         if tolerance > 0.0
     )

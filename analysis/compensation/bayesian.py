@@ -21,9 +21,10 @@ from analysis.compensation.linearised import Linearised, Weights, errors, linear
 from analysis.compensation.schur_complement import step
 from analysis.compensation.tensors import Tensor, namespace
 
-STILL = 20.0
+STILL_STEPS = 20.0
 """Number of successive steps without a change after which a training ends."""
 LARGEST_DAMPING = 1e10
+"""Damping at which a training ends: no step lets the objective fall in double precision."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ class _Training:
         sound = (new_alpha > 0.0) & xp.isfinite(new_alpha)
         quiet = (objective - reached < tolerance * objective) & (abs(new_alpha / alpha - 1) < tolerance)
         still = xp.where(better, xp.where(quiet, still + 1, 0.0), still)
-        still = xp.where(better & ~sound, STILL, still)
+        still = xp.where(better & ~sound, STILL_STEPS, still)
         kept = better & sound
         alpha, beta = xp.where(kept, new_alpha, alpha), xp.where(kept, new_beta, beta)
         return replace(changed, weights=weights, at=at, alpha=alpha, beta=beta, still=still)
@@ -116,7 +117,7 @@ def train(
 ) -> BayesianFit:
     """Train B networks from `start` until each has converged or has had `epochs` steps.
 
-    A network has converged when in `STILL` successive steps neither its objective nor α changed by more than
+    A network has converged when in `STILL_STEPS` successive steps neither its objective nor α changed by more than
     `tolerance`, relative, or when the damping exceeds 1e10: the objective no longer falls in double precision.
     Training also stops where the evidence collapses, so that numerically the data determine no parameter.
 
@@ -143,7 +144,7 @@ def train(
     now = _Training(problem, start, at, alpha, beta, none + 5e-3, none, none, members)
     ended = []
     for epoch in range(epochs):
-        running = (now.still < STILL) & (now.damping <= LARGEST_DAMPING)
+        running = (now.still < STILL_STEPS) & (now.damping <= LARGEST_DAMPING)
         if not running.all():  # networks that have ended are no longer computed
             ended.append(now.of(~running))
             now = now.of(running)

@@ -7,16 +7,16 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
 from analysis.checked_fields import check_ascending, check_shapes
-from analysis.compensation.settings import FEWEST
+from analysis.compensation.settings import FEWEST_TRAINING_TEMPERATURES
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
 from analysis.focusing.performance import contrast
 
-GRID = 1.0
+TEMPERATURE_GRID = 1.0
 """Training temperatures are multiples of this step, K: an oven is not set more finely."""
-SHIFTS = (1, -1, 2, -2, 4, -4)
-"""Moves of a temperature that are tried, in steps of `GRID`."""
-POWER = 8
+TRIED_MOVES = (1, -1, 2, -2, 4, -4)
+"""Moves of a temperature that are tried, in steps of `TEMPERATURE_GRID`."""
+POWER_MEAN_EXPONENT = 8
 """Exponent of the power mean of losses that is minimised: close to the maximum, but smooth in every loss."""
 
 
@@ -56,7 +56,7 @@ def place_temperatures(truth: FirBank, forms: EnergyForms, frequency: Real, coun
     frequency : (F,) ndarray, Hz
         Lines of the band.
     count : int
-        n, `FEWEST` or more.
+        n, `FEWEST_TRAINING_TEMPERATURES` or more.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def place_temperatures(truth: FirBank, forms: EnergyForms, frequency: Real, coun
 
 
 def check_places(count: int, low: float, high: float) -> Real:
-    """Return where training temperatures may be put, steps of `GRID` from `low` to `high` (P,), °C.
+    """Return where training temperatures may be put, steps of `TEMPERATURE_GRID` from `low` to `high` (P,), °C.
 
     Parameters
     ----------
@@ -95,12 +95,13 @@ def check_places(count: int, low: float, high: float) -> Real:
     Raises
     ------
     ValueError
-        For fewer than `FEWEST`, or more than there are places.
+        For fewer than `FEWEST_TRAINING_TEMPERATURES`, or more than there are places.
     """
-    places = np.append(np.arange(low, high - 1e-9, GRID), high)
-    if not FEWEST <= count <= len(places):
+    places = np.append(np.arange(low, high - 1e-9, TEMPERATURE_GRID), high)
+    if not FEWEST_TRAINING_TEMPERATURES <= count <= len(places):
         raise ValueError(
-            f"{count} training temperatures; allowed {FEWEST} to {len(places)}, {low:g} to {high:g} °C"
+            f"{count} training temperatures; allowed {FEWEST_TRAINING_TEMPERATURES} to {len(places)}, "
+            f"{low:g} to {high:g} °C"
         )
     return places
 
@@ -137,14 +138,14 @@ def _moved(places: NDArray[np.intp], judged: _Judge) -> NDArray[np.intp]:
 
     def mean_loss(places: NDArray[np.intp]) -> float:
         losses = np.maximum(judged.losses(places), 0.0)
-        return float((losses**POWER).mean() ** (1.0 / POWER))
+        return float((losses**POWER_MEAN_EXPONENT).mean() ** (1.0 / POWER_MEAN_EXPONENT))
 
     best, moving = mean_loss(places), True
     closest = 0.5 * (places[-1] - places[0]) / (len(places) - 1)
     while moving:
         moving = False
         for k in range(1, len(places) - 1):
-            for shift in SHIFTS:
+            for shift in TRIED_MOVES:
                 tried = places.copy()
                 tried[k] += shift
                 if (np.diff(tried) < closest).any():

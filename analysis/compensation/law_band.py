@@ -13,9 +13,10 @@ from analysis.focusing.panel_model import PanelModel
 from analysis.focusing.performance import contrast
 from analysis.material import MaterialLaws
 
-SHARE = 0.9
+BAND_SHARE = 0.9
 """Share of the draws within the band."""
 DRAWS = 2000
+"""Of the laws' errors: ends of a band of 90 % then have standard errors of 0.05 standard deviations, if normal."""
 ROUNDING = 1e-9
 """Amount by which a constant may exceed the box, for rounding."""
 REACH = np.sqrt(3.0)
@@ -107,7 +108,7 @@ def law_band(
         drawn = _drawn(odds, middle, spread, draws, allowed)
         beyond = (spread * draws < allowed[0] - ROUNDING) | (spread * draws > allowed[1] + ROUNDING)
         found, exact = _share_of(drawn), _share_of(middle)
-        ends = [0.5 - 0.5 * SHARE, 0.5 + 0.5 * SHARE]
+        ends = [0.5 - 0.5 * BAND_SHARE, 0.5 + 0.5 * BAND_SHARE]
         return (
             [float(exact.mean()), float(exact.min())],
             np.quantile(found.mean(axis=1), ends),
@@ -117,7 +118,7 @@ def law_band(
 
     rows = [at(t) for t in range(len(bank.temperature))]
     nominal, mean, worst, outside = (np.array(part) for part in zip(*rows, strict=True))
-    return ContrastBand(bank.temperature, nominal, mean, worst, SHARE, DRAWS, outside)
+    return ContrastBand(bank.temperature, nominal, mean, worst, BAND_SHARE, DRAWS, outside)
 
 
 def _stepped(constants: tuple[float, ...], step: Real) -> tuple[float, float, float]:

@@ -12,7 +12,7 @@ from analysis.compensation.low_rank import LowRankBank
 from analysis.compensation.outcome import NETWORK, Compensation, Trained
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.rivals import plain_rivals
-from analysis.compensation.settings import FEWEST, Training
+from analysis.compensation.settings import FEWEST_TRAINING_TEMPERATURES, Training
 from analysis.focusing.aim import Aim, Aimed, aim, joined
 from analysis.focusing.design import peak_drive
 from analysis.focusing.fir import FirBank
@@ -73,10 +73,10 @@ def compensate_measured(
     from analysis.compensation.training import train_networks
 
     temperature = measured.transfers.temperature
-    if len(temperature) < FEWEST + 1:
+    if len(temperature) < FEWEST_TRAINING_TEMPERATURES + 1:
         raise ValueError(
-            f"transfers at {len(temperature)} temperatures; at least {FEWEST + 1} are needed, to train on all but "
-            "one: measure more"
+            f"transfers at {len(temperature)} temperatures; at least {FEWEST_TRAINING_TEMPERATURES + 1} are "
+            "needed, to train on all but one: measure more"
         )
     training = replace(training, feed="temperature")
     filters = focus_measured(measured, method, report, workers).bank

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-FEWEST = 4
+FEWEST_TRAINING_TEMPERATURES = 4
 """Fewest training temperatures: one is left out to find the error, and a curve needs three."""
 
 
@@ -66,9 +66,10 @@ class Training:
         Networks may have more nodes than temperatures, as in the paper: the evidence regularises them, and a
         network with large errors at its own training temperatures is refused.
         """
-        if count < FEWEST:
+        if count < FEWEST_TRAINING_TEMPERATURES:
             raise ValueError(
-                f"{count} training temperatures; at least {FEWEST} are needed: take a smaller spacing"
+                f"{count} training temperatures; at least {FEWEST_TRAINING_TEMPERATURES} are needed: "
+                "take a smaller spacing"
             )
 
     def as_paper(self) -> "Training":

@@ -16,7 +16,7 @@ from analysis.progress import Progress
 
 TILTS = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 """Warmer side: right, left, upper, lower (along x and y)."""
-PLACES = 3
+MEAN_TEMPERATURES = 3
 """Number of mean temperatures at which a difference is computed."""
 
 
@@ -125,18 +125,21 @@ def tilted_contrast(
         found = np.array([contrast(forms, response[None])[0] for response in bank.response(lines)])
         return np.stack([found.mean(axis=1), found.min(axis=1)], axis=-1)
 
-    temperature = np.empty((len(differences), PLACES))
+    temperature = np.empty((len(differences), MEAN_TEMPERATURES))
     at_target = np.empty((*temperature.shape, len(TILTS)))
     uniform, tilted = np.empty((*temperature.shape, 2)), np.empty((*at_target.shape, 2, 2))
     for g, difference in enumerate(differences):
-        temperature[g] = np.linspace(low + 0.5 * difference, high - 0.5 * difference, PLACES)
+        temperature[g] = np.linspace(low + 0.5 * difference, high - 0.5 * difference, MEAN_TEMPERATURES)
         for a, middle in enumerate(temperature[g].tolist()):
             at_target[g, a] = middle + 0.5 * difference * shares
             for d, (x, y) in enumerate(TILTS):
                 fed = [middle, float(at_target[g, a, d])]
                 tilted[g, a, d] = reached(middle, (difference * x, difference * y), fed)
             uniform[g, a] = reached(middle, (0.0, 0.0), [middle])[0]
-            report("Differences across the panel", (g * PLACES + a + 1) / (PLACES * len(differences)))
+            report(
+                "Differences across the panel",
+                (g * MEAN_TEMPERATURES + a + 1) / (MEAN_TEMPERATURES * len(differences)),
+            )
     return TiltedContrast(
         np.array(differences, dtype=float), temperature, at_target, uniform, tilted[..., 0, :], tilted[..., 1, :]
     )

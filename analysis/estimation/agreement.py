@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 
 from analysis.estimation.spectra import Spectra, pooled
 
-SAME = 0.5
+LEAST_AGREEMENT = 0.5
 """Runs that agree less are no averages of one FRF: five points of a free beam agree by -0.2, two of them by -0.9
 to 0.85, hits at one point by more than 0.9."""
-ALIKE = 0.9
+GOOD_AGREEMENT = 0.9
 """Runs that agree less are worth a note."""
-NOISY = 0.5
+NOISY_COHERENCE = 0.5
 """Coherence within the runs below which noise, and not another point, may be why they do not agree."""
 
 
@@ -48,13 +48,13 @@ class RunsAgreement:
     @property
     def different(self) -> NDArray[np.intp]:
         """Responses of which the runs measured different FRFs, not one with much noise."""
-        noisy = np.nan_to_num(self.within, nan=1.0) < NOISY
-        return np.flatnonzero((self.between < SAME) & ~noisy)
+        noisy = np.nan_to_num(self.within, nan=1.0) < NOISY_COHERENCE
+        return np.flatnonzero((self.between < LEAST_AGREEMENT) & ~noisy)
 
     @property
     def doubtful(self) -> NDArray[np.intp]:
         """Further responses of which they do not agree well."""
-        return np.setdiff1d(np.flatnonzero(self.between < ALIKE), self.different)
+        return np.setdiff1d(np.flatnonzero(self.between < GOOD_AGREEMENT), self.different)
 
 
 def agreement(parts: Sequence[Spectra]) -> RunsAgreement | None:

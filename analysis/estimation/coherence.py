@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from analysis.noise_power import single_repeat_power
 
-LEAST = 1e-6
+LEAST_COHERENCE = 1e-6
 """Coherence below which a line counts as of this coherence: it weighs nothing."""
 
 
@@ -44,10 +44,11 @@ def coherence_variance(
     power = float((np.abs(h) ** 2).mean())
     if without_information(coherence) or power == 0.0:
         return None
-    known = np.clip(coherence, LEAST, 1.0 - 1e-9)
+    known = np.clip(coherence, LEAST_COHERENCE, 1.0 - 1e-9)
     course: NDArray[np.float64] = np.abs(h) ** 2 * (1.0 - known) / known
     course = np.maximum(course, 1e-24 * power)
-    course = np.where(coherence <= LEAST, max(float(course.max()), power / LEAST), course)  # whatever |h| is there
+    largest = max(float(course.max()), power / LEAST_COHERENCE)  # whatever |h| is there
+    course = np.where(coherence <= LEAST_COHERENCE, largest, course)
     if averages is not None:
         return course / averages
     level = float(np.median(single_repeat_power(h) / course) / np.log(2.0))

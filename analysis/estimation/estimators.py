@@ -12,13 +12,13 @@ from analysis.noise_power import noise_parts, noise_power
 
 Estimator = Literal["h1", "h2", "hv"]
 
-DEPENDENT = 1e-9
+DEPENDENT_EIGENVALUE = 1e-9
 """Smallest over largest eigenvalue of the drives' coherence below which they move as one."""
 
 LEAST_COHERENCE = 1e-6
 """Coherence below which the variances of H2 and Hv grow no further."""
 
-MANY = 30.0
+ENOUGH_AVERAGES = 30.0
 """Averages from which each line's own noise is known well enough; below, that of neighbouring lines counts too."""
 
 
@@ -135,7 +135,7 @@ def _inverse(g_uu: NDArray[np.complex128]) -> NDArray[np.complex128]:
     if g_uu.shape[1] > 1:
         driven = (power > 1e-6 * power.max(axis=0)).all(axis=1)
         smallest = np.linalg.eigvalsh(normal[driven])[:, 0]
-        if len(smallest) and np.median(smallest) < DEPENDENT:
+        if len(smallest) and np.median(smallest) < DEPENDENT_EIGENVALUE:
             raise ValueError(
                 "the drives move as one: their signals are multiples of each other; drive them with independent "
                 "signals, or declare one of them unused"
@@ -185,7 +185,7 @@ def _variance(
     if freedom < 0.5:
         return None
     noise = g_yy * (1.0 - coherence)
-    if freedom < MANY:
+    if freedom < ENOUGH_AVERAGES:
         gains = np.sqrt((np.abs(h) ** 2).sum(1))
         noise = np.array([noise_power(*one, everywhere) for one in zip(noise, gains, strict=True)])
     own = np.einsum("fjj->jf", inverse).real

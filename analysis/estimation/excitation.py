@@ -7,29 +7,29 @@ from analysis.estimation.recording import SampledSignals
 from analysis.estimation.spectra import segment_starts
 from analysis.estimation.windows import Shape
 
-ALIKE = 0.9
+PERIODIC_CORRELATION = 0.9
 """Correlation of a drive with itself one period later; 0.99 with 10 % of noise in the measured drive."""
 
-APART = 0.5
+FALLEN_CORRELATION = 0.5
 """Correlation to which a drive falls before it repeats; slow signals resemble themselves at short delays."""
 
-SWEPT = 4.0
+SWEPT_UNEVENNESS = 4.0
 """Ratio of two unevennesses of power over time, that of a line and that of all lines, from which lines are driven
 in turn. It is 2 for stationary noise and for bursts of noise, and the number of pieces for a slow sweep."""
 
-PIECES = 32
+SWEPT_PIECES = 32
 """Into which a recording is cut to see whether it is swept."""
 
-DRIVEN = 1e-3
+DRIVEN_POWER = 1e-3
 """Share of the strongest line's power from which a line is driven."""
 
-AT_REST = 0.03
+LEVEL_AT_REST = 0.03
 """Level at the end of a segment, as a share of the whole segment's, below which it is at rest."""
 
-END = 0.02
+SHARE_OF_END = 0.02
 """Share of a segment that is its end."""
 
-LOUD, SHARE = 0.1, 0.1
+HAMMER_LEVEL, HAMMER_TIME_SHARE = 0.1, 0.1
 """A hammer's force exceeds this share of its largest value in less than this share of the time; noise in 0.7."""
 
 
@@ -48,8 +48,8 @@ def period(drives: NDArray[np.float64]) -> int | None:
     lags = np.arange(len(product))
     early, late = energy[count - 1 - lags], energy[-1] - np.append(0.0, energy)[lags]
     alike = product / np.sqrt(np.maximum(early * late, np.finfo(float).tiny))
-    apart = np.flatnonzero(alike < APART)
-    if not len(apart) or not (rest := alike[apart[0] :]).size or rest.max() < ALIKE:
+    apart = np.flatnonzero(alike < FALLEN_CORRELATION)
+    if not len(apart) or not (rest := alike[apart[0] :]).size or rest.max() < PERIODIC_CORRELATION:
         return None
     near = np.flatnonzero(rest > 0.98 * rest.max())
     first = near[: 1 + int(np.argmax(np.append(np.diff(near) > 1, True)))]  # samples around the first peak
@@ -58,22 +58,22 @@ def period(drives: NDArray[np.float64]) -> int | None:
 
 def is_swept(drives: NDArray[np.float64]) -> bool:
     """Whether the lines are driven one after the other, in (M, N) drives."""
-    length = drives.shape[1] // PIECES
+    length = drives.shape[1] // SWEPT_PIECES
     if length < 16:
         return False
-    pieces = drives[:, : PIECES * length].reshape(len(drives), PIECES, length)
+    pieces = drives[:, : SWEPT_PIECES * length].reshape(len(drives), SWEPT_PIECES, length)
     weight = np.hanning(length)
     power = (np.abs(np.fft.rfft((pieces - pieces.mean(axis=2, keepdims=True)) * weight, axis=2)) ** 2).sum(axis=0)
-    lines = power[:, power.mean(axis=0) > DRIVEN * power.mean(axis=0).max()]
+    lines = power[:, power.mean(axis=0) > DRIVEN_POWER * power.mean(axis=0).max()]
     by_line = (lines**2).mean(axis=0) / lines.mean(axis=0) ** 2
     whole = lines.sum(axis=1)
-    return bool(np.median(by_line) > SWEPT * (whole**2).mean() / whole.mean() ** 2)
+    return bool(np.median(by_line) > SWEPT_UNEVENNESS * (whole**2).mean() / whole.mean() ** 2)
 
 
 def is_impacts(drive: NDArray[np.float64]) -> bool:
     """Whether a drive (N,) acts in short blows with rest between them."""
     force = np.abs(drive - np.median(drive))
-    return bool((force > LOUD * force.max()).mean() < SHARE)
+    return bool((force > HAMMER_LEVEL * force.max()).mean() < HAMMER_TIME_SHARE)
 
 
 def fitting_segments(recording: SampledSignals, seconds: float) -> tuple[float, Shape, float]:
@@ -128,5 +128,5 @@ def _rests_at_ends(recording: SampledSignals, starts: NDArray[np.intp], length: 
     signals = np.concatenate([recording.drives, recording.responses])
     blocks = np.stack([signals[:, start : start + length] for start in starts])
     blocks = blocks - np.median(blocks, axis=2, keepdims=True)
-    ends = blocks[:, :, length - max(round(END * length), 1) :]
-    return bool((np.sqrt((ends**2).mean(axis=2)) < AT_REST * np.sqrt((blocks**2).mean(axis=2))).all())
+    ends = blocks[:, :, length - max(round(SHARE_OF_END * length), 1) :]
+    return bool((np.sqrt((ends**2).mean(axis=2)) < LEVEL_AT_REST * np.sqrt((blocks**2).mean(axis=2))).all())

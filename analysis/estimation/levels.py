@@ -16,11 +16,11 @@ from analysis.estimation.spectra import Spectra
 
 CHANCE = 1e-3
 """Probability with which a linear structure is called one that is not."""
-APART = 1.2
+COMPARED_LEVEL_RATIO = 1.2
 """Ratio of the mean levels of the strong and the weak half from which they are compared."""
-NEIGHBOURS = 21
+NOISE_LINES = 21
 """Lines over which the noise is averaged where it says which lines stand out of it."""
-FEWEST = 2
+FEWEST_HITS_IN_HALF = 2
 """Hits in each half: one has no scatter."""
 
 
@@ -71,7 +71,10 @@ def of_hits(
     """
     order = np.argsort(levels)
     halves = order[: len(order) // 2], order[len(order) - len(order) // 2 :]
-    if len(halves[0]) < FEWEST or levels[halves[1]].mean() < APART * levels[halves[0]].mean():
+    if (
+        len(halves[0]) < FEWEST_HITS_IN_HALF
+        or levels[halves[1]].mean() < COMPARED_LEVEL_RATIO * levels[halves[0]].mean()
+    ):
         return None
     u, y = np.fft.rfft(drives[:, 0], axis=1)[:, 1:], np.fft.rfft(responses, axis=2)[:, :, 1:]
     found = []
@@ -103,7 +106,7 @@ def of_records(parts: Sequence[Spectra], levels: NDArray[np.float64]) -> LevelDi
         None where they agree, their levels do, or one is too short to tell.
     """
     first, last = int(np.argmin(levels)), int(np.argmax(levels))
-    if len(parts) < 2 or levels[last] < APART * levels[first] or parts[0].g_uu.shape[1] != 1:
+    if len(parts) < 2 or levels[last] < COMPARED_LEVEL_RATIO * levels[first] or parts[0].g_uu.shape[1] != 1:
         return None
     try:
         weak, strong = estimate(parts[first]), estimate(parts[last])
@@ -117,12 +120,12 @@ def of_records(parts: Sequence[Spectra], levels: NDArray[np.float64]) -> LevelDi
 
 
 def _around(variance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Average variances (K, F) over `NEIGHBOURS` lines.
+    """Average variances (K, F) over `NOISE_LINES` lines.
 
     Of two hits in each half, a line's own variance is small by chance where it should not be: of lines of noise
     alone, as beyond the band in which a plate answers, those would be taken that differ most.
     """
-    count = min(NEIGHBOURS, variance.shape[1])
+    count = min(NOISE_LINES, variance.shape[1])
     weight = np.ones(count)
     number = np.convolve(np.ones(variance.shape[1]), weight, mode="same")
     return np.array([np.convolve(row, weight, mode="same") / number for row in variance])

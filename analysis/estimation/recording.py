@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 PILED_UP = 5.0
 """Ratio of how often the largest value of a signal and the next one occur, from which the signal was cut off."""
 
-FEWEST = 16
+FEWEST_SAMPLES = 16
 """Samples below which nothing can be estimated."""
 
 
@@ -41,8 +41,8 @@ class SampledSignals:
                 f"drives of {self.drives.shape[1]} samples, responses of {self.responses.shape[1]}; all "
                 "channels of a run are as long"
             )
-        if self.drives.shape[1] < FEWEST:
-            raise ValueError(f"{self.drives.shape[1]} samples; at least {FEWEST} are needed")
+        if self.drives.shape[1] < FEWEST_SAMPLES:
+            raise ValueError(f"{self.drives.shape[1]} samples; at least {FEWEST_SAMPLES} are needed")
 
     @property
     def samples(self) -> int:
@@ -56,8 +56,8 @@ def signal_faults(names: Sequence[str], signals: Sequence[NDArray[np.float64]]) 
     for name, signal in zip(names, signals, strict=True):
         place = f"channel {name!r}"
         bad = np.flatnonzero(~np.isfinite(signal))
-        if len(signal) < FEWEST:
-            said.append(f"{place}: {len(signal)} of at least {FEWEST} samples; export the whole recording")
+        if len(signal) < FEWEST_SAMPLES:
+            said.append(f"{place}: {len(signal)} of at least {FEWEST_SAMPLES} samples; export the whole recording")
         elif len(bad):
             said.append(
                 f"{place}: sample {bad[0] + 1} of {len(signal)} is not a finite number ({len(bad)} in all); "

@@ -10,21 +10,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-FINEST = 12
+MOST_DIGITS = 12
 """Decimals, and significant digits, beyond which numbers are called exact; double precision holds 15."""
-EARLY = 100
+EARLY_SAMPLES = 100
 """Samples in which times have to rise: later ones of six digits may be rounded to more than a step."""
-SINGLE = 1.2e-7
+SINGLE_PRECISION = 1.2e-7
 """Relative rounding of times that were kept in single precision."""
-MISSED = 0.5
+LARGEST_TIME_ERROR = 0.5
 """Of a step, by which one time may be off besides its rounding. A missing sample moves all times after it by one
 step, and a line through both parts misses by half a step next to the gap."""
-KNOWN = 1e-4
+LARGEST_RATE_ERROR = 1e-4
 """Largest relative error of a rate that is used. An error of the rate is one of every frequency; this one is a
 hundredth of the half-power bandwidth at a damping ratio of 0.5 %."""
-EXACT = 1e-9
+EXACT_RATE_ERROR = 1e-9
 """Relative distance from a plain number of hertz that double precision leaves."""
-ROUNDED = 3
+ROUNDED_DIGITS = 3
 """Significant digits from which a step that is no plain rate looks like a rounded one: 0.000977 s, not "
 "0.0015 s."""
 CLOCKS = (51200.0, 102400.0, 50000.0, 48000.0, 44100.0, 65536.0, 131072.0, 1e5)
@@ -74,7 +74,7 @@ def of_times(time: NDArray[np.float64], place: str = "its times") -> RateSeen:
     count, number = len(time), np.arange(len(time))
     quantum = _quanta(time)
     span = float(time[-1] - time[0])
-    early = float(quantum[1 : 1 + EARLY].min())
+    early = float(quantum[1 : 1 + EARLY_SAMPLES].min())
     if span <= 0.0 or (np.diff(time) < -quantum[1:]).any() or early > 1.2 * span / (count - 1):
         raise ValueError(f"{place}: times do not rise; export them with more digits, or give sample_rate in Hz")
     step = span / (count - 1)
@@ -117,7 +117,7 @@ def of_step(step: float, place: str, written: str = "") -> RateSeen:
     digits = mantissa.replace(".", "").lstrip("-+0")
     padded = bool(written) and "." in mantissa and digits.endswith("0")
     rate, error = 1.0 / step, 0.5 * 10.0**-decimals / step
-    if (_plain(rate) and not (padded and _rivals(rate, error))) or (len(digits) < ROUNDED and not padded):
+    if (_plain(rate) and not (padded and _rivals(rate, error))) or (len(digits) < ROUNDED_DIGITS and not padded):
         error = 0.0
     return RateSeen(rate, error, f"{place} = {text}")
 
@@ -153,7 +153,7 @@ def settled(seen: Sequence[RateSeen]) -> float:
                 f"two sample rates: {told}; find out which is right, and declare it: sample_rate = ... in Hz "
                 "(flexura new test: --rate)"
             )
-    if best.error > KNOWN:
+    if best.error > LARGEST_RATE_ERROR:
         raise ValueError(
             f"{best.place} has too few digits: the sample rate is {best.rate:.6g} Hz within "
             f"{100 * best.error:.2g} %, and all frequencies would be as wrong; declare sample_rate = ... in Hz "
@@ -164,7 +164,7 @@ def settled(seen: Sequence[RateSeen]) -> float:
 
 def _plain(rate: float) -> bool:
     """Whether a rate has three decimals at most, as rates that people and clocks set."""
-    return bool(abs(rate - np.round(rate, 3)) < EXACT * rate)
+    return bool(abs(rate - np.round(rate, 3)) < EXACT_RATE_ERROR * rate)
 
 
 def _rivals(rate: float, error: float) -> list[float]:
@@ -176,7 +176,7 @@ def _rivals(rate: float, error: float) -> list[float]:
             for prime in (2, 3, 5):
                 while left % prime == 0:
                     left //= prime
-            if left == 1 and EXACT < abs(clock / divisor / rate - 1.0) <= error:
+            if left == 1 and EXACT_RATE_ERROR < abs(clock / divisor / rate - 1.0) <= error:
                 found.append(clock / divisor)
     return found
 
@@ -185,10 +185,12 @@ def _quanta(time: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the unit of the last digit of every time, s: of as many decimals, or digits, as all have."""
     size = np.abs(time)
     decade = np.floor(np.log10(np.where(size > 0.0, size, 1.0)))
-    decimals = next((n for n in range(FINEST + 1) if _all_rounded(time, np.full(len(time), float(n)))), FINEST)
-    digits = next((n for n in range(1, FINEST + 1) if _all_rounded(time, n - 1.0 - decade)), None)
+    decimals = next(
+        (n for n in range(MOST_DIGITS + 1) if _all_rounded(time, np.full(len(time), float(n)))), MOST_DIGITS
+    )
+    digits = next((n for n in range(1, MOST_DIGITS + 1) if _all_rounded(time, n - 1.0 - decade)), None)
     by_digits = np.where(size > 0.0, 10.0 ** (decade + 1.0 - digits), 0.0) if digits else np.zeros(len(time))
-    single = SINGLE if (time == time.astype(np.float32)).all() else float(np.finfo(float).eps)
+    single = SINGLE_PRECISION if (time == time.astype(np.float32)).all() else float(np.finfo(float).eps)
     return np.asarray(np.maximum(np.maximum(10.0**-decimals, by_digits), single * size))
 
 
@@ -209,7 +211,7 @@ def _require_even(time: NDArray[np.float64], quantum: NDArray[np.float64], place
     usual = float(np.median(steps)) or float(time[-1] - time[0]) / len(steps)
     if float(quantum.max()) > 0.25 * usual:  # rounded steps are 0, 1 or 2 quanta; their mean tells more
         usual = float(time[-1] - time[0]) / len(steps)
-    allowed = MISSED * usual + quantum[1:] + quantum[:-1]
+    allowed = LARGEST_TIME_ERROR * usual + quantum[1:] + quantum[:-1]
     widest = int(np.argmax(np.abs(steps - usual) - allowed))
     even = time[0] + np.arange(len(time)) * (time[-1] - time[0]) / len(steps)
     off = np.abs(time - even) - quantum - quantum[0] - quantum[-1]
@@ -221,7 +223,7 @@ def _require_even(time: NDArray[np.float64], quantum: NDArray[np.float64], place
             f"export the "
             "part before or after"
         )
-    if off.max() > MISSED * usual:
+    if off.max() > LARGEST_TIME_ERROR * usual:
         raise ValueError(
             f"{place} are not evenly spaced: at {time[int(np.argmax(off))]:.6g} s they are "
             f"{off.max() / usual:.3g} "

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from analysis.estimation.estimators import Estimator
 from analysis.estimation.windows import Shape, segment_window
 
-SAMPLES = 1024
+WINDOW_SAMPLES = 1024
 """Samples from which the few cosines that make up a window are taken."""
 
 
@@ -56,9 +56,12 @@ class Segments:
         (P, F) complex ndarray
             To be added to 1 / (s - pole).
         """
-        cosines = np.fft.fft(segment_window(self.window, SAMPLES)).real / SAMPLES
+        cosines = np.fft.fft(segment_window(self.window, WINDOW_SAMPLES)).real / WINDOW_SAMPLES
         place = np.flatnonzero(np.abs(cosines) > 1e-9)
-        c, w = cosines[place], 2.0 * np.pi * np.fft.fftfreq(SAMPLES, 1.0 / SAMPLES)[place] / self.seconds
+        c, w = (
+            cosines[place],
+            2.0 * np.pi * np.fft.fftfreq(WINDOW_SAMPLES, 1.0 / WINDOW_SAMPLES)[place] / self.seconds,
+        )
         apart = w[:, None] - w + np.eye(len(w))
         cross = (2.0 * np.outer(c, c) / (1j * apart) * (1.0 - np.eye(len(w)))).sum(1)
         changes = np.empty((len(poles), len(s)), dtype=complex)

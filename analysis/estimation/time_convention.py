@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-CERTAIN = 3.0
+CERTAIN_RISE_SIGMA = 3.0
 """Standard deviations from which the phase is known to rise."""
 
-LEAST = 1.0
+LEAST_PHASE_TURN = 1.0
 """Radians by which the phase turns at least where an FRF is large: a third of what it does over a resonance."""
 
 
@@ -28,4 +28,4 @@ def turns_backward(h: NDArray[np.complex128]) -> bool:
     size = np.abs(h) / np.maximum(np.abs(h).max(axis=1, keepdims=True), np.finfo(float).tiny)
     unit = h / np.maximum(np.abs(h), np.finfo(float).tiny)
     turns = np.sqrt(size[:, :-1] * size[:, 1:]) * (unit[:, :-1].conj() * unit[:, 1:]).imag
-    return bool(turns.sum() > max(CERTAIN * np.sqrt((turns**2).sum()), LEAST * len(h)))
+    return bool(turns.sum() > max(CERTAIN_RISE_SIGMA * np.sqrt((turns**2).sum()), LEAST_PHASE_TURN * len(h)))

@@ -14,11 +14,11 @@ import numpy as np
 from scipy.stats import t as student
 
 from analysis.arrays import Real
-from analysis.fleet.scatter import FEWEST, estimate_scatter
+from analysis.fleet.scatter import FEWEST_PIECES, estimate_scatter
 
-IMPROBABLE = 0.01
+OUTLIER_PROBABILITY = 0.01
 """Probability that a fleet of equal pieces has one that is called an outlier: one of a hundred such fleets."""
-MOST = 1 / 4
+LARGEST_OUTLIER_SHARE = 1 / 4
 """Largest share of outliers that is looked for: with more of them it is not clear who the fleet is."""
 
 
@@ -61,8 +61,8 @@ def outliers(quantities: Mapping[str, tuple[Real, Real]], one_sided: Sequence[st
     """
     pieces = len(next(iter(quantities.values()))[0])
     left, taken = list(range(pieces)), list[Outlier]()
-    for _ in range(max(int(pieces * MOST), 1)):
-        if len(left) <= FEWEST:
+    for _ in range(max(int(pieces * LARGEST_OUTLIER_SHARE), 1)):
+        if len(left) <= FEWEST_PIECES:
             break
         found = [
             _against_the_others(name, values, covariance, left, piece, name in one_sided)
@@ -74,7 +74,7 @@ def outliers(quantities: Mapping[str, tuple[Real, Real]], one_sided: Sequence[st
             Outlier(least.piece, least.quantity, least.deviation, min(1.0, least.probability * len(found)))
         )
         left.remove(least.piece)
-    last = max((place for place, one in enumerate(taken) if one.probability < IMPROBABLE), default=-1)
+    last = max((place for place, one in enumerate(taken) if one.probability < OUTLIER_PROBABILITY), default=-1)
     return tuple(taken[: last + 1])
 
 

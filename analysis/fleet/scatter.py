@@ -19,9 +19,9 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.checked_fields import check_finite, check_shapes
 
-FEWEST = 3
+FEWEST_PIECES = 3
 """Pieces: of two, one that is off cannot be told from the other."""
-LEAST = 1e-6
+LEAST_OMEGA_SHARE = 1e-6
 """Least share of the values' spread that omega may have: laws are smooth, so that C_p alone may be singular."""
 
 
@@ -51,8 +51,8 @@ class Scatter:
         check_finite(self, "mean", "covariance", "between", "within")
         if min(self.between, self.within) < 0.0:
             raise ValueError(f"Scatter.between {self.between:g}, within {self.within:g}; allowed: from 0")
-        if self.pieces < FEWEST - 1:
-            raise ValueError(f"Scatter.pieces {self.pieces}; allowed: from {FEWEST - 1}")
+        if self.pieces < FEWEST_PIECES - 1:
+            raise ValueError(f"Scatter.pieces {self.pieces}; allowed: from {FEWEST_PIECES - 1}")
 
     @property
     def of_a_piece(self) -> Real:
@@ -77,10 +77,10 @@ def estimate_scatter(values: Real, covariance: Real) -> Scatter:
     Scatter
     """
     pieces, count = values.shape
-    if pieces < FEWEST - 1 or count < 1 or covariance.shape != (pieces, count, count):
+    if pieces < FEWEST_PIECES - 1 or count < 1 or covariance.shape != (pieces, count, count):
         raise ValueError(
             f"values {values.shape} with covariance {covariance.shape}; allowed: (P, K) with (P, K, K), P from "
-            f"{FEWEST - 1}, K from 1"
+            f"{FEWEST_PIECES - 1}, K from 1"
         )
     from scipy.optimize import minimize
 
@@ -95,7 +95,7 @@ def estimate_scatter(values: Real, covariance: Real) -> Scatter:
         return _fit(values, covariance, tau, omega)[2]
 
     start = np.log(np.clip([between, within], 1e-3, 10.0))[: 1 + several]
-    bounds = [(np.log(LEAST), np.log(1e3))] * len(start)
+    bounds = [(np.log(LEAST_OMEGA_SHARE), np.log(1e3))] * len(start)
     best = min(
         (
             minimize(deviance, start + shift, method="L-BFGS-B", bounds=bounds)
@@ -106,9 +106,9 @@ def estimate_scatter(values: Real, covariance: Real) -> Scatter:
     tau = float(np.exp(best.x[0])) * spread
     omega = float(np.exp(best.x[1])) * spread if several else 0.0
     mean, error, least = _fit(values, covariance, tau, omega)
-    if _fit(values, covariance, 0.0, omega if several else LEAST * spread)[2] <= least:
+    if _fit(values, covariance, 0.0, omega if several else LEAST_OMEGA_SHARE * spread)[2] <= least:
         tau = 0.0  # on the bound: the pieces differ by no more than their errors
-        mean, error, _ = _fit(values, covariance, tau, omega if several else LEAST * spread)
+        mean, error, _ = _fit(values, covariance, tau, omega if several else LEAST_OMEGA_SHARE * spread)
     return Scatter(mean, error, tau, omega, pieces)
 
 

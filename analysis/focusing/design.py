@@ -11,7 +11,7 @@ from analysis.focusing.field_fir import FieldFit
 from analysis.focusing.fir import FirBank, inverse_fft
 from analysis.focusing.panel import Panel
 
-TRIES = 30
+PENALTY_STEPS = 30
 """Steps in which the penalty on drive is raised until every patch is within its rating."""
 
 
@@ -60,7 +60,7 @@ class TapDesign:
             taps = problem.solve(penalty)
             seed = settings.tolerance**2 * float(np.median(largest))
             # A penalty would change the sound at the loudest lines only; all filters scaled keep its shape.
-            for _ in range(TRIES if settings.aim == "field" else 0):
+            for _ in range(PENALTY_STEPS if settings.aim == "field" else 0):
                 excess = peak_drive(taps) / self.limits
                 if (excess <= 1.0).all():
                     break

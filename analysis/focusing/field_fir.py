@@ -10,7 +10,7 @@ from analysis.focusing.fir import taper
 from analysis.focusing.panel import Filters
 from analysis.focusing.prolate import ProlateTaps
 
-OUTSIDE = 3e-4
+OUT_OF_BAND_WEIGHT = 3e-4
 """Weight of a filter's response outside the band, relative to the median largest field energy in the band."""
 
 
@@ -96,7 +96,7 @@ class FieldFit:
             block = (product.reshape(lines, -1).T @ part).reshape(i, j, count, count)
             normal[:, rows, :, columns] = block.transpose(2, 0, 3, 1)
         normal[:, second, :, first] = normal[:, first, :, second].transpose(2, 3, 0, 1)
-        small = OUTSIDE * float(np.median(largest[self.gain == 1.0]))
+        small = OUT_OF_BAND_WEIGHT * float(np.median(largest[self.gain == 1.0]))
         for actuator in range(count):
             normal[actuator, :, actuator] += small * self.outside
         right = self._right((weight @ filters[..., None])[..., 0], delay).ravel()
@@ -104,7 +104,7 @@ class FieldFit:
 
     def alike(self, filters: Complex, delay: int) -> Real:
         """Least-squares taps (B, M) of `filters` (F, B), delayed, with equal weight on all lines."""
-        solved = np.linalg.solve(self.inside + OUTSIDE * self.outside, self._right(filters, delay).T).T
+        solved = np.linalg.solve(self.inside + OUT_OF_BAND_WEIGHT * self.outside, self._right(filters, delay).T).T
         return np.asarray(solved @ self.basis.sequences)
 
     def _right(self, wanted: Complex, delay: int) -> Real:

@@ -11,7 +11,7 @@ from analysis.experiment import Plate
 from analysis.focusing.panel import Panel
 from analysis.geometry.loop import Loop
 
-FINE = 8
+POINTS_ALONG_CELL = 8
 """Points along each side of a cell, to compute the part of it on the plate."""
 
 
@@ -129,7 +129,7 @@ def _share(
     inside = contains(points)
     away = np.min([loop.distance(points) for loop in borders], axis=0)
     cut = np.flatnonzero(away <= 0.51 * np.hypot(*cell))
-    steps = (np.arange(FINE) + 0.5) / FINE - 0.5
+    steps = (np.arange(POINTS_ALONG_CELL) + 0.5) / POINTS_ALONG_CELL - 0.5
     fine = np.stack(np.meshgrid(steps * cell[0], steps * cell[1]), axis=-1).reshape(-1, 2)
     share = inside.astype(float)
     samples = (points[cut, None] + fine).reshape(-1, 2)

@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from analysis.arrays import Real
 from analysis.focusing.panel_model import Constants, PanelModel
 
-WINDOW, STEP = 10.0, 5.0
+MODEL_RANGE, MODEL_STEP = 10.0, 5.0
 """Range of one local model, and spacing of the temperatures it is made from, K."""
 
-KEPT = 1e-10
+LARGEST_ENERGY_LEFT_OUT = 1e-10
 """Largest share of the energy of all normalised responses in the coordinates left out."""
 
-ERROR = 5e-4
+LARGEST_MODEL_ERROR = 5e-4
 """Largest relative error of a local response between these temperatures: half the twin's own tolerance."""
 
-FEWEST = 20
+FEWEST_TEMPERATURES = 20
 """Smallest number of temperatures in a window for which a local model saves time."""
 
 
@@ -51,14 +51,14 @@ def local_models(
         T of them; those of one window are the same.
     """
     low, high = temperature.min(), temperature.max()
-    last = max(int(np.ceil((high - low) / WINDOW)) - 1, 0)
-    windows = np.minimum((temperature - low) // WINDOW, last).astype(int)
+    last = max(int(np.ceil((high - low) / MODEL_RANGE)) - 1, 0)
+    windows = np.minimum((temperature - low) // MODEL_RANGE, last).astype(int)
     made: dict[int, Callable[[], PanelModel]] = {}
     for window in np.unique(windows):
         here = temperature[windows == window]
-        if len(here) >= FEWEST:
+        if len(here) >= FEWEST_TEMPERATURES:
             coldest, hottest = here.min() - margin, here.max() + margin
-            nodes = np.linspace(coldest, hottest, int(np.ceil((hottest - coldest) / STEP)) + 1)
+            nodes = np.linspace(coldest, hottest, int(np.ceil((hottest - coldest) / MODEL_STEP)) + 1)
             between = 0.5 * (nodes[1:] + nodes[:-1])
             job = partial(local_model, model, constants(nodes), constants(between), lines)
             made[int(window)] = pool.submit(job).result
@@ -85,18 +85,18 @@ def local_model(
     Returns
     -------
     PanelModel
-        `model` itself where the error of fewer coordinates exceeds `ERROR` or they save nothing.
+        `model` itself where the error of fewer coordinates exceeds `LARGEST_MODEL_ERROR` or they save nothing.
     """
     some = lines[np.unique(np.linspace(0, len(lines) - 1, 64).astype(int))]
     gram = sum(_gram(model, one, some) for one in made_from)
     values, vectors = np.linalg.eigh(gram)
     rest = np.cumsum(np.maximum(values, 0.0)) / values.sum()
-    for kept in (KEPT, 0.1 * KEPT):
+    for kept in (LARGEST_ENERGY_LEFT_OUT, 0.1 * LARGEST_ENERGY_LEFT_OUT):
         basis = vectors[:, rest > kept]
         if basis.shape[1] > 0.8 * len(vectors):
             break
         local = model.restricted(basis)
-        if max(_error(model, local, basis, one, some) for one in tried_at) <= ERROR:
+        if max(_error(model, local, basis, one, some) for one in tried_at) <= LARGEST_MODEL_ERROR:
             return local
     return model
 

@@ -10,7 +10,7 @@ from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.grid import Grid
 from analysis.focusing.panel import Panel
 
-SAMPLES = 400
+POINTS_ALONG_BOX = 400
 """Points along each side of the plate's box, to divide its area among the measured points."""
 
 
@@ -92,7 +92,7 @@ class MeasuredPanel:
         panel, points = self.panel, self.transfers.points
         plate = panel.plate
         low, high = plate.bounds
-        steps = (np.arange(SAMPLES) + 0.5) / SAMPLES
+        steps = (np.arange(POINTS_ALONG_BOX) + 0.5) / POINTS_ALONG_BOX
         samples = np.stack(np.meshgrid(*(a + steps * (b - a) for a, b in zip(low, high, strict=True))), axis=-1)
         on_plate = samples.reshape(-1, 2)
         on_plate = on_plate[plate.contains(on_plate)]

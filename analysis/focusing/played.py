@@ -16,11 +16,11 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import Constants, PanelModel, PanelModes
 from analysis.focusing.performance import contrast
 
-TAIL = 0.5
+SILENT_TAIL = 0.5
 """Silence after the sweep, s, in which panel and filters ring out."""
 FADE = 0.05
 """Fade-in and fade-out of the sweep, s: outside its band, where some filters have high gain, it is silent."""
-BLOCKS = 100
+ENERGY_BLOCKS = 100
 """Number of blocks of the sweep with separate energies."""
 
 
@@ -127,7 +127,7 @@ def play_methods(model: PanelModel, panel: Panel, constants: Constants, seconds:
         on_lines = contrast(within, bank.response(lines[band]))[0]
         found.append((on_lines, *plate.play(bank, signal)))
         delays.append(delay)
-    edges = np.linspace(0, len(signal), BLOCKS + 1).astype(int)
+    edges = np.linspace(0, len(signal), ENERGY_BLOCKS + 1).astype(int)
     blocks = [_by_block(target, whole, edges, plate.step) for _, target, whole, _ in found]
     return Played(
         methods=METHODS,
@@ -158,7 +158,7 @@ class _Plate:
         """Prepare for `samples` of drive and the ringing after them; every `step`-th sample is evaluated."""
         rate, (low, high) = panel.filters.sample_rate, panel.filters.twin_band
         step = max(1, int(rate / (2.2 * high)))
-        length = 2 * int((samples + TAIL * rate) / 2)
+        length = 2 * int((samples + SILENT_TAIL * rate) / 2)
         frequency = np.arange(length // 2 + 1) * rate / length
         lines = frequency[(frequency >= low) & (frequency <= high)]
         modes = model.modes(*constants, count=model.space.deflection.shape[1])

@@ -8,7 +8,7 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.focusing.panel import Filters
 
-NEGLIGIBLE = 1e-14
+NEGLIGIBLE_ENERGY = 1e-14
 """Sequences with a smaller share of energy in the band are left out: the penalty outside makes them zero."""
 
 
@@ -44,7 +44,7 @@ class ProlateTaps:
         # The share inside falls from 1 to 0 within about log(NW) sequences near number 2 NW.
         most = min(count, int(2.0 * half_bandwidth + 8.0 * np.log(4.0 * half_bandwidth + 8.0)) + 6)
         found, share = _slepian(count, half_bandwidth / count, most)
-        used = np.flatnonzero(share > NEGLIGIBLE)
+        used = np.flatnonzero(share > NEGLIGIBLE_ENERGY)
         order = np.concatenate([used[used % 2 == 0], used[used % 2 == 1]])
         sequences, even = found[order], int(np.count_nonzero(used % 2 == 0))
         # Enough Gauss points for the lowest frequencies, where a spectrum of M taps oscillates M foot/fs times.

@@ -14,7 +14,7 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import PanelModel
 from analysis.focusing.performance import area_normalised
 from analysis.focusing.responses import responses
-from analysis.focusing.sound_aim import TOLERANCE, SoundAim
+from analysis.focusing.sound_aim import RESPONSE_TOLERANCE, SoundAim
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from analysis.radiation.measures import (
@@ -57,7 +57,7 @@ class RadiatedSound:
         Largest drive that audio within ±1 can cause, V or N.
     zones : (T, F) ndarray, optional
         Acoustic contrast, dB: mean square pressure at the listeners played to over that at the others, in which
-        every actuator is `TOLERANCE` off; None without others.
+        every actuator is `RESPONSE_TOLERANCE` off; None without others.
     pressure_sigma : (T, L, F) ndarray, optional
         Standard deviation by the noise of measured transfers, Pa.
     power_sigma : (T, F) ndarray, optional
@@ -365,7 +365,7 @@ def _zones(heard: Complex, loud: Mask, filters: tuple[Complex, Complex]) -> tupl
         part = heard[chosen]
         form = np.einsum("lfn,lfm->fnm", part.conj(), part) / len(part)
         spread = np.einsum("fnn->fn", form).real
-        forms.append(form + TOLERANCE**2 * spread[:, :, None] * np.eye(spread.shape[1]))
+        forms.append(form + RESPONSE_TOLERANCE**2 * spread[:, :, None] * np.eye(spread.shape[1]))
     played, others = forms
     ratios = [
         np.einsum("fn,fnm,fm->f", one.conj(), played, one).real

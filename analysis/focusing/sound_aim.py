@@ -24,7 +24,7 @@ from analysis.focusing.grid import Grid
 from analysis.focusing.panel import AimedAt, Panel
 from analysis.radiation.radiator import Radiator, SourceNodes
 
-TOLERANCE = 0.01
+RESPONSE_TOLERANCE = 0.01
 """Relative error of each actuator's response, independent of the others', for which quiet zones are designed and
 stated. Without one, as many actuators as quiet listeners make them hear nothing, at any price in drive; 1 % is
 what the laws of a material leave open at best."""
@@ -206,7 +206,7 @@ class SoundAim:
             part = heard[chosen]
             normal = normal + share[:, None, None] * np.einsum("lfn,lfm->fnm", part.conj(), part)
             if not self.loud[chosen].any():
-                spread = TOLERANCE**2 * share[:, None] * np.sum(np.abs(part) ** 2, axis=0)
+                spread = RESPONSE_TOLERANCE**2 * share[:, None] * np.sum(np.abs(part) ** 2, axis=0)
                 normal = normal + spread[:, :, None] * np.eye(spread.shape[1])
             wanted = self.wanted[chosen] * self.loud[chosen, None] * uneven
             right = right + share[:, None] * np.einsum("lfn,lf->fn", part.conj(), wanted)

@@ -18,7 +18,7 @@ CHORD = np.deg2rad(3.0)
 """Largest turn of a curve that one side of its polygon replaces."""
 NODES, WEIGHTS = leggauss(24)
 """Of the integrals along a curve."""
-CHUNK = 1_000_000
+PAIRS_AT_ONCE = 1_000_000
 """Pairs of points and sides looked at together."""
 
 
@@ -204,7 +204,7 @@ class Loop:
 
     def _rows(self, count: int) -> Iterator[slice]:
         """Slices of `count` points, few enough to be held against all sides at once."""
-        step = max(1, CHUNK // len(self.polygon))
+        step = max(1, PAIRS_AT_ONCE // len(self.polygon))
         return (slice(first, first + step) for first in range(0, count, step))
 
     def moved(self, angle: float, shift: Point) -> "Loop":

@@ -3,13 +3,13 @@
 import numpy as np
 
 from analysis.arrays import Mask, Real, Whole
-from analysis.geometry.loop import CHUNK, Loop
+from analysis.geometry.loop import PAIRS_AT_ONCE, Loop
 
 TOUCH = 1e-6
 """What lies no farther apart than this touches, m."""
-ALONG = 17
+POINTS_OVER_CHORD = 17
 """Points along the curve over a chord that is held against another loop."""
-SAMPLES = 128
+PIECES_OF_LOOP = 128
 """Into how many pieces at least the way round a loop is cut to hold it against another."""
 
 
@@ -22,7 +22,7 @@ def self_crossing(loop: Loop) -> Real | None:
     count = len(corners)
     step = np.roll(corners, -1, axis=0) - corners
     length = np.maximum((step**2).sum(axis=1), 1e-30)
-    rows = max(1, CHUNK // count)
+    rows = max(1, PAIRS_AT_ONCE // count)
     for first in range(0, count, rows):
         number = np.arange(first, min(first + rows, count))
         away = corners[number, None] - corners
@@ -40,7 +40,7 @@ def crossing(one: Loop, other: Loop) -> Real | None:
     p, q = one.polygon, other.polygon
     r, s = np.roll(p, -1, axis=0) - p, np.roll(q, -1, axis=0) - q
     r_length, s_length = np.maximum(np.hypot(*r.T), 1e-30), np.maximum(np.hypot(*s.T), 1e-30)
-    rows = max(1, CHUNK // len(q))
+    rows = max(1, PAIRS_AT_ONCE // len(q))
     for first in range(0, len(p), rows):
         part = slice(first, first + rows)
         away = q - p[part, None]
@@ -97,7 +97,7 @@ def just_inside(loop: Loop) -> Real:
     start = loop.polygon
     step = np.roll(start, -1, axis=0) - start
     length = np.hypot(*step.T)
-    pieces = np.maximum(np.ceil(SAMPLES * length / max(float(length.sum()), 1e-30)), 1).astype(int)
+    pieces = np.maximum(np.ceil(PIECES_OF_LOOP * length / max(float(length.sum()), 1e-30)), 1).astype(int)
     side = np.repeat(np.arange(len(start)), pieces)
     share = (np.arange(len(side)) - np.repeat(np.cumsum(pieces) - pieces, pieces) + 0.5) / pieces[side]
     point, along = loop.over_sides(side, share)
@@ -108,11 +108,11 @@ def just_inside(loop: Loop) -> Real:
 def _through(one: Loop, other: Loop, i: Whole, j: Whole) -> Mask:
     """Whether curves cross of which sides i of a loop's polygon and j of another's (K,) are chords."""
     found = np.zeros(len(i), bool)
-    share = np.linspace(0.0, 1.0, ALONG)
+    share = np.linspace(0.0, 1.0, POINTS_OVER_CHORD)
     for loop, sides, far in ((one, i, other), (other, j, one)):
-        points, _ = loop.over_sides(np.repeat(sides, ALONG), np.tile(share, len(sides)))
+        points, _ = loop.over_sides(np.repeat(sides, POINTS_OVER_CHORD), np.tile(share, len(sides)))
         inside = np.where(far.contains(points), 1.0, -1.0) * far.nearest(points).distance
-        inside = inside.reshape(-1, ALONG)
+        inside = inside.reshape(-1, POINTS_OVER_CHORD)
         found |= (inside.min(axis=1) < -TOUCH) & (inside.max(axis=1) > TOUCH)
     return found
 

@@ -17,7 +17,7 @@ from analysis.gap.data.compression import CompressedSweep, Nodes, compress
 from analysis.gap.data.groups import TemperatureGroups
 from analysis.health.expected import ExpectedResponse, ExpectsResponses
 
-NEAR = 0.05
+TEMPERATURE_FOUND = 0.05
 """Step, K, below which the temperature is found: what is left is a column of the equations, to first order, and
 its second order is 1e-5 of the response of a plate whose resonances move by 0.3 % per kelvin."""
 MOST_STEPS = 8
@@ -191,12 +191,12 @@ def temperature_found(
     for _ in range(MOST_STEPS):
         wanted = date_equations(recording, _of_one_material(expected)).temperature
         step = float(np.clip(wanted - here, -LARGEST_STEP, LARGEST_STEP))
-        if not low - NEAR <= here + step <= high + NEAR:
+        if not low - TEMPERATURE_FOUND <= here + step <= high + TEMPERATURE_FOUND:
             if here in (low, high):
                 return None
             step = float(np.clip(here + step, low, high)) - here
         here += step
-        if abs(step) < NEAR:
+        if abs(step) < TEMPERATURE_FOUND:
             break
         expected = panel.at(here, changes=False)
     return float(np.clip(here, low, high))

@@ -19,7 +19,7 @@ from analysis.health.recording import DatedRecording, DateEquations, date_equati
 
 MOST_STEPS = 8
 """Of Gauss and Newton: from a place within its neighbours' distance four are usual."""
-TRIED, ABANDONED = 3, 4.0
+STEPS_BEFORE_ABANDONING, ABANDONED_CHI2_RATIO = 3, 4.0
 """Steps after which a candidate is given up whose chi2 is so many times that of another."""
 HALVINGS = 4
 """Of a step that does not lower chi2, or leads off the plate."""
@@ -29,7 +29,7 @@ WARMEST_STEP = 4.0
 """K in one step: responses are not linear in the temperature beyond."""
 TWIN_SHARE = 0.02
 """Share of an amplitude that the twin, whose mass and stiffness are known to a per cent or two, leaves open."""
-SETTLED = 0.05
+SETTLED_STEP = 0.05
 """Largest step, in standard deviations, at which the fit ends."""
 
 
@@ -135,7 +135,7 @@ class ChangeFit:
         reach = np.array([np.inf, *[LARGEST_MOVE] * (len(free) - 1)])
         scale = np.array([one.sigma for one in free])
         for number in range(MOST_STEPS):
-            if number >= TRIED and now.chi2 > ABANDONED * rival:
+            if number >= STEPS_BEFORE_ABANDONING and now.chi2 > ABANDONED_CHI2_RATIO * rival:
                 break
             solved = np.linalg.solve(now.matrix + np.diag(1e-6 / scale**2), now.gradient)
             step = np.asarray(solved, dtype=np.float64)
@@ -144,7 +144,7 @@ class ChangeFit:
             if better is None:
                 break
             moved, now = better.point - now.point, better
-            if float(np.sqrt(moved @ now.matrix @ moved / now.noise)) < SETTLED:
+            if float(np.sqrt(moved @ now.matrix @ moved / now.noise)) < SETTLED_STEP:
                 break
         return self._told(candidate, free, now, variance)
 

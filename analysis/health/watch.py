@@ -17,7 +17,7 @@ from analysis.health.recording import DatedRecording, DateEquations, date_equati
 from analysis.health.refined import ChangeFit, RefinedChange, linear_evidence
 from analysis.health.self_check import SelfCheck
 
-REFINED = 0.5
+REFINED_EVIDENCE_SHARE = 0.5
 """Share of the largest log evidence, by the linear search, from which a family is fitted with its place: what is
 linear about the healthy panel is wrong by a tenth or two of a change of 20 %."""
 FEWEST_REFINED = 3
@@ -25,13 +25,13 @@ FEWEST_REFINED = 3
 OTHER_PLACE = 0.05
 """m: a second place this far from the best one is tried, too, where it explains nearly as much: on a rectangle the
 places mirrored in its axes shift resonances alike, and only the patches tell them apart."""
-UNEXPLAINED = 1e-3
+UNEXPLAINED_SHARE = 1e-3
 """Share of the misfit that the right effect may leave: a twin knows to three per cent what a change does."""
-ALIKE = 3.0
+ALIKE_EVIDENCE = 3.0
 """Nats: a place that is as likely but for a factor of twenty is named beside the best one."""
 MOST_PLACES = 4
 """From which a fit begins at most: a mass at a corner may seem to lie on the edge beside it."""
-NEARLY = 0.7
+TRIED_Z_SHARE = 0.7
 """Share of the best z squared from which it is tried."""
 
 
@@ -170,7 +170,7 @@ class HealthWatch:
         )
         evidence = self._evidence(estimate, fit.noise)
         ranked = sorted(evidence.values(), reverse=True)
-        least = min(REFINED * ranked[0], ranked[min(FEWEST_REFINED, len(ranked)) - 1])
+        least = min(REFINED_EVIDENCE_SHARE * ranked[0], ranked[min(FEWEST_REFINED, len(ranked)) - 1])
         refined: dict[str, RefinedChange] = {}
         also: dict[str, tuple[RefinedChange, ...]] = {}
         rival = np.inf
@@ -184,7 +184,7 @@ class HealthWatch:
         shares = tuple((name, float(np.exp(judged[name] - total))) for name in order)
         since = dates[0].recordings[0].date
         best = refined.get(order[0])
-        bound = misfit_limit(self.rate, self.check.misfit, dof) + UNEXPLAINED * healthy / dof
+        bound = misfit_limit(self.rate, self.check.misfit, dof) + UNEXPLAINED_SHARE * healthy / dof
         if best is None or best.misfit > bound or not seen:
             return NamedChange("unknown", 1.0, shares, best, since, span)
         index = self.baseline.candidates.index(best.candidate)
@@ -252,7 +252,7 @@ class HealthWatch:
         while further and len(found) < MOST_PLACES:
             index = max(further, key=lambda index: float(z[index]))
             explained = bool(found) and min(one.misfit for one in found) <= bound
-            if found and (explained or not place.placed) and z[index] ** 2 <= NEARLY * z[first] ** 2:
+            if found and (explained or not place.placed) and z[index] ** 2 <= TRIED_Z_SHARE * z[first] ** 2:
                 break
             one, begun = candidates[index], max(float(estimate.amplitude[index]), float(estimate.sigma[index]))
             if one.effect == DEPOLARIZATION:
@@ -272,7 +272,9 @@ class HealthWatch:
         alike = tuple(
             one
             for one in found
-            if one is not best and best.evidence - one.evidence < ALIKE and _apart(one.values, best.values)
+            if one is not best
+            and best.evidence - one.evidence < ALIKE_EVIDENCE
+            and _apart(one.values, best.values)
         )
         return best, alike
 

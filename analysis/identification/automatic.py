@@ -19,19 +19,19 @@ from analysis.identification.principal_frfs import MANY, principal_frfs
 from analysis.identification.settings import Settings
 from analysis.identification.vector_fitting import start_poles
 
-CLEARLY = 10.0
+CLEAR_BIC_ADVANTAGE = 10.0
 """Advantage in BIC, in penalties of one pole, from which a wider search replaces an unfinished narrower one."""
 
-WIDER = 2.5
+START_POLES_FACTOR = 2.5
 """Factor on the number of start poles from one search to the next."""
 
-FULL = 0.6
+MOST_POLES_KEPT = 0.6
 """If more than this share of the start poles is kept, there may have been too few start poles."""
 
-CORRELATED = 3.0
+CORRELATION_OF_MISSING_MODES = 3.0
 """Correlation of a residual, in lines, from which modes may be missing: that of the noise of FRFs is 1 to 2."""
 
-LACKING = 1.5
+LACKING_CORRELATION_RATIO = 1.5
 """Ratio of residual correlations, narrower over wider search, from which the narrower one lacks modes."""
 
 
@@ -87,14 +87,14 @@ def _widest_search(measured: Measured, lines: Lines, settings: Settings) -> tupl
     count = min(settings.start_count, max(len(lines.frequency) // 6, 1))
     found, started = _search(lines, count, settings)
     ended = False
-    while WIDER * count <= min(settings.most_count, len(lines.frequency) // 6):
-        full = len(found.poles) > FULL * count
-        if not full and measured.reweighted(lines, found).correlation <= CORRELATED:
+    while START_POLES_FACTOR * count <= min(settings.most_count, len(lines.frequency) // 6):
+        full = len(found.poles) > MOST_POLES_KEPT * count
+        if not full and measured.reweighted(lines, found).correlation <= CORRELATION_OF_MISSING_MODES:
             break
-        count = int(WIDER * count)
+        count = int(START_POLES_FACTOR * count)
         wider, proposed = _search(lines, count, settings)
         wider = settle(measured, lines, wider, settings)
-        if not ended and not _better(measured, lines, wider, found, CLEARLY):
+        if not ended and not _better(measured, lines, wider, found, CLEAR_BIC_ADVANTAGE):
             found, ended = settle(measured, lines, found, settings), True
         if ended and not _better(measured, lines, wider, found, 0.0):
             break
@@ -109,7 +109,7 @@ def _better(measured: Measured, lines: Lines, wider: PoleFit, found: PoleFit, ma
     to be lower with the noise estimated from the other search too, unless missing modes dominate its residual.
     """
     own, others = (averaged(measured.reweighted(lines, judge)) for judge in (wider, found))
-    for weighed in (own, others) if others.correlation < LACKING * own.correlation else (own,):
+    for weighed in (own, others) if others.correlation < LACKING_CORRELATION_RATIO * own.correlation else (own,):
         one, other = (
             bic(fit(weighed, rival.poles, rival.terms, tolerance=1e-3, max_iterations=5), weighed)
             for rival in (wider, found)

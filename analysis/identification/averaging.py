@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from analysis.identification.lines import Lines
 from analysis.identification.running_median import running_median
 
-LONGEST = 64
+MOST_LINES_IN_BLOCK = 64
 """Largest number of lines in a block."""
 
-FEWEST = 64
+FEWEST_BLOCKS = 64
 """Smallest number of blocks after averaging."""
 
-UNLIKE = 2.5
+LARGEST_GAP_RATIO = 2.5
 """Ratio of two gaps of uneven lines that no block bridges: frequencies rounded in a file reach 2, and where the
 spacing changes the Gauss points could lie beyond the block."""
 
@@ -50,7 +50,7 @@ def averaged(lines: Lines) -> Lines:
     """
     length = np.ones(len(lines.frequency), dtype=int)
     size = 1
-    longest = min(LONGEST, len(length) // FEWEST)
+    longest = min(MOST_LINES_IN_BLOCK, len(length) // FEWEST_BLOCKS)
     while 2 * size <= longest:
         smooth = _smooth_blocks(lines, 4 * size)
         usable = len(smooth) * 4 * size
@@ -75,7 +75,7 @@ def _smooth_blocks(lines: Lines, size: int) -> NDArray[np.bool_]:
     if lines.even:
         return np.asarray(smooth & (span[:, -1] - span[:, 0] < 1.5 * (size - 1) * lines.spacing))
     gaps = np.diff(span, axis=1)
-    return np.asarray(smooth & (gaps.max(axis=1) < UNLIKE * gaps.min(axis=1)))
+    return np.asarray(smooth & (gaps.max(axis=1) < LARGEST_GAP_RATIO * gaps.min(axis=1)))
 
 
 def _at_gauss_points(lines: Lines, length: NDArray[np.intp]) -> Lines:

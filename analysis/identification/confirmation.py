@@ -22,7 +22,7 @@ from analysis.identification.order import eliminate
 from analysis.identification.pole_search import fit
 from analysis.identification.principal_frfs import MANY, principal_frfs
 
-SHIFT = 0.05
+SHIFT_OF_BAND = 0.05
 """Share of the band that is cut off at its lower, then at its upper end."""
 
 SAME_FREQUENCY = 1.0
@@ -34,7 +34,7 @@ SAME_DAMPING = 0.5
 LINES_OF_PEAK = 3
 """Lines within the half-power bandwidth needed to show a mode when every other line is left out."""
 
-FEWEST = 16
+FEWEST_LINES_IN_PART = 16
 """Smallest number of averaged lines in a part."""
 
 
@@ -122,7 +122,7 @@ def _parts(measured: Measured, modes: Modes) -> Iterator[PartOfData]:
     """Yield the band cut at either end, every second line, and every second FRF."""
     blocks = averaged_lines(measured, modes)
     f = blocks.frequency
-    cut = SHIFT * (f[-1] - f[0])
+    cut = SHIFT_OF_BAND * (f[-1] - f[0])
     low, high = f[0] + cut, f[-1] - cut
     yield from _part(blocks, f >= low, None, f"above {low:.4g} Hz")
     yield from _part(blocks, f <= high, None, f"below {high:.4g} Hz")
@@ -147,7 +147,7 @@ def _part(
     """Yield these lines and rows, unless they are too few to be fitted."""
     columns = np.ones(len(blocks.frequency), bool) if columns is None else columns
     rows = np.ones(len(blocks.h), bool) if rows is None else rows
-    if columns.sum() < FEWEST:
+    if columns.sum() < FEWEST_LINES_IN_PART:
         return
     share = columns.mean() * rows.mean()
     lines = replace(

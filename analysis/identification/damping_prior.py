@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from analysis.identification.parameters import to_parameters
 from analysis.median_deviation import median_deviation
 
-FREEDOM = 4.0
+STUDENT_FREEDOM = 4.0
 """Degrees of freedom of the Student distribution: with few, an outlier is hardly pulled to the others."""
 
-FEWEST = 8
+FEWEST_MODES = 8
 """Modes needed at least to estimate the distribution."""
 
 LEAST_DEVIATION = 0.02
@@ -25,14 +25,14 @@ LEAST_DEVIATION = 0.02
 HARDLY_KNOWN = 0.5
 """A prior is used only if some mode's log damping ratio is known worse than this share of the scatter of all."""
 
-UNLIKE = 3.0
+DOUBLE_MODE_SIGMA = 3.0
 """Standard deviations above the median from which a pole may represent two modes."""
 
 SHARED = (1.4, 6.0)
 """Damping ratio over the median, and standard deviations above it, from which a pole is reported as possibly two
 modes: where forty modes overlap, poles that represent two have 1.5 to 2 and 9 to 30."""
 
-NEIGHBOURHOOD, NEIGHBOURS = 3.0, 2
+NEIGHBOURHOOD, OVERLAPPING_MODES = 3.0, 2
 """Modes overlap where this many half-power bandwidths to either side hold at least this many other modes."""
 
 
@@ -72,13 +72,13 @@ class DampingPrior:
             None where there are too few poles, or the prior would add nothing to what is known of each.
         """
         inside = (poles.imag > band[0]) & (poles.imag < band[1])
-        if inside.sum() < FEWEST:
+        if inside.sum() < FEWEST_MODES:
             return None
         damping = to_parameters(poles)[inside, 1]
         middle = float(np.median(damping))
         away = np.abs(damping - middle)
         deviation = max(float(median_deviation(damping)[0]), LEAST_DEVIATION)
-        if not ((deviations[inside] > HARDLY_KNOWN * deviation) | (away > UNLIKE * deviation)).any():
+        if not ((deviations[inside] > HARDLY_KNOWN * deviation) | (away > DOUBLE_MODE_SIGMA * deviation)).any():
             return None
         return cls(middle, deviation, band)
 
@@ -91,7 +91,7 @@ class DampingPrior:
         """Damping ratio over the median, (J,), of poles that may represent two overlapping modes; 0 for others."""
         above, width = self.above(poles), 2.0 * np.exp(self.middle) * np.abs(poles)
         near = np.abs(poles.imag[:, None] - poles.imag) < NEIGHBOURHOOD * width[:, None]
-        crowded = (near & (np.abs(above) < UNLIKE)).sum(axis=1) >= NEIGHBOURS
+        crowded = (near & (np.abs(above) < DOUBLE_MODE_SIGMA)).sum(axis=1) >= OVERLAPPING_MODES
         times = np.exp(above * self.deviation)
         return np.where(crowded & (above > SHARED[1]) & (times > SHARED[0]), times, 0.0)
 
@@ -114,5 +114,5 @@ class DampingPrior:
         """
         inside = (poles.imag > self.band[0]) & (poles.imag < self.band[1])
         away = self.above(poles)
-        bend = np.where(inside, (FREEDOM + 1.0) / (FREEDOM + away**2) / self.deviation**2, 0.0)
-        return (FREEDOM + 1.0) * np.log1p(away**2 / FREEDOM), away * bend * self.deviation, bend
+        bend = np.where(inside, (STUDENT_FREEDOM + 1.0) / (STUDENT_FREEDOM + away**2) / self.deviation**2, 0.0)
+        return (STUDENT_FREEDOM + 1.0) * np.log1p(away**2 / STUDENT_FREEDOM), away * bend * self.deviation, bend

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from analysis.identification.lines import Lines
 from analysis.identification.pole_search import PoleFit
 
-REACH = 10.0
+HALF_WIDTHS_USED = 10.0
 """Lines used, in half widths on either side of a pole: 99 % of what determines it."""
 
-FEWEST = 8
+FEWEST_LINES = 8
 """Lines used at least."""
 
-SEVERAL = 0.1
+SHARE_IN_OTHER_FRFS = 0.1
 """Share of a mode outside the FRF that shows it best, from which its scatter over the FRFs is estimated."""
 
 
@@ -44,7 +44,7 @@ def variance_factors(lines: Lines, last: PoleFit, left: NDArray[np.complex128]) 
     factors = np.ones((len(last.poles), 2))
     for j, (pole, residue) in enumerate(zip(last.poles, last.projection.residues.T, strict=True)):
         away = np.abs(lines.s.imag - pole.imag)
-        near = away <= max(REACH * -pole.real, np.sort(away)[min(FEWEST, len(away)) - 1])
+        near = away <= max(HALF_WIDTHS_USED * -pole.real, np.sort(away)[min(FEWEST_LINES, len(away)) - 1])
         shape = 1.0 / (lines.s[near] - pole) / lines.deviation[:, near]
         if size > 0.0 and (np.abs(residue) > 0.0).all():
             factors[j] = _factors(
@@ -78,7 +78,7 @@ def _factors(
     factors = np.full(2, within)
     u = np.abs(residue) ** 2 / (np.abs(residue) ** 2).sum()  # not own: the fit is drawn to FRFs that it describes
     several = 1.0 - float((u**2).sum())
-    if several > SEVERAL:
+    if several > SHARE_IN_OTHER_FRFS:
         moved -= (u * moved).sum()
         expected = float((u * (1.0 - u) * 0.5 * within * redundancy / own).sum())
         scatter = np.array([(u * moved.imag**2).sum(), (u * moved.real**2).sum()])

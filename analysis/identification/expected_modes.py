@@ -23,11 +23,11 @@ from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import OWN_DAMPING, WIDE, SmoothTracks
 from analysis.identification.sweep_fits import fit_sweeps
 
-BEYOND = 0.3
-"""See `parameters.BEYOND`; expected modes need no evidence of their own, so that more of them can be fitted. With
-0.15 a mode 15 % above the band of a disc was left out, and all loss factors were 10 % too high."""
+EXPECTED_BAND_MARGIN = 0.3
+"""See `parameters.BAND_MARGIN`; expected modes need no evidence of their own, so that more of them can be fitted.
+With 0.15 a mode 15 % above the band of a disc was left out, and all loss factors were 10 % too high."""
 
-FAR = 4.0
+DOUBTFUL_DISTANCE = 4.0
 """Standard deviations from the expected frequency beyond which a mode's number is doubtful."""
 
 
@@ -95,7 +95,9 @@ def fit_expected(
             f"expected poles are given for {len(expected.poles)} sweeps, {len(measured)} were measured"
         )
     whole = np.stack([to_parameters(row) for row in expected.poles])
-    active = np.stack([active_in(row, one.frequency, BEYOND) for row, one in zip(whole, measured, strict=True)])
+    active = np.stack(
+        [active_in(row, one.frequency, EXPECTED_BAND_MARGIN) for row, one in zip(whole, measured, strict=True)]
+    )
     known = active.any(axis=0)
     base = whole[:, known]
     own = (expected.frequency_deviation, expected.frequency_deviation / 3.0)
@@ -128,7 +130,7 @@ def _weak_where_doubtful(
         n = index[j]
         if status[n] == "computational":
             status[n], reason[n] = "weak", f"determined by the twin only; from this sweep alone: {reason[n]}"
-        if status[n] in ("kept", "weak") and abs(departure[j]) > FAR * expected.frequency_deviation:
+        if status[n] in ("kept", "weak") and abs(departure[j]) > DOUBTFUL_DISTANCE * expected.frequency_deviation:
             doubt = f"{100 * departure[j]:+.1f} % from where the twin expects it: its number may be another mode's"
             status[n], reason[n] = "weak", doubt
     return replace(modes, status=tuple(status), reason=tuple(reason))

@@ -18,7 +18,7 @@ from analysis.identification.settings import Settings
 from analysis.identification.splitting import split
 from analysis.identification.status import judge
 
-EXACT = 2e-2
+LEAST_FALL_OF_MISFIT = 2e-2
 """Fall of the misfit, over that of one line, at which a fit stops: a seventh of a pole's standard deviation."""
 
 LAST_STEPS = 10
@@ -53,7 +53,12 @@ def settle(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
         while (two := split(blocks, found)) is not None:
             found = two
         found = choose_terms(blocks, found, settings.terms)
-        found = fit(blocks, eliminate(blocks, found).poles, found.terms, tolerance=EXACT / len(lines.frequency))
+        found = fit(
+            blocks,
+            eliminate(blocks, found).poles,
+            found.terms,
+            tolerance=LEAST_FALL_OF_MISFIT / len(lines.frequency),
+        )
         prior_changed = blocks.damping is not None and len(found.poles) != before
         if (
             not prior_changed
@@ -110,7 +115,7 @@ def last_fit(measured: Measured, lines: Lines, found: PoleFit) -> tuple[Lines, P
     last : PoleFit
     """
     lines = _with_damping(measured.reweighted(lines, found), found)
-    tolerance = EXACT / len(lines.frequency) / len(lines.h)
+    tolerance = LEAST_FALL_OF_MISFIT / len(lines.frequency) / len(lines.h)
     return lines, fit(lines, found.poles, found.terms, tolerance=tolerance, max_iterations=LAST_STEPS)
 
 

@@ -19,7 +19,7 @@ from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import gains, matched, residual
 from analysis.identification.modes import Modes
-from analysis.identification.parameters import BEYOND, active_in, to_parameters, to_poles
+from analysis.identification.parameters import BAND_MARGIN, active_in, to_parameters, to_poles
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.resolution import unresolved
@@ -36,7 +36,7 @@ MOST_NEW = 4
 """Most new poles in one sweep."""
 SAME_MODE = 1.5
 """Largest distance, in half widths, between a mode's predicted and found pole after a fresh start."""
-AFRESH = 1.5
+POOR_MISFIT = 1.5
 """Misfit, over the expected one, above which a sweep is identified anew without start values."""
 WORTH_TRYING = 0.5
 """A new pole is tried if, with all others held, the misfit falls by this share of its BIC penalty."""
@@ -68,7 +68,7 @@ class Followed:
     place: NDArray[np.float64]
     mode: NDArray[np.bool_]
     done: list[int] = field(default_factory=list)
-    beyond: float = BEYOND
+    beyond: float = BAND_MARGIN
 
     @classmethod
     def started(
@@ -154,11 +154,11 @@ def follow(known: Followed, sweep: int, measured: Measured, usual: float, settin
     if not moving:
         start[:, 0] += _common_step(blocks, start, known)
     found = _held(blocks, start, known)
-    poor = _left(lines, found, known) > AFRESH * usual
+    poor = _left(lines, found, known) > POOR_MISFIT * usual
     if poor and moving:  # the trend may have changed
         start[:, 0] += _common_step(blocks, start, known)
         found = _held(blocks, start, known)
-        poor = _left(lines, found, known) > AFRESH * usual
+        poor = _left(lines, found, known) > POOR_MISFIT * usual
     if poor:
         _afresh(known, sweep, start, identify(measured, settings))
         found = _held(blocks, known.filled(sweep), known)

@@ -6,19 +6,19 @@ from numpy.typing import NDArray
 from analysis.identification.averaging import roughness
 from analysis.identification.running_median import running_median
 
-OUTLIER = 5.0
+HUM_SIGMA = 5.0
 """How far a line must lie from the model, in local standard deviations, to count as mains hum."""
 
 GRIDS = (50.0, 60.0)
 """Mains frequencies in use, Hz: if the wrong one was stated, harmonics of the other appear."""
 
-WANDER = 5e-3
+HARMONIC_DISTANCE = 5e-3
 """Largest relative distance of a narrow pole from its mains harmonic: the mains frequency drifts."""
 
-NEEDLE = 0.5
+TONE_HALF_WIDTH = 0.5
 """Half width in lines up to which a pole may be a tone: such a resonance would ring longer than the record."""
 
-TONE = 10.0
+TONE_HEIGHT = 10.0
 """Height of a line above its neighbours, over their own difference, that no resonance reaches."""
 
 
@@ -41,7 +41,7 @@ def harmonic_of(frequency: float, mains: float, spacing: float) -> tuple[int, fl
     """
     for fundamental in dict.fromkeys((mains, *GRIDS)):
         number = max(round(frequency / fundamental), 1)
-        if abs(frequency - number * fundamental) <= max(spacing, WANDER * frequency):
+        if abs(frequency - number * fundamental) <= max(spacing, HARMONIC_DISTANCE * frequency):
             return number, fundamental
     return None
 
@@ -69,7 +69,7 @@ def needle_hum(
         As `harmonic_of` gives it; None where the pole is wider than a line.
     """
     frequency, width = pole.imag / (2.0 * np.pi), -pole.real / (2.0 * np.pi)
-    return harmonic_of(frequency, mains, spacing) if width <= NEEDLE * (around or spacing) else None
+    return harmonic_of(frequency, mains, spacing) if width <= TONE_HALF_WIDTH * (around or spacing) else None
 
 
 def harmonic_lines(
@@ -99,7 +99,7 @@ def harmonic_lines(
     for fundamental in {mains, *GRIDS}:
         number = np.maximum(np.round(frequency / fundamental), 1.0)
         near |= np.abs(frequency - fundamental * number) <= 1.001 * spacing
-    spoilt: NDArray[np.bool_] = near & (size > OUTLIER * np.maximum(usual, np.finfo(float).tiny)).any(axis=0)
+    spoilt: NDArray[np.bool_] = near & (size > HUM_SIGMA * np.maximum(usual, np.finfo(float).tiny)).any(axis=0)
     return spoilt
 
 
@@ -118,6 +118,6 @@ def tones(h: NDArray[np.complex128]) -> NDArray[np.bool_]:
     if h.shape[1] >= 32:
         height = np.abs(h[:, 1:-1] - 0.5 * (h[:, :-2] + h[:, 2:]))
         beside = np.maximum(np.abs(h[:, 2:] - h[:, :-2]), roughness(h)[:, 1:-1])
-        alone[:, 1:-1] = height > TONE * beside
+        alone[:, 1:-1] = height > TONE_HEIGHT * beside
     found: NDArray[np.bool_] = np.asarray(alone.any(axis=0))
     return found

@@ -25,7 +25,7 @@ from analysis.identification.superfluous import sum_of_squares
 from analysis.identification.sweeps_search import SweepsAt, SweepsSearch
 from analysis.identification.variable_projection import change_with_poles
 
-REACH = 2.0
+LARGEST_TRACK_DISTANCE = 2.0
 """Largest distance of a hidden mode from a track, in half widths."""
 
 
@@ -56,7 +56,7 @@ def candidate_places(fitted: JointFit, lines: Sequence[Lines]) -> tuple[Real, fl
             for row, there in zip(fitted.place[:, :, 1], inside, strict=True)
         ]
     )
-    step, reach = float(np.exp(damping.min())), REACH * float(np.exp(damping.max()))
+    step, reach = float(np.exp(damping.min())), LARGEST_TRACK_DISTANCE * float(np.exp(damping.max()))
     grid = np.arange(middle[0], middle[-1] + step, step)
     density = len(used) / len(grid)
     grid = grid[np.abs(grid[:, None] - middle).min(axis=1) < reach]
@@ -152,10 +152,10 @@ def _derivatives_of_sweep(
 MOST_ADDED = 4
 """Largest number of added modes."""
 
-LARGEST = 2.0
+LARGEST_HIDDEN_RESIDUE = 2.0
 """Largest residue of a hidden mode, relative to the others: model errors may give larger ones."""
 
-ALIKE = 2.0
+ALTERNATIVE_DISTANCE = 2.0
 """Distance, in half widths, within which places are alternatives for one mode."""
 
 MOST_CERTAIN = 100.0
@@ -268,7 +268,7 @@ def find_hidden_modes(
         score = score - np.einsum("tig,ti->g", mixed, rest)  # as for a fully converged fit
         gain += (score**2 / known).reshape(-1, 2).sum(axis=1)
         logarithm -= 0.5 * np.log(known).reshape(-1, 2).sum(axis=1)
-        size = np.minimum((score / known) ** 2, LARGEST**2) + 1.0 / known
+        size = np.minimum((score / known) ** 2, LARGEST_HIDDEN_RESIDUE**2) + 1.0 / known
         moved.append(steps * np.sqrt(size))
     odds = density * np.exp(np.minimum(0.5 * gain + logarithm, MOST_CERTAIN))
     weight = np.sqrt(np.repeat(_probability(place, odds), 2))
@@ -279,5 +279,5 @@ def find_hidden_modes(
 def _probability(place: Real, odds: Real) -> Real:
     """Probability of a mode at every place (T, G, 2), near ones being alternatives, from their odds (G,)."""
     apart = reduce(np.minimum, (np.abs(row[:, None] - row) for row in place[:, :, 0]))  # one (G, G) at a time
-    rivals = apart < ALIKE * np.exp(np.median(place[:, :, 1]))
+    rivals = apart < ALTERNATIVE_DISTANCE * np.exp(np.median(place[:, :, 1]))
     return np.asarray(odds / (1.0 + rivals @ odds))

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from analysis.identification.lines import Lines
 from analysis.identification.parameters import LARGEST_DAMPING
-from analysis.identification.pole_search import PATIENCE
+from analysis.identification.pole_search import PREDICTED_FALL_FACTOR
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.sweeps_search import SweepsAt, SweepsSearch
 from analysis.identification.variable_projection import Projection
 
-SETTLED = 0.1
+SETTLED_FALL = 0.1
 """Fall of a sweep's sum of squares, in variances of one number, below which it is not evaluated again."""
 
 LEAST_DAMPING = 1e-5
@@ -31,8 +31,9 @@ MOST_DAMPING = 1e3
 """Damping of a step at which the search stops."""
 
 MOST_STEPS = 25
+"""Bound of the cost, for a search that does not reach `MOST_DAMPING` before."""
 
-FARTHEST = 3.0
+LARGEST_POLE_STEP = 3.0
 """Largest step of a pole, in half widths."""
 
 
@@ -82,7 +83,7 @@ def fit_together(
     active: NDArray[np.bool_],
     tracks: SmoothTracks,
     *,
-    settled: float = SETTLED,
+    settled: float = SETTLED_FALL,
     most: int = MOST_STEPS,
     target: float | None = None,
     known: Sequence[Projection] = (),
@@ -168,7 +169,7 @@ def _improved(
 
 def _farthest(x: NDArray[np.float64]) -> NDArray[np.float64]:
     """Largest step of poles (T, J, 2)."""
-    return np.stack([np.maximum(FARTHEST * np.exp(x[:, :, 1]), 1e-5), np.ones(x.shape[:2])], axis=2)
+    return np.stack([np.maximum(LARGEST_POLE_STEP * np.exp(x[:, :, 1]), 1e-5), np.ones(x.shape[:2])], axis=2)
 
 
 def _squared_size(
@@ -182,10 +183,10 @@ def _squared_size(
 
 
 def _predicted(step: NDArray[np.float64], point: SweepsAt) -> float:
-    """Sum of squares after a step if it falls by `PATIENCE` times what the quadratic model predicts."""
+    """Sum of squares after a step if it falls by `PREDICTED_FALL_FACTOR` times what the model predicts."""
     flat = step.reshape(len(step), -1)
     bent = np.einsum("ti,tij,tj->", flat, point.hessian, flat)
-    return float(point.misfit.sum() + PATIENCE * min(2.0 * (flat * point.gradient).sum() + bent, 0.0))
+    return float(point.misfit.sum() + PREDICTED_FALL_FACTOR * min(2.0 * (flat * point.gradient).sum() + bent, 0.0))
 
 
 def _covariance(search: SweepsSearch, point: SweepsAt) -> NDArray[np.float64]:

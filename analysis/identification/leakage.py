@@ -12,10 +12,10 @@ from analysis.identification.modes import Modes
 from analysis.identification.parameters import to_parameters, to_poles
 from analysis.identification.pole_search import PoleFit, fit
 
-STEPS = 12
+MOST_CORRECTIONS = 12
 """Most repetitions of the correction."""
 
-CLOSE = 1e-3
+LARGEST_LAST_STEP = 1e-3
 """Largest change of log damping ratio, and of log |pole| over damping ratio, in the last step."""
 
 MOST = np.log(2.0)
@@ -93,7 +93,7 @@ def without_leakage(modes: Modes, lines: Lines, segments: Segments) -> Unleaked:
 
     fitted = to_parameters(modes.poles)
     now, first = modes, np.zeros(fitted.shape)
-    for step in range(STEPS):
+    for step in range(MOST_CORRECTIONS):
         found = seen(now)
         moved = fitted - to_parameters(found.poles)
         first = first if step else -moved
@@ -102,7 +102,7 @@ def without_leakage(modes: Modes, lines: Lines, segments: Segments) -> Unleaked:
             break
         residues = now.residues + modes.residues - found.projection.residues
         now = replace(now, poles=to_poles(x), residues=residues)
-        if _size(moved, fitted)[modes.real].max(initial=0.0) < CLOSE:
+        if _size(moved, fitted)[modes.real].max(initial=0.0) < LARGEST_LAST_STEP:
             bias = fitted - x
             spread = _spread(modes.covariance, bias, UNSURE[segments.estimator])
             return Unleaked(replace(now, covariance=spread), bias, True)

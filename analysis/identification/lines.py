@@ -12,10 +12,10 @@ from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.running_median import running_median
 from analysis.identification.weighted_lines import WeightedLines
 
-AROUND = 5
+MEDIAN_GAPS = 5
 """Gaps whose median is the spacing of uneven lines at a place: up to two of them may be holes."""
 
-EVEN = 0.9
+EVEN_GAP_RATIO = 0.9
 """Ratio of the smallest of these medians to the largest above which lines are even."""
 
 SAME_WEIGHT = 1e-8
@@ -145,7 +145,7 @@ class Lines:
     @cached_property
     def even(self) -> bool:
         """Whether the lines have one spacing, gaps of lines left out aside."""
-        return bool(self._around.min() > EVEN * self._around.max())
+        return bool(self._around.min() > EVEN_GAP_RATIO * self._around.max())
 
     @cached_property
     def spacing(self) -> float:
@@ -171,7 +171,7 @@ class Lines:
     @cached_property
     def _around(self) -> NDArray[np.float64]:
         """Median of the gaps around every gap between lines, Hz."""
-        return np.asarray(running_median(np.diff(self._distinct)[None], AROUND, "nearest")[0])
+        return np.asarray(running_median(np.diff(self._distinct)[None], MEDIAN_GAPS, "nearest")[0])
 
     @property
     def band(self) -> tuple[float, float]:

@@ -20,7 +20,7 @@ WIDTHS = (1.5, 0.08)
 MOST_PLACES = 1000
 """Places at which uneven lines are searched: the wider filters reach from one to the next."""
 
-AT_ONCE = 1_000_000
+VALUES_AT_ONCE = 1_000_000
 """Number of values, lines times places, that are computed at once."""
 
 Filtered = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64]]
@@ -93,7 +93,7 @@ def _line_by_line(lines: Lines, left: NDArray[np.complex128]) -> Iterator[Filter
     while (at := width < WIDTHS[1] * (f[-1] - f[0])).any():
         place, width = place[at], width[at]
         overlap, energy = np.empty((len(left), len(place)), complex), np.empty((len(left), len(place)))
-        for part in np.array_split(np.arange(len(place)), -(-len(place) * len(f) // AT_ONCE)):
+        for part in np.array_split(np.arange(len(place)), -(-len(place) * len(f) // VALUES_AT_ONCE)):
             shape = 1.0 / (width[part] - 1j * (f[:, None] - place[part]))
             overlap[:, part], energy[:, part] = white @ shape, weight @ np.abs(shape) ** 2
         yield place, width, overlap, energy

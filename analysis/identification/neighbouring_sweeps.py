@@ -12,12 +12,12 @@ from analysis.identification.confirmation import same_mode, weighed
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
-from analysis.identification.order import ROUGH, attempt
+from analysis.identification.order import ROUGH_FALL_OF_MISFIT, attempt
 from analysis.identification.pole_search import PoleFit, fit
-from analysis.identification.resolution import COINCIDENT
+from analysis.identification.resolution import COINCIDENT_DISTANCE
 from analysis.identification.tracked_modes import TrackedModes
 
-UNSURE = 2.0
+SAME_MODE_SIGMA = 2.0
 """Distance of two modes, in standard deviations of one's frequency, up to which they may be one."""
 
 
@@ -84,10 +84,10 @@ def _free(blocks: Lines, modes: Modes, held: PoleFit) -> tuple[PoleFit, NDArray[
     """
     count = len(modes.poles)
     target = misfit_worth(blocks, bic(held, blocks) - 2.0 * (2 * count), count, modes.terms)
-    free = fit(blocks, modes.poles, modes.terms, tolerance=ROUGH, target=target)
+    free = fit(blocks, modes.poles, modes.terms, tolerance=ROUGH_FALL_OF_MISFIT, target=target)
     if free.projection.misfit > target:
         return held, np.zeros(count, dtype=bool)
-    free = fit(blocks, free.poles, modes.terms, tolerance=ROUGH)
+    free = fit(blocks, free.poles, modes.terms, tolerance=ROUGH_FALL_OF_MISFIT)
     pairs = zip(modes.poles.tolist(), free.poles.tolist(), strict=True)
     return free, np.array([not same_mode(one, other) for one, other in pairs], dtype=bool)
 
@@ -101,14 +101,19 @@ def _without_doubles(blocks: Lines, modes: Modes, free: PoleFit, paid: NDArray[n
     place, sigma = np.log(np.abs(modes.poles)), np.sqrt(modes.covariance[:, 0, 0])
     half_width = -modes.poles.real / np.abs(modes.poles)
     apart = np.abs(place[:, None] - place) + np.where(np.eye(len(place), dtype=bool), np.inf, 0.0)
-    double = paid & (apart < np.minimum(UNSURE * sigma, COINCIDENT * half_width)[:, None]).any(axis=1)
+    double = paid & (apart < np.minimum(SAME_MODE_SIGMA * sigma, COINCIDENT_DISTANCE * half_width)[:, None]).any(
+        axis=1
+    )
     if not double.any():
         return paid
     paid = paid.copy()
-    best, left = fit(blocks, free.poles, modes.terms, tolerance=ROUGH, max_iterations=3), np.arange(len(place))
+    best, left = (
+        fit(blocks, free.poles, modes.terms, tolerance=ROUGH_FALL_OF_MISFIT, max_iterations=3),
+        np.arange(len(place)),
+    )
     for j in sorted(np.flatnonzero(double), key=lambda j: -sigma[j] / half_width[j]):
         others = left[left != j]
-        if not (apart[j, others] < COINCIDENT * half_width[j]).any():
+        if not (apart[j, others] < COINCIDENT_DISTANCE * half_width[j]).any():
             continue  # the other one is gone
         without = attempt(blocks, best.poles[left != j], best.terms, bic(best, blocks))
         if without is not None:

@@ -6,19 +6,19 @@ from scipy.ndimage import uniform_filter1d
 
 from analysis.identification.running_median import running_median
 
-CALM = 1.5
+NOISE_POWER_RATIO = 1.5
 """Largest ratio of mean noise power to the estimate from its median, in a window that holds noise alone."""
 
 LARGEST_SHARE = 1.0
 """Largest error of a line beyond the noise around it, relative to the response, that of the model or measured."""
 
-LONGEST = 2.0
+LONGEST_LAG = 2.0
 """Largest lag at which errors count as correlated, in half widths."""
 
 LEAST_REACH = 8.0
 """The same in lines, at least."""
 
-ALIKE = 0.1
+SAME_SPECTRUM_DIFFERENCE = 0.1
 """Relative rms difference up to which the noise of two responses has the same spectrum: two estimates from the
 same noise differ by about as much. Weights with this error cost 2 % of accuracy."""
 
@@ -56,7 +56,7 @@ def deviation_from_residual(
     floor = running_median(power, width, "reflect") / np.log(2.0)
     smooth = uniform_filter1d(power, width, axis=1, mode="reflect")
     response = np.minimum(np.abs(h - left), np.abs(h)) ** 2  # a model that overshoots must not excuse itself
-    limited = np.minimum(smooth, CALM * floor + LARGEST_SHARE**2 * response)
+    limited = np.minimum(smooth, NOISE_POWER_RATIO * floor + LARGEST_SHARE**2 * response)
     deviation: NDArray[np.float64] = np.sqrt(np.maximum(limited, np.maximum(least, np.finfo(float).tiny)))
     return deviation
 
@@ -84,7 +84,10 @@ def pooled(deviation: NDArray[np.float64]) -> NDArray[np.float64]:
     while left:
         first, *others = left
         apart = np.sqrt(np.square(course[others] - course[first]).mean(axis=1))
-        alike = [first, *(row for row, distance in zip(others, apart, strict=True) if distance <= ALIKE)]
+        alike = [
+            first,
+            *(row for row, distance in zip(others, apart, strict=True) if distance <= SAME_SPECTRUM_DIFFERENCE),
+        ]
         course[alike] = course[alike].mean(axis=0)
         left = [row for row in left if row not in alike]
     same: NDArray[np.float64] = np.exp(course + level)
@@ -101,7 +104,7 @@ def correlation(normalised: NDArray[np.complex128], reach: float) -> float:
         the first value that is not positive; windows, interpolation, slow drifts and whatever a model lacks
         correlate neighbouring lines.
     reach : float
-        Half width of a resonance, in lines: errors correlated over more than `LONGEST` half widths bend the
+        Half width of a resonance, in lines: errors correlated over more than `LONGEST_LAG` half widths bend the
         background and do not look like a resonance.
     """
     count = normalised.shape[1]
@@ -111,7 +114,7 @@ def correlation(normalised: NDArray[np.complex128], reach: float) -> float:
         return 1.0
     rho /= rho[0]
     ends = np.flatnonzero(rho <= 0.0)
-    last = min(int(ends[0]) if len(ends) else len(rho), int(max(LONGEST * reach, LEAST_REACH)) + 1)
+    last = min(int(ends[0]) if len(ends) else len(rho), int(max(LONGEST_LAG * reach, LEAST_REACH)) + 1)
     return float(1.0 + 2.0 * rho[1:last].sum())
 
 

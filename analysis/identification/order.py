@@ -10,15 +10,15 @@ from analysis.identification.residual_terms import CHOICES, ResidualTerms
 from analysis.identification.resolution import unresolved
 from analysis.identification.variable_projection import Projection, project
 
-ROUGH = 3e-4
+ROUGH_FALL_OF_MISFIT = 3e-4
 """Relative fall of the misfit at which fits stop while the model order is not final."""
 
 
-OUTSTANDING = 10.0
+STRONG_POLE_SUPPORT = 10.0
 """Support of a strong pole, in penalties of one pole. Without one outside the band that explains much, the noise
 is estimated too large, and a fit can lose its other poles."""
 
-UNSEEN = 1e-13
+UNSEEN_EIGENVALUE = 1e-13
 """Relative eigenvalue of the information matrix below which it is rounding error."""
 
 
@@ -33,7 +33,7 @@ def covariance(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
     root = np.sqrt(np.maximum(np.diag(now.hessian), np.finfo(float).tiny))
     size, directions = np.linalg.eigh(now.hessian / root[:, None] / root)
     directions /= root[:, None]
-    inverse: NDArray[np.float64] = (directions / np.maximum(size, UNSEEN)) @ directions.T
+    inverse: NDArray[np.float64] = (directions / np.maximum(size, UNSEEN_EIGENVALUE)) @ directions.T
     return inverse * ((now.misfit + lines.hidden) / freedom * lines.redundancy)
 
 
@@ -67,7 +67,7 @@ def _without_unsupported(lines: Lines, fitted: PoleFit) -> PoleFit:
     """Drop poles that BIC does not support, and refit the others."""
     left = drop_unsupported(lines, fitted)
     start = fitted.projection if left is fitted else None
-    return fit(lines, left.poles, left.terms, tolerance=ROUGH, max_iterations=8, start=start)
+    return fit(lines, left.poles, left.terms, tolerance=ROUGH_FALL_OF_MISFIT, max_iterations=8, start=start)
 
 
 def _at(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> PoleFit:
@@ -88,7 +88,7 @@ def eliminate(lines: Lines, fitted: PoleFit, *, candidates: int = 3) -> PoleFit:
     """
     free = _at(lines, fitted.poles[~fitted.stuck | _outstanding(lines, fitted)], fitted.terms)
     lesser = unresolved(lines, free.poles, free.projection.residues)
-    best = fit(lines, free.poles[~lesser], fitted.terms, tolerance=ROUGH, max_iterations=8)
+    best = fit(lines, free.poles[~lesser], fitted.terms, tolerance=ROUGH_FALL_OF_MISFIT, max_iterations=8)
     best = _without_unsupported(lines, best)
     while True:
         best = drop_unresolved(lines, best)
@@ -100,14 +100,14 @@ def eliminate(lines: Lines, fitted: PoleFit, *, candidates: int = 3) -> PoleFit:
 
 def _outstanding(lines: Lines, fitted: PoleFit) -> NDArray[np.bool_]:
     """Strong poles, (J,): even at a bound of the search they are dropped only after a refit."""
-    strong: NDArray[np.bool_] = support(fitted, lines) > OUTSTANDING * pole_penalty(lines)
+    strong: NDArray[np.bool_] = support(fitted, lines) > STRONG_POLE_SUPPORT * pole_penalty(lines)
     return strong
 
 
 def drop_unresolved(lines: Lines, fitted: PoleFit) -> PoleFit:
     """Drop poles that the lines cannot separate and refit the others, until all can be separated."""
     while (lesser := unresolved(lines, fitted.poles, fitted.projection.residues)).any():
-        fitted = fit(lines, fitted.poles[~lesser], fitted.terms, tolerance=ROUGH, max_iterations=8)
+        fitted = fit(lines, fitted.poles[~lesser], fitted.terms, tolerance=ROUGH_FALL_OF_MISFIT, max_iterations=8)
     return fitted
 
 
@@ -136,7 +136,7 @@ def attempt(
         None where its BIC does not fall below `level`.
     """
     target = misfit_worth(lines, level, len(poles), terms)
-    trial = fit(lines, poles, terms, tolerance=ROUGH, max_iterations=18, start=start, target=target)
+    trial = fit(lines, poles, terms, tolerance=ROUGH_FALL_OF_MISFIT, max_iterations=18, start=start, target=target)
     return trial if trial.projection.misfit < target else None
 
 

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 LARGEST_DAMPING = 0.6
 """Damping ratio beyond which a pole is a background slope, not a mode."""
-BEYOND = 0.12
+BAND_MARGIN = 0.12
 """Poles outside the band are fitted as well up to this distance, as a share of the frequency of its edge."""
-FARTHER = 0.25
+WIDER_BAND_MARGIN = 0.25
 """The same for a second pass over sweeps that the first leaves poor: with little noise, modes farther away matter.
 Tracks are less certain with it: in narrow bands more than one pole may stand for what is outside."""
 
@@ -60,7 +60,7 @@ def to_poles(parameters: NDArray[np.float64]) -> NDArray[np.complex128]:
 
 
 def active_in(
-    place: NDArray[np.float64], frequency: NDArray[np.float64], beyond: float = BEYOND
+    place: NDArray[np.float64], frequency: NDArray[np.float64], beyond: float = BAND_MARGIN
 ) -> NDArray[np.bool_]:
     """Which poles lie in a band, or near it.
 

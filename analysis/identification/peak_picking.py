@@ -15,7 +15,7 @@ from analysis.identification.pole_search import fit
 from analysis.identification.residual_terms import REAL_E, REAL_E_F, ResidualTerms
 from analysis.identification.settings import Settings
 
-PROMINENCE = 10.0
+LEAST_PROMINENCE = 10.0
 """Smallest prominence of a peak, in standard deviations of the noise."""
 
 
@@ -41,7 +41,9 @@ def identify_by_peaks(
     lines = measured.lines()
     start = [local_pole(lines, place, width) for place, width in peaks(lines)]
     if not start:
-        raise ValueError(f"no peak stands {PROMINENCE:g} standard deviations out of the noise: nothing to pick")
+        raise ValueError(
+            f"no peak stands {LEAST_PROMINENCE:g} standard deviations out of the noise: nothing to pick"
+        )
     found = fit(lines, np.array(start), terms, tolerance=1e-6, max_iterations=100)
     return finish(measured, lines, found, settings or Settings())[0]
 
@@ -55,7 +57,7 @@ def peaks(lines: Lines) -> list[tuple[int, float]]:
 
     noise = np.median(lines.deviation, axis=1, keepdims=True)  # scatter over lines would add peaks
     height: NDArray[np.float64] = np.sqrt((np.abs(lines.h / noise) ** 2).mean(axis=0))
-    places, _ = find_peaks(height, prominence=PROMINENCE)
+    places, _ = find_peaks(height, prominence=LEAST_PROMINENCE)
     widths = peak_widths(height, places, rel_height=1.0 - np.sqrt(0.5))[0]
     return [(int(place), float(width)) for place, width in zip(places, widths, strict=True)]
 

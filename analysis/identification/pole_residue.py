@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.identification.residual_terms import ResidualTerms
 
-CACHED = 8192
+BLOCK_IN_CACHE = 8192
 """Size of a block that stays in the processor's cache between operations, in complex numbers."""
 
 
@@ -56,7 +56,7 @@ def fill_columns(
     moved : (2J, F) complex ndarray, optional
         Filled as well.
     """
-    few = max(CACHED // (2 * len(s)), 1)
+    few = max(BLOCK_IN_CACHE // (2 * len(s)), 1)
     for start in range(0, len(poles), few):
         rows = slice(2 * start, 2 * (start + few))
         _fill(s.imag, poles[start : start + few], columns[rows], None if moved is None else moved[rows])

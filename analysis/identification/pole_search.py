@@ -11,7 +11,7 @@ from analysis.identification.parameters import Bounds, to_parameters, to_poles
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.variable_projection import Projection, project
 
-PATIENCE = 2.0
+PREDICTED_FALL_FACTOR = 2.0
 """A search stops if even this many times the predicted fall of the misfit does not reach its target."""
 
 
@@ -71,7 +71,7 @@ def fit(
     x = bounds.clip(to_parameters(poles))
     now = start if start is not None else project(lines, to_poles(x), terms, derivatives=max_iterations > 0)
     damping, grow, iterations = 1e-3, 2.0, 0
-    done = len(poles) == 0 or (target is not None and now.misfit - PATIENCE * _promise(now) > target)
+    done = len(poles) == 0 or (target is not None and now.misfit - PREDICTED_FALL_FACTOR * _promise(now) > target)
     while not done and iterations < max_iterations:
         trial = bounds.clip(x + _step(now, damping, np.exp(x[:, 1])))
         if np.abs(trial - x).max() < 1e-12:
@@ -96,7 +96,7 @@ def _decided(now: Projection, fall: float, target: float) -> bool:
     """Whether a target is reached and little more can be gained, or is out of reach."""
     if now.misfit < target:
         return fall < 0.1 * (target - now.misfit)
-    return now.misfit - PATIENCE * _promise(now) > target
+    return now.misfit - PREDICTED_FALL_FACTOR * _promise(now) > target
 
 
 def _promise(now: Projection) -> float:

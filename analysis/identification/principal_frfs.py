@@ -20,11 +20,11 @@ from analysis.identification.running_median import running_median
 MANY = 32
 """FRFs up to which all of them are searched together."""
 
-KEPT = 16
+PRINCIPAL_FRFS = 16
 """Principal FRFs: with 8 to 20 of 222 measured FRFs of an aeroplane model all 13 modes are found; with 24
 one is lost whose neighbour is two half widths away."""
 
-AROUND = 9
+RUNNING_MEDIAN_LINES = 9
 """Lines of the running median in which the size of all FRFs at a line is told: no line of hum counts."""
 
 
@@ -64,9 +64,9 @@ def principal_frfs(measured: Measured) -> PrincipalFrfs:
     """
     level = np.sqrt((np.abs(measured.h) ** 2).mean(axis=1, keepdims=True))
     scaled = measured.h / level
-    size = running_median((np.abs(scaled) ** 2).mean(axis=0)[None], AROUND, "nearest")[0]
+    size = running_median((np.abs(scaled) ** 2).mean(axis=0)[None], RUNNING_MEDIAN_LINES, "nearest")[0]
     even = scaled / np.sqrt(np.maximum(size, np.finfo(float).tiny))
     parts = np.concatenate([even.real, even.imag], axis=1)
-    directions = np.linalg.eigh(parts @ parts.T)[1][:, ::-1][:, :KEPT]
+    directions = np.linalg.eigh(parts @ parts.T)[1][:, ::-1][:, :PRINCIPAL_FRFS]
     factors = np.ascontiguousarray((directions / level).T)
     return PrincipalFrfs(factors, replace(measured, h=factors @ measured.h, variance=None))

@@ -22,16 +22,16 @@ from analysis.identification.pole_search import fit
 from analysis.identification.residual_terms import COMPLEX_E_F_G, NONE
 from analysis.identification.variable_projection import project
 
-WINDOW = 10.0
+HALF_WIDTHS_COMPARED = 10.0
 """Lines compared, in half widths on either side: beyond, both models are the same."""
 
-FEWEST = 24
+FEWEST_LINES = 24
 """Lines compared at least."""
 
-MOST = 12
+MOST_FRFS = 12
 """FRFs compared, those that show the poles best: the others tell little and take as long."""
 
-STEPS = 8
+MOST_STEPS = 8
 """Most steps of the search for the pole of one FRF, which starts between the two."""
 
 
@@ -55,19 +55,21 @@ def one_that_moves(
         return False
     shared_poles = poles[group]
     away = np.abs(2.0 * np.pi * lines.frequency - shared_poles.imag.mean())
-    near = away <= max(WINDOW * -shared_poles.real.mean(), np.sort(away)[min(FEWEST, len(away)) - 1])
+    near = away <= max(
+        HALF_WIDTHS_COMPARED * -shared_poles.real.mean(), np.sort(away)[min(FEWEST_LINES, len(away)) - 1]
+    )
     f, others = lines.frequency[near], np.delete(np.arange(len(poles)), group)
     none = np.zeros((count, 0), complex)
     h = lines.h[:, near] - synthesis(f, poles[others], residues[:, others], NONE, none)
     signal = (np.abs(residues[:, group]).sum(axis=1)[:, None] / lines.deviation[:, near]).mean(axis=1)
-    strongest = np.argsort(signal)[::-1][:MOST]
+    strongest = np.argsort(signal)[::-1][:MOST_FRFS]
     h, count = h[strongest], len(strongest)
     shared = own = 0.0
     for row, deviation in zip(h, lines.deviation[strongest][:, near], strict=True):
         one = Lines(f, row[None], deviation[None])
         start = shared_poles.mean()[None]
         shared += project(one, shared_poles, COMPLEX_E_F_G, derivatives=False).misfit
-        own += fit(one, start, COMPLEX_E_F_G, max_iterations=STEPS, tolerance=1e-4).projection.misfit
+        own += fit(one, start, COMPLEX_E_F_G, max_iterations=MOST_STEPS, tolerance=1e-4).projection.misfit
     independent = 2 * h.size / lines.redundancy
     parameters = 2 * len(group) * (1 + count) - 4 * count  # with shared poles minus with a pole in every FRF
     least = np.finfo(float).tiny
@@ -75,28 +77,28 @@ def one_that_moves(
     return bool(rise < parameters * np.log(independent))
 
 
-CLOSEST = 2.0
+LEAST_MODE_DISTANCE = 2.0
 """Smallest distance of two modes, in line spacings."""
 
 NARROWEST_PAIR = 3.5
-"""Half width, in line spacings, of the narrower of two modes from which they may be closer than `CLOSEST`: on so
-many lines BIC distinguishes the sum of two resonances from one."""
+"""Half width, in line spacings, of the narrower of two modes from which they may be closer than
+`LEAST_MODE_DISTANCE`: on so many lines BIC distinguishes the sum of two resonances from one."""
 
-NARROW = 6.0
+LEAKING_HALF_WIDTH = 6.0
 """Half width, in line spacings, below which a resonance may leak."""
 
 NARROWEST_AT_REST = np.log(1e3) / (2.0 * np.pi)
 """Half width, in line spacings, of a resonance that falls to a thousandth within the record: 1.1. It replaces
 the two above if the response was at rest at the end."""
 
-STEADY = 0.05
+LARGEST_MOVEMENT = 0.05
 """Largest movement of a resonance over the repeats, in half widths, at which its lines count as those at rest:
 beyond, the mean over the repeats has a skirt that looks like further poles."""
 
-REACH = 30.0
+LEAKAGE_DISTANCE = 30.0
 """Distance from a narrow resonance, in line spacings, within which a small pole is taken for its leakage."""
 
-SMALL = 0.1
+LARGEST_LEAKAGE = 0.1
 """Largest height of such a pole, relative to the resonance."""
 
 NEEDLE_SMALL = 0.5
@@ -106,10 +108,10 @@ SMALLEST_DIFFERENCE = 1e-3
 """Smallest difference between two poles and one, relative to the peak, that shows two modes: few tests are linear
 to better than that, and a response counts as at rest where it has fallen to that."""
 
-COINCIDENT = 0.5
+COINCIDENT_DISTANCE = 0.5
 """Distance of two poles, in half widths of the narrower, up to which they may differ that little from one."""
 
-MOVING = 1.0
+MOVING_MODE_DISTANCE = 1.0
 """The same for two that may represent one mode whose frequency differs from one FRF to the next."""
 
 
@@ -136,24 +138,30 @@ def unresolved(lines: Lines, poles: NDArray[np.complex128], residues: NDArray[np
     place, half = poles.imag / (2.0 * np.pi), -poles.real / (2.0 * np.pi)
     spacing = lines.spacing_at(place)
     width = half / spacing
-    narrow = NARROWEST_AT_REST if lines.at_rest else NARROW
-    exact = lines.at_rest & (lines.shift * np.abs(poles) < STEADY * -poles.real)
+    narrow = NARROWEST_AT_REST if lines.at_rest else LEAKING_HALF_WIDTH
+    exact = lines.at_rest & (lines.shift * np.abs(poles) < LARGEST_MOVEMENT * -poles.real)
     standing = np.zeros(len(poles), dtype=bool)
     for j in np.argsort(height)[::-1]:
         others = np.flatnonzero(standing)
         apart, narrower = np.abs(place[others] - place[j]) / spacing[others], np.minimum(width[others], width[j])
-        small = NEEDLE_SMALL if width[j] < 1.0 else SMALL
-        leaked = (width[others] < narrow) & (apart < REACH) & (height[j] < small * height[others])
+        small = NEEDLE_SMALL if width[j] < 1.0 else LARGEST_LEAKAGE
+        leaked = (width[others] < narrow) & (apart < LEAKAGE_DISTANCE) & (height[j] < small * height[others])
         narrowest = np.where(exact[others] & exact[j], NARROWEST_AT_REST, NARROWEST_PAIR)
-        close = (apart < CLOSEST) & (narrower < narrowest)
+        close = (apart < LEAST_MODE_DISTANCE) & (narrower < narrowest)
         standing[j] = (
             not (leaked | close).any()
             and not any(
-                _like_one(lines, poles[[i, j]], residues[:, [i, j]]) for i in others[apart < COINCIDENT * narrower]
+                _like_one(lines, poles[[i, j]], residues[:, [i, j]])
+                for i in others[apart < COINCIDENT_DISTANCE * narrower]
             )
             and not any(
-                one_that_moves(lines, poles, residues, np.flatnonzero(np.abs(place - place[i]) < MOVING * half[i]))
-                for i in others[apart < MOVING * narrower]
+                one_that_moves(
+                    lines,
+                    poles,
+                    residues,
+                    np.flatnonzero(np.abs(place - place[i]) < MOVING_MODE_DISTANCE * half[i]),
+                )
+                for i in others[apart < MOVING_MODE_DISTANCE * narrower]
             )
         )
     lesser: NDArray[np.bool_] = ~standing

@@ -19,9 +19,9 @@ from analysis.identification.modes import Modes
 from analysis.identification.pole_search import fit
 from analysis.identification.variable_projection import project
 
-FEWEST = 3
+FEWEST_HITS = 3
 """Hits from which one may be left out: of two hits nobody knows which is right."""
-RESTS = 0.35
+RESTING_SHARE = 0.35
 """Share of the expected below which a mode rests on the hit left out. In 40 simulated tests of five hits, 200
 strong modes that all show kept 1.06 and more, 37 weak ones (BIC 50 to 300) 0.97 and more; one that a single hit
 shows keeps 0.004 at most."""
@@ -60,11 +60,11 @@ def confirmed_by_hits(measured: Measured, without: Sequence[WithoutHit], modes: 
     -------
     Modes
     """
-    if len(without) < FEWEST or not modes.real.any():
+    if len(without) < FEWEST_HITS or not modes.real.any():
         return modes
     left = left_without(measured, without, modes)
     worst = left.argmin(axis=0)
-    rests = modes.real & (left.min(axis=0) < RESTS)
+    rests = modes.real & (left.min(axis=0) < RESTING_SHARE)
     if not rests.any():
         return modes
     words = [

@@ -21,13 +21,13 @@ from analysis.scatter import scatter_of
 DEGREE = 3
 """Degree of the polynomial in temperature of one mode's log |lambda|."""
 
-FREE = 1e6
+VARIANCE_OF_UNKNOWN = 1e6
 """Prior variance of an unknown parameter."""
 
-BEND = 0.3
+CURVE_SIGMA = 0.3
 """Standard deviation of a curve's coefficients beyond its constant, log |lambda|, before any is known."""
 
-FEWEST = 5
+FEWEST_TRACKS = 5
 """Smallest number of tracks from which the variance of curves is estimated."""
 
 OWN_DAMPING = (0.02, 0.005)
@@ -41,7 +41,7 @@ WIDE = (0.7, 0.2)
 """`OWN_DAMPING` of a first fit from which the scatter is learned: a factor of two either way is likely then, and
 of two modes that hide each other neither takes all the damping."""
 
-SCATTER = (2e-4, 2e-3)
+SCATTER_ABOUT_CURVES = (2e-4, 2e-3)
 """Scatter of log |lambda| and log damping ratio about the curves: real material laws are no polynomials."""
 
 
@@ -74,7 +74,7 @@ class SmoothTracks:
         cls,
         temperature: NDArray[np.float64],
         base: NDArray[np.float64],
-        frequency: tuple[float, ...] = (FREE,),
+        frequency: tuple[float, ...] = (VARIANCE_OF_UNKNOWN,),
         damping: tuple[float, float] = OWN_DAMPING,
         degree: int = DEGREE,
     ) -> "SmoothTracks":
@@ -87,8 +87,8 @@ class SmoothTracks:
         base : (T, J, 2) ndarray
             What is known beforehand; zeros where nothing is.
         frequency : tuple of float
-            Standard deviations of the coefficients of log |lambda|; the last holds for all higher ones, `BEND` if
-            only one is given.
+            Standard deviations of the coefficients of log |lambda|; the last holds for all higher ones,
+            `CURVE_SIGMA` if only one is given.
         damping : (float, float)
             Those of the log damping ratio's constant and slope.
         degree : int
@@ -98,10 +98,10 @@ class SmoothTracks:
         degree = min(degree, max((len(temperature) - 1) // 3, 0))
         basis = np.polynomial.chebyshev.chebvander(2.0 * (temperature - temperature.min()) / span - 1.0, degree)
         own = np.full((base.shape[1], degree + 1, 2), 1e-12)
-        later = frequency[1:] or (BEND,)
+        later = frequency[1:] or (CURVE_SIGMA,)
         own[:, :, 0] = np.square([frequency[0], *(later[min(p, len(later) - 1)] for p in range(degree))])
         own[:, : min(2, degree + 1), 1] = np.square(damping)[: degree + 1]
-        return cls(basis, base, own, np.array(SCATTER))
+        return cls(basis, base, own, np.array(SCATTER_ABOUT_CURVES))
 
     def estimated(self, place: NDArray[np.float64], active: NDArray[np.bool_]) -> "SmoothTracks":
         """Tracks with variances of the curves estimated from the modes present in every sweep.
@@ -117,7 +117,7 @@ class SmoothTracks:
         """
         modes = self.own[:, 0, 1] == self.own[:, 0, 1].min(initial=np.inf)  # background poles have no such limit
         whole = modes & active.all(axis=0)
-        if whole.sum() < FEWEST:
+        if whole.sum() < FEWEST_TRACKS:
             return self
         curves = np.linalg.lstsq(self.basis, (place - self.base)[:, whole, 0], rcond=None)[0][1:]
         unlike = median_deviation(curves, axis=1)[:, 0]
@@ -173,7 +173,7 @@ class SmoothTracks:
     @cached_property
     def prior_precision(self) -> NDArray[np.float64]:
         """One over the prior variances of these numbers, (count,)."""
-        common = np.full(2 * len(self.basis), 1.0 / FREE)
+        common = np.full(2 * len(self.basis), 1.0 / VARIANCE_OF_UNKNOWN)
         return np.concatenate([common, 1.0 / self.own.ravel()])
 
     def place(self, numbers: NDArray[np.float64]) -> NDArray[np.float64]:

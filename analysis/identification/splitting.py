@@ -15,12 +15,12 @@ from analysis.identification.lines import Lines
 from analysis.identification.missing import residual
 from analysis.identification.order import attempt
 from analysis.identification.pole_residue import fill_columns, paired
-from analysis.identification.pole_search import PATIENCE, PoleFit
+from analysis.identification.pole_search import PREDICTED_FALL_FACTOR, PoleFit
 
-FARTHEST = 0.5
+LARGEST_SPLIT = 0.5
 """Largest distance from a pole to either of the two, in half widths: with a larger one there are two peaks."""
 
-TRIED = 4
+POLES_TRIED = 4
 """Number of poles that are tried, in order of predicted gain."""
 
 
@@ -42,12 +42,12 @@ def split(lines: Lines, fitted: PoleFit) -> PoleFit | None:
         gain = gain + 0.5 * lines.redundancy * lines.damping.departure(fitted.poles)[0]
     level, now = bic(fitted, lines), fitted.projection
     target = misfit_worth(lines, level, len(fitted.poles) + 1, fitted.terms)
-    for j in np.argsort(-gain)[:TRIED]:
-        if now.misfit - PATIENCE * gain[j] > target:
+    for j in np.argsort(-gain)[:POLES_TRIED]:
+        if now.misfit - PREDICTED_FALL_FACTOR * gain[j] > target:
             break
         pole, half_width = fitted.poles[j], -fitted.poles[j].real
         d = np.sqrt(apart[j])
-        d *= min(1.0, FARTHEST * half_width / abs(d))
+        d *= min(1.0, LARGEST_SPLIT * half_width / abs(d))
         two = attempt(lines, np.append(np.delete(fitted.poles, j), [pole + d, pole - d]), fitted.terms, level)
         if two is not None:
             return two

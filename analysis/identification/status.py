@@ -26,7 +26,7 @@ LEFT_AT_PEAK, FEWEST_AT_PEAK = 2.0, 5
 describe a peak, and values needed to say so. Noise alone reaches it in five values with a probability of 1e-5, and
 three repeats tell its standard deviation within a tenth."""
 
-OUTSTANDING = 8.0
+OUTSTANDING_DAMPING = 8.0
 """Damping ratio, in multiples of the median of all poles in the band, above which a pole is background too."""
 
 OUTSTANDING_GAIN = 10.0
@@ -89,7 +89,7 @@ def _damping_limit(lines: Lines, fitted: PoleFit) -> float:
     if inside.sum() < 3:
         return MOST_DAMPED
     zeta = (-fitted.poles.real / np.abs(fitted.poles))[inside]
-    return min(MOST_DAMPED, OUTSTANDING * float(np.median(zeta)))
+    return min(MOST_DAMPED, OUTSTANDING_DAMPING * float(np.median(zeta)))
 
 
 def _shares(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -15,16 +15,17 @@ from analysis.identification.lines import Lines
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.smooth_tracks import SmoothTracks
 
-NEAR = 1.5
+REPLACEABLE_DISTANCE = 1.5
 """Median distance of two tracks, in half widths, from which neither can replace the other."""
 
-STRONG = 100.0
+STRONG_LOSS = 100.0
 """Loss without a track, in BIC penalties with all others held, from which its removal is not tried."""
 
 MOST_TRIALS = 8
 """Largest number of tracks whose removal is tried with a refit of the others."""
 
 TRIAL_STEPS = 4
+"""Steps of the refit, which has only to show whether the others can reach the sum of squares allowed."""
 
 
 def remove_superfluous(
@@ -62,7 +63,9 @@ def remove_superfluous(
     while True:
         due = now.active.T @ penalty
         share = np.divide(_losses(blocks, now), due, out=np.full(len(due), np.inf), where=due > 0.0)
-        doubtful = (share < 1.0) | ((share < STRONG) & (_away(now).min(axis=0, initial=np.inf) < NEAR))
+        doubtful = (share < 1.0) | (
+            (share < STRONG_LOSS) & (_away(now).min(axis=0, initial=np.inf) < REPLACEABLE_DISTANCE)
+        )
         rivals = [int(j) for j in np.argsort(share) if doubtful[j] and (share[j] < 1.0 or int(j) not in tried)]
         sure = bool(rivals) and share[rivals[0]] < 1.0  # a refit of the others would lose even less
         if not rivals or (len(tried) >= MOST_TRIALS and not sure):

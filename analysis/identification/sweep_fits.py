@@ -20,7 +20,7 @@ from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.superfluous import remove_superfluous
 
-ROUGHLY = 20.0
+ROUGH_FALL = 20.0
 """Fall of the sum of squares at which the first of two fits stops; it only serves to estimate the noise."""
 
 UNLIKE_OTHERS = 1.5
@@ -77,13 +77,13 @@ def fit_sweeps(
     report = progress or (lambda stage, share: None)
     lines = [one.lines() for one in measured]
     blocks = [averaged(one) for one in lines]
-    rough = fit_together(blocks, terms, start, active, tracks, settled=ROUGHLY)
+    rough = fit_together(blocks, terms, start, active, tracks, settled=ROUGH_FALL)
     report("identify", 0.5)
     weighed, excess = _weighed(measured, lines, blocks, rough, terms)
     blocks = [_with_excess(averaged(one), by) for one, by in zip(weighed, excess.tolist(), strict=True)]
     if select_tracks:
         tracks = tracks.estimated(rough.place, rough.active)
-        rough = remove_superfluous(blocks, terms, rough, tracks, ROUGHLY)
+        rough = remove_superfluous(blocks, terms, rough, tracks, ROUGH_FALL)
         report("identify", 0.7)
     if learn_damping:
         rough = fit_together(blocks, terms, rough.place, rough.active, tracks, settled=1.0)

@@ -142,10 +142,10 @@ def tabulated(done: NamedModes, frf: Frf, start: int) -> TrackedModes:
     )
 
 
-POOR = 1.15
+POOR_MISFIT = 1.15
 """Misfit, over the expected one, above which a sweep is reported."""
 
-FOREIGN = 5.0
+FOREIGN_ERROR_RATIO = 5.0
 """Ratio of a sweep's normalised error to that of the median sweep, after a joint fit, above which it shares no
 modes with the others and is identified by itself. Sweeps of one plate stay below 1.1."""
 
@@ -229,7 +229,7 @@ def _fitted_together(
     sweeps = np.arange(len(measured))
     modes, table, start, excess = find_tracks(frf.temperature, measured, start, settings, progress)
     excess = excess / np.median(excess)
-    foreign = excess > FOREIGN
+    foreign = excess > FOREIGN_ERROR_RATIO
     if foreign.any():
         kept = sweeps[~foreign]
         first = int(np.abs(kept - start).argmin())
@@ -258,12 +258,12 @@ def _fitted_together(
 def _doubt(temperature: float, sweep: int, modes: Modes, usual: float, excess: float) -> str | None:
     """Message about a sweep with a large residual, alone or fitted with the others, or None."""
     said = []
-    if excess > FOREIGN:
+    if excess > FOREIGN_ERROR_RATIO:
         said.append(
             f"fitted with the other sweeps it leaves {excess:.2g} times its noise: it was identified by itself, "
             "and its modes are not followed over temperature (check its temperature, channels and mounting)"
         )
-    if modes.misfit > POOR * usual:
+    if modes.misfit > POOR_MISFIT * usual:
         said.append(
             f"the model leaves {100 * modes.misfit:.2g} % of rms |h|, {modes.misfit / usual:.1f} times what was "
             "expected: its modes are not reliable"

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.automatic import identify
-from analysis.identification.following import AFRESH, Followed, follow
+from analysis.identification.following import POOR_MISFIT, Followed, follow
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
-from analysis.identification.parameters import BEYOND, FARTHER, active_in
+from analysis.identification.parameters import BAND_MARGIN, WIDER_BAND_MARGIN, active_in
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
@@ -78,10 +78,10 @@ def find_tracks(
         return _fit_all(known, measured, settings, lambda _, share: report(stage, 0.5 + 0.5 * share))
 
     expected = [expected_misfit(one, first) if one.known else np.inf for one in measured]
-    found = tracked(BEYOND, "identify")
-    if found.worst(expected) > AFRESH:
-        farther = tracked(FARTHER, "identify, farther from the band")
-        if farther.worst(expected) < AFRESH:
+    found = tracked(BAND_MARGIN, "identify")
+    if found.worst(expected) > POOR_MISFIT:
+        farther = tracked(WIDER_BAND_MARGIN, "identify, farther from the band")
+        if farther.worst(expected) < POOR_MISFIT:
             found = farther
     modes = list(found.modes)
     modes[start] = replace(modes[start], rejected=first.rejected)

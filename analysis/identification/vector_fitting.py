@@ -20,7 +20,7 @@ from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.variable_projection import misfit_at
 from analysis.identification.weighted_lines import WeightedLines
 
-AT_REST = 0.02
+SETTLED_MISFIT = 0.02
 """Relative change of the misfit in each of two successive relocations at which the iteration stops."""
 
 
@@ -174,6 +174,6 @@ def start_poles(lines: Lines, count: int, terms: ResidualTerms, *, iterations: i
             break
         poles = moved
         misfits.append(misfit_at(lines, poles, terms))
-        if all(abs(new - old) < AT_REST * new for old, new in pairwise(misfits[-3:])):
+        if all(abs(new - old) < SETTLED_MISFIT * new for old, new in pairwise(misfits[-3:])):
             break
     return poles

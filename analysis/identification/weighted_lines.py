@@ -132,7 +132,7 @@ def _divided(one: Curve, other: Curve) -> NDArray[np.complex128]:
     return np.stack([-quotient, by_other, by_both])
 
 
-AT_ONCE = 50_000
+VALUES_AT_ONCE = 50_000
 """Number of values, lines times poles, that are computed at once."""
 
 
@@ -232,7 +232,7 @@ class WeightedLines:
         """Sum q and, with derivatives, q^2 times the measure over the lines, q = 1/(w^2 + lambda^2)."""
         place, half = poles.imag[:, None], poles.real[:, None]
         y = 2.0 * poles.real * poles.imag  # q = 1/(x + jy)
-        few = max(AT_ONCE // len(self.w), 1)
+        few = max(VALUES_AT_ONCE // len(self.w), 1)
         sums = np.zeros((1 + 2 * len(self.rows), 4 if derivatives else 2, len(poles)))
         for start in range(0, len(poles), few):
             part = slice(start, start + few)

@@ -18,7 +18,7 @@ SAME_LEVEL = 0.05
 """How far the drive as recorded may be from the drive as asked for, as a share: cards are within 1 %."""
 LEAST_CORRELATION = 0.99
 """Least correlation of the drive recorded with the drive played; white noise 17 dB below it still passes."""
-SYNCHRONOUS = 0.1
+LARGEST_DELAY_DIFFERENCE = 0.1
 """Largest difference between two repeats' delays, samples."""
 OWN_CLOCK = 1.0
 """On top of it where the output runs on a clock of its own: that has its next edge up to a sample later."""
@@ -121,11 +121,11 @@ def _damaged_drive(
     A force is no copy of the generator's voltage: the plate's resonances load the exciter.
     """
     if protocol.measured_force:
-        reference, apart = drive[0].astype(np.float64), SYNCHRONOUS + OWN_CLOCK
+        reference, apart = drive[0].astype(np.float64), LARGEST_DELAY_DIFFERENCE + OWN_CLOCK
         unlike, louder = "the force is not that of repeat 1", "the force has {:.3f} times the level of repeat 1"
     else:
         difference = clock_difference(drive, played, sample_rate, protocol.sweep)
-        reference, apart = played, SYNCHRONOUS
+        reference, apart = played, LARGEST_DELAY_DIFFERENCE
         if difference:
             reference = stretched(played, difference, sample_rate, protocol.sweep, level)
             apart += OWN_CLOCK

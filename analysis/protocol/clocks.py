@@ -12,9 +12,9 @@ from analysis.protocol.drive import drive_signal
 from analysis.protocol.drive_comparison import compare_drive, whole_delay
 from analysis.protocol.sweep import SweepSettings
 
-CRYSTALS = 3e-4
+LARGEST_CRYSTAL_DIFFERENCE = 3e-4
 """Largest difference between two crystals: those of cards are within 1e-4 or better, as a share."""
-SEEN = 0.1
+LEAST_SHIFT_SEEN = 0.1
 """A difference that comes to less over a whole record is none, samples."""
 
 
@@ -39,7 +39,8 @@ def clock_difference(
     Returns
     -------
     float
-        A share, above 0 where the output is the faster one; within +-`CRYSTALS`, and 0 where none is seen.
+        A share, above 0 where the output is the faster one; within +-`LARGEST_CRYSTAL_DIFFERENCE`, and 0 where
+        none is seen.
     """
     from scipy.fft import next_fast_len, rfft, rfftfreq
 
@@ -58,8 +59,8 @@ def clock_difference(
         reference = rfft(stretched(played, found, sample_rate, sweep, level) if found else played, size)
         crossed = (_aligned(spectrum * reference.conj(), inside, size) for spectrum in spectra)
         more = [_fitted(cross, omega, passing, by_lag) for cross in crossed]
-        found = float(np.clip(found + np.median(more), -CRYSTALS, CRYSTALS))
-    return found if abs(found) * played.size > SEEN else 0.0
+        found = float(np.clip(found + np.median(more), -LARGEST_CRYSTAL_DIFFERENCE, LARGEST_CRYSTAL_DIFFERENCE))
+    return found if abs(found) * played.size > LEAST_SHIFT_SEEN else 0.0
 
 
 def _passed_at(sweep: SweepSettings, frequency: Real) -> Real:
@@ -96,8 +97,8 @@ def _difference_of_bursts(
                 for fade in fades
             )
             more.append((first - last) / (half * sample_rate))
-        found = float(np.clip(found + np.median(more), -CRYSTALS, CRYSTALS))
-    return found if abs(found) * played.size > SEEN else 0.0
+        found = float(np.clip(found + np.median(more), -LARGEST_CRYSTAL_DIFFERENCE, LARGEST_CRYSTAL_DIFFERENCE))
+    return found if abs(found) * played.size > LEAST_SHIFT_SEEN else 0.0
 
 
 def stretched(played: Real, difference: float, sample_rate: float, sweep: SweepSettings, level: float) -> Real:
@@ -137,7 +138,7 @@ def _fitted(cross: NDArray[np.complex128], omega: Real, passing: Real, by_lag: b
     """
     if by_lag:
         steepest = float(np.abs(np.diff(passing)).max(initial=0.0))
-        lag = int(np.clip(1.0 / max(CRYSTALS * steepest, 1e-9), 1, max(1, cross.size // 3)))
+        lag = int(np.clip(1.0 / max(LARGEST_CRYSTAL_DIFFERENCE * steepest, 1e-9), 1, max(1, cross.size // 3)))
         cross = cross[lag:] * cross[:-lag].conj()
         omega, passing = omega[lag:] - omega[:-lag], passing[lag:] - passing[:-lag]
     weight, phase = np.abs(cross), np.angle(cross)

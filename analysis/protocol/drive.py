@@ -10,9 +10,9 @@ from analysis.protocol.sweep import SweepSettings
 SEED = 20
 """Of the phases of burst random: the same burst in every repeat and after every interruption, so that the spread
 of repeats is that of the noise."""
-FINE = 32
+SAMPLES_OF_PERIOD = 32
 """Samples in a period of the highest sine, among which the peak of their sum is sought: it is found to 0.12 %."""
-ROOM = 1.002
+PEAK_FACTOR = 1.002
 """By which the peak is taken to be higher, for what lies between those samples: a level is never exceeded."""
 
 
@@ -84,9 +84,9 @@ def _sum_of_sines(sweep: SweepSettings, samples: int, sample_rate: float) -> NDA
 @lru_cache(maxsize=8)
 def _peak(sweep: SweepSettings) -> float:
     """Return the largest magnitude of the faded sum, whatever rate it is sampled at."""
-    rate = FINE * sweep.band[1]
+    rate = SAMPLES_OF_PERIOD * sweep.band[1]
     time = np.arange(round(sweep.duration * rate)) / rate
-    return ROOM * float(np.abs(_fade(sweep, time) * _sum_of_sines(sweep, time.size, rate)).max())
+    return PEAK_FACTOR * float(np.abs(_fade(sweep, time) * _sum_of_sines(sweep, time.size, rate)).max())
 
 
 def _cycles(sweep: SweepSettings, time: NDArray[np.float64]) -> NDArray[np.float64]:

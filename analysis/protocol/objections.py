@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from analysis.experiment import LEAST_LINES
 from analysis.protocol.protocol import AcquisitionProtocol
 
-ALIAS_FREE = 0.45
+ALIAS_FREE_SHARE = 0.45
 """Share of the sample rate up to which a delta-sigma input shows no aliases."""
 
 
@@ -107,12 +107,13 @@ def _frequencies(protocol: AcquisitionProtocol, hardware: Hardware) -> Iterator[
             f"at least {LEAST_LINES} lines, here a band of {LEAST_LINES / record:.3g} Hz",
             "bands are in Hz (1 kHz is 1000); widen the band, or lengthen the sweep",
         )
-    top, reach = protocol.sweep.frequency_range[1], ALIAS_FREE * hardware.sample_rate
+    top, reach = protocol.sweep.frequency_range[1], ALIAS_FREE_SHARE * hardware.sample_rate
     if top > reach:
         yield Objection(
             "sweep.band",
             f"ends at {protocol.sweep.band[1]:g} Hz, its fade at {top:.5g} Hz",
-            f"the fade's end at most {reach:.5g} Hz, {ALIAS_FREE:g} of the {hardware.sample_rate:.6g} Hz sampled",
+            f"the fade's end at most {reach:.5g} Hz, {ALIAS_FREE_SHARE:g} of the "
+            f"{hardware.sample_rate:.6g} Hz sampled",
             "raise cards.sample_rate, lower the band, or shorten sweep.taper",
         )
 

@@ -16,6 +16,7 @@ FADE = 0.02
 MAINS = (50.0, 60.0)
 """Hz."""
 HARMONICS = 3
+"""Of the mains, the fundamental among them, whose level is told."""
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from pydantic import Field, model_validator
 from analysis.arrays import Real
 from analysis.declared import Coordinate, Sparse
 from analysis.radiation.air import Air
-from analysis.radiation.radiator import NEAREST, Mounting
+from analysis.radiation.radiator import LEAST_LISTENER_HEIGHT, Mounting
 
-Height = Annotated[float, Field(ge=NEAREST, le=100.0, description="m in front of the panel")]
+Height = Annotated[float, Field(ge=LEAST_LISTENER_HEIGHT, le=100.0, description="m in front of the panel")]
 Decibels = Annotated[float, Field(ge=-100.0, le=100.0, description="dB")]
 Weight = Annotated[float, Field(ge=0.0, le=1e4)]
 Frequency = Annotated[float, Field(ge=1.0, le=20_000.0, description="Hz")]

@@ -5,7 +5,7 @@ import numpy as np
 from analysis.arrays import Complex, Real
 from analysis.radiation.radiator import Radiator
 
-REFERENCE = 2e-5
+REFERENCE_PRESSURE = 2e-5
 """Pa, of the sound pressure level (ISO 1683)."""
 
 
@@ -120,7 +120,7 @@ def directivity_index(radiator: Radiator, on_axis: Complex, power: Real) -> Real
 
 def sound_pressure_level(pressure: Complex) -> Real:
     """Level (...) of pressure amplitudes, Pa: dB re 20 µPa of the root mean square."""
-    return np.asarray(20.0 * np.log10(np.maximum(np.abs(pressure), 1e-12) / np.sqrt(2.0) / REFERENCE))
+    return np.asarray(20.0 * np.log10(np.maximum(np.abs(pressure), 1e-12) / np.sqrt(2.0) / REFERENCE_PRESSURE))
 
 
 def group_delay(response: Complex, frequency: Real) -> Real:

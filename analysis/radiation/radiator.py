@@ -26,7 +26,7 @@ PER_WAVELENGTH = 6.0
 MORE_NODES = 10
 """Interpolation nodes along each side beyond k L / 2. The interpolation of a plane wave by n Chebyshev polynomials
 has an error of about the Bessel function J_n(kL/2): 1e-9 or less with these."""
-NEAREST = 0.01
+LEAST_LISTENER_HEIGHT = 0.01
 """Smallest height of a listener above the panel, m."""
 STANDARD = Air()
 
@@ -107,9 +107,11 @@ class Radiator:
             For a listener in or behind the panel.
         """
         positions = np.atleast_2d(np.asarray(positions, dtype=float))
-        if (positions[:, 2] < NEAREST).any():
+        if (positions[:, 2] < LEAST_LISTENER_HEIGHT).any():
             low = float(positions[:, 2].min())
-            raise ValueError(f"a listener at z = {low:g} m; allowed: {NEAREST:g} m or more in front of the panel")
+            raise ValueError(
+                f"a listener at z = {low:g} m; allowed: {LEAST_LISTENER_HEIGHT:g} m or more in front of the panel"
+            )
         flat = np.linalg.norm(positions[:, None, :2] - self.points, axis=-1)
         distance = np.hypot(flat, positions[:, None, 2])
         phase = np.exp(-1j * self.wavenumber(frequency)[None, :, None] * distance[:, None])

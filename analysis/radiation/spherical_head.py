@@ -16,7 +16,7 @@ from analysis.arrays import Complex, Real
 
 HEAD_RADIUS = 0.0875
 """m, of an average adult."""
-TERMS = 10
+SERIES_TERMS = 10
 """Terms of the series beyond x: those left out are below 1e-8 for sources farther than twice the radius."""
 
 
@@ -49,7 +49,7 @@ def sphere_response(cosine: Real, distance: float, wavenumber: Real, radius: flo
         )
     x, away = np.asarray(wavenumber) * radius, distance / radius
     total = np.zeros((len(cosine), len(x)), dtype=complex)
-    for m in range(int(np.ceil(x.max())) + TERMS):
+    for m in range(int(np.ceil(x.max())) + SERIES_TERMS):
         outgoing = spherical_jn(m, x * away) - 1j * spherical_yn(m, x * away)
         slope = spherical_jn(m, x, derivative=True) - 1j * spherical_yn(m, x, derivative=True)
         total += (2 * m + 1) * eval_legendre(m, cosine)[:, None] * (outgoing / slope)

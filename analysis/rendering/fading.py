@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-FADE = 0.02
+FADE_TIME = 0.02
 """Seconds over which one set of filters fades into the next."""
-STEP = 0.25
+TEMPERATURE_STEP = 0.25
 """Kelvin by which a reading has to leave the temperature of the filters in use before they are changed."""
 
 

@@ -10,7 +10,8 @@ from analysis.arrays import Real
 from analysis.rendering.following import FollowingBank
 
 Short = NDArray[np.int16]
-LARGEST = 32_767
+LARGEST_SHORT = 32_767
+"""Of int16; its negative is used as the least, so that signs are symmetric."""
 
 
 @dataclass(frozen=True)
@@ -38,13 +39,13 @@ class FixedPoint:
     def of(cls, following: FollowingBank, temperatures: int = 241) -> Self:
         """Round a bank; how large its taps become is looked up at so many temperatures of its range."""
         peak = np.abs(following.banks).max(axis=2)
-        scale = np.where(peak > 0.0, peak, 1.0) / LARGEST
+        scale = np.where(peak > 0.0, peak, 1.0) / LARGEST_SHORT
         banks = np.round(following.banks / scale[:, :, None]).astype(np.int16)
         taps = following.taps(np.linspace(*following.input.temperature_range, temperatures))
-        tap_scale = 1.001 * max(float(np.abs(taps).max()), float(np.finfo(np.float32).tiny)) / LARGEST
+        tap_scale = 1.001 * max(float(np.abs(taps).max()), float(np.finfo(np.float32).tiny)) / LARGEST_SHORT
         # The sum of |tap| bounds the output whatever the input is: -32768 at every sample, in the worst order.
         loudest = 32_768.0 * (float(np.abs(taps).sum(axis=2).max()) / tap_scale + 0.5 * taps.shape[2])
-        return cls(banks, scale, tap_scale, max(0, int(np.ceil(np.log2(loudest / (LARGEST - 1))))))
+        return cls(banks, scale, tap_scale, max(0, int(np.ceil(np.log2(loudest / (LARGEST_SHORT - 1))))))
 
     @property
     def volts_per_count(self) -> float:
@@ -55,5 +56,5 @@ class FixedPoint:
         """Taps (T, N, M) that the program on the target computes, in counts."""
         weights = following.weights.at(following.input.at(temperature)) * self.bank_scale
         volts = np.einsum("tnk,nkm->tnm", weights, self.banks.astype(float))
-        counts: Short = np.clip(np.round(volts / self.tap_scale), -LARGEST, LARGEST).astype(np.int16)
+        counts: Short = np.clip(np.round(volts / self.tap_scale), -LARGEST_SHORT, LARGEST_SHORT).astype(np.int16)
         return counts

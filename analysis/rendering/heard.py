@@ -9,13 +9,13 @@ from analysis.arrays import Complex, Real
 from analysis.focusing.panel import Filters
 from analysis.rendering.convolution import Past, latest, partitions
 
-LENGTH = 16_384
+RESPONSE_SAMPLES = 16_384
 """Samples of a response: 0.37 s at 44.1 kHz, in which a mode of 100 Hz and a loss factor of 6 % falls by 60 dB."""
-EARLY = 2_048
+SAMPLES_BEFORE_ZERO = 2_048
 """Samples of a response before its time 0, for the ringing of its band's edges."""
-CHUNK = 8_192
+SAMPLES_AT_ONCE = 8_192
 """Samples convolved at a time; also those over which a new response fades in."""
-STEP = 1.0
+RESPONSE_SPACING = 1.0
 """K between two responses of the panel. Resonances of polypropylene move by a percent, a tenth of their width."""
 
 PanelResponse = Callable[[float, Real], Complex]
@@ -49,12 +49,12 @@ class HeardRenderer:
     def __post_init__(self) -> None:
         self._wanted = self.temperature
         self._spectra = self._partitions(self.temperature)
-        self._past = [Past(CHUNK, self._spectra.shape[1]) for _ in range(len(self._spectra))]
+        self._past = [Past(SAMPLES_AT_ONCE, self._spectra.shape[1]) for _ in range(len(self._spectra))]
 
     @property
     def ringing(self) -> int:
         """Samples of sound after the end of the drive."""
-        return LENGTH - EARLY
+        return RESPONSE_SAMPLES - SAMPLES_BEFORE_ZERO
 
     def take(self, drive: Real, temperature: float) -> list[Real]:
         """Add drive and return the sound that is ready.
@@ -68,29 +68,31 @@ class HeardRenderer:
         Returns
         -------
         list of (L, n) ndarray
-            Pa; n up to `CHUNK`.
+            Pa; n up to `SAMPLES_AT_ONCE`.
         """
         self._wanted = temperature
         self._waiting.append(drive)
         self._held += drive.shape[1]
         ready = []
-        while self._held >= CHUNK:
+        while self._held >= SAMPLES_AT_ONCE:
             whole = np.concatenate(self._waiting, axis=1)
-            self._waiting, self._held = [whole[:, CHUNK:]], self._held - CHUNK
-            ready.append(self._chunk(whole[:, :CHUNK]))
+            self._waiting, self._held = [whole[:, SAMPLES_AT_ONCE:]], self._held - SAMPLES_AT_ONCE
+            ready.append(self._chunk(whole[:, :SAMPLES_AT_ONCE]))
         return [part for part in map(self._in_time, ready) if part.shape[1]]
 
     def rest(self) -> list[Real]:
         """Return what is still heard after the last drive; its last samples are those of `ringing`."""
         left, actuators = self._held + self.ringing + self._skipped, len(self._past)
-        missing = -(-(self._held + self.ringing + EARLY) // CHUNK) * CHUNK - self._held
+        missing = (
+            -(-(self._held + self.ringing + SAMPLES_BEFORE_ZERO) // SAMPLES_AT_ONCE) * SAMPLES_AT_ONCE - self._held
+        )
         parts = self.take(np.zeros((actuators, missing)), self._wanted)
         whole = np.concatenate(parts, axis=1)
         return [whole[:, :left]]
 
     def _in_time(self, sound: Real) -> Real:
         """Leave out the samples before time 0."""
-        gone = min(EARLY - self._skipped, sound.shape[1])
+        gone = min(SAMPLES_BEFORE_ZERO - self._skipped, sound.shape[1])
         self._skipped += gone
         return sound[:, gone:]
 
@@ -98,20 +100,20 @@ class HeardRenderer:
         for past, samples in zip(self._past, drive, strict=True):
             past.take(samples)
         sound = self._through(self._spectra)
-        if abs(self._wanted - self.temperature) >= STEP:
+        if abs(self._wanted - self.temperature) >= RESPONSE_SPACING:
             self.temperature, self._spectra = self._wanted, self._partitions(self._wanted)
-            share = (np.arange(CHUNK) + 0.5) / CHUNK
+            share = (np.arange(SAMPLES_AT_ONCE) + 0.5) / SAMPLES_AT_ONCE
             sound = sound + share * (self._through(self._spectra) - sound)
         return sound
 
     def _through(self, spectra: Complex) -> Real:
         parts = [past.product(own) for past, own in zip(self._past, spectra, strict=True)]
-        return latest(np.asarray(np.sum(parts, axis=0)), CHUNK)
+        return latest(np.asarray(np.sum(parts, axis=0)), SAMPLES_AT_ONCE)
 
     def _partitions(self, temperature: float) -> Complex:
-        """Return transformed responses (N, P, L, CHUNK + 1)."""
+        """Return transformed responses (N, P, L, SAMPLES_AT_ONCE + 1)."""
         found = impulse_responses(self.response, self.settings, temperature)
-        return np.array([partitions(found[:, n], CHUNK) for n in range(found.shape[1])])
+        return np.array([partitions(found[:, n], SAMPLES_AT_ONCE) for n in range(found.shape[1])])
 
 
 def impulse_responses(response: PanelResponse, settings: Filters, temperature: float) -> Real:
@@ -126,11 +128,11 @@ def impulse_responses(response: PanelResponse, settings: Filters, temperature: f
 
     Returns
     -------
-    (L, N, `LENGTH`) ndarray
-        Pa/V per sample, time 0 at sample `EARLY`.
+    (L, N, `RESPONSE_SAMPLES`) ndarray
+        Pa/V per sample, time 0 at sample `SAMPLES_BEFORE_ZERO`.
     """
     (lowest, highest), (foot, head) = settings.twin_band, settings.edges
-    every = np.fft.rfftfreq(LENGTH, 1.0 / settings.sample_rate)
+    every = np.fft.rfftfreq(RESPONSE_SAMPLES, 1.0 / settings.sample_rate)
     inside = (every >= lowest) & (every <= highest)
     lines = every[inside]
     gain = np.clip((lines - lowest) / (foot - lowest), 0.0, 1.0) * np.clip(
@@ -138,7 +140,7 @@ def impulse_responses(response: PanelResponse, settings: Filters, temperature: f
     )
     gain = np.sin(0.5 * np.pi * gain) ** 2
     known = response(temperature, np.asarray(lines, dtype=float))
-    late = np.exp(-2j * np.pi * lines * EARLY / settings.sample_rate)
+    late = np.exp(-2j * np.pi * lines * SAMPLES_BEFORE_ZERO / settings.sample_rate)
     spectrum = np.zeros((len(known), known.shape[2], len(every)), dtype=complex)
     spectrum[:, :, inside] = (known * (gain * late)[None, :, None]).transpose(0, 2, 1)
-    return np.asarray(np.fft.irfft(spectrum, LENGTH))
+    return np.asarray(np.fft.irfft(spectrum, RESPONSE_SAMPLES))

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from analysis.arrays import Complex, Real
 from analysis.rendering.convolution import Past, partitions
-from analysis.rendering.fading import FADE, STEP, raised_cosine
+from analysis.rendering.fading import FADE_TIME, TEMPERATURE_STEP, raised_cosine
 from analysis.rendering.following import FollowingBank
 from analysis.weather.family import Across, TiltFamily
 
@@ -49,18 +49,18 @@ class Renderer:
 
     @property
     def _fade(self) -> int:
-        return round(FADE * self.filters.sample_rate)
+        return round(FADE_TIME * self.filters.sample_rate)
 
     def follow(self, temperature: float, across: Across = (0.0, 0.0)) -> bool:
         """Take a temperature, °C, and a tilt, K; return whether the filters begin to fade to them. NaN is ignored.
 
-        A reading nearer than `STEP` to the filters in use, at any edge of the panel, or one during a fade, changes
-        nothing.
+        A reading nearer than `TEMPERATURE_STEP` to the filters in use, at any edge of the panel, or one during a
+        fade, changes nothing.
         """
         wanted = self._inside(temperature)
         tilted = 0.5 * max(abs(new - old) for new, old in zip(across, self.across, strict=True))
         moved = abs(wanted - self.temperature) + (tilted if self.family is not None else 0.0)
-        if not moved >= STEP or self._faded < self._fade:
+        if not moved >= TEMPERATURE_STEP or self._faded < self._fade:
             return False
         self.temperature, self.across, self._before, self._faded = wanted, across, self._now, 0
         self._now = self._spectra()

@@ -17,9 +17,9 @@ from scipy.interpolate import CubicSpline
 from analysis.arrays import Complex, Real
 from analysis.checked_fields import check_ascending, check_finite, check_shapes
 
-BEFORE, AFTER = 0.5, 0.1
+TIME_BEFORE, TIME_AFTER = 0.5, 0.1
 """Seconds of drive ahead of a stretch, whose ringing reaches into it, and behind, over which it is faded out."""
-SMOOTHED = 40
+SMOOTHED_LINES = 40
 """Lines to either side over which the power of the noise is averaged."""
 LEAST_EXPLAINED = 0.5
 """Share of the response's energy below which it is not this panel's."""
@@ -124,7 +124,7 @@ class Listener:
     @property
     def before(self) -> int:
         """Samples of drive that have to be known ahead of a stretch."""
-        return round(BEFORE * self.sample_rate)
+        return round(TIME_BEFORE * self.sample_rate)
 
     @property
     def whole(self) -> int:
@@ -185,7 +185,7 @@ class Listener:
         """Lines (T, F) of what the twin answers in the stretch, at every temperature of the grid."""
         _, inside = _lines(self.whole, self.sample_rate, self.band)
         faded = np.ones(self.whole)
-        up, down = self.before // 2, round(AFTER * self.sample_rate)
+        up, down = self.before // 2, round(TIME_AFTER * self.sample_rate)
         faded[:up] = np.sin(0.5 * np.pi * np.arange(up) / up) ** 2
         faded[len(faded) - down :] = np.cos(0.5 * np.pi * np.arange(down) / down) ** 2
         played = np.fft.rfft(faded * drive)[:, inside]
@@ -231,14 +231,14 @@ def _inner(one: Complex, other: Complex, noise: Real) -> float:
 
 def _smoothed(power: Real) -> Real:
     """Mean of neighbouring lines; at the ends, of those there are. Never zero."""
-    wide = np.ones(2 * SMOOTHED + 1)
+    wide = np.ones(2 * SMOOTHED_LINES + 1)
     mean = np.convolve(power, wide, "same") / np.convolve(np.ones(len(power)), wide, "same")
     found: Real = np.maximum(mean, 1e-12 * mean.max() + np.finfo(float).tiny)
     return found
 
 
 def _whole(frame: int, sample_rate: float) -> int:
-    return round(BEFORE * sample_rate) + frame + round(AFTER * sample_rate)
+    return round(TIME_BEFORE * sample_rate) + frame + round(TIME_AFTER * sample_rate)
 
 
 def _lines(count: int, sample_rate: float, band: tuple[float, float]) -> tuple[Real, NDArray[np.bool_]]:

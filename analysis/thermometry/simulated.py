@@ -6,9 +6,9 @@ from analysis.arrays import Real
 from analysis.rendering.programme import TemperatureProgramme
 from analysis.thermometry.listening import PatchResponse
 
-APART = 1.0
+STATE_SPACING = 1.0
 """Seconds between the temperatures at which the panel is asked; in between its answers are mixed."""
-MEMORY = 1.0
+RINGING_TIME = 1.0
 """Seconds of drive ahead that still ring."""
 
 
@@ -41,7 +41,7 @@ def simulated_response(
     -------
     (n,) ndarray, V
     """
-    step, memory = round(APART * sample_rate), round(MEMORY * sample_rate)
+    step, memory = round(STATE_SPACING * sample_rate), round(RINGING_TIME * sample_rate)
     behind = memory // 4
     length = memory + 2 * step + behind
     response = np.zeros(drive.shape[1] + 3 * step)

@@ -15,7 +15,7 @@ Transfer = Annotated[float, Field(ge=0.0, le=500.0, description="W/(m2 K); air a
 Kelvin = Annotated[float, Field(ge=-100.0, le=100.0, description="K")]
 Flow = Annotated[float, Field(ge=0.0, le=1500.0, description="W/m2, absorbed; the sun's is 1000 at most")]
 Over = Annotated[tuple[tuple[Second, Temperature], ...], Field(min_length=1, max_length=10_000)]
-LONGEST = 20_000
+MOST_WEATHER_STEPS = 20_000
 """Steps of one weather."""
 
 
@@ -114,9 +114,10 @@ class Weather(Sparse):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        if self.duration / self.step > LONGEST:
+        if self.duration / self.step > MOST_WEATHER_STEPS:
             raise ValueError(
-                f"duration {self.duration:g} s in steps of {self.step:g} s; at most {LONGEST} steps: raise step"
+                f"duration {self.duration:g} s in steps of {self.step:g} s; at most "
+                f"{MOST_WEATHER_STEPS} steps: raise step"
             )
         names = [one.name for one in self.thermometer]
         twice = sorted({name for name in names if names.count(name) > 1})

@@ -33,6 +33,7 @@ from analysis.weather.warm_panel import WarmPanel
 Across = tuple[float, float]
 """By how much the side at largest x, and at largest y, is warmer than the opposite one, K."""
 SIDES: tuple[Across, ...] = ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+"""Panels without a difference, and with one side warmer: right, left, upper, lower (along x and y)."""
 
 
 @dataclass(frozen=True)

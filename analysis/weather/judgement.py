@@ -22,7 +22,7 @@ ONE, ONE_ROBUST, SEVERAL, SEVERAL_ROBUST, TILTED, OWN, OWN_TILTED = WAYS = (
     "own response",
     "own, filters of the tilt",
 )
-NOISE = 0.01
+RESPONSE_NOISE = 0.01
 """Standard deviation of the panel's own response, share of its root mean square."""
 
 
@@ -207,6 +207,6 @@ def _heard(design: FieldDesign, forms: EnergyForms, amplitude: Complex, filters:
 
 
 def _noisy(charge: Complex, rng: np.random.Generator) -> Complex:
-    scale = NOISE * np.sqrt(0.5 * np.mean(np.abs(charge) ** 2))
+    scale = RESPONSE_NOISE * np.sqrt(0.5 * np.mean(np.abs(charge) ** 2))
     drawn: Complex = charge + scale * (rng.standard_normal(len(charge)) + 1j * rng.standard_normal(len(charge)))
     return drawn

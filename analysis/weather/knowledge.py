@@ -12,11 +12,11 @@ from analysis.weather.warm_panel import WarmPanel
 STIFFNESS = 1e-3
 """Of a tilt against readings, in the least squares of `plane`: small enough to change no reading by a millikelvin,
 and what keeps the tilt at 0 along a direction in which no two thermometers lie apart."""
-STEP = 0.5
+DERIVATIVE_STEP = 0.5
 """K, of the differences from which derivatives are taken: the phase of a resonance then moves by a tenth."""
-LINES = 64
+COMPARED_LINES = 64
 """Lines at which the panel's response is compared."""
-MOVED, LEANING = 5.0, 10.0
+PLANE_SIGMA, LEANING = 5.0, 10.0
 """Standard deviations of the plane before the response is heard, K: of its middle from one reading to the next,
 and of its tilt."""
 
@@ -68,8 +68,8 @@ class OwnThermometer:
         min over T, g_x, g_y, a of sum abs(Y - a C(T, g))²/s² + (T - T_0)²/m² + (g_x² + g_y²)/l²
 
     by Gauss and Newton from the plane T_0 of the last reading; s² is the mean square of what is left of Y, m is
-    `MOVED` and l `LEANING`. The last two terms hold what the response does not tell: two patches on one axis know
-    little of a tilt across it.
+    `PLANE_SIGMA` and l `LEANING`. The last two terms hold what the response does not tell: two patches on one axis
+    know little of a tilt across it.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class OwnThermometer:
     @classmethod
     def of(cls, model: WarmPanel, lines: Real, actuators: int, limits: tuple[float, float]) -> Self:
         """Take evenly spaced ones of the `lines` (F,), Hz, and all pairs of patches."""
-        chosen = np.unique(np.linspace(0, len(lines) - 1, LINES).round().astype(int))
+        chosen = np.unique(np.linspace(0, len(lines) - 1, COMPARED_LINES).round().astype(int))
         return cls(model, lines[chosen], ~np.eye(actuators, dtype=bool), limits)
 
     def measured(self, temperature: Real) -> Complex:
@@ -101,12 +101,14 @@ class OwnThermometer:
         here = np.array([start.middle, *start.across])
         for _ in range(tries):
             value = self._at(here)
-            slopes = np.array([(self._at(here + step) - value) / STEP for step in STEP * np.eye(3)])
+            slopes = np.array(
+                [(self._at(here + step) - value) / DERIVATIVE_STEP for step in DERIVATIVE_STEP * np.eye(3)]
+            )
             gain = np.vdot(value, measured).real / np.vdot(value, value).real
             columns = np.stack([value, *(gain * slopes)], axis=1)
             rest = measured - gain * value
             spread = np.sqrt(np.mean(np.abs(rest) ** 2))
-            held = spread / np.array([MOVED, LEANING, LEANING])
+            held = spread / np.array([PLANE_SIGMA, LEANING, LEANING])
             rows = np.concatenate([columns.real, columns.imag, np.column_stack([np.zeros(3), np.diag(held)])])
             right = np.concatenate([rest.real, rest.imag, -held * (here - [start.middle, 0.0, 0.0])])
             _, *move = np.linalg.lstsq(rows, right, rcond=None)[0]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from analysis.gap.search.confidence import probability
 from app.blind_trial.outcome import Named, TrialOutcome
 
-BINS = 5
+PROBABILITY_BINS = 5
 """Number of bins with about equally many claims: a trial has some dozens of claims."""
 DECIMALS = 2
 """Of the stated probabilities, as a report states them."""
@@ -43,7 +43,9 @@ def claims(outcomes: Sequence[TrialOutcome]) -> list[tuple[Named, bool]]:
     return [(named, o.is_there(named)) for o in outcomes for named in o.named]
 
 
-def reliability(stated: NDArray[np.float64], right: NDArray[np.bool_], bins: int = BINS) -> Reliability:
+def reliability(
+    stated: NDArray[np.float64], right: NDArray[np.bool_], bins: int = PROBABILITY_BINS
+) -> Reliability:
     """Sort claims into bins of about equal size, by the probability stated; equal probabilities share a bin.
 
     Most claims state the largest probability. In several bins, each with a part of them, the error would be the

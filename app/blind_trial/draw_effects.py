@@ -13,14 +13,15 @@ from simulation.effects.library import LIBRARY
 
 SIZES = (6.0, 15.0, 30.0)
 """Sizes of single effects, sigma, used in turn; the last is the lower end of a range."""
-LARGEST = 8.0
+LARGEST_SIZE_RATIO = 8.0
 """Upper end of that range, as a multiple of its lower end."""
-WITHIN = 0.9
+USED_RANGE_SHARE = 0.9
 """Share of an effect's range that is used: an estimate at the end of the range is refused."""
-SHRUNK = 0.7
+SIZE_FACTOR = 0.7
 """Factor on an effect's size for the next try if it exceeds the certified range."""
-SETTLED = 0.03
-ALIKE = 0.8
+SETTLED_SIZE_ERROR = 0.03
+"""Relative error of a size at which the search for the amplitude ends."""
+SIMILAR_COSINE = 0.8
 """Cosine from which two effects count as similar."""
 
 
@@ -102,7 +103,7 @@ def wanted_size(assignment: Assignment, name: str, rng: np.random.Generator) -> 
         if turn + 1 < len(SIZES):
             return SIZES[turn]
     least = 15.0 if assignment.kind == "pair" else SIZES[-1]
-    return float(least * LARGEST ** rng.random())
+    return float(least * LARGEST_SIZE_RATIO ** rng.random())
 
 
 def of_size(yard: EffectSize, name: str, size: float, rng: np.random.Generator) -> dict[str, float]:
@@ -125,7 +126,7 @@ def of_size(yard: EffectSize, name: str, size: float, rng: np.random.Generator) 
     card = yard.specimen.cards[name]
     direction, shapes = random_values(card, rng)
     most = min(
-        WITHIN * (p.high if direction[p.name] > 0 else p.low) / direction[p.name]
+        USED_RANGE_SHARE * (p.high if direction[p.name] > 0 else p.low) / direction[p.name]
         for p in card.amplitudes
         if direction[p.name]
     )
@@ -133,10 +134,10 @@ def of_size(yard: EffectSize, name: str, size: float, rng: np.random.Generator) 
     for _ in range(8):
         signal = answered(yard, {name: _values(direction, shapes, amount)})
         if signal is None:
-            amount = most = SHRUNK * amount
+            amount = most = SIZE_FACTOR * amount
             continue
         seen = yard.size(signal)
-        if abs(seen / size - 1.0) < SETTLED or (seen < size and amount == most):
+        if abs(seen / size - 1.0) < SETTLED_SIZE_ERROR or (seen < size and amount == most):
             break
         amount = min(amount * float(np.clip(size / max(seen, 1e-9), 1e-3, 1e3)), most)
     return _values(direction, shapes, amount)
@@ -186,7 +187,7 @@ def _partner(
         if answered(yard, {**first, name: values}) is None:
             continue
         cosine = abs(yard.cosine(signal, yard.signal({name: values})))
-        if (cosine >= ALIKE) == alike:
+        if (cosine >= SIMILAR_COSINE) == alike:
             return name, values, cosine
         if best is None or (alike and cosine > best[2]):
             best = (name, values, cosine)

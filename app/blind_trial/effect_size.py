@@ -27,7 +27,7 @@ from app.blind_trial.specimen import Specimen
 from simulation.effects.library import LIBRARY
 from simulation.reduction.effect_operators import EffectOperators
 
-QUIETER = 100.0
+QUIETER_NOISE_FACTOR = 100.0
 """Factor by which the noise is lower where scatter is computed: the signals have none, and some are below it."""
 
 
@@ -133,9 +133,11 @@ class EffectSize:
         loss = np.exp(fit.state.laws[self.sweeps.groups.of_sweep, 2])
         shape = DiscrepancyShape.of(self.sweeps, fit.predicted, loss)
         quiet = replace(
-            shape, by_frequency=QUIETER**2 * shape.by_frequency, by_amplitude=QUIETER**2 * shape.by_amplitude
+            shape,
+            by_frequency=QUIETER_NOISE_FACTOR**2 * shape.by_frequency,
+            by_amplitude=QUIETER_NOISE_FACTOR**2 * shape.by_amplitude,
         )
-        return shape, quiet.scatter(self.sweeps, QUIETER * fit.residual, fit.determined)
+        return shape, quiet.scatter(self.sweeps, QUIETER_NOISE_FACTOR * fit.residual, fit.determined)
 
     def left(self, signal: Complex) -> float:
         """Return the size of a signal, in sigma, after a full fit of laws, readings and gain to it."""

@@ -30,13 +30,13 @@ PROGRAMME: Table = {
 }
 LIMITS: Table = {"coldest": -20.0, "hottest": 90.0, "coherence": 0.0, "silence": 0.0}
 """What is the same in all experiments of a trial, by section of an experiment's file."""
-EXCITER = 0.04
+EXCITER_GAIN = 0.04
 """Gain of an exciter, N/V, per V/V of an amplifier: gives a force of about half a newton."""
-FORCE = 1.0
+FORCE_SENSITIVITY = 1.0
 """Sensitivity of the force sensor with its conditioner, V/N."""
 MOTION: dict[Motion, float] = {"acceleration": 0.01, "velocity": 20.0}
 """Sensitivities, V per m/s2 and per m/s: the signals are a few tenths of a volt, like that of the force."""
-ALIAS_FREE = 0.44
+DRIVE_END_SHARE = 0.44
 """Frequency at which the drive's fade ends, as a share of the sample rate: just within the cards' limit."""
 
 
@@ -109,7 +109,7 @@ def _specimen(kind: PlateKind) -> Table:
     """Return the tables of the plate, of its drives and sensors, and of what it hangs on."""
     return {
         "plate": kind.plate,
-        "drive": [drive.model_dump() | {"sensitivity": FORCE} for drive in kind.drives],
+        "drive": [drive.model_dump() | {"sensitivity": FORCE_SENSITIVITY} for drive in kind.drives],
         "sensor": [sensor.model_dump() | {"sensitivity": MOTION[sensor.kind]} for sensor in kind.sensors],
         "string": kind.strings,
         "cable": kind.cables,
@@ -140,12 +140,12 @@ def _driven_by(kind: PlateKind, name: str) -> list[Table]:
 def _driver(kind: PlateKind, gain: float) -> Table:
     """Return the table of the amplifier with this gain, or of the exciter instead."""
     if kind.drives:
-        return {"exciter": {"gain": round(EXCITER * gain, 3), "rated_force": 5.0}}
+        return {"exciter": {"gain": round(EXCITER_GAIN * gain, 3), "rated_force": 5.0}}
     return {"amplifier": {"gain": round(gain, 1)}}
 
 
 def _true_gain(kind: PlateKind, gain: float) -> float:
-    return EXCITER * gain if kind.drives else gain
+    return EXCITER_GAIN * gain if kind.drives else gain
 
 
 def draw_laws(rng: np.random.Generator) -> Laws:
@@ -168,4 +168,4 @@ def _sample_rate(band: tuple[float, float]) -> float:
     """Smallest sample rate for the drive with its fade, Hz."""
     low, high = band
     fade = np.exp(np.log(high / low) * TAPER / (SWEEP - 2.0 * TAPER))
-    return float(high * fade / ALIAS_FREE)
+    return float(high * fade / DRIVE_END_SHARE)

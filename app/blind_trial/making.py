@@ -16,7 +16,7 @@ from app.blind_trial.assignments import Assignment
 from app.blind_trial.draw_effects import DrawnEffects, draw_effects
 from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.experiments import any_declaration, declared, draw_experiments
-from app.blind_trial.nuisances import SCATTER, Nuisances, draw_nuisances
+from app.blind_trial.nuisances import NUISANCE_SCATTER, Nuisances, draw_nuisances
 from app.blind_trial.plates import OTHER_MESH, PlateKind
 from app.blind_trial.specimen import Specimen
 from app.blind_trial.wanted_effects import partners, wanted, ways
@@ -31,7 +31,7 @@ from drivers.rig.session import Session
 from simulation.effects.library import LIBRARY, library
 
 SCHEMA = "flexura-blind-truth/1"
-NOISE = (0.01, 0.03)
+NOISE_RANGE = (0.01, 0.03)
 """Noise on a line of a sweep's FRF, as a share of the response. Over its four hundred lines a sweep has the same
 information as with 1 % on every tenth, and the twin's error of 0.1 % does not hide effects of a few sigma."""
 
@@ -68,13 +68,13 @@ def make_campaign(
     legs, levels = ways(first, rng)
     specimen = _specimen(kind, built, rng, f"trial {assignment.name}", legs, levels)
     experiments = specimen.experiments
-    share = float(np.exp(rng.uniform(*np.log(NOISE))))
+    share = float(np.exp(rng.uniform(*np.log(NOISE_RANGE))))
     judging = effect_twin(declared(experiments), lambda stage, share: None).plate.operators
     with ThreadPoolExecutor(1) as executor:
         yard = EffectSize.of(specimen, judging, share, rng, executor)
         untold = Nuisances()
         if built is not None:
-            untold = draw_nuisances(SCATTER[assignment.ordinal % len(SCATTER)], first, yard, rng)
+            untold = draw_nuisances(NUISANCE_SCATTER[assignment.ordinal % len(NUISANCE_SCATTER)], first, yard, rng)
             yard = yard.beside(untold.effects) if untold.effects else yard
         others = tuple(name for name in partners(names, legs, levels) if name not in untold.effects)
         hidden = draw_effects(assignment, first, others, yard, rng)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from analysis.effect_card import EffectCard, Values
-from app.blind_trial.draw_effects import WITHIN, random_values
+from app.blind_trial.draw_effects import USED_RANGE_SHARE, random_values
 from app.blind_trial.effect_size import EffectSize
 
 NUISANCES = (
@@ -24,12 +24,13 @@ NUISANCES = (
     "resonator_at_place",
 )
 """Effects of the library; those drawn are taken from it when the campaign is judged."""
-SCATTER = (0.0, 0.001, 0.003, 0.01)
+NUISANCE_SCATTER = (0.0, 0.001, 0.003, 0.01)
 """Scatter of the resonances that they make, used in turn: relative, frequency and half loss factor together."""
-AT_ONCE = 3
-SHRUNK = 0.5
+CAUSES_AT_ONCE = 3
+"""Different causes that are mixed in one campaign."""
+REFUSED_FACTOR = 0.5
 """Factor on all of them while the twin refuses them."""
-TRIES, NEAR = 6, 0.1
+MOST_SCALINGS, SCATTER_ERROR = 6, 0.1
 """Largest number of times that they are scaled, and how near the scatter comes."""
 
 
@@ -57,7 +58,7 @@ def draw_nuisances(
     Parameters
     ----------
     wanted : float
-        One of `SCATTER`.
+        One of `NUISANCE_SCATTER`.
     left_out : sequence of str
         Effects that are hidden.
     yard : EffectSize
@@ -70,19 +71,19 @@ def draw_nuisances(
     """
     cards = yard.specimen.cards
     names = [name for name in NUISANCES if name in cards and name not in left_out]
-    chosen = [str(name) for name in rng.permutation(names)[:AT_ONCE]]
+    chosen = [str(name) for name in rng.permutation(names)[:CAUSES_AT_ONCE]]
     drawn = {name: random_values(cards[name], rng) for name in chosen}
     if not wanted:
         return Nuisances()
     amount, found = 0.1, Nuisances()
-    for _ in range(TRIES):
+    for _ in range(MOST_SCALINGS):
         effects = {name: _scaled(cards[name], *drawn[name], amount) for name in chosen}
         scatter = yard.scatter(effects)
         if scatter is None:
-            amount *= SHRUNK
+            amount *= REFUSED_FACTOR
             continue
         found = Nuisances(effects, scatter)
-        if abs(scatter / wanted - 1.0) < NEAR:
+        if abs(scatter / wanted - 1.0) < SCATTER_ERROR:
             break
         amount *= float(np.clip(wanted / scatter, 0.1, 10.0))
     return found
@@ -90,7 +91,7 @@ def draw_nuisances(
 
 def _scaled(card: EffectCard, amplitudes: Values, shapes: Values, amount: float) -> dict[str, float]:
     within = {
-        p.name: float(np.clip(amount * amplitudes[p.name], WITHIN * p.low, WITHIN * p.high))
+        p.name: float(np.clip(amount * amplitudes[p.name], USED_RANGE_SHARE * p.low, USED_RANGE_SHARE * p.high))
         for p in card.amplitudes
     }
     return {**within, **shapes}

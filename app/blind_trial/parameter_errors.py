@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from app.blind_trial.outcome import TrialOutcome
 
-NINETY = 1.6448536269514722
+HALF_WIDTH_OF_90 = 1.6448536269514722
 """Half width of the 90 % interval of a normal distribution, in standard deviations."""
 
 
@@ -30,7 +30,7 @@ def errors(outcomes: Sequence[TrialOutcome]) -> NDArray[np.float64]:
 def coverage(outcomes: Sequence[TrialOutcome]) -> tuple[int, int]:
     """Count the parameters whose 90 % interval contains the truth, and all parameters."""
     inside = [
-        abs(value - o.effects[named.name][parameter]) <= NINETY * sigma
+        abs(value - o.effects[named.name][parameter]) <= HALF_WIDTH_OF_90 * sigma
         for o in outcomes
         for named in o.named
         for parameter, (value, sigma) in named.parameters.items()

@@ -81,11 +81,11 @@ CASES = (
     HiddenCase("air_loading", ("viscoelastic_dispersion",)),
 )
 """Used in turn."""
-NOISE = 0.015
+LINE_NOISE = 0.015
 """Of a line, as a share of the response."""
 SIZE = (10.0, 30.0)
 """Of effects that are seen, sigma: larger ones are told apart at once."""
-PLATES = 10
+TRIALS_ON_A_PLATE = 10
 """Trials on one plate."""
 SILENT = lambda stage, share: None  # noqa: E731 (a callable without a body)
 
@@ -130,7 +130,7 @@ def one_trial(number: int, seed: int, folder: Path) -> dict[str, Any]:
         What was hidden, planned and settled.
     """
     rng, case = np.random.default_rng([seed, number]), CASES[number % len(CASES)]
-    kind = draw_plate(np.random.default_rng([seed, 10**6, number // PLATES]))
+    kind = draw_plate(np.random.default_rng([seed, 10**6, number // TRIALS_ON_A_PLATE]))
     experiment = draw_experiments(rng, kind, f"planned {number}", ("up",), (1.0,))[0]
     specimen = Specimen.of([experiment], specimen_operators(any_declaration(kind)))
     with ThreadPoolExecutor(1) as executor:
@@ -161,7 +161,7 @@ def _hidden(
 ) -> tuple[dict[str, Values], float]:
     """Draw the values of the hidden effect, and the noise, V rms."""
     judging = effect_twin(any_declaration(kind), SILENT).plate.operators
-    yard = EffectSize.of(specimen, judging, NOISE, rng, executor)
+    yard = EffectSize.of(specimen, judging, LINE_NOISE, rng, executor)
     if not case.blind:
         size = float(np.exp(rng.uniform(*np.log(SIZE))))
         return {case.effect: of_size(yard, case.effect, size, rng)}, yard.noise

@@ -13,20 +13,20 @@ from analysis.transducers import Drive, Sensor
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.fineness import Fineness
 
-PATCH = 0.02
+PATCH_EDGE = 0.02
 """Edge of every patch, m."""
-CLEAR = 0.012
+LEAST_PATCH_DISTANCE = 0.012
 """Distance between two patches along either axis, and from the edge, m: leaves space to move the first sensor."""
-MODES = (11.0, 15.0)
+MODES_IN_BAND = (11.0, 15.0)
 """Number of modes in the band, by Weyl's law, at room temperature: enough to distinguish effects."""
-LOWEST = 100.0
+LOWEST_FREQUENCY = 100.0
 """Lower end of bands, Hz."""
 Driven = Literal["patch", "exciter", "two patches"]
 DRIVEN: tuple[Driven, ...] = get_args(Driven)
 """How plates are driven, in turn: by a patch, by an exciter, by one patch and then another."""
 OUTWARD = 0.02
 """Largest distance of a quadrilateral plate's corners outside a rectangle's, along either axis, m."""
-ACCELEROMETER = 6e-4
+ACCELEROMETER_MASS = 6e-4
 """kg."""
 OTHER_MESH = Fineness(MeshRecipe(spacing=0.055, strip=1.07, edge_strip=1.27, growth=0.9), degree=9, tolerance=2e-9)
 """Mesh of the simulated measurement: other cells and another degree than the twin's."""
@@ -102,19 +102,22 @@ def draw_plate(rng: np.random.Generator, driven: Driven = "patch", *, rectangula
     density = float(rng.uniform(900.0, 1300.0))
     plate = Plate(length_x=a, length_y=b, thickness=thickness, mass=round(density * a * b * thickness, 5))
     left, right = float(rng.uniform(0.030, 0.050)), a - float(rng.uniform(0.030, 0.050))
-    spare = b - 2.0 * CLEAR - 3.0 * PATCH - 2.0 * CLEAR
+    spare = b - 2.0 * LEAST_PATCH_DISTANCE - 3.0 * PATCH_EDGE - 2.0 * LEAST_PATCH_DISTANCE
     shares = spare * np.sort(rng.uniform(0.0, 1.0, 3))
-    rows = [CLEAR + 0.5 * PATCH + k * (PATCH + CLEAR) + float(share) for k, share in enumerate(shares)]
+    rows = [
+        LEAST_PATCH_DISTANCE + 0.5 * PATCH_EDGE + k * (PATCH_EDGE + LEAST_PATCH_DISTANCE) + float(share)
+        for k, share in enumerate(shares)
+    ]
     further = bool(rng.random() < 0.5)
     along = float(rng.uniform(0.018, 0.026))
-    modes = float(rng.uniform(*MODES))
+    modes = float(rng.uniform(*MODES_IN_BAND))
     patches = [_patch("S1", "sensor", left, rows[0])]
     drives: tuple[Drive, ...] = ()
     sensors: tuple[Sensor, ...] = ()
     if driven == "exciter":
         drives = (Drive(id="exciter", point=_millimetres(right, rows[2])),)
         sensors = (
-            Sensor(id="acc", kind="acceleration", point=_millimetres(right, rows[1]), mass=ACCELEROMETER),
+            Sensor(id="acc", kind="acceleration", point=_millimetres(right, rows[1]), mass=ACCELEROMETER_MASS),
             Sensor(id="laser", kind="velocity", point=_millimetres(left, rows[2])),
         )
         patches = patches if further else []
@@ -129,7 +132,7 @@ def draw_plate(rng: np.random.Generator, driven: Driven = "patch", *, rectangula
         patches=tuple(patches),
         strings=tuple(Attachment(point=_millimetres(x * a, b - 0.004)) for x in (0.12, 0.86)),
         cables=(Attachment(point=_millimetres(left + along, rows[0] + 0.3 * along)),),
-        band=(LOWEST, _band_end(plate, modes)),
+        band=(LOWEST_FREQUENCY, _band_end(plate, modes)),
         drives=drives,
         sensors=sensors,
     )
@@ -137,7 +140,7 @@ def draw_plate(rng: np.random.Generator, driven: Driven = "patch", *, rectangula
 
 def _patch(name: str, role: str, x: float, y: float) -> Patch:
     return Patch.model_validate(
-        {"id": name, "role": role, "center": _millimetres(x, y), "size": (PATCH,) * 2, "thickness": 5e-4}
+        {"id": name, "role": role, "center": _millimetres(x, y), "size": (PATCH_EDGE,) * 2, "thickness": 5e-4}
     )
 
 

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.blind_trial.calibration import claims, reliability
-from app.blind_trial.draw_effects import ALIKE
+from app.blind_trial.draw_effects import SIMILAR_COSINE
 from app.blind_trial.outcome import TrialOutcome
-from app.blind_trial.parameter_errors import NINETY, coverage, errors
+from app.blind_trial.parameter_errors import HALF_WIDTH_OF_90, coverage, errors
 from app.blind_trial.proportion_interval import proportion_interval
 
-FAINT = (5.0, 8.0)
+FAINT_SIZES = (5.0, 8.0)
 """Sizes, sigma, between which an effect counts as one of 6 sigma."""
-PLAIN, CLEAR = 13.5, 27.0
+PLAIN, CLEAR_SIZES = 13.5, 27.0
 """Sizes, sigma, from which an effect counts as one of 15 or 30 sigma: the size reached may be a little less."""
 REFUSED = "refused"
 Test = Callable[[TrialOutcome], bool]
@@ -114,7 +114,7 @@ def _nulls(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
 def _singles(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     singles = _kind(outcomes, "single")
     plain = [o for o in singles if strength(o) >= PLAIN]
-    faint = [o for o in singles if FAINT[0] <= strength(o) < FAINT[1]]
+    faint = [o for o in singles if FAINT_SIZES[0] <= strength(o) < FAINT_SIZES[1]]
     seen = [o for o in faint if o.named]
     yield share("single, 15 sigma and more: right name", plain, lambda o: o.right_names, 0.95)
     yield share("single, 15 sigma and more: right class", plain, lambda o: o.right_classes, 0.99)
@@ -133,7 +133,7 @@ def _unlisted(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
 def _pairs(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     pairs = [o for o in _kind(outcomes, "pair") if strength(o) >= PLAIN]
     for name, alike, least in (("|cos| < 0.8", False, 0.85), ("|cos| >= 0.8", True, 0.70)):
-        some = [o for o in pairs if (abs(o.cosine or 0.0) >= ALIKE) == alike]
+        some = [o for o in pairs if (abs(o.cosine or 0.0) >= SIMILAR_COSINE) == alike]
         yield share(f"pair, {name}: both right", some, lambda o: o.right_classes, least)
 
 
@@ -158,7 +158,7 @@ def _closure(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
 
 def _parameters(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     found = [o for o in _kind(outcomes, "single") if o.right_names]
-    off = errors([o for o in found if strength(o) >= CLEAR])
+    off = errors([o for o in found if strength(o) >= CLEAR_SIZES])
     value = float(np.median(off)) if off.size else None
     yield Figure("parameter error from 30 sigma, median", value, None, None, off.size, (0.0, 0.03))
     hits, count = coverage(found)
@@ -171,7 +171,7 @@ def _laws(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     """Bands of the laws; the errors of one campaign at its temperatures are much alike, so it counts once."""
     judged = [o for o in outcomes if o.law_errors]
     for name in ("youngs_modulus", "poisson_ratio", "loss_factor"):
-        held = [float(np.mean(np.abs(o.law_errors[name]) <= NINETY)) for o in judged]
+        held = [float(np.mean(np.abs(o.law_errors[name]) <= HALF_WIDTH_OF_90)) for o in judged]
         value = float(np.mean(held)) if held else None
         low, high = proportion_interval(round(sum(held)), len(held))
         yield Figure(f"true {name} within its 90 % band", value, low, high, len(held), (0.85, 0.95))

@@ -20,7 +20,7 @@ from app.files.experiment_toml import AcquiredExperiment
 from app.files.simulation_section import Laws, Simulation
 from app.rig.plate_transfer import Followed, PlateTransfer, TwinTransfer
 from app.rig.simulated_plate import TwinPlate
-from app.rig.simulated_rig import REFERENCE, parts_around
+from app.rig.simulated_rig import REFERENCE_TEMPERATURE, parts_around
 from drivers.rig.rig import Rig
 from simulation.effects.library import library
 from simulation.reduction.effect_operators import EffectOperators
@@ -105,7 +105,7 @@ class Specimen:
             operators = specimen_operators(recorded)
         laws = simulations[0].laws.laws()
         known = {**library(recorded), **UNLISTED_EFFECTS}
-        twin = Twin.of(recorded, EffectPlate(operators), known).referred(laws.local(REFERENCE))
+        twin = Twin.of(recorded, EffectPlate(operators), known).referred(laws.local(REFERENCE_TEMPERATURE))
         return cls(tuple(experiments), simulations, twin, laws, recorded)
 
     @property

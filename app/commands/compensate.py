@@ -23,7 +23,7 @@ from app.commands.training_options import training_of, training_options, typed
 if TYPE_CHECKING:
     from analysis.focusing.methods import Method
 
-ROOM = 20e6
+COMPENSATION_BYTES = 20e6
 """Bytes of ``compensation.h5``, roughly: with two actuators it is 11 MB."""
 
 EXAMPLES = """\b
@@ -154,7 +154,7 @@ def command(
     from app.terminal.tables import show
 
     checked_device(device)
-    with run_folder(task.beside, out or task.beside, ROOM) as folder, output.progress() as report:
+    with run_folder(task.beside, out or task.beside, COMPENSATION_BYTES) as folder, output.progress() as report:
         try:
             computed = task.compute(report, device)
         except EvidenceCollapseError as error:

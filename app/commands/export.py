@@ -114,7 +114,7 @@ def command(
         raise click.UsageError(f"--prefix is for --to c; {form} has no names")
     if temperatures and form in ("c", "onnx"):
         raise click.UsageError(f"--temperature is for npz, wav and csv; {form} follows every temperature")
-    from app.files.exports.c_code import BLOCK
+    from app.files.exports.c_code import SAMPLES_AT_ONCE
     from app.files.exports.cost import Cost
     from app.files.exports.shipment import shipment
     from app.files.exports.written_filters import export_temperatures, same_names, write_filters
@@ -125,7 +125,7 @@ def command(
     wanted = export_temperatures(sent, temperatures, "--temperature")
     if form == "wav" and same_names(wanted):
         raise click.UsageError("--temperature: two of them are the same to 0.01 °C, as in the names of WAV files")
-    cost = Cost.of(sent.filters, number == "int16", BLOCK) if form == "c" else None
+    cost = Cost.of(sent.filters, number == "int16", SAMPLES_AT_ONCE) if form == "c" else None
     with run_folder(beside, out or beside) as folder:
         written = write_filters(sent, form, folder, wanted, number=number, prefix=prefix, example=example)
     output.result(lambda: record(sent, written, cost))

@@ -186,7 +186,7 @@ def _fleet(
     from app.files.atomic import write_json, write_text
     from app.files.room import require_room, room_of
     from app.fleet.exchange import exchanged
-    from app.fleet.fleet_run import MEMORY, RunMember, run_fleet
+    from app.fleet.fleet_run import MODEL_MEMORY, RunMember, run_fleet
     from app.fleet.laws_beside import laws_beside
     from app.fleet.page import PAGE, fleet_page, show
     from app.fleet.record import NAME, fleet_record, summary_of
@@ -198,7 +198,7 @@ def _fleet(
     def tell(one: RunMember) -> None:
         (output.summary if one.good else output.failure)(f"{one.name}: {one.said}")
 
-    with output.progress() as report, engine.executor(folder, MEMORY, report, output.note) as executor:
+    with output.progress() as report, engine.executor(folder, MODEL_MEMORY, report, output.note) as executor:
         found = run_fleet(members, requests, executor, report, tell)
         runs = {one.name: one.run for one in found if (one.run / "laws.h5").is_file()}
         exchange = exchanged(runs, executor, report)

@@ -25,7 +25,7 @@ from app.files.same_experiment import REJECTED, REWIRED, changed_keys, put_log_a
 from app.files.sweep_file import Source, file_name, read_sweep_file, write_sweep
 from drivers.ni.cards import Record, go_on
 
-SPARE = 50_000_000
+SPARE_DISK = 50_000_000
 """Bytes of disk left free for the log and for whatever else lives there."""
 
 
@@ -138,7 +138,7 @@ class AcquiredCampaign:
         return events.read_events(self.folder)
 
     def _write(self, path: Path, sweep: Sweep, notes: Mapping[str, str | int | float]) -> None:
-        needed = sweep.drive.nbytes + sweep.responses.nbytes + SPARE
+        needed = sweep.drive.nbytes + sweep.responses.nbytes + SPARE_DISK
         free = shutil.disk_usage(self.folder).free
         if free < needed:
             raise OSError(

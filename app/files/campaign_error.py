@@ -8,7 +8,7 @@ from pathlib import Path
 
 from app.files.misplaced import Misplaced
 
-SHOWN = 40
+LINES_SHOWN = 40
 
 
 @dataclass(frozen=True)
@@ -71,9 +71,9 @@ class CampaignFileError(ValueError):
         else:
             kinds = f", {len(lines)} of them different" if len(lines) < len(problems) else ""
             text = f"{place}{len(problems)} problems{kinds}"
-            text += "".join(f"\n  {line}" for line in lines[:SHOWN])
-            if len(lines) > SHOWN:
-                text += f"\n  ... and {len(lines) - SHOWN} more"
+            text += "".join(f"\n  {line}" for line in lines[:LINES_SHOWN])
+            if len(lines) > LINES_SHOWN:
+                text += f"\n  ... and {len(lines) - LINES_SHOWN} more"
         super().__init__(text)
 
 
@@ -91,7 +91,7 @@ def _grouped(problems: Sequence[Problem]) -> list[str]:
         return so_far[key]
 
     different = list(groups.values())
-    return [_line(group) for group in (sorted(different, key=turn) if len(different) > SHOWN else different)]
+    return [_line(group) for group in (sorted(different, key=turn) if len(different) > LINES_SHOWN else different)]
 
 
 def _line(alike: Sequence[Problem]) -> str:

@@ -45,7 +45,7 @@ ENDING = "ending.txt"
 INDEX = "index.h5"
 MEASURE_AGAIN = "move it out of the campaign; flexura acquire measures it again"
 """What to do about a damaged sweep of a rig: the others are good."""
-LARGEST = 20_000_000
+LARGEST_PROTOCOL = 20_000_000
 """Bytes of a protocol: it names the SHA-256 of every file imported."""
 
 
@@ -93,7 +93,7 @@ def write_protocol(folder: Path, protocol: dict[str, Any]) -> None:
 def read_protocol(folder: Path) -> tuple[dict[str, Any], Experiment]:
     """Read ``protocol.json``; CampaignFileError if it is damaged, of another format, or was edited."""
     try:
-        protocol = parse_json(read_text(folder / PROTOCOL, LARGEST))
+        protocol = parse_json(read_text(folder / PROTOCOL, LARGEST_PROTOCOL))
         content = {key: value for key, value in protocol.items() if key != "sha256"}
         if content["format"] != FORMAT:
             raise CampaignFileError(folder, [Problem(PROTOCOL, "format", repr(content["format"]), repr(FORMAT))])

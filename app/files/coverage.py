@@ -8,9 +8,9 @@ from analysis.campaign import Sweep
 from analysis.experiment import Protocol
 from app.files.campaign_error import Problem
 
-MOST = 10_000
+MOST_SWEEPS = 10_000
 """Sweeps in one campaign: steps are numbered with four digits."""
-FURTHEST = 2.0
+LARGEST_OVEN_DEVIATION = 2.0
 """Largest distance of an oven reading from its nominal temperature, K."""
 
 
@@ -35,8 +35,8 @@ def places(protocol: Protocol) -> tuple[Place, ...]:
     Raises ValueError if there are more than four digits can number.
     """
     count = len(protocol.temperatures) * len(protocol.directions) * len(protocol.levels)
-    if count > MOST:
-        raise ValueError(f"temperatures x directions x levels is {count} sweeps; allowed 1 to {MOST}")
+    if count > MOST_SWEEPS:
+        raise ValueError(f"temperatures x directions x levels is {count} sweeps; allowed 1 to {MOST_SWEEPS}")
     legs = {"up": protocol.temperatures, "down": protocol.temperatures[::-1]}
     return tuple(
         Place(temperature, direction, level)
@@ -58,7 +58,7 @@ def place_of(protocol: Protocol, sweep: Sweep, unit: str = "V") -> Place | None:
     nominal = protocol.temperatures
     nearest = min(range(len(nominal)), key=lambda i: abs(nominal[i] - sweep.temperature))
     gaps = [abs(nominal[i] - nominal[nearest]) for i in (nearest - 1, nearest + 1) if 0 <= i < len(nominal)]
-    reach = min([0.4 * gap for gap in gaps] + [FURTHEST])
+    reach = min([0.4 * gap for gap in gaps] + [LARGEST_OVEN_DEVIATION])
     level = next((v for v in protocol.levels if abs(v - sweep.level) <= 1e-6 * v), None)
     near = abs(nominal[nearest] - sweep.temperature) <= reach
     if level is None or not near or sweep.direction not in protocol.directions:
@@ -79,7 +79,7 @@ def coverage_problems(
         Of each input's levels.
     """
     minutes = protocol.repeats * protocol.record / 60.0
-    most_drift = FURTHEST + 3.0 * protocol.ramp_rate * minutes
+    most_drift = LARGEST_OVEN_DEVIATION + 3.0 * protocol.ramp_rate * minutes
     found: dict[Place, str] = {}
     numbers: dict[int, str] = {}
     for name, sweep in sweeps.items():

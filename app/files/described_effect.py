@@ -6,9 +6,9 @@ from analysis.gap.description.described import Description, Form
 from app.files.atomic import write_text
 
 FOLDER = "described"
-WIDTH = 3.0
+PRIOR_WIDTH = 3.0
 """Prior of an amplitude, in its value as described: the next campaign may find another strength."""
-PLACE = 0.03
+PRIOR_OF_PLACE = 0.03
 """Prior of a place, m."""
 
 
@@ -93,13 +93,13 @@ def _load(form: Form) -> str:
     for one in form.parameters:
         value = float(one.value)
         if one.name == amplitude:
-            sigma = abs(value) * WIDTH or 1.0
+            sigma = abs(value) * PRIOR_WIDTH or 1.0
             lines.append(f'Parameter("{one.name}", "{one.unit}", 0.0, {10.0 * sigma!r}, {sigma!r}),')
             continue
         shapes[one.name] = value
-        spread = PLACE if one.name in ("x", "y") else max(abs(value), 1e-3)
-        low = value - 2.0 * PLACE if one.name in ("x", "y") else value / 3.0
-        high = value + 2.0 * PLACE if one.name in ("x", "y") else value * 3.0
+        spread = PRIOR_OF_PLACE if one.name in ("x", "y") else max(abs(value), 1e-3)
+        low = value - 2.0 * PRIOR_OF_PLACE if one.name in ("x", "y") else value / 3.0
+        high = value + 2.0 * PRIOR_OF_PLACE if one.name in ("x", "y") else value * 3.0
         lines.append(
             f'Parameter("{one.name}", "{one.unit}", {low!r}, {high!r}, {spread!r}, shape=True, typical={value!r}),'
         )
@@ -129,8 +129,8 @@ def _curve(form: Form) -> str:
             value = float(one.value)
             shapes[one.name] = value
             lines.append(
-                f'Parameter("{one.name}", "m", {value - 2.0 * PLACE!r}, {value + 2.0 * PLACE!r}, {PLACE!r}, '
-                f"shape=True, typical={value!r}),"
+                f'Parameter("{one.name}", "m", {value - 2.0 * PRIOR_OF_PLACE!r}, '
+                f"{value + 2.0 * PRIOR_OF_PLACE!r}, {PRIOR_OF_PLACE!r}, shape=True, typical={value!r}),"
             )
     words, body, state = {
         "load": (

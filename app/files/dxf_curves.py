@@ -11,7 +11,7 @@ from analysis.geometry.curves import Arc, Cubic, Curve, Point, Segment
 
 METRES = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 9: 2.54e-5, 10: 0.9144, 13: 1e-6, 14: 0.1}
 """Metres in a unit, by the file's ``$INSUNITS``: inch, foot, mm, cm, m, mil, yard, µm, dm."""
-LEVEL = 1e-6
+LEVEL_SLOPE = 1e-6
 """Largest slope against the drawing's plane of what counts as lying in it."""
 TILTED = "that does not lie in the plane of x and y; flatten the drawing"
 SPLINE_PARTS = 8
@@ -111,7 +111,7 @@ def _curves(entity: Any) -> Iterator[Curve]:
 def _seen_from_below(entity: Any) -> bool:
     """Whether an entity is drawn on the plane seen from below; ValueError for one on another plane."""
     x, y, z = entity.dxf.get("extrusion", (0.0, 0.0, 1.0))
-    if np.hypot(x, y) > LEVEL * abs(z):
+    if np.hypot(x, y) > LEVEL_SLOPE * abs(z):
         raise ValueError(f"holds a {entity.dxftype()} {TILTED}")
     return bool(z < 0.0)
 
@@ -120,7 +120,7 @@ def _flat(places: Sequence[Any], kind: str) -> list[Point]:
     """Points of an entity in the plane; ValueError where they differ in height."""
     high = [float(place[2]) for place in places]
     extent = float(np.ptp(np.array([_point(place) for place in places]), axis=0).max())
-    if max(high) - min(high) > LEVEL * extent:
+    if max(high) - min(high) > LEVEL_SLOPE * extent:
         raise ValueError(f"holds a {kind} {TILTED}")
     return [_point(place) for place in places]
 

@@ -17,7 +17,7 @@ Whole = Annotated[int, Field(ge=0, le=1_000_000)]
 Degrees = Annotated[float, Field(ge=-300.0, le=3000.0)]
 DOUBT = "temperature in doubt"
 """Event of a reading, or with ``step`` of a sweep or hit that was kept; why in a list, ``what``."""
-LARGEST = 50_000_000
+LARGEST_EVENTS_FILE = 50_000_000
 """Bytes: some hundred thousand events."""
 
 
@@ -62,7 +62,7 @@ def read_events(folder: Path) -> list[dict[str, Any]]:
     if not path.exists():
         return []
     try:
-        lines = read_bytes(path, LARGEST).split(b"\n")[:-1]
+        lines = read_bytes(path, LARGEST_EVENTS_FILE).split(b"\n")[:-1]
     except ValueError as error:
         raise CampaignFileError(folder, [Problem(NAME, "", str(error), "")]) from error
     events = []

@@ -130,7 +130,7 @@ class AcquiredSensor(Sensor):
         return Sensor.model_validate(self.model_dump(exclude={"sensitivity", "sensitivity_unit"}))
 
 
-FAR = 30.0
+LARGEST_LIMIT_DISTANCE = 30.0
 """How far beyond the oven's set-points the limits of a campaign may lie, K."""
 
 
@@ -145,17 +145,17 @@ def far_limits(name: str, limits: Limits, oven: OvenSettings) -> Iterator[Proble
     Yields
     ------
     Problem
-        A limit more than `FAR` beyond the oven's own.
+        A limit more than `LARGEST_LIMIT_DISTANCE` beyond the oven's own.
     """
-    least, most = oven.minimum - FAR, oven.maximum + FAR
+    least, most = oven.minimum - LARGEST_LIMIT_DISTANCE, oven.maximum + LARGEST_LIMIT_DISTANCE
     remedy = (
         "choose a nearer limit, or correct [oven]: it must stop a campaign that leaves the range of the set-points"
     )
     if limits.hottest > most:
-        allowed = f"at most {most:g} °C, oven.maximum + {FAR:g} K"
+        allowed = f"at most {most:g} °C, oven.maximum + {LARGEST_LIMIT_DISTANCE:g} K"
         yield Problem(name, "limits.hottest", f"{limits.hottest:g} °C", allowed, remedy)
     if limits.coldest < least:
-        allowed = f"at least {least:g} °C, oven.minimum - {FAR:g} K"
+        allowed = f"at least {least:g} °C, oven.minimum - {LARGEST_LIMIT_DISTANCE:g} K"
         yield Problem(name, "limits.coldest", f"{limits.coldest:g} °C", allowed, remedy)
 
 

@@ -98,7 +98,7 @@ class HammerHits(Declared):
         return TriggerSettings(self.trigger * volts, self.pretrigger, self.duration)
 
 
-MOVED = 2.5
+LARGEST_MOVE = 2.5
 """Largest change of temperature between two readings on the way, K: half of what `Programme.tolerance` allows."""
 
 
@@ -123,10 +123,10 @@ class HammerSetPoints(Declared):
             if self.temperatures.count(one) > 1:
                 raise ValueError(f"temperatures: {one:g} °C is there twice; each once")
         moved = self.poll_interval * self.ramp_rate / 60.0
-        if moved > MOVED:
+        if moved > LARGEST_MOVE:
             raise ValueError(
                 f"poll_interval {self.poll_interval:g} s: at {self.ramp_rate:g} K/min the temperature moves by "
-                f"{moved:.3g} K between two readings; at most {60.0 * MOVED / self.ramp_rate:.3g} s"
+                f"{moved:.3g} K between two readings; at most {60.0 * LARGEST_MOVE / self.ramp_rate:.3g} s"
             )
         return self
 
@@ -144,7 +144,7 @@ class HammerSetPoints(Declared):
             soak_before=self.soak,
             settling=Settling(within=self.within, lasting=self.soak, timeout=self.timeout),
             watch=self.watch,
-            tolerance=2.0 * MOVED,
+            tolerance=2.0 * LARGEST_MOVE,
             poll_interval=self.poll_interval,
         )
         sweep = SweepSettings(

@@ -10,14 +10,15 @@ from math import prod
 import h5py
 from h5py import h5a, h5d, h5o, h5z
 
-SMALL = 64_000_000
+ALLOWED_ARRAY_BYTES = 64_000_000
 """Bytes of arrays that any file may hold, however small it is itself."""
-MOST = 100
+LARGEST_EXPANSION = 100
 """Bytes of arrays to a byte of the file, beyond that."""
-OBJECTS = 100_000
-CHUNK = 16_000_000
+MOST_OBJECTS = 100_000
+"""Groups and arrays: every one costs memory and time before its contents are known."""
+LARGEST_CHUNK = 16_000_000
 """Bytes of one compressed piece of an array."""
-LONGEST = 1_000_000
+LARGEST_ATTRIBUTE = 1_000_000
 """Bytes of an attribute."""
 FILTERS = frozenset({h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE})
 
@@ -40,7 +41,7 @@ def require_plain(file: h5py.File, size: int) -> None:
         For a link that is not a plain one, arrays that lie in other files or would be larger than `size` lets
         expect, and types other than numbers and single texts.
     """
-    left = SMALL + MOST * size
+    left = ALLOWED_ARRAY_BYTES + LARGEST_EXPANSION * size
     groups = [file["/"]]
     known = {h5o.get_info(file.id).addr}
     _require_attributes(file["/"])
@@ -52,8 +53,8 @@ def require_plain(file: h5py.File, size: int) -> None:
                 raise ForeignContentsError(f"{place} is a link to elsewhere")
             held = group[name]
             address = h5o.get_info(held.id).addr
-            if address in known or len(known) > OBJECTS:
-                raise ForeignContentsError(f"{place} occurs twice, or there are over {OBJECTS} like it")
+            if address in known or len(known) > MOST_OBJECTS:
+                raise ForeignContentsError(f"{place} occurs twice, or there are over {MOST_OBJECTS} like it")
             known.add(address)
             _require_attributes(held)
             if isinstance(held, h5py.Group):
@@ -85,7 +86,7 @@ def _require_stated_size(array: h5py.Dataset) -> None:
         return
     made, piece = array.id.get_create_plist(), prod(array.chunks) * array.dtype.itemsize
     filters = [made.get_filter(n)[0] for n in range(made.get_nfilters())]
-    if piece > CHUNK or len(set(filters)) != len(filters) or not FILTERS.issuperset(filters):
+    if piece > LARGEST_CHUNK or len(set(filters)) != len(filters) or not FILTERS.issuperset(filters):
         raise ForeignContentsError(f"{array.name} is packed in pieces of {piece} bytes by filters {filters}")
     stored: list[h5d.StoreInfo] = []
     array.id.chunk_iter(stored.append)
@@ -108,8 +109,8 @@ def _require_attributes(held: h5py.HLObject) -> None:
     for name in held.attrs:
         attribute = h5a.open(held.id, name.encode("utf-8", "surrogateescape"))
         place = f"{held.name}, attribute {name},"
-        if attribute.shape is None or attribute.get_storage_size() > LONGEST:
-            raise ForeignContentsError(f"{place} is empty or longer than {LONGEST} bytes")
+        if attribute.shape is None or attribute.get_storage_size() > LARGEST_ATTRIBUTE:
+            raise ForeignContentsError(f"{place} is empty or longer than {LARGEST_ATTRIBUTE} bytes")
         _require_type(place, attribute.dtype, attribute.shape)
 
 

@@ -17,7 +17,7 @@ from uuid import uuid4
 
 import h5py
 
-GROWTH = 1 << 20
+GROWTH_STEP = 1 << 20
 """Bytes by which an image grows: at HDF5's own 64 kB a large one is moved a thousand times."""
 
 
@@ -32,7 +32,7 @@ def hdf5_image() -> Iterator[tuple[h5py.File, list[bytes]]]:
     """
     made: list[bytes] = []
     try:
-        with h5py.File(_name(), "w", driver="core", backing_store=False, block_size=GROWTH) as file:
+        with h5py.File(_name(), "w", driver="core", backing_store=False, block_size=GROWTH_STEP) as file:
             yield file, made
             file.flush()
             made.append(file.id.get_file_image())

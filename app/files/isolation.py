@@ -14,11 +14,11 @@ from pathlib import Path
 from drivers.interruptions import ENDING
 from drivers.own_process import module_command, own_surroundings
 
-PATIENCE = 30.0
+START_SECONDS = 30.0
 """Seconds of processor time that starting Python and reading a small file may take."""
-BUSY = 4.0
+CLOCK_FACTOR = 4.0
 """Times as long it may take by the clock, from a slow network share or beside other programs."""
-SLOWEST = 10e6
+SLOWEST_DISK = 10e6
 """Bytes per second that any disk gives."""
 POOLS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 SIGXCPU = 24
@@ -58,7 +58,7 @@ def run_isolated(module: str, arguments: Sequence[str], size: int) -> None:
     SlowReadError
         Where it takes too long.
     """
-    limit = PATIENCE + size / SLOWEST
+    limit = START_SECONDS + size / SLOWEST_DISK
     # one thread: each of an algebra library's takes 40 MB of the address space that a reader may be held to
     environment = own_surroundings() | dict.fromkeys(POOLS, "1")
     words = module_command(module, *arguments)
@@ -67,10 +67,11 @@ def run_isolated(module: str, arguments: Sequence[str], size: int) -> None:
     ) as child:
         try:
             _hold_time(child.pid, math.ceil(limit))
-            said = child.communicate(timeout=BUSY * limit)[1]
+            said = child.communicate(timeout=CLOCK_FACTOR * limit)[1]
         except subprocess.TimeoutExpired as error:
             raise SlowReadError(
-                f"not read within {BUSY * limit:.0f} s: damaged, or on a slow disk; try again with a local copy"
+                f"not read within {CLOCK_FACTOR * limit:.0f} s: damaged, or on a slow disk; "
+                "try again with a local copy"
             ) from error
         finally:
             child.kill()

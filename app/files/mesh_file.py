@@ -15,7 +15,7 @@ from app.files.parsed_text import parse_json
 
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 NEEDS = "reading meshes needs the extra meshes: pip install 'flexura[meshes]'"
-LARGEST = 20_000_000
+LARGEST_MESH_FILE = 20_000_000
 """Bytes of a file."""
 READER = "app.files.mesh_reader"
 
@@ -63,8 +63,8 @@ def mesh_of_file(path: Path, unit: float, names: Mapping[str, str]) -> dict[str,
     size = path.stat().st_size if path.is_file() else -1
     if size < 0:
         raise ValueError("there is no such file beside the declaration")
-    if size > LARGEST:
-        raise ValueError(f"{size} bytes; allowed at most {LARGEST}")
+    if size > LARGEST_MESH_FILE:
+        raise ValueError(f"{size} bytes; allowed at most {LARGEST_MESH_FILE}")
     with tempfile.TemporaryDirectory(prefix="flexura-") as folder:
         numbers = Path(folder) / "mesh.json"
         run_isolated(READER, [str(path.resolve()), str(numbers)], size)

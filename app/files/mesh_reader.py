@@ -25,7 +25,7 @@ LIBRARY = {
 """Module of meshio and program by ending. Exodus needs a second library; its programs write Abaqus or VTK, too."""
 CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
 LINES = ("line", "line3")
-MEMORY = 1_500_000_000
+ADDRESS_SPACE = 1_500_000_000
 """Bytes of address space: Python with meshio has 0.2 GB, the largest file it may read takes 1 GB."""
 
 
@@ -146,9 +146,12 @@ def _read(path: Path) -> Any:
 
 if __name__ == "__main__":
     try:
-        hold_memory(MEMORY)
+        hold_memory(ADDRESS_SPACE)
         Path(sys.argv[2]).write_text(json.dumps(numbers_of(Path(sys.argv[1]))), encoding="utf-8")
     except MemoryError:
-        sys.exit(f"needs more than {MEMORY / 1e9} GB of memory: damaged, or its points have numbers far too large")
+        sys.exit(
+            f"needs more than {ADDRESS_SPACE / 1e9} GB of memory: "
+            "damaged, or its points have numbers far too large"
+        )
     except Exception as error:  # noqa: BLE001 (reported to the parent process)
         sys.exit(" ".join(str(error).split()) or type(error).__name__)

@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.experiment import Protocol
 from analysis.gap.plan.measurement import Measurement, Reach
-from analysis.protocol.objections import ALIAS_FREE
+from analysis.protocol.objections import ALIAS_FREE_SHARE
 from app.files.atomic import write_text
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import read_protocol
@@ -20,9 +20,9 @@ from app.files.settings_toml import read_table
 from app.files.toml_text import toml_text
 
 NAME = "next-experiment.toml"
-LASER = 20.0
+LASER_SENSITIVITY = 20.0
 """V per m/s of a further sensor, to be replaced by its own: 50 mm/s per volt, a usual range of lasers."""
-MOVED = 0.4
+MOVE_SHARE = 0.4
 """Share of the tolerance by which the temperature may move between two readings."""
 
 
@@ -74,7 +74,7 @@ def reach_of(experiment: AcquiredExperiment) -> Reach:
         level=level,
         temperatures=(low + programme.lead, high - programme.lead),
         rate=oven.max_rate,
-        highest=ALIAS_FREE * experiment.sample_rate / beyond**1.1,
+        highest=ALIAS_FREE_SHARE * experiment.sample_rate / beyond**1.1,
     )
 
 
@@ -132,7 +132,7 @@ def _programme(table: Mapping[str, Any], protocol: Protocol) -> dict[str, Any]:
         "ramp_rate": protocol.ramp_rate,
     }
     tolerance = float(table.get("tolerance", 0.5))
-    most = MOVED * tolerance * 60.0 / protocol.ramp_rate
+    most = MOVE_SHARE * tolerance * 60.0 / protocol.ramp_rate
     if float(table.get("poll_interval", 5.0)) > most:
         changed["poll_interval"] = round(float(np.floor(10.0 * most) / 10.0), 1)
     return changed
@@ -144,13 +144,13 @@ def _with_sensor(table: dict[str, Any], place: tuple[float, float]) -> list[str]
     name = next(f"further{k}" for k in range(1, len(taken) + 2) if f"further{k}" not in taken)
     table["sensor"] = [
         *(table.get("sensor") or ()),
-        {"id": name, "kind": "velocity", "point": list(place), "sensitivity": LASER},
+        {"id": name, "kind": "velocity", "point": list(place), "sensitivity": LASER_SENSITIVITY},
     ]
     responses = list(table["cards"]["responses"])
     table["cards"]["responses"] = [*responses, _next_terminal(responses[-1])]
     return [
-        f"Sensor {name}: put in its kind, its sensitivity ({LASER:g} V per m/s is assumed) and its terminal "
-        "(the last of cards.responses)."
+        f"Sensor {name}: put in its kind, its sensitivity ({LASER_SENSITIVITY:g} V per m/s is assumed) and its "
+        "terminal (the last of cards.responses)."
     ]
 
 

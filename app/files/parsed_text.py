@@ -7,15 +7,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-LARGEST = 1_000_000
+LARGEST_DECLARATION = 1_000_000
 """Bytes: a declaration is a page of text, and more is not one."""
-PIECE = 1_000_000
+BYTES_AT_ONCE = 1_000_000
 """Bytes read at once."""
-DEEPEST = 32
+DEEPEST_NESTING = 32
 """Tables in tables, lists in lists; a declaration has six."""
 
 
-def read_text(path: Path, largest: int = LARGEST) -> str:
+def read_text(path: Path, largest: int = LARGEST_DECLARATION) -> str:
     """Read a file of UTF-8 text, see `read_bytes`; UnicodeDecodeError, a ValueError, for other bytes.
 
     Editors of Windows put a byte order mark before it, and some write UTF-16: then a mark, or the zero byte of the
@@ -28,7 +28,7 @@ def read_text(path: Path, largest: int = LARGEST) -> str:
     return content.decode(wide or "utf-8-sig")
 
 
-def read_bytes(path: Path, largest: int = LARGEST) -> bytes:
+def read_bytes(path: Path, largest: int = LARGEST_DECLARATION) -> bytes:
     """Read a file, or no more of it than is allowed, whatever its system says of its size.
 
     Raises
@@ -40,7 +40,7 @@ def read_bytes(path: Path, largest: int = LARGEST) -> bytes:
     """
     content = bytearray()
     with path.open("rb") as file:  # piece by piece: asked for all at once, Python sets memory aside for all
-        while len(content) <= largest and (piece := file.read(PIECE)):
+        while len(content) <= largest and (piece := file.read(BYTES_AT_ONCE)):
             content += piece
     if len(content) > largest:
         raise ValueError(f"{path.stat().st_size} bytes; allowed: at most {largest}")
@@ -62,13 +62,13 @@ def _parsed(parse: Callable[[], Any]) -> Any:
     try:
         value = parse()
     except RecursionError as error:
-        raise ValueError(f"nested more than {DEEPEST} deep") from error
+        raise ValueError(f"nested more than {DEEPEST_NESTING} deep") from error
     level = [value]
-    for _ in range(DEEPEST):
+    for _ in range(DEEPEST_NESTING):
         level = [part for held in level for part in _parts(held)]
         if not level:
             return value
-    raise ValueError(f"nested more than {DEEPEST} deep")
+    raise ValueError(f"nested more than {DEEPEST_NESTING} deep")
 
 
 def _parts(held: Any) -> list[Any]:

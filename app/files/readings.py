@@ -11,7 +11,7 @@ from pathlib import Path
 from app.files.events import seconds
 
 NAME = "readings.csv"
-MOST = 1_000_000
+MOST_READINGS = 1_000_000
 """Sweeps of a campaign."""
 
 
@@ -62,4 +62,4 @@ def parse_reading(text: str) -> ReadingLine | None:
     except (ValueError, StopIteration, csv.Error):
         return None
     finite = math.isfinite(line.air_c) and not math.isinf(line.plate_c) and not math.isinf(line.seconds_left)
-    return line if finite and 0 <= line.done <= line.total < MOST else None
+    return line if finite and 0 <= line.done <= line.total < MOST_READINGS else None

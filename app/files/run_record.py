@@ -13,7 +13,7 @@ from app.files.provenance import provenance, sha256
 
 SCHEMA = "flexura-run/1"
 NAME = "run.json"
-LARGEST = 20_000_000
+LARGEST_RECORD = 20_000_000
 """Bytes: the SHA-256 of every sweep stands in it three times."""
 State = Literal["made", "up to date", "failed", "not run", "stopped"]
 WHOLE = ("made", "up to date")
@@ -119,7 +119,7 @@ def hashed(folder: Path, names: Mapping[str, str] | tuple[str, ...]) -> dict[str
 def read_run_record(run: Path, campaign: str) -> RunRecord:
     """Read the record in a run folder; an empty one where none can be read: all is then made again."""
     try:
-        held = parse_json(read_text(run / NAME, LARGEST))
+        held = parse_json(read_text(run / NAME, LARGEST_RECORD))
         if not isinstance(held, dict) or held.pop("schema", None) != SCHEMA:
             return RunRecord(campaign)
         read = TypeAdapter(RunRecord).validate_python(held)

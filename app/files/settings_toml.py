@@ -21,7 +21,7 @@ from app.files.parsed_text import parse_toml, read_text
 
 Model = TypeVar("Model", bound=BaseModel)
 
-KELVIN = 273.15
+ZERO_CELSIUS = 273.15
 """0 °C in K."""
 
 
@@ -155,7 +155,7 @@ def _unit_hint(seen: object, detail: ErrorDetails, allowed: str) -> str:
     if not isinstance(seen, int | float) or highest is None or not allowed.endswith(")"):
         return ""
     if allowed.endswith("(degrees Celsius)"):
-        return f"{seen:g} K are {seen - KELVIN:.5g} °C" if highest < seen <= highest + KELVIN else ""
+        return f"{seen:g} K are {seen - ZERO_CELSIUS:.5g} °C" if highest < seen <= highest + ZERO_CELSIUS else ""
     return (
         f"values are SI: {seen:g} thousandths are {seen / 1000.0:g}" if highest < seen <= 1000.0 * highest else ""
     )

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from drivers.ni.modules import InputModule
 
 NEAR_FULL_SCALE = 1.0 - 1e-4
-ALIVE = 16.0
+LEAST_CODES = 16.0
 """Codes, peak to peak: an open input shows its own noise, which is above this."""
 SMOOTH_TOP = 9.0
 """Quanta: how far a smooth peak that rounds to one code for two samples can fall at the next one."""
@@ -41,7 +41,7 @@ def faults(
         )
         return
     low, high = float(samples.min()) + 0.0, float(samples.max()) + 0.0  # no "-0 V"
-    alive = ALIVE * module.quantum if module else 0.0
+    alive = LEAST_CODES * module.quantum if module else 0.0
     if high - low <= alive:
         yield f"{low:g} to {high:g} {unit} throughout", "a signal (is the channel connected and switched on?)"
         return

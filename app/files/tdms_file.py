@@ -21,7 +21,7 @@ LOST = ("scale", "Cropping", "not a multiple")
 """Words of what npTDMS logs if its numbers are not those that were recorded, or not all of them."""
 LEAD_IN = struct.Struct("<4sIIQQ")
 """Of a segment: tag, contents, version, bytes to the next segment, bytes to its samples."""
-UNKNOWN = 2**64 - 1
+UNKNOWN_LENGTH = 2**64 - 1
 """Bytes to the next segment where the recorder did not know them yet."""
 
 
@@ -98,7 +98,7 @@ def _length_unknown(file: BinaryIO) -> bool:
         if len(head) < LEAD_IN.size or head[:4] != b"TDSm":
             return False
         length = LEAD_IN.unpack(head)[3]
-        if length == UNKNOWN:
+        if length == UNKNOWN_LENGTH:
             return True
         place += LEAD_IN.size + length
 

@@ -139,7 +139,7 @@ FORCE_FACTOR = 5.0
 """How far the peak of a force may be from the level: a hammer hits as it happens to, a wrong unit is far off."""
 WHOLE = "a whole TDMS file"
 COPY_AGAIN = "copy it again from the recorder"
-UNUSED = 64
+UNUSED_CHANNELS_FACTOR = 64
 """Times as large a recorder's file may be, which may hold many channels besides those declared."""
 LEAVE_OUT = "record it again, or import with --allow-missing to leave the sweep out"
 
@@ -163,7 +163,7 @@ def read_sweep(
     problems : list of Problem
     """
     recorder = recorder or RecorderLayout(channels={}, sweeps={})
-    largest = TdmsLayout.of(experiment).largest_file * (UNUSED if recorder.channels else 1)
+    largest = TdmsLayout.of(experiment).largest_file * (UNUSED_CHANNELS_FACTOR if recorder.channels else 1)
     try:
         size = path.stat().st_size
         if size > largest:

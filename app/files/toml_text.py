@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-LINE = 110
+LINE_WIDTH = 110
 """Characters up to which a list or a table stays on one line."""
 
 
@@ -39,7 +39,7 @@ def _has_heading(value: Any, top: bool) -> bool:
         if top:
             return True
         nested = any(isinstance(item, Mapping | list | tuple) for item in value.values())
-        return nested or len(_value(value)) > LINE or not value
+        return nested or len(_value(value)) > LINE_WIDTH or not value
     return isinstance(value, list | tuple) and any(isinstance(item, Mapping) for item in value)
 
 
@@ -65,11 +65,11 @@ def _value(value: Any) -> str:
 def _list(items: Sequence[str]) -> str:
     """Items in brackets, several to a line where they do not fit into one."""
     whole = ", ".join(items)
-    if len(whole) <= LINE:
+    if len(whole) <= LINE_WIDTH:
         return f"[{whole}]"
     lines, line = [], ""
     for item in items:
-        if line and len(line) + len(item) > LINE - 6:
+        if line and len(line) + len(item) > LINE_WIDTH - 6:
             lines.append(line.rstrip())
             line = ""
         line += f"{item}, "

@@ -15,7 +15,7 @@ QUANTITIES = {3: "strain", 8: "displacement", 11: "velocity", 12: "acceleration"
 GENERAL = 1
 """Of what the format has no number for: voltage, charge."""
 DOUBLE_REAL, DOUBLE_COMPLEX = 4, 6
-COLUMNS = 12
+FREQUENCY_COLUMNS = 12
 """Of 13 for a frequency; one stays blank, so that numbers stand apart."""
 
 
@@ -111,10 +111,10 @@ def _even(frf: MeasuredTransfer) -> bool:
 def _narrow(value: float) -> str:
     """Return a number in 13 columns with as many digits as they hold."""
     exact = repr(value)
-    if len(exact) <= COLUMNS:
+    if len(exact) <= FREQUENCY_COLUMNS:
         return f"{exact:>13}"
-    for digits in range(COLUMNS - 1, 0, -1):
+    for digits in range(FREQUENCY_COLUMNS - 1, 0, -1):
         text = f"{value:.{digits}g}"
-        if len(text) <= COLUMNS:
+        if len(text) <= FREQUENCY_COLUMNS:
             return f"{text:>13}"
     return f"{value:13.5e}"

@@ -11,7 +11,7 @@ from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import Experiment
 from analysis.frf import Frf
 
-OUTSIDE = 1.0
+RANGE_MARGIN = 1.0
 """K that a temperature asked for may lie beyond those measured: readings differ from the temperatures declared."""
 
 
@@ -62,7 +62,7 @@ def nearest_sweep(frf: Frf, temperature: float) -> int:
     Raises ValueError where the campaign was not measured there.
     """
     low, high = float(frf.temperature.min()), float(frf.temperature.max())
-    if not low - OUTSIDE <= temperature <= high + OUTSIDE:
+    if not low - RANGE_MARGIN <= temperature <= high + RANGE_MARGIN:
         raise ValueError(f"--temperature {temperature:g} °C; the sweeps are from {low:.2f} to {high:.2f} °C")
     return int(np.argmin(np.abs(frf.temperature - temperature)))
 

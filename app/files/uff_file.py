@@ -17,7 +17,7 @@ BLANK = re.compile(rb"(?:[ \t]*[\r\n]|[\0\x1a])*")
 """Spaces without an end of line may be the beginning of a delimiter that was cut."""
 TYPE = re.compile(rb" {0,5}(\d{1,6})(b?)[^\r\n]*(?:\r\n?|\n)")
 LINE = re.compile(rb"[^\r\n]*(?:\r\n?|\n)")
-LINES = 11
+HEAD_LINES = 11
 """Of the head of a data set, before the samples."""
 BYTES = slice(31, 43)
 """Columns in the first line of a binary set that give the length of its samples; some programs' are wrong."""
@@ -93,7 +93,7 @@ def _end(content: bytes, kind: re.Match[bytes]) -> int | None:
     """Return where the set with this first line ends, its delimiter included."""
     if kind[2]:
         samples = kind.end()
-        for _ in range(LINES):
+        for _ in range(HEAD_LINES):
             line = LINE.match(content, samples)
             samples = line.end() if line else len(content)
         declared = kind[0][BYTES].strip()
@@ -114,7 +114,7 @@ def _after_blank(content: bytes, place: int) -> int:
     return blank.end() if blank else place
 
 
-LARGEST = 2_000_000_000
+LARGEST_UFF_FILE = 2_000_000_000
 """Bytes above which a file is refused rather than read into memory."""
 
 
@@ -132,7 +132,7 @@ def opened_uff(path: Path) -> Iterator[tuple[pyuff.UFF, list[int]]]:
     ValueError
         Where it is damaged or too large.
     """
-    content = read_bytes(path, LARGEST)
+    content = read_bytes(path, LARGEST_UFF_FILE)
     kinds = data_sets(content)
     plain = plain_exponents(content)
     with tempfile.TemporaryDirectory(prefix="flexura-") as folder:

@@ -24,7 +24,7 @@ NEWTONS = {
 }
 """Force of one unit by the units code."""
 FORCES = {1.0: "N", 4.4482216152605: "lbf", 9.80665: "kgf", 1e-3: "mN", 0.138254954376: "pdl", 1e-2: "cN"}
-NEAR = 1e-3
+FACTOR_ROUNDING = 1e-3
 """Relative difference of a factor from that of the units code that rounding in the file may cause."""
 TIME, FREQUENCY = 17, 18
 """Specific data types of an abscissa."""
@@ -58,7 +58,9 @@ class FileUnits:
 
 
 def _named(units: dict[float, str], scale: float) -> str:
-    return next((name for one, name in units.items() if abs(one / scale - 1.0) < NEAR), f"{scale:g} SI units")
+    return next(
+        (name for one, name in units.items() if abs(one / scale - 1.0) < FACTOR_ROUNDING), f"{scale:g} SI units"
+    )
 
 
 def file_units(file: pyuff.UFF, kinds: list[int]) -> FileUnits:
@@ -85,7 +87,7 @@ def _units(data: dict[str, Any]) -> FileUnits:
     for what, factor, known in zip(("length", "force"), factors, (METRES, NEWTONS), strict=True):
         if not (np.isfinite(factor) and 1e-9 < factor < 1e9):
             raise ValueError(f"data set 164: {what} factor {factor:g}; allowed: 1e-9 to 1e9, units per SI unit")
-        if code in known and abs(factor * known[code] - 1.0) > NEAR:
+        if code in known and abs(factor * known[code] - 1.0) > FACTOR_ROUNDING:
             raise ValueError(
                 f"data set 164: units code {code} means {what} factor {1.0 / known[code]:g}, and {factor:g} "
                 f"stands "

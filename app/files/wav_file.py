@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 FLOAT = bytes.fromhex("0300000000001000800000aa00389b71")
 """Identity of IEEE floats in an extensible format chunk."""
-LARGEST = 2**32 - 1
+LARGEST_RIFF_FILE = 2**32 - 1
 """Bytes of a RIFF file, whose sizes are 32-bit numbers."""
 
 
@@ -86,8 +86,8 @@ def _head(sample_rate: float, channels: int, frames: int, comment: str) -> bytes
     before += _chunk(b"LIST", b"INFO" + _chunk(b"ICMT", text))
     size = 4 * channels * frames
     whole = 4 + len(before) + 8 + size
-    if whole > LARGEST:
-        most = (LARGEST - whole + size) // (4 * channels) / sample_rate / 60.0
+    if whole > LARGEST_RIFF_FILE:
+        most = (LARGEST_RIFF_FILE - whole + size) // (4 * channels) / sample_rate / 60.0
         raise WavFileError(
             f"{frames / sample_rate / 60.0:.0f} minutes of {channels} channels; "
             f"a WAV file holds {most:.0f} of them"

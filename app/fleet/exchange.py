@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from analysis.focusing.energy import EnergyForms
 
 FILTERS = "filters.h5"
-USABLE = 0.02
+USABLE_LOSS = 0.02
 """Mean contrast that other filters may lose, as `flexura compensate` allows its networks."""
 MOST_TEMPERATURES = 3
 """Lowest, middle, highest that two panels' filters have in common."""
@@ -51,7 +51,7 @@ class Exchange:
     def users_of(self, row: int) -> tuple[str, ...]:
         """Names of the other panels on which a panel's filters are good enough."""
         others = zip(self.names, self.loss[row], strict=True)
-        return tuple(name for place, (name, lost) in enumerate(others) if place != row and lost <= USABLE)
+        return tuple(name for place, (name, lost) in enumerate(others) if place != row and lost <= USABLE_LOSS)
 
 
 def exchanged(runs: Mapping[str, Path], executor: Executor, report: Progress) -> Exchange | None:

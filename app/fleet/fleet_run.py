@@ -24,7 +24,7 @@ from app.files.run_record import StageRecord
 from app.files.unwritten import told
 from app.fleet.members import FleetMember
 
-MEMORY = 1.6e9
+MODEL_MEMORY = 1.6e9
 """Bytes that a campaign takes at most, while the model of a panel is built."""
 DECIDES = ("plate", "patch", "drive", "sensor", "string", "cable")
 """Of an experiment, beside the band, what a model of its plate is made from."""

@@ -13,7 +13,7 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.fleet.new_piece import PredictedLaw, predict_piece
 from analysis.fleet.outlying import Outlier, outliers
-from analysis.fleet.scatter import FEWEST, Scatter, estimate_scatter
+from analysis.fleet.scatter import FEWEST_PIECES, Scatter, estimate_scatter
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updated import Updated
 from analysis.updating.laws import fit_laws
@@ -23,7 +23,7 @@ from app.files.best_twin import best_twin, gap_record_of
 CONSTANTS = ("youngs_modulus", "poisson_ratio", "loss_factor")
 """In the order of a law's rows; the first and the last by their logarithm."""
 MISFIT = "misfit"
-SPACING = 10.0
+COMPARED_SPACING = 10.0
 """K between temperatures at which laws are compared: nearer ones would count one bend of a smooth law twice."""
 
 
@@ -117,7 +117,7 @@ def laws_beside(runs: Mapping[str, Path]) -> FleetLaws:
     known = [one for one in pieces if one.laws is not None]
     nothing = FleetLaws(tuple(pieces), np.empty(0), np.empty((3, 0, 0)), {}, {}, (), unread)
     places = common_temperatures([one.laws for one in known if one.laws is not None])
-    if len(known) < FEWEST or not places.size:
+    if len(known) < FEWEST_PIECES or not places.size:
         return nothing
     values, covariance = _values(known, places)
     quantities = {name: (values[row], covariance[row]) for row, name in enumerate(CONSTANTS)}
@@ -148,7 +148,7 @@ def common_temperatures(laws: Sequence[MaterialLaws]) -> Real:
     high = min(one.temperature_range[1] for one in laws)
     if high - low < 1.0:
         return np.empty(0)
-    return np.linspace(low, high, max(round((high - low) / SPACING), 2) + 1)
+    return np.linspace(low, high, max(round((high - low) / COMPARED_SPACING), 2) + 1)
 
 
 def _piece(name: str, run: Path) -> Piece:

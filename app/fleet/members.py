@@ -11,8 +11,9 @@ from app.files.parsed_text import read_text
 from app.files.plate_toml import declares_plate
 
 LISTS = (".txt", ".list")
-LARGEST = 10_000_000
-MOST = 9999
+LARGEST_LIST_FILE = 10_000_000
+"""Bytes of a list: `MOST_CAMPAIGNS` paths of a thousand characters."""
+MOST_CAMPAIGNS = 9999
 """Campaigns of a fleet: the page shows each."""
 
 
@@ -53,8 +54,8 @@ def fleet_members(named: Sequence[Path]) -> tuple[FleetMember, ...]:
             raise ResultFileError(
                 f"{before} and {one.campaign} have one name, and results are called by it: rename one of them"
             )
-    if len(found) > MOST:
-        raise ResultFileError(f"{len(found)} campaigns are named; allowed: up to {MOST}")
+    if len(found) > MOST_CAMPAIGNS:
+        raise ResultFileError(f"{len(found)} campaigns are named; allowed: up to {MOST_CAMPAIGNS}")
     return tuple(found)
 
 
@@ -93,7 +94,7 @@ def _is_there(folder: Path) -> bool:
 
 def _listed(path: Path) -> list[Path]:
     try:
-        lines = read_text(path, LARGEST).splitlines()
+        lines = read_text(path, LARGEST_LIST_FILE).splitlines()
     except (OSError, ValueError) as error:
         raise ResultFileError(
             f"{path}: the list cannot be read ({error}); allowed: text, one folder a line"

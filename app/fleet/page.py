@@ -7,10 +7,10 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.fleet.new_piece import predict_piece
-from app.fleet.exchange import USABLE, Exchange
+from app.fleet.exchange import USABLE_LOSS, Exchange
 from app.fleet.fleet_run import RunMember
 from app.fleet.laws_beside import CONSTANTS, FleetLaws
-from app.fleet.record import BAND, LINEAR, TITLES, said_of, summary_of
+from app.fleet.record import BAND_SHARE, LINEAR, TITLES, said_of, summary_of
 from app.report.page import Absent, Item, PageTable, Paragraph, Picture, Section, VerdictBox, page
 from app.report.style import drawing, panels
 
@@ -83,9 +83,9 @@ def _laws(laws: FleetLaws) -> list[Item]:
     figure = law_figure(laws)
     caption = (
         "Every line is a piece, the noise of its estimates in it. Shaded: where the true law of "
-        f"{100 * BAND:.0f} % of further pieces lies, of which nothing is measured. Red: pieces not like the "
+        f"{100 * BAND_SHARE:.0f} % of further pieces lies, of which nothing is measured. Red: pieces not like the "
         "others. With bars: pieces measured at the marked temperature only, as the fleet predicts them, with "
-        f"{100 * BAND:.0f} % bands."
+        f"{100 * BAND_SHARE:.0f} % bands."
     )
     return [Picture("fleet-laws", "How far do the laws of the pieces differ?", figure, caption)]
 
@@ -97,7 +97,7 @@ def law_figure(laws: FleetLaws) -> "Figure":
         above, below = axes[:, column]
         label, unit = LAWS[name]
         linear, mean = name == LINEAR, laws.scatter[name].mean
-        band = predict_piece(laws.scatter[name], share=BAND)
+        band = predict_piece(laws.scatter[name], share=BAND_SHARE)
 
         def natural(values: Real, linear: bool = linear, unit: float = unit) -> Real:
             return (values if linear else np.exp(values)) / unit
@@ -146,7 +146,7 @@ def _exchange(exchange: Exchange | None) -> list[Item]:
     ]
     said = (
         "Contrast that the filters of the panel in the row lose on the panel in the column, against that panel's "
-        f"own (mean over the band and up to three temperatures). Up to {USABLE:g} they can be used."
+        f"own (mean over the band and up to three temperatures). Up to {USABLE_LOSS:g} they can be used."
     )
     table = PageTable(("filters of", *exchange.names), rows, numbers=range(1, len(exchange.names) + 1))
     return [Paragraph(said), table, *lines, *(Absent(note) for note in exchange.notes)]

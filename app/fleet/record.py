@@ -15,7 +15,8 @@ from app.fleet.laws_beside import MISFIT, FleetLaws
 
 SCHEMA = "flexura-fleet/1"
 NAME = "fleet.json"
-BAND = 0.9
+BAND_SHARE = 0.9
+"""Share of further pieces that the band about the mean of the fleet is to hold."""
 LINEAR = "poisson_ratio"
 """The constant whose law is compared as it is; of the others the logarithm is."""
 TITLES = {"youngs_modulus": "E", "poisson_ratio": "ν", "loss_factor": "η"}
@@ -65,7 +66,7 @@ def fleet_record(
             {
                 "name": one.name,
                 "measured_at": one.measured_at,
-                "band": BAND,
+                "band": BAND_SHARE,
                 "temperature": one.temperature.tolist(),
                 **{
                     name: {key: _natural(name, getattr(law, key)) for key in ("value", "low", "high")}
@@ -110,10 +111,10 @@ def summary_of(members: Sequence[RunMember], laws: FleetLaws) -> str:
 
 def _constant(name: str, laws: FleetLaws) -> dict[str, Any]:
     scatter = laws.scatter[name]
-    band = predict_piece(scatter, share=BAND)
+    band = predict_piece(scatter, share=BAND_SHARE)
     return {
         "mean": _natural(name, scatter.mean),
-        "band": {"share": BAND, "low": _natural(name, band.low), "high": _natural(name, band.high)},
+        "band": {"share": BAND_SHARE, "low": _natural(name, band.low), "high": _natural(name, band.high)},
         "between": scatter.between,
         "within": scatter.within,
         "scale": "linear" if name == LINEAR else "logarithm",

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.channel import UNITS
-from analysis.estimation.agreement import SAME, agreement
+from analysis.estimation.agreement import LEAST_AGREEMENT, agreement
 from analysis.estimation.estimators import Estimator, FrfEstimate, estimate
 from analysis.estimation.excitation import leaks
 from analysis.estimation.impacts import Blows, find_blows
@@ -17,7 +17,7 @@ from analysis.estimation.ringing import ringing
 from analysis.estimation.segments import Segments
 from analysis.estimation.spectra import Spectra, of_blocks, pooled, welch
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.identification.single_hits import FEWEST, WithoutHit
+from analysis.identification.single_hits import FEWEST_HITS, WithoutHit
 from analysis.plate_temperature.named_doubts import said_of_doubts
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
@@ -220,7 +220,7 @@ def _single_hits(files: list[tuple[str, SignalsOfFile]], test: ModalTest) -> lis
 def _without_hits(singles: list[list[Spectra]], estimator: Estimator) -> tuple[WithoutHit, ...]:
     """FRFs of all places without the first, the second, ... hit at each; none where they are too few at one."""
     count = min((len(hits) for hits in singles), default=0)
-    if count < FEWEST:
+    if count < FEWEST_HITS:
         return ()
     found = []
     for left_out in range(count):
@@ -246,9 +246,9 @@ def _require_one_frf(files: list[tuple[str, SignalsOfFile]], parts: list[Spectra
         worst = found.different[np.argmin(found.between[found.different])]
         raise ValueError(
             f"{shown} are declared at the same places, but do not agree: {first.responses[worst]} by "
-            f"{max(found.between[worst], 0.0):.2f} (1: the same FRF, 0: unrelated; allowed: {SAME:g} or more)."
-            f" Are they of several points? Then {PLACES}. Or did the structure change between them? Then make a "
-            "test of each"
+            f"{max(found.between[worst], 0.0):.2f} (1: the same FRF, 0: unrelated; allowed: {LEAST_AGREEMENT:g} "
+            f"or more). Are they of several points? Then {PLACES}. Or did the structure change between them? Then "
+            "make a test of each"
         )
     return [
         f"{shown}: {first.responses[worst]} agrees between files by {found.between[worst]:.2f} only (1: the same "

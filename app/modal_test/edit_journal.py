@@ -29,7 +29,7 @@ FILES = (
     "modes.h5",
 )
 """Of a run; the last decides which state it is in."""
-LARGEST = 10_000_000
+LARGEST_JOURNAL = 10_000_000
 """Bytes of a journal."""
 
 
@@ -155,7 +155,7 @@ def _put(source: Path, target: Path) -> None:
 def _lines(file: Path) -> list[dict[str, Any]]:
     """Read a journal; none where it is not there or is damaged."""
     try:
-        found = [parse_json(line) for line in read_bytes(file, LARGEST).splitlines()]
+        found = [parse_json(line) for line in read_bytes(file, LARGEST_JOURNAL).splitlines()]
         good = all(isinstance(o["state"], int) and o["state"] >= 0 and o["what"] and o["did"] for o in found)
     except (OSError, ValueError, KeyError, TypeError):
         return []

@@ -18,7 +18,7 @@ from app.files.bad_file import ResultFileError
 
 Position = tuple[float, float, float]
 
-HUGE = 1e50
+LARGEST_FRF = 1e50
 """Beyond it, and below its inverse, squares of what is computed from FRFs leave the range of numbers."""
 
 
@@ -66,8 +66,10 @@ class FrfSet:
         if not self.transfers:
             raise ValueError("no FRF")
         largest = max(float(np.abs(one.h).max()) for one in self.transfers)
-        if largest and not 1.0 / HUGE < largest < HUGE:
-            raise ValueError(f"FRFs up to {largest:.3g}; allowed: {1.0 / HUGE:g} to {HUGE:g}: correct their units")
+        if largest and not 1.0 / LARGEST_FRF < largest < LARGEST_FRF:
+            raise ValueError(
+                f"FRFs up to {largest:.3g}; allowed: {1.0 / LARGEST_FRF:g} to {LARGEST_FRF:g}: correct their units"
+            )
         first = self.transfers[0]
         for one in self.transfers[1:]:
             same = one.frequency.shape == first.frequency.shape

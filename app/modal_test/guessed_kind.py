@@ -13,7 +13,7 @@ from app.files.modal_test_toml import ModalTest
 from app.modal_test.guessed_channels import NewTest
 from app.modal_test.sample_rates import sample_rate
 
-SECONDS = 2.0
+SEGMENT_SECONDS = 2.0
 """Of a segment; lines lie 0.5 Hz apart."""
 
 
@@ -40,7 +40,7 @@ def guessed_kind(columns: Columns, channels: Mapping[str, Mapping[str, Any]], sa
 
 
 def guessed_segments(file: str, columns: Columns, test: ModalTest) -> dict[str, Any]:
-    """Return the segments of a continuous test: a whole period or sweep, or else Hann's of `SECONDS`.
+    """Return the segments of a continuous test: a whole period or sweep, or else Hann's of `SEGMENT_SECONDS`.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def guessed_segments(file: str, columns: Columns, test: ModalTest) -> dict[str, 
     dict
         ``seconds``, ``window``, ``overlap``.
     """
-    seconds, window, overlap = SECONDS, "hann", 0.5
+    seconds, window, overlap = SEGMENT_SECONDS, "hann", 0.5
     drives = _signals(columns, [name for name, one in test.channels.items() if one.role == "drive"])
     if drives is not None:
         try:
@@ -62,7 +62,7 @@ def guessed_segments(file: str, columns: Columns, test: ModalTest) -> dict[str, 
         except ValueError:  # said when the test is identified
             pass
         else:
-            seconds, window, overlap = fitting_segments(recording, SECONDS)
+            seconds, window, overlap = fitting_segments(recording, SEGMENT_SECONDS)
     return {"seconds": seconds, "window": window, "overlap": overlap}
 
 

@@ -47,7 +47,7 @@ def of_unnamed(columns: Columns, taken: AbstractSet[str], kind: str | None) -> d
 
 FULL_TURNS = (np.pi, 2.0 * np.pi, 180.0, 360.0)
 """Where phases end that are wrapped, in radians and in degrees."""
-ALIKE = 3.0
+LARGEST_PART_RATIO = 3.0
 """Ratio of the sizes of two parts up to which a number that could be a phase could be an imaginary part, too."""
 
 
@@ -70,7 +70,7 @@ def _parts_of_frf(columns: Columns, names: Sequence[str]) -> list[str]:
         return ["real", "imaginary"]
     if not within or reach < 0.5:  # no phase of a resonance turns by less than half a radian
         return ["real", "imaginary"]
-    if positive and (ends or wrapped or not 1.0 / ALIKE < reach / (0.5 * size) < ALIKE):
+    if positive and (ends or wrapped or not 1.0 / LARGEST_PART_RATIO < reach / (0.5 * size) < LARGEST_PART_RATIO):
         return ["magnitude", "phase"]
     raise ValueError(
         "columns 2 and 3 without names may be real and imaginary part, or magnitude and phase; write their names "

@@ -93,7 +93,7 @@ class TestModes(Labelled):
         return rebuilt(self.modes, self.frfs.frequency, self.frfs)
 
 
-UNEXPLAINED = 0.2
+UNEXPLAINED_MISFIT = 0.2
 """Misfit from which something other than noise is wrong."""
 
 
@@ -139,7 +139,7 @@ def _unexplained(frfs: FrfSet, modes: Modes) -> list[str]:
     """Say where modes describe FRFs badly, and not because of the noise that was estimated with these."""
     power = float((np.abs(frfs.h) ** 2).sum())
     noise = 0.0 if frfs.variance is None else float(np.sqrt(frfs.variance.sum() / power))
-    if modes.misfit < max(UNEXPLAINED, 2.0 * noise):
+    if modes.misfit < max(UNEXPLAINED_MISFIT, 2.0 * noise):
         return []
     step = float(np.median(np.diff(frfs.frequency)))
     return [

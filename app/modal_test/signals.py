@@ -15,7 +15,7 @@ from app.modal_test.sample_rates import sample_rate
 
 SHARE_OF_SAMPLE = 0.02
 """By which starts of channels may differ: it turns the phase by 4 degrees at half the sample rate."""
-CLOCK = 1.5e-6
+CLOCK_STEP = 1.5e-6
 """s; programs keep times of day to a microsecond."""
 
 
@@ -112,7 +112,7 @@ def _begun_together(
     known = {name: start for name, start in starts.items() if start is not None}
     last = max(known.values(), default=0.0)
     late = {name: (last - start) * rate for name, start in known.items()}
-    if max(late.values(), default=0.0) <= max(SHARE_OF_SAMPLE, CLOCK * rate):
+    if max(late.values(), default=0.0) <= max(SHARE_OF_SAMPLE, CLOCK_STEP * rate):
         return scaled, []
     told = ", ".join(f"{name} {start - min(known.values()):.6g} s" for name, start in known.items())
     remedy = (
@@ -121,7 +121,7 @@ def _begun_together(
     if len(known) < len(scaled):
         raise ValueError(f"channels begin at different times ({told}), others at unknown ones; {remedy}")
     shifts = {name: round(samples) for name, samples in late.items()}
-    uneven = [name for name, n in shifts.items() if abs(late[name] - n) > max(SHARE_OF_SAMPLE, CLOCK * rate)]
+    uneven = [name for name, n in shifts.items() if abs(late[name] - n) > max(SHARE_OF_SAMPLE, CLOCK_STEP * rate)]
     if uneven:
         raise ValueError(
             f"channels begin at different times ({told}), and {uneven[0]!r} by a part of a sample of "

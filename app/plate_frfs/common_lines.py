@@ -8,7 +8,7 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.experiment import LEAST_LINES
 
-EVEN = 1e-3
+LARGEST_UNEVENNESS = 1e-3
 """Part of the spacing by which a line may lie off an even grid: files keep six digits of a frequency."""
 
 
@@ -66,7 +66,7 @@ def common_lines(named: Sequence[tuple[str, Real]], band: tuple[float, float] | 
         own = float(frequency[-1] - frequency[0]) / (len(frequency) - 1)
         off = np.abs(frequency - frequency[0] - own * np.arange(len(frequency))).max()
         # frequencies written with few digits are off by rounding, which grows with the frequency
-        if off > max(EVEN * own, 1e-5 * float(frequency[-1])):
+        if off > max(LARGEST_UNEVENNESS * own, 1e-5 * float(frequency[-1])):
             raise ValueError(f"{one}: its lines are not evenly spaced; export it with lines of one spacing")
         apart = (float(frequency[0]) - float(lines[0])) / spacing
         if abs(own / spacing - 1.0) * len(frequency) > 0.1 or abs(apart - round(apart)) > 0.1:

@@ -31,10 +31,10 @@ from app.plate_frfs.own_frfs import ENDINGS, PlacedFrf, own_frfs
 from app.plate_frfs.roving_hammer import PointsByNode, points_by_node
 from app.plate_frfs.source_files import FrfsOfFile, frfs_of_file, stated_coherence
 
-ROOM = 20.0
+ROOM_TEMPERATURE = 20.0
 """Of the oven's room where it is not declared, degrees Celsius: it matters only for effects of a gradient between
 plate and room."""
-PROVISIONAL = 20.0
+PROVISIONAL_TEMPERATURE = 20.0
 """A temperature with which a declaration is checked before those of the files are known."""
 
 Read = list[tuple[Path, FrfsOfPlate, FrfsOfFile | None]]
@@ -91,7 +91,7 @@ def read_plate(path: Path) -> FrfCampaign:
     measured = tuple(dict.fromkeys(round(one.temperature, 2) for one in sweeps))
     notes += _without_noise(sweeps, experiment)
     if "oven" not in rest and len(measured) > 1:
-        notes.append(f"oven.room_temperature is not declared: {ROOM:g} °C is taken")
+        notes.append(f"oven.room_temperature is not declared: {ROOM_TEMPERATURE:g} °C is taken")
     return FrfCampaign(
         name=file.parent.resolve().name if file.name == NAME else file.stem,
         experiment=_with_measured(experiment, said, rest, sweeps, lines),
@@ -169,7 +169,7 @@ def declared_experiment(
     if not loads:  # of no effect where no voltage of a patch is read
         acquisition = {"input_resistance": 1e6, "input_capacitance": 0.0} | acquisition
     table["acquisition"] = {"module": NOT_STATED, "sample_rate": max(2.56 * band[1], 100.0)} | acquisition
-    table.setdefault("oven", {"room_temperature": ROOM})
+    table.setdefault("oven", {"room_temperature": ROOM_TEMPERATURE})
     if "protocol" not in table:
         table["acquisition"]["module"] = NOT_STATED  # whatever is written there, it recorded no sweeps
         low, high = band
@@ -180,7 +180,7 @@ def declared_experiment(
             "tail": 0.0,
             "repeats": 1,
             "ramp_rate": said.measurement.ramp_rate,
-            "temperatures": [PROVISIONAL],
+            "temperatures": [PROVISIONAL_TEMPERATURE],
             "directions": ["up"],
             "levels": [1.0],
         }

@@ -29,7 +29,7 @@ COLUMNS = {
 NEEDED = ("temperature", "frequency")
 SURE = ("", "kept", "confirmed")
 """Words in a column of status with which a mode counts; others are weak."""
-LARGEST = 10_000_000
+LARGEST_TABLE = 10_000_000
 """Bytes of a table of modes."""
 
 Row = dict[str, float]
@@ -57,7 +57,9 @@ def modes_of_table(path: Path) -> list[ModesAtTemperature]:
     if not path.is_file():
         raise ResultFileError(f"{path}: no such file; a table of modes is wanted, as CSV")
     try:
-        lines = [line for line in read_text(path, LARGEST).splitlines() if line.strip() and line.strip()[0] != "#"]
+        lines = [
+            line for line in read_text(path, LARGEST_TABLE).splitlines() if line.strip() and line.strip()[0] != "#"
+        ]
     except (OSError, ValueError) as error:
         raise ResultFileError(f"{path}: not readable as a table of modes ({error})") from error
     if len(lines) < 2:
@@ -115,7 +117,7 @@ def is_table_of_modes(path: Path) -> bool:
         return False
     try:
         first = next(
-            line for line in read_text(path, LARGEST).splitlines() if line.strip() and line.strip()[0] != "#"
+            line for line in read_text(path, LARGEST_TABLE).splitlines() if line.strip() and line.strip()[0] != "#"
         )
     except (OSError, ValueError, StopIteration):
         return False

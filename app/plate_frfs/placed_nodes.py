@@ -11,9 +11,9 @@ import numpy as np
 
 from analysis.arrays import Real
 
-WITHIN = 1e-3
+COORDINATE_ROUNDING = 1e-3
 """Share of the plate's longer side by which rounded coordinates may reach beyond an edge, or out of the plane."""
-LARGER = 0.01
+SPAN_TOLERANCE = 0.01
 """Share of a side by which nodes may span more than it: drawings and plates differ by a little."""
 
 Place = tuple[float, ...]
@@ -57,7 +57,7 @@ def placed_nodes(given: Mapping[str, Sequence[float]], sides: tuple[float, float
     if not given:
         return PlacedNodes({})
     nodes, here = list(given), np.array([tuple(place) for place in given.values()], dtype=float)
-    near = WITHIN * max(sides)
+    near = COORDINATE_ROUNDING * max(sides)
     flat = np.ptp(here[:, 2]) <= near
     if flat and (here[:, :2] >= -near).all() and (here[:, :2] <= np.array(sides) + near).all():
         return PlacedNodes(dict(zip(nodes, map(tuple, here.tolist()), strict=True)))
@@ -115,7 +115,7 @@ def _turned(plane: Real, sides: tuple[float, float]) -> tuple[Real, float]:
         for angle in (-direction, 0.5 * np.pi - direction):
             span = np.ptp(hull @ _rotation(angle).T, axis=0)
             spans.append(span)
-            if (span <= (1.0 + LARGER) * np.array(sides)).all():
+            if (span <= (1.0 + SPAN_TOLERANCE) * np.array(sides)).all():
                 ways.append((float(np.prod(span)), abs(float(angle)), float(angle)))
     if not ways:
         smallest = min(spans, key=lambda span: float(np.prod(span)))

@@ -18,7 +18,7 @@ from app.files.provenance import sha256
 from app.plate_frfs.given_campaign import declared_experiment
 from app.plate_frfs.modes_table import modes_declared, modes_of_table
 
-BELOW, ABOVE = 0.5, 1.15
+BAND_BELOW, BAND_ABOVE = 0.5, 1.15
 """Band of the twin over the lowest and highest measured frequency: modes below the first one have to be counted,
 and those above the last one lie among the measured ones for another modulus."""
 NOWHERE = "unused"
@@ -86,7 +86,7 @@ def read_plate_of_modes(plate: Path, table: Path | None = None) -> PlateOfModes:
         problem = Problem(file.name, "modes", "nothing", "[[modes]] with temperature and frequency")
         raise CampaignFileError(file.parent, [problem])
     every = np.concatenate([one.frequency for one in modes])
-    band = said.measurement.band or (BELOW * float(every.min()), ABOVE * float(every.max()))
+    band = said.measurement.band or (BAND_BELOW * float(every.min()), BAND_ABOVE * float(every.max()))
     experiment = declared_experiment(file, said, _driven(rest), band)
     return PlateOfModes(
         name=file.parent.resolve().name if file.name == NAME else file.stem,

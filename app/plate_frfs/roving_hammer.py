@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from analysis.transducers import BASE
+from analysis.transducers import BASE_RADIUS
 from app.files.plate_toml import FrfsOfPlate
 from app.plate_frfs.source_files import FrfsOfFile
 
@@ -145,6 +145,6 @@ def _require_fixed(
 
 def _as_drive(sensor: Mapping[str, Any]) -> dict[str, Any]:
     """Return the force at an accelerometer, with the accelerometer's mass."""
-    base = BASE if sensor.get("kind") == "acceleration" else 0.0
+    base = BASE_RADIUS if sensor.get("kind") == "acceleration" else 0.0
     kept = {key: sensor[key] for key in ("id", "point", "side", "mass") if key in sensor}
     return {**kept, "radius": sensor.get("radius", base)}

@@ -17,7 +17,7 @@ from app.report.style import BAND, MEASURED, MODEL, drawing, panels
 
 DRIVEN, READ = "#d55e00", "#0072b2"
 """Colours of points that are driven, and of points that are measured."""
-MANY = 60
+POINTS_IN_SMALL_PRINT = 60
 """Points from which on their names are printed small."""
 MARKS = {"string": "v", "cable": "D"}
 HELD = {
@@ -158,7 +158,7 @@ def _named(axes: Axes, named: Sequence[tuple[str, Point]], label: str, *, marker
     """Mark points and print their names beside them."""
     if not named:
         return
-    few, above = len(named) <= MANY, marker == "*"  # a point may be driven and measured
+    few, above = len(named) <= POINTS_IN_SMALL_PRINT, marker == "*"  # a point may be driven and measured
     size = (13 if above else 5) if few else 3
     axes.plot(*np.array([place for _, place in named]).T, marker, color=color, ms=size, ls="", label=label)
     offset, side = ((4, 5), "bottom") if above else ((4, -3), "top")

@@ -15,7 +15,7 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.pareto import FAIR_RIPPLE, ParetoCurve
 from app.report.style import BAND, MEASURED, MODEL, frequency_axis, legend_below, panels, temperature_color
 
-SHOWN = (0.0, 20.0, 40.0, 60.0)
+PAPER_TEMPERATURES = (0.0, 20.0, 40.0, 60.0)
 """Temperatures of the paper's Figs. 13 and 17, degrees Celsius."""
 
 
@@ -190,4 +190,4 @@ def _over_temperature(frequency: NDArray[np.float64], temperature: NDArray[np.fl
 
 def _rows(temperature: NDArray[np.float64]) -> list[int]:
     """Rows nearest to the paper's temperatures, each once."""
-    return sorted({int(np.argmin(np.abs(temperature - t))) for t in SHOWN})
+    return sorted({int(np.argmin(np.abs(temperature - t))) for t in PAPER_TEMPERATURES})

@@ -21,11 +21,11 @@ from app.summaries.sheet import CONSTANTS
 
 Record = Mapping[str, Any]
 BEFORE, AFTER, ALIKE, OTHER = MODEL, BAND, "#7cc4cc", "0.75"
-BARS = 12
+CANDIDATES_SHOWN = 12
 """Candidates shown."""
-MAPPED = 8
+CHANNELS_MAPPED = 8
 """Channels whose residual is mapped, those with the largest."""
-LOUDEST = 100.0
+LARGEST_COLOUR_SIGMA = 100.0
 """Sigma at which the colours of the maps end at the latest."""
 
 
@@ -33,11 +33,11 @@ def residual_maps(figures: GapFigures) -> Figure:
     """Residual in sigma over frequency and temperature, per channel of the largest ones, before and after."""
     names = figures.before.channels
     # of a scan's hundreds those with the most beyond the noise
-    most = np.sort(np.argsort(-figures.before.excess.sum((0, 2)), kind="stable")[:MAPPED])
+    most = np.sort(np.argsort(-figures.before.excess.sum((0, 2)), kind="stable")[:CHANNELS_MAPPED])
     figure, axes = panels(
         len(most), 2, width=10.5, height=0.7 + 2.3 * len(most), sharex=True, sharey=True, squeeze=False
     )
-    top = float(np.clip(figures.before.sigma.max(), 3.0, LOUDEST))
+    top = float(np.clip(figures.before.sigma.max(), 3.0, LARGEST_COLOUR_SIGMA))
     beyond_noise = mpl.colormaps["magma_r"](np.linspace(0.12, 1.0, 12))
     colors = LinearSegmentedColormap.from_list("gap", ["white", *beyond_noise])
     norm = LogNorm(1.0, top)
@@ -93,7 +93,7 @@ def shares(figures: GapFigures) -> Figure:
 def candidates(record: Record) -> Figure:
     """Evidence of each effect alone, fitted where that was worth it, else to first order."""
     ranked = sorted(record["candidates"], key=_evidence)
-    rows = [row for row in ranked if _evidence(row) >= 1.0][-BARS:] or ranked[-3:]
+    rows = [row for row in ranked if _evidence(row) >= 1.0][-CANDIDATES_SHOWN:] or ranked[-3:]
     named = {effect["name"] for effect in record["effects"]}
     alike = {name for effect in record["effects"] for name in effect["equivalent"]}
     figure, axes = panels(1, 1, width=9.0, height=1.2 + 0.3 * len(rows))

@@ -11,13 +11,13 @@ from app.report.page import PageTable
 from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
 from app.summaries.mode_rows import NUMBERS, SWEEP_HEADINGS, sweep_rows
 
-REFERENCE = 25.4
+REFERENCE_TEMPERATURE = 25.4
 """Temperature of the paper's Fig. 10 to which frequencies are referred, degrees Celsius."""
 
 
 def drawn(tracked: TrackedModes) -> int:
     """Return the sweep that is drawn and whose modes are listed: the one nearest to the reference temperature."""
-    return int(np.argmin(np.abs(tracked.temperature - REFERENCE)))
+    return int(np.argmin(np.abs(tracked.temperature - REFERENCE_TEMPERATURE)))
 
 
 def mode_table(tracked: TrackedModes) -> PageTable:
@@ -68,7 +68,7 @@ def over_temperature(tracked: TrackedModes) -> Figure:
     reading = tracked.reading()
     order = np.argsort(tracked.temperature, kind="stable")
     temperature = tracked.temperature[order]
-    reference = int(np.argmin(np.abs(tracked.temperature - REFERENCE)))
+    reference = int(np.argmin(np.abs(tracked.temperature - REFERENCE_TEMPERATURE)))
     change = in_lines(100 * (reading.frequency_hz[order] / reading.frequency_hz[reference] - 1))
     for j in range(tracked.track.shape[1]):
         f, zeta = reading.frequency_hz[order, j], 100 * reading.damping_ratio[order, j]

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from analysis.frf import Frf
 from app.report.style import frequency_axis, legend_below, panels, temperature_color
 
-LINES = 5
+CURVES_DRAWN = 5
 
 
 def spread(temperature: np.ndarray, count: int) -> list[int]:
@@ -33,7 +33,7 @@ def waterfall(frf: Frf, channel: int = 0) -> Figure:
     axes[0].grid(visible=False)
     frequency_axis(axes[0])
     span = (float(frf.temperature.min()), float(frf.temperature.max()))
-    for row in spread(frf.temperature, LINES):
+    for row in spread(frf.temperature, CURVES_DRAWN):
         t = float(frf.temperature[row])
         curve = 20.0 * np.log10(np.abs(frf.h[row, channel]) + 1e-20)
         axes[1].plot(frf.frequency, curve, color=temperature_color(t, span), label=f"{t:.1f} °C")

@@ -21,9 +21,10 @@ from app.report.page import Item, Listing, PageTable, Paragraph, Picture, Sectio
 from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
 from app.summaries.mode_rows import READ_AS
 
-SHOWN = 4
+FRFS_DRAWN = 4
 """FRFs drawn at most."""
 DRAWN_SHAPES = 12
+"""Mode shapes drawn at most: four rows of three fit a page."""
 FILES = ("transfers.h5", "modes.h5", "stabilization.h5")
 
 
@@ -88,7 +89,7 @@ def mode_table(modes: Modes, shapes: ModeShapes) -> PageTable:
 
 def overlay(frfs: FrfSet, modes: Modes) -> Figure:
     """Draw a few FRFs, evenly chosen, and their synthesis."""
-    chosen = np.unique(np.linspace(0, len(frfs.transfers) - 1, SHOWN).astype(int))
+    chosen = np.unique(np.linspace(0, len(frfs.transfers) - 1, FRFS_DRAWN).astype(int))
     model = rebuilt(modes, frfs.frequency, frfs)
     figure, axes = panels(len(chosen), 1, height=2.2 * len(chosen) + 0.8, sharex=True, squeeze=False)
     reading = modes.reading()
@@ -111,7 +112,7 @@ def overlay(frfs: FrfSet, modes: Modes) -> Figure:
 
 def coherences(frfs: FrfSet) -> Figure:
     """Draw the coherence of every FRF that has one; that of those which `overlay` draws in the foreground."""
-    chosen = set(np.unique(np.linspace(0, len(frfs.transfers) - 1, SHOWN).astype(int)).tolist())
+    chosen = set(np.unique(np.linspace(0, len(frfs.transfers) - 1, FRFS_DRAWN).astype(int)).tolist())
     figure, axes = panels(1, 1, height=2.6)
     axis = axes if not isinstance(axes, np.ndarray) else axes.ravel()[0]
     for number, one in enumerate(frfs.transfers):

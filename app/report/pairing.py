@@ -14,9 +14,9 @@ from app.report.style import BAND, MODEL, frequency_axis, legend_below, panels
 from app.summaries.pairing import HEADINGS, likeness, no_fit_words, point_rows, points_shown, rows, title
 
 Record = Mapping[str, Any]
-WIDEST = 10.0
+LARGEST_DIFFERENCE_DRAWN = 10.0
 """Differences that are drawn, %."""
-MAPS = 6
+PLATES_DRAWN = 6
 """Plates drawn, one of them for the CoMAC."""
 
 
@@ -104,9 +104,9 @@ def points_figure(points: Record, plate: Plate, places: Mapping[str, tuple[float
     here = [k for k, name in enumerate(points["names"]) if name in places]
     at = np.array([places[points["names"][k]] for k in here])
     away = np.array(points["measured"], float)[:, here] - np.array(points["computed"], float)[:, here]
-    modes = np.sort(np.argsort(-np.abs(away).max(axis=1), kind="stable")[: MAPS - 1])
+    modes = np.sort(np.argsort(-np.abs(away).max(axis=1), kind="stable")[: PLATES_DRAWN - 1])
     top = max(float(np.quantile(np.abs(away[modes]), 0.98)), 0.05)
-    figure, axes = panels(2, MAPS // 2, width=10.5, height=5.6, squeeze=False)
+    figure, axes = panels(2, PLATES_DRAWN // 2, width=10.5, height=5.6, squeeze=False)
     flat, size = axes.ravel(), float(np.clip(900.0 / len(here), 8.0, 90.0))
     for place, mode in zip(flat, modes, strict=False):
         drawn = place.scatter(*at.T, c=away[mode], s=size, cmap="RdBu_r", vmin=-top, vmax=top)
@@ -145,7 +145,7 @@ def pairing_figure(before: Record, after: Record | None = None) -> Figure:
         f = np.array([pair["measured_hz"] for pair in pairs])
         strong = np.array([pair["strong"] for pair in pairs], dtype=bool)
         values = (
-            np.clip(_column(pairs, "difference", 100.0), -WIDEST, WIDEST),
+            np.clip(_column(pairs, "difference", 100.0), -LARGEST_DIFFERENCE_DRAWN, LARGEST_DIFFERENCE_DRAWN),
             _column(pairs, "damping"),
             _column(pairs, "residues" if likeness(sweep) == "residues" else "mac"),
         )

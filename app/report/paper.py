@@ -26,12 +26,12 @@ class PaperRow:
 
 PLATE = {"length_x": 0.24, "length_y": 0.19, "thickness": 0.003, "mass": 0.130}
 """Of the paper's section 3: m and kg."""
-SAME = 0.03
+LIKE_PLATE_DIFFERENCE = 0.03
 """Relative differences within which a plate counts as one like it."""
 
 SPECIMEN = "the plate of this campaign is its own specimen; the law follows the measurement, not the paper"
 CLOSE = "agrees with the paper"
-AGREES = 2.0
+AGREEING_SIGMA = 2.0
 """Standard deviations up to which a number agrees with the paper's; those of its rounding count, too."""
 
 CONSTANTS = (
@@ -44,7 +44,7 @@ CONSTANTS = (
 
 def is_the_papers(plate: Plate) -> bool:
     """Whether a plate has the paper's size and mass; nothing is gained by comparing any other with it."""
-    return all(abs(getattr(plate, name) / value - 1.0) < SAME for name, value in PLATE.items())
+    return all(abs(getattr(plate, name) / value - 1.0) < LIKE_PLATE_DIFFERENCE for name, value in PLATE.items())
 
 
 def figure(plate: Plate, number: int) -> str:
@@ -77,7 +77,7 @@ def material_rows(laws: MaterialLaws) -> list[PaperRow]:
 def _beside(ours: float, sigma: float, paper: float, step: float) -> str:
     """Say whether a number agrees with the paper's, which is rounded to `step`, and by how much it differs."""
     away = abs(ours - paper) / float(np.hypot(sigma, step / np.sqrt(12.0)))
-    if away <= AGREES:
+    if away <= AGREEING_SIGMA:
         return CLOSE
     return f"differs by {away:.0f} σ, {100.0 * (ours / paper - 1.0):+.1f} %: {SPECIMEN}"
 

@@ -12,11 +12,11 @@ from analysis.arrays import Real
 from app.files.bad_file import ResultFileError
 from app.report.page import Player
 
-SECONDS = 6.0
+PIECE_SECONDS = 6.0
 """Of each piece."""
 LOWEST_RATE = 8_000.0
 """Hz, which the band of a panel needs at least: pieces are resampled to a whole part of their rate above it."""
-PEAK = 0.9
+PEAK_LEVEL = 0.9
 """Of full scale, of the louder of both pieces."""
 
 
@@ -44,7 +44,7 @@ def players(run: Path) -> list[Player]:
     loudest = max(float(np.abs(piece).max(initial=0.0)) for piece in pieces)
     if loudest == 0.0 or rates[0] != rates[1]:
         return []
-    factor = PEAK / loudest
+    factor = PEAK_LEVEL / loudest
     names = ("before: filters of the first temperature kept", "after: filters follow the temperature")
     caption = (
         f"{found[0].name}, its last seconds at the first listener; both at {factor:.3g} of full scale for each Pa."
@@ -61,7 +61,7 @@ def _last_seconds(path: Path) -> tuple[int, Real]:
         raise ResultFileError(
             f"{path}: cannot be read as sound ({error}); make it again with flexura render --heard, or remove it"
         ) from error
-    first = np.asarray(samples.reshape(len(samples), -1)[-int(SECONDS * rate) :, 0], dtype=float)
+    first = np.asarray(samples.reshape(len(samples), -1)[-int(PIECE_SECONDS * rate) :, 0], dtype=float)
     if not np.isfinite(first).all():
         raise ResultFileError(
             f"{path}: holds samples that are no numbers; make it again with flexura render --heard, or remove it"

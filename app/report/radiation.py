@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from analysis.focusing.radiated import DEGREES, Radiation
 from app.report.style import MEASURED, frequency_axis, legend_below, panels, temperature_color
 
-SHOWN = 5
+TEMPERATURES_DRAWN = 5
 """Temperatures drawn, at most."""
 
 
@@ -65,4 +65,4 @@ def powers(found: Radiation) -> Figure:
 
 def _shown(count: int) -> list[int]:
     """Return some temperatures, the ends among them."""
-    return sorted(set(np.linspace(0, count - 1, min(SHOWN, count)).round().astype(int).tolist()))
+    return sorted(set(np.linspace(0, count - 1, min(TEMPERATURES_DRAWN, count)).round().astype(int).tolist()))

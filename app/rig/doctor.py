@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
-from app.files.acquired_campaign import SPARE
+from app.files.acquired_campaign import SPARE_DISK
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_folder import sweep_paths
@@ -33,11 +33,11 @@ from drivers.soundcard.settings import SoundCard
 
 EARLIEST = datetime(2025, 1, 1, tzinfo=UTC)
 """A clock that shows less was never set."""
-APART = 2.0
+LARGEST_CLOCK_DIFFERENCE = 2.0
 """Largest difference between the computer's and the disk's time, s."""
 OF_HIT = 40_000
 """Bytes of a hit beside its samples: an HDF5 file's own, with where it comes from, and what names the hit."""
-PLENTY = 1e9
+ENOUGH_BYTES = 1e9
 """Bytes that are enough where no experiment says how many are needed."""
 
 
@@ -128,13 +128,13 @@ def require_port(experiment: AcquiredExperiment | HammerExperiment, file: Path) 
 def _needed(experiment: AcquiredExperiment | HammerExperiment | None, folder: Path) -> tuple[float, str]:
     """Return the bytes that a campaign still needs, as doctor and acquire both say it, and what for."""
     if experiment is None:
-        return PLENTY, "for a campaign of some size"
+        return ENOUGH_BYTES, "for a campaign of some size"
     if isinstance(experiment, HammerExperiment):
         wanted = len(experiment.mallet.places) * experiment.hammer.hits * len(experiment.temperatures)
         left = max(wanted - len(list((folder / HITS).glob("*.h5"))), 0)
-        return left * _hit_bytes(experiment) + (SPARE if left else 0.0), f"for the {left} hits to be made"
+        return left * _hit_bytes(experiment) + (SPARE_DISK if left else 0.0), f"for the {left} hits to be made"
     left = experiment.protocol.count - (len(sweep_paths(folder)) if is_campaign_folder(folder) else 0)
-    return left * sweep_bytes(experiment) + (SPARE if left else 0.0), f"for the {left} sweeps to be made"
+    return left * sweep_bytes(experiment) + (SPARE_DISK if left else 0.0), f"for the {left} sweeps to be made"
 
 
 def _nearest(folder: Path) -> Path:
@@ -169,7 +169,7 @@ def _clock(folder: Path) -> Finding:
             apart = abs(Path(probe.name).stat().st_mtime - time.time())
     except OSError:  # reported already, as a disk that cannot be written
         apart = 0.0
-    if apart > APART:
+    if apart > LARGEST_CLOCK_DIFFERENCE:
         step = "let both be kept by the same time server"
         return Finding(
             "clock", FindingState.NOTE, f"{local}, {apart:.0f} s from that of the disk at {there}", step

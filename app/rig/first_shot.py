@@ -18,9 +18,9 @@ from drivers.rig.shot import Shot, fire
 from drivers.rig.survey import Finding, FindingState, look_at_cards, look_at_oven, look_at_sound
 from drivers.soundcard.settings import SoundCard
 
-CLOSE = 0.5
+LARGEST_RANGE_SHARE = 0.5
 """Share of an input's range that a short sweep may fill: a long one brings resonances up further."""
-LOUD = 0.03
+LARGEST_HUM_SHARE = 0.03
 """Share of a sensor's level that hum may have."""
 CHECK = "check this cable, its terminal in [cards] and, for a drive, the amplifier's input"
 
@@ -106,11 +106,11 @@ def _channel(name: str, one: InputLevels, experiment: AcquiredExperiment) -> Fin
     limits, levels = experiment.limits, experiment.sweep.levels
     lowest = one.level * min(levels) / max(levels)
     steps = []
-    if one.peak > CLOSE:
+    if one.peak > LARGEST_RANGE_SHARE:
         steps.append("lower the level or widen cards.input_range: longer sweeps bring resonances up further")
     if name != "drive" and lowest < limits.silence:
         steps.append(f"at {min(levels):g} V it would count as silent (limits.silence {limits.silence:g} V)")
-    if name != "drive" and one.hum > LOUD * lowest:
+    if name != "drive" and one.hum > LARGEST_HUM_SHARE * lowest:
         steps.append("look for a ground loop or an open shield")
     if one.coherence < limits.coherence:
         steps.append(

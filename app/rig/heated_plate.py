@@ -24,7 +24,7 @@ from simulation.state.plate_state import Circumstances, PlateState
 
 NAME = "uneven_heat"
 """Of the gradient as an effect of the simulated plate; no library that a campaign is held against has it."""
-DEGREE = 6
+POLYNOMIAL_DEGREE = 6
 """Of the polynomials in the place that b is fitted by, in each direction."""
 
 
@@ -38,7 +38,7 @@ class PlateBehindAir:
         Mean over the plate, s.
     capacity : float
         J/K.
-    coefficients : (`DEGREE` + 1, `DEGREE` + 1) ndarray
+    coefficients : (`POLYNOMIAL_DEGREE` + 1, `POLYNOMIAL_DEGREE` + 1) ndarray
         Of Legendre products in xi and zeta: b as bending weighs it over the thickness, less its mean, K per K/s.
     """
 
@@ -69,9 +69,9 @@ class PlateBehindAir:
         values = shell.space.values(shell.space.points) @ field
         values = values - np.average(values, weights=shell.space.dx)
         weight = np.sqrt(shell.space.dx)
-        rows = weight[:, None] * legvander2d(xi, zeta, [DEGREE, DEGREE])
+        rows = weight[:, None] * legvander2d(xi, zeta, [POLYNOMIAL_DEGREE, POLYNOMIAL_DEGREE])
         found = np.linalg.lstsq(rows, weight * values, rcond=None)[0]
-        return cls(-mean, capacity, found.reshape(DEGREE + 1, DEGREE + 1))
+        return cls(-mean, capacity, found.reshape(POLYNOMIAL_DEGREE + 1, POLYNOMIAL_DEGREE + 1))
 
     @property
     def conductance(self) -> float:
@@ -80,7 +80,9 @@ class PlateBehindAir:
 
     def uneven(self, xi: Numbers, zeta: Numbers) -> Numbers:
         """Return b less its mean (Q,), K per K/s, at normalised places (Q,)."""
-        return np.asarray(legvander2d(xi, zeta, [DEGREE, DEGREE]) @ self.coefficients.ravel())
+        return np.asarray(
+            legvander2d(xi, zeta, [POLYNOMIAL_DEGREE, POLYNOMIAL_DEGREE]) @ self.coefficients.ravel()
+        )
 
     @property
     def effect(self) -> Effect:

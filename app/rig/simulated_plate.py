@@ -9,20 +9,22 @@ from analysis.arrays import Complex, Real
 from analysis.sweep_point import SweepPoint
 from app.rig.plate_transfer import PlateTransfer
 
-SPACING = 0.2
+TEMPERATURE_SPACING = 0.2
 """Temperatures at which the twin is asked, K: a resonance of soft polymer moves by a tenth of its half width in
 between, of which cubic interpolation leaves 2e-5 of its peak. Linear interpolation at half the spacing would leave
 4e-4, always lower: more damping than there is."""
-BEYOND = (0.4, 1.25)
+BAND_FACTORS = (0.4, 1.25)
 """How far below and above its band the twin is still used, as shares of the band's edges.
 
 There it is not certified, but the drive fades there, and a response cut off at the edge itself would
 ring in the record.
 """
-KEPT = 6
+TRANSFERS_KEPT = 6
+"""Responses kept: four nodes of one temperature, and those that a slow ramp adds next."""
 RATE_STEP = 1e-5
 """K/s to which a drift is rounded, so that sweeps in one steady ramp share a response: 9 mK of a lag of 900 s."""
 LEVEL_DIGITS = 3
+"""Digits to which a drive's amplitude is rounded, so that sweeps of one level share a response."""
 
 
 @dataclass
@@ -65,12 +67,12 @@ class TwinPlate:
         if not drive.any():
             return answer
         rate, level = self._circumstances(drive, sample_rate, temperature)
-        first = int(np.floor(temperature.min() / SPACING)) - 1
-        last = int(np.floor(temperature.max() / SPACING)) + 2
+        first = int(np.floor(temperature.min() / TEMPERATURE_SPACING)) - 1
+        last = int(np.floor(temperature.max() / TEMPERATURE_SPACING)) + 2
         for node in range(first, last + 1):
-            weight = _cubic(temperature / SPACING - node)
+            weight = _cubic(temperature / TEMPERATURE_SPACING - node)
             if weight.any():
-                point = SweepPoint(round(node * SPACING, 6), rate, level * self.louder, self.source)
+                point = SweepPoint(round(node * TEMPERATURE_SPACING, 6), rate, level * self.louder, self.source)
                 transfer = self._transfer(point, sample_rate, length)
                 answer += weight * irfft(transfer * spectrum, length)[:, : drive.size]
         return np.asarray(np.reshape(self.sensitivity, (-1, 1)) * answer)
@@ -89,7 +91,7 @@ class TwinPlate:
         """Return the outputs per unit of the input, (K, L), zero well outside the twin's band."""
         key = (point, sample_rate, length)
         if key not in self._transfers:
-            while len(self._transfers) >= KEPT:
+            while len(self._transfers) >= TRANSFERS_KEPT:
                 del self._transfers[next(iter(self._transfers))]
             self._transfers[key] = self._computed(point, sample_rate, length)
         return self._transfers[key]
@@ -97,7 +99,7 @@ class TwinPlate:
     def _computed(self, point: SweepPoint, sample_rate: float, length: int) -> Complex:
         grid = rfftfreq(length, 1.0 / sample_rate)
         low, high = self.transfer.band
-        bottom, top = BEYOND[0] * low, min(BEYOND[1] * high, 0.49 * sample_rate)
+        bottom, top = BAND_FACTORS[0] * low, min(BAND_FACTORS[1] * high, 0.49 * sample_rate)
         inside = np.flatnonzero((grid > bottom) & (grid < top))
         lines = grid[inside]
         transfer = np.zeros((self.transfer.outputs, grid.size), dtype=complex)

@@ -33,7 +33,7 @@ from drivers.soundcard.settings import SoundCard
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
-REFERENCE = 25.0
+REFERENCE_TEMPERATURE = 25.0
 """Degrees Celsius at which `Twin.referred` counts strain energies."""
 
 
@@ -219,13 +219,13 @@ def transfer_with_effects(
         raise CampaignFileError(file.parent, problems)
     if any(twin.library[name].needs_strain_energy for name in effects):
         low, high = laws.temperature_range
-        if not low <= REFERENCE <= high:
-            allowed = f"to hold {REFERENCE:g} °C, at which strain energies are counted"
+        if not low <= REFERENCE_TEMPERATURE <= high:
+            allowed = f"to hold {REFERENCE_TEMPERATURE:g} °C, at which strain energies are counted"
             seen = f"{low:g} to {high:g} °C"
             raise CampaignFileError(
                 file.parent, [Problem(file.name, "simulation.laws.temperature", seen, allowed)]
             )
-        twin = twin.referred(laws.local(REFERENCE))
+        twin = twin.referred(laws.local(REFERENCE_TEMPERATURE))
     return TwinTransfer(twin, laws, with_shapes(twin.cards, effects))
 
 

@@ -9,11 +9,11 @@ from analysis.arrays import Real
 from analysis.sweep_point import SweepPoint
 from app.rig.plate_transfer import PlateTransfer
 
-TOP = 1.25
+TOP_OF_BAND_FACTOR = 1.25
 """How far above its band the twin is still used, as a share of its end: the response fades between, for one that
 was cut off at the end itself would ring before the hit. Below the band it is used down to 0 Hz, where a free plate
 moves as a rigid body, which the twin keeps (within 1.4 % of the closed form on a plate of 0.24 m)."""
-STEADY = 0.01
+TEMPERATURE_ROUNDING = 0.01
 """K to which the plate's temperature is rounded: a hundredth of a degree moves a resonance of soft polymer by some
 thousandth of its half width."""
 
@@ -52,10 +52,10 @@ class TwinUnderHammer:
         length = next_fast_len(2 * force.size, real=True)
         grid = rfftfreq(length, 1.0 / sample_rate)
         high = self.transfer.band[1]
-        top = min(TOP * high, 0.49 * sample_rate)
+        top = min(TOP_OF_BAND_FACTOR * high, 0.49 * sample_rate)
         inside = np.flatnonzero((grid > 0.0) & (grid < top))
         level = float(np.abs(force).max())
-        steady = SweepPoint(STEADY * round(temperature / STEADY), 0.0, level, point)
+        steady = SweepPoint(TEMPERATURE_ROUNDING * round(temperature / TEMPERATURE_ROUNDING), 0.0, level, point)
         h = np.zeros((self.volts.size, grid.size), dtype=complex)
         falling = 0.5 - 0.5 * np.cos(np.pi * np.clip((top - grid[inside]) / (top - high), 0.0, 1.0))
         h[:, inside] = falling * self.transfer(steady, grid[inside])

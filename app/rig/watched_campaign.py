@@ -10,7 +10,7 @@ from app.files.readings import ReadingLine, append_reading
 from drivers.rig.campaign import Moment
 from drivers.rig.errors import RESUME, RigStopped
 
-PATIENCE = 0.2
+PAUSE_LOOK_INTERVAL = 0.2
 """Seconds of ours between two looks at a pause: a simulated oven's time would race on otherwise."""
 
 log = logging.getLogger(__name__)
@@ -53,5 +53,5 @@ class WatchedCampaign:
         """Whether a pause is requested."""
         pause = requested(self._folder) == "pause"
         if pause:
-            time.sleep(PATIENCE)
+            time.sleep(PAUSE_LOOK_INTERVAL)
         return pause

@@ -10,7 +10,7 @@ from app.sound.listening_panel import ListeningPanel
 from app.sound.played_signals import PlayedSignals
 from app.sound.stretch import RecordingStretch
 
-SPACING = 0.5
+TEMPERATURE_SPACING = 0.5
 """K between the temperatures at which the twin is asked; between them its answers are interpolated."""
 
 
@@ -43,7 +43,7 @@ def listened(
     ResultFileError
         For signals shorter than a stretch.
     """
-    grid = np.linspace(*span, max(round((span[1] - span[0]) / SPACING), 8) + 1)
+    grid = np.linspace(*span, max(round((span[1] - span[0]) / TEMPERATURE_SPACING), 8) + 1)
     listener = Listener.of(panel, grid, signals.sample_rate, band, seconds, largest_sigma)
     count, behind = len(signals.response), listener.whole - listener.before
     if count < listener.whole:

@@ -15,8 +15,9 @@ from app.files.exports.shipment import Shipment
 from app.files.sound_file import Sound
 from app.sound.listening_panel import ListeningPanel
 
-BLOCK = 4096
-SILENT = 1e-3
+SAMPLES_AT_ONCE = 4096
+"""Samples read and filtered at a time: recordings of any length need little memory."""
+SILENT_SHARE = 1e-3
 """Share of the loudest channel that the listening patch's own channel may hold."""
 
 
@@ -76,10 +77,10 @@ def recorded(
         )
     down = Decimator(len(names) + 1, drive.sample_rate, highest)
     kept, loudest = [], np.zeros(len(names))
-    for played, measured in zip(drive.blocks(BLOCK), response.blocks(BLOCK), strict=True):
+    for played, measured in zip(drive.blocks(SAMPLES_AT_ONCE), response.blocks(SAMPLES_AT_ONCE), strict=True):
         loudest = np.maximum(loudest, np.abs(played).max(axis=1))
         kept.append(down.take(np.vstack([played, measured])))
-    if loudest[panel.sensor] > SILENT * loudest.max():
+    if loudest[panel.sensor] > SILENT_SHARE * loudest.max():
         raise ResultFileError(
             f"{drive.path}: {names[panel.sensor]}, the patch used as sensor, is driven by up to "
             f"{loudest[panel.sensor]:.3g} V; leave it out of the drive, or name another with --sensor"
@@ -110,12 +111,12 @@ def simulated(
         Of the noise.
     """
     settings = shipment.panel.filters
-    renderer = Renderer(shipment.filters, float(programme.at(0.0)), BLOCK)
+    renderer = Renderer(shipment.filters, float(programme.at(0.0)), SAMPLES_AT_ONCE)
     down = Decimator(len(panel.driven), sound.sample_rate, settings.edges[1])
     kept = []
-    for place, block in enumerate(sound.blocks(BLOCK)):
-        renderer.follow(float(programme.at(place * BLOCK / sound.sample_rate)))
-        mono = np.zeros(BLOCK)
+    for place, block in enumerate(sound.blocks(SAMPLES_AT_ONCE)):
+        renderer.follow(float(programme.at(place * SAMPLES_AT_ONCE / sound.sample_rate)))
+        mono = np.zeros(SAMPLES_AT_ONCE)
         mono[: block.shape[1]] = block.mean(axis=0)
         kept.append(down.take(renderer.process(mono)[panel.driven]))
     drive = np.hstack(kept)

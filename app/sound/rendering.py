@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.progress import Progress
-from analysis.rendering.heard import LENGTH
+from analysis.rendering.heard import RESPONSE_SAMPLES
 from analysis.rendering.programme import TemperatureProgramme
 from analysis.rendering.renderer import Renderer
 from analysis.weather.family import Across
@@ -23,9 +23,9 @@ from app.files.wav_file import WavFile, WavFileError, create_wav
 from app.sound.listeners import PARTS, HeardFiles, ListenersOfPanel
 from app.sound.trace import Trace
 
-LOOKS = 60
+MOST_LOOKS = 60
 """Times that the field is looked at, at most."""
-APART = 1.0
+LOOK_INTERVAL = 1.0
 """Seconds between two looks, at least."""
 
 
@@ -112,7 +112,7 @@ def render(
     frames = sound.frames + shipment.filters.banks.shape[2] - 1
     actuators = len(shipment.filters.banks)
     channels = 0 if listeners is None else 2 * (len(listeners.names) + 2)
-    require_room(folder, 4.0 * (actuators + channels) * (frames + LENGTH) + RESULTS, "--out")
+    require_room(folder, 4.0 * (actuators + channels) * (frames + RESPONSE_SAMPLES) + RESULTS, "--out")
     try:
         with written_together(folder, names) as (wav_path, trace_path, *heard_paths):
             with (
@@ -160,7 +160,7 @@ class _Work:
     ) -> None:
         """Filter a whole file, and what rings after it."""
         block, written, looked = self.renderer.block, 0, -np.inf
-        spacing = max(APART, sound.seconds / LOOKS)
+        spacing = max(LOOK_INTERVAL, sound.seconds / MOST_LOOKS)
         recent: list[Real] = []
         for samples in _padded(sound, block, frames):
             now = written / sound.sample_rate

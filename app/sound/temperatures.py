@@ -9,7 +9,7 @@ from analysis.rendering.programme import TemperatureProgramme
 from app.files.bad_file import ResultFileError
 from app.files.parsed_text import read_text
 
-LARGEST = 100_000_000
+LARGEST_READINGS_FILE = 100_000_000
 """Bytes of a file of readings."""
 
 
@@ -44,7 +44,7 @@ def _readings(path: Path) -> TemperatureProgramme:
         )
     rows: list[tuple[float, float]] = []
     try:
-        text = read_text(path, LARGEST)
+        text = read_text(path, LARGEST_READINGS_FILE)
     except (OSError, ValueError) as error:
         raise ResultFileError(f"{path}: cannot be read ({error}); allowed: CSV of seconds and °C") from error
     for number, row in enumerate(csv.reader(text.splitlines()), start=1):

@@ -20,11 +20,11 @@ from simulation.reduction.coarse_places import CoarsePlaces
 from simulation.reduction.coarse_plate import CoarsePlate
 from simulation.twin.instruments import ports
 
-BETTER = 0.1
+LEAST_CORRELATION_GAIN = 0.1
 """Least gain in the levels' correlation for a place to be tried; pairing then decides."""
-PLACES = 3
+PLACES_TRIED = 3
 """Places of each transducer that are tried."""
-APART = 0.05
+LEAST_PLACE_DISTANCE = 0.05
 """Least distance of these, as a share of the plate's longer side."""
 ORTHOTROPY = (-0.3, -0.16, -0.08, 0.08, 0.16, 0.3)
 """Values of delta_e."""
@@ -117,7 +117,9 @@ def other_places(experiment: Experiment, box: MaterialBox, sweep: SweepModes) ->
         length = float(np.ptp(experiment.plate.bounds, axis=0).max())
         declared = _place(experiment, channel)
         here = agreement[np.linalg.norm(plate.places - declared, axis=1).argmin()]
-        for place in _best_places(plate.places, agreement, here + BETTER, APART * length):
+        for place in _best_places(
+            plate.places, agreement, here + LEAST_CORRELATION_GAIN, LEAST_PLACE_DISTANCE * length
+        ):
             moved = _moved(experiment, channel, place)
             if moved is not None:
                 words = "{} stands at {:.3f}, {:.3f} m, not at {:.3f}, {:.3f} m as declared".format(
@@ -153,7 +155,7 @@ def _agreement(
 def _best_places(places: Real, agreement: Real, least: float, apart: float) -> list[tuple[float, float]]:
     chosen: list[tuple[float, float]] = []
     for g in np.argsort(-agreement).tolist():
-        if agreement[g] < least or len(chosen) == PLACES:
+        if agreement[g] < least or len(chosen) == PLACES_TRIED:
             break
         if all(np.hypot(*(places[g] - np.array(one))) > apart for one in chosen):
             chosen.append((float(places[g, 0]), float(places[g, 1])))

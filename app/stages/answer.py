@@ -23,7 +23,7 @@ from app.stages.update import updated_twin
 from app.twins.campaign_model import WORKERS, campaign_model, judging
 
 TURNED = "turned_plate"
-LARGEST = 50_000_000
+LARGEST_GAP_FILE = 50_000_000
 """Bytes of a gap.json that is read."""
 
 
@@ -49,7 +49,7 @@ def open_before(run: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """
     file = run / "gap.json"
     try:
-        record: Mapping[str, Any] = parse_json(read_text(file, LARGEST))
+        record: Mapping[str, Any] = parse_json(read_text(file, LARGEST_GAP_FILE))
         plan = record["plan"]
         names = [name for one in plan["questions"] for name in (one["effect"], one["rival"]) if name]
         chosen = plan["next"] or {}

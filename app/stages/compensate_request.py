@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from analysis.campaign_extent import CampaignExtent
-from analysis.compensation.settings import FEWEST, Training, suited_nodes
+from analysis.compensation.settings import FEWEST_TRAINING_TEMPERATURES, Training, suited_nodes
 from analysis.focusing.methods import Method
 from analysis.focusing.temperatures import spaced
 from analysis.progress import Progress
@@ -154,10 +154,11 @@ class CompensateRequest:
             raise UnsuitedOptionError("--method modal-control needs the modes of a model; --transfers has none")
         measured = measured_panel(declared, transfers, ())
         count = len(measured.transfers.temperature)
-        if count <= FEWEST:
+        if count <= FEWEST_TRAINING_TEMPERATURES:
             raise ResultFileError(
-                f"{transfers}: transfers at {count} temperatures; at least {FEWEST + 1} are needed, to train on "
-                "all but one: measure more, in one HDF5 file or a folder of universal files, one a temperature"
+                f"{transfers}: transfers at {count} temperatures; at least {FEWEST_TRAINING_TEMPERATURES + 1} are "
+                "needed, to train on all but one: measure more, in one HDF5 file or a folder of "
+                "universal files, one a temperature"
             )
         training = self._training(suited_nodes(count, measured=True))
 

@@ -29,7 +29,7 @@ from app.summaries.display import as_text
 from app.twins.panel_twin import panel_twin
 
 FILTERS = "filters.h5"
-SPACING = 5.0
+USUAL_SPACING = 5.0
 """Default spacing of the filters' temperatures, K."""
 
 
@@ -110,7 +110,7 @@ def compute(
     """
     laws = panel.plate.grown(laws)
     if temperature is None:
-        temperature = spaced(*covered(laws, panel.filters.operating_range), SPACING)
+        temperature = spaced(*covered(laws, panel.filters.operating_range), USUAL_SPACING)
     model = panel_twin(panel, laws, report)
     focusing = focus(model, panel, laws, temperature, method, report, workers())
     believed = None if uncorrected is None else panel.plate.grown(uncorrected)

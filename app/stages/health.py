@@ -33,7 +33,7 @@ from app.summaries.health import headline, health_record
 from app.twins.campaign_model import campaign_model
 
 HEALTH = "health.json"
-RATE = 1e-3
+FALSE_ALARM_RATE = 1e-3
 """False alarms per date: of a panel that is asked every week, one in twenty years."""
 
 
@@ -115,7 +115,7 @@ def later_date(folder: Path, mains: float) -> LaterDate:
 
 
 def compute(
-    run: Path, dates: Sequence[Path], report: Progress, *, rate: float = RATE, mains: float = 50.0
+    run: Path, dates: Sequence[Path], report: Progress, *, rate: float = FALSE_ALARM_RATE, mains: float = 50.0
 ) -> WatchedPanel:
     """Judge dates in turn against a baseline.
 

@@ -18,14 +18,14 @@ from app.stages.declaration_check import sentence
 from simulation.reduction.coarse_plate import CoarsePlate
 
 STAGE = "looking for the reason"
-LIKELY = 0.8
+LIKELY_PAIRED_SHARE = 0.8
 """Share of paired modes from which an alternative is named: right ones had 0.95 and more, a wrong length beside a
 wrong place, the length alone put right, 0.73."""
-CLEARLY = 0.85
+CLEAR_PAIRED_SHARE = 0.85
 """Share of paired modes from which no further alternatives are tried."""
-GAINED = 0.2
+LEAST_SHARE_GAIN = 0.2
 """Least gain in the share over the declaration's own; where this was tried, right ones gained 0.4 to 0.6."""
-EQUAL = 0.1
+EQUAL_SHARES = 0.1
 """Difference of shares up to which two alternatives are both named: mirrored plates answer alike."""
 
 
@@ -70,7 +70,7 @@ def likely_reason(experiment: Experiment, sweep: SweepModes, report: Progress) -
     for done, family in enumerate(families):
         report(STAGE, (done + 1) / (len(families) + 1))
         found += family()
-        if max(found, default=(0.0,))[0] >= CLEARLY:
+        if max(found, default=(0.0,))[0] >= CLEAR_PAIRED_SHARE:
             break
     report(STAGE, 1.0)
     return _concluded(declared, sorted(found, reverse=True))
@@ -78,9 +78,9 @@ def likely_reason(experiment: Experiment, sweep: SweepModes, report: Progress) -
 
 def _concluded(declared: CoarseTrial, found: list[Found]) -> LikelyReason:
     """Choose the best of what was found, best first."""
-    own, least = declared.pairs.counted, max(LIKELY, declared.share + GAINED)
+    own, least = declared.pairs.counted, max(LIKELY_PAIRED_SHARE, declared.share + LEAST_SHARE_GAIN)
     if found and found[0][0] >= least:
-        as_good = [words for share, words, _ in found[:2] if share >= max(least, found[0][0] - EQUAL)]
+        as_good = [words for share, words, _ in found[:2] if share >= max(least, found[0][0] - EQUAL_SHARES)]
         sentence = f"likely reason, tried on a coarse model that as declared has {own}: {', or: '.join(as_good)}"
         return LikelyReason(sentence, not found[0][2])
     if declared.share >= LEAST_SHARE:

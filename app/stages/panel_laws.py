@@ -17,7 +17,7 @@ from app.files.laws_file import effects_in_laws, load_laws
 from app.files.twin_file import TwinFile, inputs_digest, read_twin
 from app.stages.measured_plate import MeasuredPlate
 
-OWN = 0.1
+OWN_SIGMA_SHARE = 0.1
 """Share of a twin file's sigma that each temperature has for itself: a twin file states the whole only, and what
 the declaration leaves open, which all temperatures share, is nine tenths of it and more."""
 
@@ -184,9 +184,9 @@ def laws_of_twin(twin: TwinFile, origin: Path) -> MaterialLaws:
         if twin.departure:
             whole = (sigma.youngs_modulus / material.youngs_modulus, sigma.poisson_ratio)
             columns = np.stack([*whole, sigma.loss_factor / material.loss_factor], axis=1)
-            common = np.sqrt(1.0 - OWN**2) * columns[:, :, None]
+            common = np.sqrt(1.0 - OWN_SIGMA_SHARE**2) * columns[:, :, None]
             sigma = MaterialSigma(
-                *(OWN * x for x in (sigma.youngs_modulus, sigma.poisson_ratio, sigma.loss_factor))
+                *(OWN_SIGMA_SHARE * x for x in (sigma.youngs_modulus, sigma.poisson_ratio, sigma.loss_factor))
             )
         span = nodes.temperature_range
         return fit_laws(np.array(nodes.temperature), material, sigma, temperature_range=span, common=common)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # a run is told to be of another kind before what computes is
     from app.sound.weather_of_panel import WeatherOfPanel
     from app.twins.panel_twin import PanelTwin
 
-BLOCK, SMALLEST_BLOCK, LARGEST_BLOCK = 512, 16, 65_536
+USUAL_BLOCK, SMALLEST_BLOCK, LARGEST_BLOCK = 512, 16, 65_536
 """Samples filtered at a time: by default as many as sound cards ask for, at 8 kHz 64 ms."""
 
 
@@ -60,7 +60,7 @@ class RenderRequest:
     temperature: str | None = None
     weather: Path | None = None
     method: str | None = None
-    block: int = BLOCK
+    block: int = USUAL_BLOCK
     heard: bool = False
     twin: Path | None = None
 

@@ -26,6 +26,7 @@ from app.twins.panel_twin import PanelTwin
 NODES = tuple(range(6, 17))
 SPACINGS = (2.0, 5.0, 8.0)
 MOST_NODES = 14
+"""Hidden nodes where spacings are compared, and the spacings of training temperatures, K (Fig. 19)."""
 SHOWN = np.array([0.0, 20.0, 40.0, 60.0])
 """Temperatures of Fig. 13, degrees Celsius."""
 OF_NETWORKS = {"14", "15", "16", "17"}

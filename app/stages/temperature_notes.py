@@ -51,8 +51,8 @@ def resonance_notes(campaign: AnyCampaign, frf: Frf) -> tuple[str, ...]:
         f"look at the sweep at {frf.temperature[one]:.1f} °C on the way {frf.direction[one]}: {why}"
         for one, why in found.items()
     ]
-    more = (f"and {len(told) - NAMED} more sweeps like this",) if len(told) > NAMED else ()
-    return (*told[:NAMED], *more)
+    more = (f"and {len(told) - SWEEPS_NAMED} more sweeps like this",) if len(told) > SWEEPS_NAMED else ()
+    return (*told[:SWEEPS_NAMED], *more)
 
 
 def label_notes(campaign: AnyCampaign, frf: Frf, updated: Updated) -> tuple[str, ...]:

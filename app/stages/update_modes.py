@@ -25,7 +25,7 @@ from app.summaries.update import headline, tables_of
 from app.twins.campaign_twin import tolerant_twin
 from app.twins.computed_modes import computed_poles
 
-LINES = 400
+STORED_LINES = 400
 """Of the twin's FRFs that are stored beside the laws: enough to draw them, and little to compute."""
 
 
@@ -96,7 +96,7 @@ def compute(plate: PlateOfModes, report: Progress) -> UpdatingByModes:
         experiment.protocol,
         updated.common,
     )
-    lines = np.linspace(*twin.band, LINES)
+    lines = np.linspace(*twin.band, STORED_LINES)
     answers = []
     for law, temperature in zip(
         sweep_laws(updated.temperature, updated.material, laws), updated.temperature, strict=True

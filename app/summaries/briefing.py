@@ -17,9 +17,9 @@ from app.summaries.plan import answer_words, plan_words
 from app.summaries.with_sigma import FIXED, roughly
 
 Record = Mapping[str, Any]
-USUAL = 20.0
+USUAL_TEMPERATURE = 20.0
 """Temperature at which the plate is described if the laws reach it, degrees Celsius."""
-REGIONS = 3
+REGIONS_NAMED = 3
 """Places of what is left that are named."""
 NOTHING_LEFT = "Nothing beyond the noise."
 LONG = "docs/guide/closing-a-gap.md"
@@ -178,7 +178,7 @@ def _material(laws: MaterialLaws | None, *, open_: bool = False) -> tuple[str, .
     if laws is None:
         return ("Too few temperatures for laws of E, ν and η: at least 3 are needed.",)
     low, high = laws.temperature_range
-    middle = USUAL if low < USUAL < high else 0.5 * (low + high)
+    middle = USUAL_TEMPERATURE if low < USUAL_TEMPERATURE < high else 0.5 * (low + high)
     said = []
     for temperature in (middle, low, high):
         value, sigma = laws.at(temperature), laws.sigma(temperature)
@@ -272,7 +272,7 @@ def _scatter(record: Record) -> list[str]:
 def _places(regions: Sequence[Record]) -> list[str]:
     """Say where a residual is."""
     said = []
-    for region in regions[:REGIONS]:
+    for region in regions[:REGIONS_NAMED]:
         frequency = _range(region["frequency_hz"], "Hz")
         temperature = _range(region["temperature_c"], "°C")
         said.append(f"{100 * region['share']:.0f} % of it at {region['channel']}, {frequency}, {temperature}.")

@@ -8,7 +8,7 @@ from app.summaries.with_sigma import FIXED, roughly
 Record = Mapping[str, Any]
 LEAST_NATS = 6.0
 """Evidence below which no form describes the cause."""
-WEAK = 0.5
+WEAK_SHARE = 0.5
 """Share of the gap below which a description is called partial."""
 ON = {"temperature": "temperatures", "ramp": "ramps", "level": "levels", "channel": "channels", "time": "times"}
 
@@ -32,7 +32,9 @@ def description_words(record: Record) -> list[str]:
         places = " or ".join(_near(*place) for place in best["or_at_m"])
         words.append(f"On this plate it would look the same {places}.")
     share = f"{100 * best['share']:.0f}{FIXED}%"
-    words.append(f"It explains {share} of the gap" + ("." if best["share"] >= WEAK else ": a hint, no more."))
+    words.append(
+        f"It explains {share} of the gap" + ("." if best["share"] >= WEAK_SHARE else ": a hint, no more.")
+    )
     if found["effect_file"]:
         folder = found["effect_file"].split("/")[0]
         words.append(

@@ -93,7 +93,7 @@ def record(
 
 CURVE = ("evenness", "outside_weight", "contrast", "worst", "ripple", "level", "drive")
 """What is said of every design between contrast and evenness."""
-FOCUSED = 0.5
+FOCUSED_CONTRAST = 0.5
 """Mean contrast below which more of the energy is outside the target than in it: no taps make up for actuators
 that cannot move the target alone. Panels with placed actuators reach 0.6 and more over their band."""
 
@@ -139,7 +139,7 @@ def _unfocused(focusing: Focusing) -> list[str]:
     """Say where filters do not focus, and what helps."""
     contrast = focusing.direct.contrast.mean(axis=1)
     worst = int(contrast.argmin())
-    if contrast[worst] >= FOCUSED:
+    if contrast[worst] >= FOCUSED_CONTRAST:
         return []
     remedy = "take --method stif"
     if focusing.method == "stif":
@@ -151,7 +151,7 @@ def _unfocused(focusing: Focusing) -> list[str]:
     return [
         f"at {focusing.temperature[worst]:g} °C the filters do not focus: mean contrast {contrast[worst]:.2f}, "
         f"more energy outside the target than in it; the largest amplitude is {off:.0%} of the plate's length "
-        f"off the target's centre. For contrast above {FOCUSED:g} {remedy}"
+        f"off the target's centre. For contrast above {FOCUSED_CONTRAST:g} {remedy}"
     ]
 
 

@@ -9,7 +9,7 @@ from app.summaries.table import Table
 Record = Mapping[str, Any]
 NOTHING = "nothing"
 """Name in ``gap.json`` of the answer that it was none of the effects."""
-SHOWN = 6
+MEASUREMENTS_SHOWN = 6
 """Measurements in the table, the best first."""
 
 
@@ -25,7 +25,7 @@ def plan_rows(record: Record) -> list[tuple[str, str, str, str]]:
     """Return rows of measurement, hours, questions settled, and separation gained per hour, the best first."""
     plan, titles = record["plan"], titles_of(record)
     rows = []
-    for one in plan["measurements"][:SHOWN]:
+    for one in plan["measurements"][:MEASUREMENTS_SHOWN]:
         settled = "; ".join(question_words(plan["questions"][k], titles) for k in one["settles"])
         settled = settled or f"none (+{one['gain_sigma']:.1f} sigma)"
         rows.append((one["words"], f"{one['hours']:.1f}", settled, f"{one['gain_per_hour']:.1f}"))

@@ -8,7 +8,7 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.focusing.panel import Panel
 from analysis.focusing.radiated import DEGREES, RadiatedSound, Radiation
-from analysis.focusing.sound_aim import TOLERANCE
+from analysis.focusing.sound_aim import RESPONSE_TOLERANCE
 from analysis.radiation.radiator import Radiator
 from app.summaries.table import Table
 
@@ -43,7 +43,9 @@ def record(panel: Panel, found: Radiation, seconds: float) -> dict[str, Any]:
         "reference_temperature_c": found.reference_temperature,
         "third_octaves_hz": found.middles.tolist(),
         "polar_degrees": DEGREES.tolist(),
-        "acoustic_contrast_definition": f"dB, each actuator {100 * TOLERANCE:g} % off, independent of the others",
+        "acoustic_contrast_definition": (
+            f"dB, each actuator {100 * RESPONSE_TOLERANCE:g} % off, independent of the others"
+        ),
         "acoustic_contrast_bound_db": [] if found.zone_bound is None else found.zone_bound.mean(axis=1).tolist(),
         "following": _sound(found, found.following),
         "kept": _sound(found, found.kept),

@@ -148,13 +148,13 @@ def budget_lines(updated: Updated) -> list[str]:
     lines = []
     for name, parts in budgets(updated).items():
         symbol, factor, unit = words[name]
-        largest = [(kind, share) for kind, share in parts.items() if kind != "total"][:LISTED]
+        largest = [(kind, share) for kind, share in parts.items() if kind != "total"][:CONTRIBUTIONS_NAMED]
         said = ", ".join(f"{kind} {factor * share:.2g}" for kind, share in largest)
         lines.append(f"{symbol} {factor * parts['total']:.2g}{unit}: {said}")
     return lines
 
 
-LISTED = 4
+CONTRIBUTIONS_NAMED = 4
 """Contributions named in one line of a budget: what comes after them is too small to be seen in the sum."""
 
 

@@ -37,7 +37,7 @@ FIRST_WORKER = 60.0
 queued for longer is better waited for before."""
 ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss)://)?(?:[\w.-]+|\[[0-9a-fA-F:]+\]):(?P<port>\d{1,5})")
 ALLOWED = "allowed: tcp://HOST:PORT, as dask scheduler prints it, or the file that its --scheduler-file wrote"
-LARGEST = 1_000_000
+LARGEST_SCHEDULER_FILE = 1_000_000
 """Bytes of a scheduler's file, which lists its workers."""
 START = "start it with: dask worker {address} --nthreads 1 --memory-limit {limit}"
 
@@ -164,7 +164,7 @@ def _connected(address: str) -> Any:
 def _address_in(file: Path) -> str:
     """Return the address in a scheduler's file."""
     try:
-        return str(parse_json(read_text(file, LARGEST))["address"])
+        return str(parse_json(read_text(file, LARGEST_SCHEDULER_FILE))["address"])
     except FileNotFoundError as error:
         raise ResultFileError(
             f"--cluster {file}: there is no such file; it is made by: dask scheduler --scheduler-file {file}"

@@ -10,7 +10,7 @@ from analysis.progress import Progress
 from app.files.room import memory_left
 from app.terminal.worker_processes import worker_processes
 
-USUAL = 2
+USUAL_PROCESSES = 2
 """Processes, unless said otherwise: of two processors one waits for the other's memory little."""
 
 
@@ -21,7 +21,7 @@ class Engine:
     Attributes
     ----------
     workers : int or None
-        Processes on this machine, where there is no cluster; None for `USUAL`.
+        Processes on this machine, where there is no cluster; None for `USUAL_PROCESSES`.
     cluster : str or None
         Address of its scheduler, or the file with it.
     """
@@ -61,7 +61,7 @@ class Engine:
                 yield executor
             return
         free = memory_left()
-        asked = self.workers or USUAL
+        asked = self.workers or USUAL_PROCESSES
         count = min(asked, max(int(free / memory), 1)) if free < float("inf") else asked
         if count < asked:
             note(

@@ -9,7 +9,7 @@ from importlib import import_module
 
 from analysis.progress import Progress
 
-EVERY = 0.2
+BAR_INTERVAL = 0.2
 """Seconds between two changes of a progress bar."""
 
 
@@ -34,7 +34,7 @@ def bars_in_cell() -> Iterator[Progress]:
     def report(stage: str, share: float) -> None:
         nonlocal last
         shares[stage] = share
-        if time.monotonic() - last >= EVERY:
+        if time.monotonic() - last >= BAR_INTERVAL:
             last = time.monotonic()
             bars = [f"<progress value={value:.3f}></progress> {escape(name)}" for name, value in shares.items()]
             handle.update(display.HTML("<br>".join(bars)))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from app.files.run_record import RunRecord, StageRecord
 
-WIDEST = 110
+TABLE_COLUMNS = 110
 """Columns of the table: sentences in longer lines are hard to read."""
 
 
@@ -25,7 +25,9 @@ def show(record: RunRecord) -> None:
     from rich.text import Text
 
     console = Console()
-    table = Table(title="What was found", show_header=False, show_lines=True, width=min(console.width, WIDEST))
+    table = Table(
+        title="What was found", show_header=False, show_lines=True, width=min(console.width, TABLE_COLUMNS)
+    )
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
     for what, said in record.found:

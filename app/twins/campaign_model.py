@@ -26,7 +26,7 @@ from simulation.reduction.sufficient_fineness import RequiredError
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
-REFERENCE = 25.0
+REFERENCE_TEMPERATURE = 25.0
 """Temperature to which strain energies are referred, degrees Celsius."""
 LEAST_LOSS = 1e-4
 """Smallest loss factor for which the twin's error is estimated: a fit may end below that of any real plate."""
@@ -99,11 +99,11 @@ def required_error(plain: Updated) -> RequiredError:
 
 
 def referred(twin: Twin[EffectPlate], plain: Updated) -> Twin[EffectPlate]:
-    """Return a twin with strain energies referred to a campaign's laws at its temperature nearest `REFERENCE`."""
+    """Return a twin whose strain energies are referred to a campaign's laws nearest `REFERENCE_TEMPERATURE`."""
     groups = TemperatureGroups.of(plain.temperature)
     values = mean_laws(plain.material, groups)
     laws = LawSmoothness.of(groups.reference, values).laws(values)
-    return twin.referred(min(laws, key=lambda law: abs(law.reference - REFERENCE)))
+    return twin.referred(min(laws, key=lambda law: abs(law.reference - REFERENCE_TEMPERATURE)))
 
 
 def start_of(path: Path | None, experiment: Experiment, folder: Path | None) -> Start | None:

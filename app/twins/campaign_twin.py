@@ -127,7 +127,9 @@ def placed(experiment: Experiment, declared: Effects) -> tuple[Experiment, Effec
     """
     patches, made_at = list(experiment.patch), dict[str, Values]()
     for k, patch in enumerate(experiment.patch):
-        found = {name: _rounded(declared.get(f"{name} {patch.id}", {}), step) for name, step in PLACES.items()}
+        found = {
+            name: _rounded(declared.get(f"{name} {patch.id}", {}), step) for name, step in PATCH_STEPS.items()
+        }
         place, wider = found["patch_place"], found["patch_size"].get("wider", 0.0)
         thicker = found["patch_thickness"].get("share", 0.0)
         moves = (place.get("dx", 0.0), place.get("dy", 0.0), wider)
@@ -176,22 +178,22 @@ def _rounded(values: Values, step: float) -> dict[str, float]:
 
 
 def sheet_near(experiment: Experiment, declared: Effects) -> "Sheet | None":
-    """Logarithms of an orthotropic sheet's moduli about which its twin is made, rounded to `STEP`; else None."""
+    """Logarithms of an orthotropic sheet's moduli about which its twin is made, to `MODULI_STEP`; else None."""
     if MODULI not in declared:
         return None
     material = experiment.plate.material
     if material is None or material.departure is None:
         return None
     found = [declared.get(name, {}).get(parameter, 0.0) for name, parameter in (*RATIOS[:2], *ACROSS)]
-    ratio, shear, xz, yz = (round(STEP * round(one / STEP), 6) for one in found)
+    ratio, shear, xz, yz = (round(MODULI_STEP * round(one / MODULI_STEP), 6) for one in found)
     return ratio, shear, xz, yz
 
 
 FAR_MOVED = 3e-4
 """Smallest move of a patch, m, for which a twin is made anew."""
-PLACES = {"patch_place": 5e-5, "patch_size": 5e-5, "patch_thickness": 5e-3}
+PATCH_STEPS = {"patch_place": 5e-5, "patch_size": 5e-5, "patch_thickness": 5e-3}
 """Quantities about which it is made, and their steps: a fit of the same data finds it again in the cache."""
-STEP = 0.05
+MODULI_STEP = 0.05
 """Of these logarithms: a fit of the same data finds them again in the cache."""
 
 

@@ -15,9 +15,9 @@ from analysis.twin_model import NO_EFFECTS, Effects
 from simulation.twin.instrumented_plate import InstrumentedPlate
 from simulation.twin.loaded_modes import LoadedModes
 
-PARTS = 6
+PARTS_OF_BAND = 6
 """Parts of the band, at the middle of each of which modes are computed where the stiffness changes along it."""
-BEYOND = 0.3
+BAND_MARGIN = 0.3
 """Share of the band's edges up to which modes outside it have residues of their own."""
 
 
@@ -40,11 +40,11 @@ def computed_poles(
         modes are not known: with dashpots and connected patches, or with a mass that changes along the band.
     """
     low, high = twin.band
-    edges = np.array([low, high]) * [1.0 - BEYOND, 1.0 + BEYOND]
+    edges = np.array([low, high]) * [1.0 - BAND_MARGIN, 1.0 + BAND_MARGIN]
     whole = _poles(twin, laws, np.asarray(twin.band), effects, point)
     if whole is not None:
         return _within(whole, *edges)
-    bounds = np.geomspace(low, high, PARTS + 1)
+    bounds = np.geomspace(low, high, PARTS_OF_BAND + 1)
     bounds[0], bounds[-1] = edges
     found = []
     for first, last in pairwise(bounds.tolist()):

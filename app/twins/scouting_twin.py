@@ -18,7 +18,7 @@ NAME = "further"
 """Of further sensors, with their numbers."""
 KNOWN_MASS: Mapping[str, str] = {"effect": "mass_at_place", "parameter": "mass"}
 """Effect by which a known mass is computed."""
-STEP = 1e-4
+SLOPE_STEP = 1e-4
 """m; over it the deflection's slope is taken."""
 
 
@@ -49,9 +49,13 @@ def with_sensors(twin: Twin[EffectPlate], points: Sequence[Point]) -> Twin[Effec
         raise ValueError("a twin without an experiment declares no sensors")
     ops = twin.plate.operators
     rows = np.array([deflection_at(ops, x, y) for x, y in points])
-    along_x = np.array([deflection_at(ops, x + STEP, y) - deflection_at(ops, x - STEP, y) for x, y in points])
-    along_y = np.array([deflection_at(ops, x, y + STEP) - deflection_at(ops, x, y - STEP) for x, y in points])
-    slopes = np.array([along_x, along_y]) / (2.0 * STEP)
+    along_x = np.array(
+        [deflection_at(ops, x + SLOPE_STEP, y) - deflection_at(ops, x - SLOPE_STEP, y) for x, y in points]
+    )
+    along_y = np.array(
+        [deflection_at(ops, x, y + SLOPE_STEP) - deflection_at(ops, x, y - SLOPE_STEP) for x, y in points]
+    )
+    slopes = np.array([along_x, along_y]) / (2.0 * SLOPE_STEP)
     size = ops.size
     wider = replace(
         ops,

@@ -13,7 +13,7 @@ from app.files.bad_file import ResultFileError
 from app.twins.warm_twin import WarmTwin
 from simulation.heat.weathered import PlateTemperatures, plate_temperatures
 
-MOMENTS = 24
+MOMENTS_OF_WEATHER = 24
 """Between two of them a car that warms up by 70 K changes by 3 K."""
 
 
@@ -62,10 +62,10 @@ def thermometer_places(plate: Plate, weather: Weather) -> Real:
 
 
 def weather_fields(twin: WarmTwin, weather: Weather, origin: str, report: Progress) -> WeatherFields:
-    """Return the fields at `MOMENTS` even moments and at the beginning; arguments as for `temperatures`."""
+    """Return the fields at `MOMENTS_OF_WEATHER` even moments and at the beginning; arguments of `temperatures`."""
     found = temperatures(twin, weather, origin, report)
     count = len(found.time)
-    chosen = np.unique(np.linspace(0, count - 1, min(MOMENTS + 1, count)).round().astype(int))
+    chosen = np.unique(np.linspace(0, count - 1, min(MOMENTS_OF_WEATHER + 1, count)).round().astype(int))
     return WeatherFields(
         found.time[chosen],
         found.bending[chosen],

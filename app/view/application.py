@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
 DRAWS_INTO_MEMORY = ("offscreen", "minimal")
-PATIENCE = 30.0
+DESKTOP_TIMEOUT = 30.0
 """Seconds: a desktop answers within one, one at the other end of a slow network in a few."""
 TRIAL = "from PySide6.QtGui import QGuiApplication; QGuiApplication(['flexura'])"
 ONWARD = (
@@ -36,11 +36,11 @@ def display_fault() -> str | None:
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            timeout=PATIENCE,
+            timeout=DESKTOP_TIMEOUT,
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return f"no window can be opened: {_named()} does not answer within {PATIENCE:.0f} s; {ONWARD}"
+        return f"no window can be opened: {_named()} does not answer within {DESKTOP_TIMEOUT:.0f} s; {ONWARD}"
     return None if tried.returncode == 0 else f"no window can be opened: {_unusable(chosen)}; {ONWARD}"
 
 

@@ -15,13 +15,13 @@ from PySide6.QtWidgets import QWidget
 from app.files.atomic import write_bytes, write_text
 from app.view.chart import Chart
 
-SHARP = 2.0
+DOTS_PER_SCREEN_DOT = 2.0
 """Dots of a picture for each dot of the screen."""
 
 
 def export_png(chart: QWidget, target: Path) -> None:
     """Write what is seen, twice as fine as on the screen."""
-    picture(chart, SHARP, target)
+    picture(chart, DOTS_PER_SCREEN_DOT, target)
 
 
 def picture(widget: QWidget, scale: float, target: Path) -> None:

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 from PySide6.QtCore import QTimer
 
-INTERVAL = 200
+LOOK_INTERVAL = 200
 """Milliseconds between two looks."""
 
 
@@ -20,7 +20,7 @@ def collected_here() -> Iterator[None]:
     timer = QTimer()
     timer.timeout.connect(collect)
     gc.disable()
-    timer.start(INTERVAL)
+    timer.start(LOOK_INTERVAL)
     try:
         yield
     finally:

@@ -10,7 +10,7 @@ from analysis.arrays import Complex, Real
 from analysis.plate import Plate
 from app.view.map import Map
 
-FINER = 6
+CELLS_IN_ONE = 6
 """Cells of a picture in one of the lattice."""
 
 
@@ -64,7 +64,7 @@ class FromAbove:
     def _fine(self) -> tuple[Real, Real, NDArray[np.bool_]]:
         """Finer places along both axes, and which of their points (x, y) lie off the plate."""
         wide = [widened(at, 2) for at in (self.x, self.y)]
-        x, y = (np.linspace(float(at[0]), float(at[-1]), FINER * (len(at) - 1) + 1) for at in wide)
+        x, y = (np.linspace(float(at[0]), float(at[-1]), CELLS_IN_ONE * (len(at) - 1) + 1) for at in wide)
         points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
         return x, y, ~self.plate.contains(points).reshape(len(x), len(y))
 
@@ -76,7 +76,7 @@ class FromAbove:
             return Map(self.x, self.y, np.abs(field).T)
         x, y, off = self._fine
         whole = filled(np.pad(field, 2, constant_values=np.nan))
-        rows = [np.arange(FINER * (size - 1) + 1) / FINER for size in whole.shape]
+        rows = [np.arange(CELLS_IN_ONE * (size - 1) + 1) / CELLS_IN_ONE for size in whole.shape]
         places = np.meshgrid(*rows, indexing="ij")
         real, imaginary = (map_coordinates(part, places, order=1) for part in (whole.real, whole.imag))
         return Map(x, y, np.where(off, np.nan, np.hypot(real, imaginary)).T)

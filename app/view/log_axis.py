@@ -6,11 +6,11 @@ from numpy.typing import ArrayLike
 
 from analysis.arrays import Real
 
-APART = 44.0
+LEAST_NUMBER_DISTANCE = 44.0
 """Dots between numbers at least."""
-STEPS = ((1, 2, 3, 4, 5, 6, 7, 8, 9), (1, 2, 3, 5, 7), (1, 2, 5), (1, 3), (1,))
+LABELLED_NUMBERS = ((1, 2, 3, 4, 5, 6, 7, 8, 9), (1, 2, 3, 5, 7), (1, 2, 5), (1, 3), (1,))
 """Numbers of a decade that are labelled, the largest choice first."""
-NARROW = 0.3
+NARROW_DECADES = 0.3
 """Decades below which the numbers stand at equal distances."""
 
 
@@ -56,16 +56,16 @@ class LogAxis(pyqtgraph.AxisItem):
             Spacing, None for ticks without a number, and decadic logarithms.
         """
         decades = max(maxVal - minVal, 1e-9)
-        if decades < NARROW:
+        if decades < NARROW_DECADES:
             low, high = 10.0**minVal, 10.0**maxVal
-            finest = (high - low) * APART / size
+            finest = (high - low) * LEAST_NUMBER_DISTANCE / size
             power = 10.0 ** np.floor(np.log10(finest))
             step = power * next(n for n in (1.0, 2.0, 5.0, 10.0) if n * power >= finest)
             return [(1.0, np.log10(step * np.arange(np.ceil(low / step), high / step)).tolist())]
         below, above = int(np.floor(minVal)), int(np.ceil(maxVal))
-        for labelled in STEPS:
+        for labelled in LABELLED_NUMBERS:
             gap = float(np.diff(np.log10([*labelled, 10])).min()) * size / decades
-            if gap >= APART:
+            if gap >= LEAST_NUMBER_DISTANCE:
                 break
         ticks = {n: [power + float(np.log10(n)) for power in range(below, above + 1)] for n in range(1, 10)}
         shown = {n: [v for v in row if minVal <= v <= maxVal] for n, row in ticks.items()}

@@ -13,13 +13,13 @@ from app.view.log_axis import log_places
 from app.view.map import Map
 from app.view.theme import Theme
 
-FINEST = 1024
+MOST_CELLS = 1024
 """Rows or columns at most of a map whose cells differ in size."""
-BAR = 78
+COLOUR_BAR_WIDTH = 78
 """Dots that the colour bar of a map takes."""
 MOST_WRITTEN = 12
 """Rows or columns of a map up to which there is room for its values."""
-BRIGHT = 0.5
+BRIGHT_COLOUR = 0.5
 """Lightness of a colour from which black is read on it."""
 
 
@@ -64,8 +64,8 @@ class MapChart(Chart):
         bar.axis.setPen(self.theme.muted)
         bar.axis.setLabel(label, color=self.theme.text)
         bar.axis.enableAutoSIPrefix(False)
-        bar.axis.setWidth(BAR - 30)
-        bar.setFixedWidth(BAR)
+        bar.axis.setWidth(COLOUR_BAR_WIDTH - 30)
+        bar.setFixedWidth(COLOUR_BAR_WIDTH)
         if ticks is not None:
             bar.axis.setTicks([list(ticks)])
         self.showGrid(x=False, y=False)
@@ -94,7 +94,7 @@ class MapChart(Chart):
         for y, row in zip(self.map.y.tolist(), self.map.value.tolist(), strict=True):
             for x, value in zip(self.map.x.tolist(), row, strict=True):
                 color = self._image.getColorMap().map((value - low) / (high - low), mode="qcolor")
-                ink = "#000000" if color.lightnessF() > BRIGHT else "#ffffff"
+                ink = "#000000" if color.lightnessF() > BRIGHT_COLOUR else "#ffffff"
                 text = pyqtgraph.TextItem(format(value, style), ink, anchor=(0.5, 0.5))
                 text.setPos(x, y)
                 self.addItem(text, ignoreBounds=True)
@@ -124,7 +124,7 @@ class MapChart(Chart):
         """Keep the x axis of a chart below exactly under one's own: leave out there what the colour bar takes."""
         chart.showAxis("right")
         axis = chart.getAxis("right")
-        axis.setWidth(BAR)
+        axis.setWidth(COLOUR_BAR_WIDTH)
         axis.setStyle(showValues=False, tickLength=0)
         axis.setPen(None)
         chart.setXLink(self)
@@ -143,7 +143,7 @@ def _evenly(centres: Real, low: float, high: float) -> slice | NDArray[np.int_]:
     apart = np.diff(centres)
     if len(apart) == 0 or np.allclose(apart, apart[0], rtol=1e-3):
         return slice(None)
-    pixels = min(FINEST, max(len(centres), round((high - low) / float(apart.min()))))
+    pixels = min(MOST_CELLS, max(len(centres), round((high - low) / float(apart.min()))))
     middle = low + (np.arange(pixels) + 0.5) * (high - low) / pixels
     nearest: NDArray[np.int_] = np.abs(middle[:, None] - centres).argmin(axis=1)
     return nearest

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QPushButton, QWidget
 
-FRAME = 33
+FRAME_INTERVAL = 33
 """Milliseconds from one picture to the next."""
 
 
@@ -23,7 +23,7 @@ class Movement(QTimer):
 
     def __init__(self, parent: QWidget, advance: Callable[[], None], button: QPushButton | None = None) -> None:
         super().__init__(parent)
-        self.setInterval(FRAME)
+        self.setInterval(FRAME_INTERVAL)
         self.timeout.connect(advance)
         self._button = button
         if button is not None:

@@ -10,13 +10,13 @@ from analysis.identification.modes import Modes
 from app.view.chart import Chart
 from app.view.theme import Color, Theme
 
-AROUND = 6.0
+WIDTHS_AROUND_CURSOR = 6.0
 """Half-power widths of the nearest mode that are shown to either side of the cursor, unless a mode is nearer."""
-LINES = 5
+LEAST_LINES_AROUND = 5
 """Frequency lines that are shown to either side at least."""
-FINE = 400
+POINTS_OF_CIRCLE = 400
 """Points of a model's circle."""
-LEFT = 62
+LEFT_AXIS_WIDTH = 62
 """Dots that the left axis takes, so that plots above each other share their frequencies."""
 
 
@@ -39,7 +39,7 @@ class NyquistChart(Chart):
         self._cursor = self.curve([], [], "cursor", theme.warning, points=True)
         self._measured.setSymbolSize(4)
         self._cursor.setSymbolSize(9)
-        self.getAxis("left").setWidth(LEFT)
+        self.getAxis("left").setWidth(LEFT_AXIS_WIDTH)
         self.setAspectLocked(True)
 
     def show_circle(self, h: Complex, here: complex, models: Mapping[str, Complex], unit: str) -> None:
@@ -81,14 +81,14 @@ def around(frequency: Real, here: int, modes: Modes | None) -> NDArray[np.bool_]
     -------
     (F,) bool ndarray
     """
-    reach = 0.01 * AROUND * frequency[here]
+    reach = 0.01 * WIDTHS_AROUND_CURSOR * frequency[here]
     if modes is not None and modes.real.any():
         poles = modes.poles[modes.real]
         place = poles.imag / (2.0 * np.pi)
         nearest = int(np.abs(place - frequency[here]).argmin())
         width = -poles[nearest].real / np.pi
         apart = np.abs(np.delete(place, nearest) - place[nearest])
-        reach = max(width, min(AROUND * width, *apart))
+        reach = max(width, min(WIDTHS_AROUND_CURSOR * width, *apart))
     near: NDArray[np.bool_] = np.abs(frequency - frequency[here]) <= reach
-    near[max(here - LINES, 0) : here + LINES + 1] = True
+    near[max(here - LEAST_LINES_AROUND, 0) : here + LEAST_LINES_AROUND + 1] = True
     return near

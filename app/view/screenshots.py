@@ -15,11 +15,11 @@ from app.view.recorded.modes_page import ModesPage
 from app.view.recorded.window import RecordedWindow
 from app.view.test_run.window import TestWindow
 from app.view.window import Window
-from app.watch.watched import AT_A_TIME, KEPT
+from app.watch.watched import AT_A_TIME, FRFS_SHOWN
 
-PATIENCE = 600.0
+TWIN_TIMEOUT = 600.0
 """Seconds that a twin may take to be reduced."""
-SHARP = 1.25
+DOTS_PER_POINT = 1.25
 
 
 def screenshots(window: Window, folder: Path, report: Progress) -> list[Path]:
@@ -38,7 +38,7 @@ def screenshots(window: Window, folder: Path, report: Progress) -> list[Path]:
     report("pages", 0.0)
     window.show()
     if isinstance(window, LiveWindow):
-        for _ in range(KEPT // AT_A_TIME):
+        for _ in range(FRFS_SHOWN // AT_A_TIME):
             window.look()
     if isinstance(window, TestWindow):
         return [_page(window, n, folder, report) for n in range(window.tabs.count())]
@@ -49,7 +49,9 @@ def screenshots(window: Window, folder: Path, report: Progress) -> list[Path]:
     for number in range(window.tabs.count()):
         page = window.page(number)
         begun = time.monotonic()
-        while isinstance(page, ModesPage | FieldsPage) and not page.ready and time.monotonic() - begun < PATIENCE:
+        while (
+            isinstance(page, ModesPage | FieldsPage) and not page.ready and time.monotonic() - begun < TWIN_TIMEOUT
+        ):
             QApplication.processEvents()
             time.sleep(0.02)
         name = re.sub(r"\W+", "-", window.tabs.tabText(number).lower())
@@ -69,5 +71,5 @@ def _page(window: TestWindow, number: int, folder: Path, report: Progress) -> Pa
 def _shot(window: Window, target: Path) -> Path:
     for _ in range(5):  # layouts settle over a few rounds
         QApplication.processEvents()
-    picture(window, SHARP, target)
+    picture(window, DOTS_PER_POINT, target)
     return target

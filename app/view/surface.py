@@ -18,7 +18,7 @@ from app.view.theme import Theme, two_sided
 AZIMUTH, ELEVATION = np.radians(-32.0), np.radians(38.0)
 TURN = 2.0 * np.pi / 45.0
 """Phase between two pictures."""
-RELIEF = 0.16
+RELIEF_HEIGHT = 0.16
 """Height of the largest deflection, share of the plate's diagonal."""
 
 
@@ -48,7 +48,7 @@ class SurfaceItem(pyqtgraph.GraphicsObject):
         self._x, self._y, self._theme = x, y, theme
         self._plane = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
         self._center = np.array([x.mean(), y.mean()])
-        self._relief = RELIEF * float(np.hypot(np.ptp(x), np.ptp(y)))
+        self._relief = RELIEF_HEIGHT * float(np.hypot(np.ptp(x), np.ptp(y)))
         self._height = np.zeros(self._plane.shape[:2])
         self._edges = [_densely(corners) for corners in edges]
         drawn = [*outlines, *((corners, theme.muted) for corners in edges)]

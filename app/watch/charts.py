@@ -12,11 +12,11 @@ from app.watch.course import set_point_line
 from app.watch.watched import MeasuredSweep, Watched
 from app.watch.words import in_words, plain
 
-COLUMNS = 400
+AXIS_INTERVALS = 400
 """Intervals of an axis in which the extremes are kept: a page on a wide screen shows no more."""
-EVENTS = 200
+EVENTS_SHOWN = 200
 """Lines of the log on the page."""
-FLOOR = -100.0
+LOWEST_LEVEL = -100.0
 """Lowest level shown, dB re full scale."""
 
 
@@ -56,12 +56,13 @@ def thinned(x: Real, *lines: Real) -> tuple[Real, ...]:
     Returns
     -------
     tuple of (n,) ndarray
-        x and the lines, n <= (2 L + 2) COLUMNS for L lines; N <= 2 COLUMNS points are returned as they are.
+        x and the lines, n <= (2 L + 2) AXIS_INTERVALS for L lines; N <= 2 AXIS_INTERVALS points are returned as
+        they are.
     """
-    if x.size <= 2 * COLUMNS:
+    if x.size <= 2 * AXIS_INTERVALS:
         return (x, *lines)
     kept: set[int] = {0, x.size - 1}
-    for part in np.array_split(np.arange(x.size), COLUMNS):
+    for part in np.array_split(np.arange(x.size), AXIS_INTERVALS):
         kept.add(int(part[-1]))
         for line in lines:
             known = part[np.isfinite(line[part])]
@@ -89,7 +90,7 @@ def _temperatures(watched: Watched) -> dict[str, Any]:
         "time": _numbers(time, 1),
         "air": _numbers(air, 3),
         "plate": _numbers(plate, 3),
-        "set_point": _pairs(*(part[-4 * COLUMNS :] for part in line)),
+        "set_point": _pairs(*(part[-4 * AXIS_INTERVALS :] for part in line)),
         "programme": programme,
     }
 
@@ -106,7 +107,7 @@ def _marks(watched: Watched) -> list[dict[str, Any]]:
         if event["event"] in ("finished", "rejected", "missing"):
             here = event.get("temperature", points.get(event.get("step", -1)))
             found.append({"kind": event["event"], "time": seconds(event["date"]), "temperature": here})
-    return found[-4 * COLUMNS :]
+    return found[-4 * AXIS_INTERVALS :]
 
 
 def _frfs(watched: Watched) -> dict[str, Any] | None:
@@ -167,16 +168,16 @@ def _levels(watched: Watched) -> dict[str, Any] | None:
 
 def _log(watched: Watched) -> list[dict[str, str]]:
     """Return the latest events and sentences of the watchdog, in words, latest first."""
-    said = [(event["date"], in_words(event)) for event in watched.events[-EVENTS:]]
+    said = [(event["date"], in_words(event)) for event in watched.events[-EVENTS_SHOWN:]]
     if not watched.simulated:
-        said += [(date, f"watchdog: {plain(sentence)}") for date, sentence in watched.said[-EVENTS:]]
+        said += [(date, f"watchdog: {plain(sentence)}") for date, sentence in watched.said[-EVENTS_SHOWN:]]
     said.sort(key=lambda one: seconds(one[0]), reverse=True)
-    return [{"date": date, "words": words} for date, words in said[:EVENTS]]
+    return [{"date": date, "words": words} for date, words in said[:EVENTS_SHOWN]]
 
 
 def _decibels(volts: NDArray[np.float64], full_scale: float) -> list[float]:
     found = 20.0 * np.log10(np.nan_to_num(volts, posinf=0.0) / (full_scale or 1.0) + 1e-12)
-    return [round(float(value), 1) for value in np.maximum(found, FLOOR)]
+    return [round(float(value), 1) for value in np.maximum(found, LOWEST_LEVEL)]
 
 
 def _pairs(x: Real, y: Real) -> list[list[float | None]]:

@@ -11,11 +11,11 @@ from app.watch.status import UNDER_WAY, CampaignStatus
 
 Kind = Literal["finished", "stopped", "not at rest", "sweep given up", "limit approached", "silent"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
-AT_ONCE = 3
+MESSAGES_AT_ONCE = 3
 """Messages of a kind about a campaign that are told at once."""
 THEN_EVERY = 600.0
 """Seconds to the next one, doubled each time: a fault that comes and goes all night makes some ten messages."""
-AGAIN = 6.0
+QUIET_INTERVALS = 6.0
 """Intervals `THEN_EVERY` without a message of the kind after which the count begins anew."""
 
 
@@ -123,9 +123,9 @@ class BoundedNews:
         now, due = self._clock(), []
         for key, waiting in list(self._waiting.items()):
             number, last = self._told.get(key, (0, -math.inf))
-            if number and now - last > AGAIN * THEN_EVERY:
-                number = 0 if now - last > AGAIN * _interval(number) else number
-            if number >= AT_ONCE and now - last < _interval(number):
+            if number and now - last > QUIET_INTERVALS * THEN_EVERY:
+                number = 0 if now - last > QUIET_INTERVALS * _interval(number) else number
+            if number >= MESSAGES_AT_ONCE and now - last < _interval(number):
                 continue
             del self._waiting[key]
             self._told[key] = (number + 1, now)
@@ -135,7 +135,7 @@ class BoundedNews:
 
 def _interval(number: int) -> float:
     """Seconds that have to pass after so many messages."""
-    return float(THEN_EVERY * 2.0 ** min(max(number - AT_ONCE, 0), 8))
+    return float(THEN_EVERY * 2.0 ** min(max(number - MESSAGES_AT_ONCE, 0), 8))
 
 
 def _silent(now: CampaignStatus) -> str:

@@ -18,11 +18,11 @@ from app.watch.news import News
 from app.watch.secrets import TOKEN, SecretError
 from drivers.own_process import module_command, own_surroundings
 
-WITHIN = 30.0
+ATTEMPT_TIMEOUT = 30.0
 """Seconds that one attempt may take."""
-ATTEMPTS = (0.0, 30.0, 120.0)
+ATTEMPT_DELAYS = (0.0, 30.0, 120.0)
 """Seconds before each attempt: a mail server that is busy, a network that is away for a moment."""
-WAITING = 50
+MOST_WAITING = 50
 """Messages that wait for one notifier; of more, the oldest are dropped."""
 WRONG = {
     FAILED: "was not delivered",
@@ -143,7 +143,7 @@ class Messenger:
         self,
         notifiers: Sequence[Notifier],
         complain: Callable[[str], None],
-        attempts: Sequence[float] = ATTEMPTS,
+        attempts: Sequence[float] = ATTEMPT_DELAYS,
     ) -> None:
         self._complain, self._attempts = complain, attempts
         self._ended = threading.Event()
@@ -159,7 +159,7 @@ class Messenger:
     def tell(self, news: News) -> None:
         """Tell a message, soon."""
         for line in self._lines:
-            while line.qsize() >= WAITING:
+            while line.qsize() >= MOST_WAITING:
                 try:
                     line.get_nowait()
                     line.task_done()
@@ -215,10 +215,10 @@ def _run(command: Sequence[str], said: str, environment: Mapping[str, str]) -> i
     except (OSError, ValueError) as error:
         return f"cannot be started: {getattr(error, 'strerror', None) or error}"
     try:
-        child.communicate(said.encode(), WITHIN)
+        child.communicate(said.encode(), ATTEMPT_TIMEOUT)
     except subprocess.TimeoutExpired:
         _kill(child)
-        return f"took longer than {WITHIN:g} s and was ended"
+        return f"took longer than {ATTEMPT_TIMEOUT:g} s and was ended"
     return child.returncode
 
 

@@ -18,9 +18,9 @@ from app.files.parsed_text import read_text
 
 VARIABLE = re.compile(r"\$(?:\{(\w+)\}|(\w+))")
 TOKEN = "FLEXURA_WATCH_TOKEN"  # noqa: S105 (the name of a variable)
-SHORTEST = 16
+SHORTEST_TOKEN = 16
 """Characters of a token: nobody guesses it at some thousand attempts per second."""
-MOST = 20
+MOST_ADDRESSES = 20
 """Addresses."""
 
 
@@ -61,8 +61,8 @@ def addresses(
         raise SecretError(
             f"--notify: address {wrong} has no scheme; allowed: an address of Apprise, as ntfy://TOPIC"
         )
-    if len(found) > MOST:
-        raise SecretError(f"--notify: {len(found)} addresses; allowed: at most {MOST}")
+    if len(found) > MOST_ADDRESSES:
+        raise SecretError(f"--notify: {len(found)} addresses; allowed: at most {MOST_ADDRESSES}")
     return found
 
 
@@ -100,10 +100,11 @@ def page_token(
             _write_new(file, secrets.token_urlsafe(24) + "\n")
         token = _private(file, "--token-file", list(folders)).strip()
     if token is not None and (
-        len(token) < SHORTEST or not token.isascii() or not token.isprintable() or " " in token
+        len(token) < SHORTEST_TOKEN or not token.isascii() or not token.isprintable() or " " in token
     ):
         raise SecretError(
-            f"{where}: {len(token)} characters; allowed: {SHORTEST} or more letters, digits and signs, no spaces"
+            f"{where}: {len(token)} characters; allowed: {SHORTEST_TOKEN} or more letters, digits and "
+            "signs, no spaces"
         )
     return token
 

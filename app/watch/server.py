@@ -23,9 +23,10 @@ from app.files.bad_file import ResultFileError
 from app.watch.metrics import FORM
 
 PORT = 8750
+"""Of the page where none is named; above 1023, so that no rights are needed."""
 PORTS = 50
 """Ports from `PORT` on that are tried where none is named."""
-SLOW = 20.0
+CLIENT_TIMEOUT = 20.0
 """Seconds after which a client that sends or takes nothing is left."""
 CONNECTIONS, LISTENERS = 250, 150
 """At a time; whoever comes then is asked to come later."""
@@ -154,7 +155,7 @@ class WatchServer(ThreadingHTTPServer):
 
 class _Handler(BaseHTTPRequestHandler):
     server: WatchServer
-    timeout = SLOW
+    timeout = CLIENT_TIMEOUT
     server_version, sys_version = "flexura", ""
     error_message_format = "%(code)d %(message)s\n"
     error_content_type = "text/plain; charset=utf-8"

@@ -29,11 +29,11 @@ from app.files.sweep_file import read_sweep_file
 from app.files.tail import Tail
 from app.watch.course import Course, course
 
-KEPT = 24
+FRFS_SHOWN = 24
 """FRFs shown at once."""
 AT_A_TIME = 4
 """Sweeps read in one look, so that the window never waits long."""
-SILENT = 60.0
+SILENT_AFTER = 60.0
 """Seconds without a sign from the runner, beyond those that it may need, after which it counts as silent."""
 WATCHDOG = "watchdog.log"
 """What the watchdog said that nobody may have been there to read: a date, then a sentence."""
@@ -104,7 +104,7 @@ class Watched:
         If the frozen protocol cannot be read.
     """
 
-    def __init__(self, folder: Path, kept: int = KEPT) -> None:
+    def __init__(self, folder: Path, kept: int = FRFS_SHOWN) -> None:
         self.folder, self._kept = folder, kept
         frozen, self.experiment = read_protocol(folder)
         self.protocol = _protocol(folder, frozen.get("acquired"))
@@ -161,9 +161,9 @@ class Watched:
         While the rig is in trouble, it tries for `limits.lost_after` to regain cards, oven or readings.
         """
         if self.protocol is None:
-            return SILENT
+            return SILENT_AFTER
         needed = self.protocol.sweep_seconds + self.protocol.programme.poll_interval
-        return SILENT + needed + (self.protocol.limits.lost_after if self.trouble is not None else 0.0)
+        return SILENT_AFTER + needed + (self.protocol.limits.lost_after if self.trouble is not None else 0.0)
 
     @property
     def trouble(self) -> str | None:

@@ -20,9 +20,9 @@ from app.watch.watched import Watched
 from app.watch.watched_hits import WatchedHits
 from app.watch.words import plain
 
-EVERY = 1.0
+LOOK_INTERVAL = 1.0
 """Seconds between two looks."""
-SWEEPS = 2
+FRFS_KEPT = 2
 """FRFs that are kept: the last one, and the one before it."""
 
 
@@ -50,7 +50,7 @@ class WatchedFolder:
             mark = self._mark()
             if self._watched is None or mark != self._protocol:
                 hits = is_hammer_folder(self.folder)
-                self._watched = WatchedHits(self.folder) if hits else Watched(self.folder, SWEEPS)
+                self._watched = WatchedHits(self.folder) if hits else Watched(self.folder, FRFS_KEPT)
                 self._protocol = mark
                 self.version += 1
             if self._watched.look():

@@ -16,11 +16,11 @@ from app.watch.metrics import metrics
 from app.watch.notifiers import Messenger, Notifier
 from app.watch.server import Published, WatchServer, is_loopback, open_server
 from app.watch.status import CampaignStatus
-from app.watch.watcher import EVERY, Watcher
+from app.watch.watcher import LOOK_INTERVAL, Watcher
 
 AT_LEAST_EVERY = 5.0
 """Seconds after which a state is sent that has not changed: pages see that the watcher lives."""
-GRACE = 15.0
+CLOSING_GRACE = 15.0
 """Seconds for which a campaign's own watcher stays after its end: the pages that are open show how it ended."""
 DELIVERED_WITHIN = 200.0
 """Seconds for which it stays to deliver messages: all attempts of one."""
@@ -91,8 +91,8 @@ class Watching:
         threading.Thread(target=self._server.serve_forever, name="page", daemon=True).start()
         over: float | None = None
         try:
-            while over is None or time.monotonic() - over < GRACE:
-                time.sleep(EVERY)
+            while over is None or time.monotonic() - over < CLOSING_GRACE:
+                time.sleep(LOOK_INTERVAL)
                 statuses = self._look()
                 if left is None or not left.is_set() or not self._all_over(statuses):
                     over = None

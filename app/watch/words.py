@@ -9,7 +9,7 @@ CONTROL = dict.fromkeys((*range(32), *range(127, 160), 8232, 8233), " ") | dict.
     (*range(0x202A, 0x202F), *range(0x2066, 0x206A), 0x200E, 0x200F), ""
 )
 """Characters that would move a terminal's cursor, break a line of a message, or turn its direction."""
-LONGEST = 600
+LONGEST_SENTENCE = 600
 """Characters of a sentence that came from a file."""
 DOES = {"approach": "on the way to the leg's start", "leg": "the leg's ramp", "paused": "for a pause"}
 
@@ -17,7 +17,7 @@ DOES = {"approach": "on the way to the leg's start", "leg": "the leg's ramp", "p
 def plain(text: object) -> str:
     """Return a text of any origin as one line without control characters, cut if it is very long."""
     line = str(text).translate(CONTROL).strip()
-    return line if len(line) <= LONGEST else line[: LONGEST - 1] + "…"
+    return line if len(line) <= LONGEST_SENTENCE else line[: LONGEST_SENTENCE - 1] + "…"
 
 
 def local(date: str) -> str:

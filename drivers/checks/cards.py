@@ -20,7 +20,7 @@ from drivers.ni.simulated.surroundings import Module, Surroundings
 from drivers.ni.thermocouple_modules import NI_9211
 from drivers.ni.wiring import Wiring
 
-SHARE = 0.01
+PLAYED_RANGE_SHARE = 0.01
 """Of output_range that real cards play; a simulated one plays half of it."""
 SLOT = re.compile(r"(.+)Mod([1-8])/.*")
 
@@ -57,7 +57,7 @@ def check_real_cards(settings: CardsSettings) -> Iterator[CheckVerdict]:
     def lose(away: bool) -> None:
         raise NotChecked("real cards cannot be unplugged by a program")
 
-    return _verdicts(settings, settings.open, output, SHARE, lose)
+    return _verdicts(settings, settings.open, output, PLAYED_RANGE_SHARE, lose)
 
 
 def _verdicts(

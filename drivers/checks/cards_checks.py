@@ -10,7 +10,7 @@ from drivers.checks.trial import Check, Failed
 from drivers.ni.cards import Cards
 from drivers.ni.errors import DaqError
 
-SECONDS = 0.1
+DRIVE_SECONDS = 0.1
 """Of a drive."""
 
 
@@ -68,7 +68,7 @@ def _opens(trial: CardsOnTrial, cards: Cards) -> None:
 
 
 def _drive(trial: CardsOnTrial, cards: Cards) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    moments = np.arange(round(SECONDS * cards.sample_rate)) / cards.sample_rate
+    moments = np.arange(round(DRIVE_SECONDS * cards.sample_rate)) / cards.sample_rate
     return np.asarray(trial.peak * np.sin(2.0 * np.pi * 200.0 * moments), dtype=np.float64)
 
 
@@ -85,7 +85,7 @@ def _plays(trial: CardsOnTrial, cards: Cards) -> None:
 
 
 def _rests(trial: CardsOnTrial, cards: Cards) -> None:
-    drive = np.full(round(SECONDS * cards.sample_rate), trial.peak)
+    drive = np.full(round(DRIVE_SECONDS * cards.sample_rate), trial.peak)
     cards.sweep(drive)
     _at_rest(trial, "a drive that does not end at 0 V")
 

@@ -21,11 +21,11 @@ from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.thermometers.settings import ThermometerSettings
 
-REACH = 15.0
+TEMPERATURE_MOVE = 15.0
 """A simulated oven is sent so far from where it is, K."""
 REAL_REACH = 2.0
 """And a real one."""
-TOLERANCE, REAL_TOLERANCE = 1.0, 3.0
+READING_TOLERANCE, REAL_TOLERANCE = 1.0, 3.0
 """Of readings against the simulated temperature, and against a real instrument's own first one, K."""
 
 
@@ -44,7 +44,7 @@ def check_oven(settings: OvenSettings) -> Iterator[CheckVerdict]:
     limits = settings.limits()
     rest_at: float | None = getattr(settings, "rest_at", None)
     start = limits.clamp_target(22.0 if rest_at is None else rest_at)
-    reach = REACH if start + REACH <= limits.maximum else -REACH
+    reach = TEMPERATURE_MOVE if start + TEMPERATURE_MOVE <= limits.maximum else -TEMPERATURE_MOVE
     reach = limits.clamp_target(start + reach) - start
     clock = VirtualClock()
     body = RegulatedOven(clock, np.random.default_rng(1), Chamber(room=start))
@@ -63,7 +63,7 @@ def check_oven(settings: OvenSettings) -> Iterator[CheckVerdict]:
         line=lambda: _line(settings, MemoryTransport(controller, clock), clock),
         clock=clock,
         truth=lambda: body.measured,
-        tolerance=TOLERANCE,
+        tolerance=READING_TOLERANCE,
         limits=limits,
         reach=reach,
         at_rest=lambda: not body.regulating or (rest_at is not None and abs(body.target - rest_at) < ROUNDED),
@@ -137,7 +137,7 @@ def check_thermometer(settings: ThermometerSettings, *, real: bool = False) -> I
         line=line,
         clock=clock,
         truth=(lambda: first) if real else (lambda: body.plate),
-        tolerance=REAL_TOLERANCE if real else TOLERANCE,
+        tolerance=REAL_TOLERANCE if real else READING_TOLERANCE,
     )
     return verdicts(thermometer_checks(trial))
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-PATIENCE = 120.0
+CHECK_TIMEOUT = 120.0
 """A check that takes longer hangs, s of the computer's time."""
 
 
@@ -69,9 +69,9 @@ def _verdict(check: Check) -> CheckVerdict:
 
     thread = threading.Thread(target=run, name=f"check {check.name}", daemon=True)
     thread.start()
-    thread.join(PATIENCE)
+    thread.join(CHECK_TIMEOUT)
     if not raised:
-        return CheckVerdict(check.name, check.why, "FAILED", f"hangs: no end within {PATIENCE:g} s")
+        return CheckVerdict(check.name, check.why, "FAILED", f"hangs: no end within {CHECK_TIMEOUT:g} s")
     error = raised[0]
     if error is None:
         return CheckVerdict(check.name, check.why, "passed")

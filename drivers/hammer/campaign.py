@@ -19,7 +19,7 @@ from drivers.ni.cards import go_on
 from drivers.ni.errors import Action, DaqError
 from drivers.rig.errors import RESUME, RigStopped
 
-READ = 0.1
+READ_TIME = 0.1
 """s read at once: a hit is told this long after its block at most, and keys are looked at as often."""
 
 Key = Literal["undo", "skip", "repeat", "stop"]
@@ -191,7 +191,7 @@ class HammerCampaign:
 
     def _wait(self) -> JudgedHit | Key | None:
         """Return the next hit, or what was typed before it; None where samples were lost, perhaps with a hit."""
-        samples = max(round(READ * self.inputs.sample_rate), 1)
+        samples = max(round(READ_TIME * self.inputs.sample_rate), 1)
         began = self.rig.clock.now()
         while True:
             self.check()

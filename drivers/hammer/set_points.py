@@ -19,7 +19,7 @@ from drivers.rig.session import Session
 from drivers.rig.station import Station
 from drivers.rig.store import Store
 
-DRIFTS = 20
+MOST_RESETTLINGS = 20
 """Times that a set-point is settled again because the plate left it: an oven that cannot hold it is told."""
 
 
@@ -140,7 +140,7 @@ def run_set_points(
                 if ended == "stopped":
                     return False
                 drifted += ended == "drifted"
-                if drifted > DRIFTS:
+                if drifted > MOST_RESETTLINGS:
                     raise RigStopped(
                         f"the plate left {target:g} °C by more than {within:g} K {drifted} times",
                         "Can the oven hold it? Look at the oven, or enlarge set_points.within",

@@ -18,11 +18,11 @@ from drivers.ni.input_wiring import InputWiring
 from drivers.ni.output_modules import NI_9260, OutputModule
 from drivers.ni.simulated.surroundings import Module, Surroundings, Temperature
 
-LEAD = 0.3
+LEAD_TIME = 0.3
 """s before a hit from which its response is computed: one of limited band begins a little before its hit."""
-BOUNCE = (0.012, 0.080)
+BOUNCE_TIME = (0.012, 0.080)
 """s between the two peaks of a double hit: a hammer that is held too long bounces within a few hundredths."""
-SECOND = (0.2, 0.8)
+SECOND_PEAK_SHARE = (0.2, 0.8)
 """Share of the second peak of the first."""
 TOO_HARD = (1.3, 2.0)
 """Force of an overload over what the force channel can hold."""
@@ -179,8 +179,8 @@ class SimulatedHammer:
             peak = self.full_scale / self.force_volts * (TOO_HARD[0] + (TOO_HARD[1] - TOO_HARD[0]) * hard)
         peaks = [(0.0, peak)]
         if drawn == "double hit":
-            share = SECOND[0] + (SECOND[1] - SECOND[0]) * second
-            peaks.append((BOUNCE[0] + (BOUNCE[1] - BOUNCE[0]) * bounce, share * peak))
+            share = SECOND_PEAK_SHARE[0] + (SECOND_PEAK_SHARE[1] - SECOND_PEAK_SHARE[0]) * second
+            peaks.append((BOUNCE_TIME[0] + (BOUNCE_TIME[1] - BOUNCE_TIME[0]) * bounce, share * peak))
         width = self.hand.width * (1.0 + WIDTH_SPREAD * (2.0 * wide - 1.0))
         now = self.clock.now()
         self.strikes = [one for one in self.strikes if one.time < now]
@@ -202,8 +202,8 @@ class SimulatedHammer:
         force = np.zeros(moments.size)
         answer: NDArray[np.float64] | None = None
         for strike in self.strikes:
-            began = int(np.ceil((strike.time - LEAD - moments[0]) * sample_rate))
-            length = round((LEAD + self.hand.ring) * sample_rate)
+            began = int(np.ceil((strike.time - LEAD_TIME - moments[0]) * sample_rate))
+            length = round((LEAD_TIME + self.hand.ring) * sample_rate)
             first, last = max(began, 0), min(began + length, moments.size)
             if first >= last:
                 continue
@@ -230,7 +230,7 @@ class SimulatedHammer:
         return self._answers[key]
 
 
-MEMORY = 6.0
+COUPLING_MEMORY = 6.0
 """s for which the coupling of the inputs is followed: of a corner of 0.5 Hz 1e-8 is left."""
 
 
@@ -264,7 +264,7 @@ def struck_surroundings(
         chassis=chassis,
         modules=slots,
         iepe_sensors=frozenset(cards.iepe),
-        memory=MEMORY,
+        memory=COUPLING_MEMORY,
         hammer=hammer,
     )
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from analysis.checked_fields import check_range
 
-SPARE = 0.002
+SPARE_TIME = 0.002
 """s recorded before and after a block: whoever takes the offset out of it may find the trigger a sample earlier or
 later, and still find the block whole."""
-AT_REST = 1.0
+MEDIAN_TIME = 1.0
 """s of which the median is taken."""
 
 
@@ -59,9 +59,9 @@ class HitTrigger:
 
     def __init__(self, settings: TriggerSettings, sample_rate: float) -> None:
         self._level = settings.level
-        self._before = round((settings.pretrigger + SPARE) * sample_rate)
-        self._after = round((settings.duration - settings.pretrigger + SPARE) * sample_rate)
-        self._resting = round(AT_REST * sample_rate)
+        self._before = round((settings.pretrigger + SPARE_TIME) * sample_rate)
+        self._after = round((settings.duration - settings.pretrigger + SPARE_TIME) * sample_rate)
+        self._resting = round(MEDIAN_TIME * sample_rate)
         self._held: NDArray[np.float64] | None = None
         self._searched = 0
 
@@ -90,7 +90,7 @@ class HitTrigger:
         Returns
         -------
         (C, N) ndarray or None
-            The block of the hit, with `SPARE` at both ends.
+            The block of the hit, with `SPARE_TIME` at both ends.
         """
         self._held = block if self._held is None else np.concatenate([self._held, block], axis=1)
         begin = self._begin()

@@ -24,7 +24,7 @@ from drivers.ni.task_setup import (
 )
 from drivers.ni.wiring import Wiring
 
-MARGIN = 5.0
+DONE_MARGIN = 5.0
 """How much longer than the sweep a card may take to say it is done, s."""
 
 SETTLING = 64
@@ -179,7 +179,7 @@ class DaqmxCards:
             output.start()
             inputs.start()
             recorded = self._read(inputs, volts.size, pausing)
-            output.wait_until_done(timeout=2.0 / rate + MARGIN)
+            output.wait_until_done(timeout=2.0 / rate + DONE_MARGIN)
             output.stop()
             inputs.stop()
         return recorded
@@ -191,7 +191,7 @@ class DaqmxCards:
         for first in range(0, samples, step):
             count = min(step, samples - first)
             block = np.empty((len(recorded), count))
-            read = reader.read_many_sample(block, count, timeout=count / self._sample_rate + MARGIN)
+            read = reader.read_many_sample(block, count, timeout=count / self._sample_rate + DONE_MARGIN)
             if read != count:
                 said = f"{read} samples came where {count} were asked for."
                 raise DaqError("the sweep", said, None, Action.RETRY_DISCARD, "repeat the sweep")
@@ -219,7 +219,7 @@ class DaqmxCards:
         )
         AnalogSingleChannelWriter(task.out_stream, auto_start=False).write_many_sample(np.zeros(SETTLING))
         task.start()
-        task.wait_until_done(timeout=SETTLING / self._sample_rate + MARGIN)
+        task.wait_until_done(timeout=SETTLING / self._sample_rate + DONE_MARGIN)
         task.stop()
 
     def _zero_by(self, write: Callable[[Any], object]) -> None:

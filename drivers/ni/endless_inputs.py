@@ -18,10 +18,10 @@ from drivers.ni.errors import Action, DaqError
 from drivers.ni.input_wiring import InputWiring
 from drivers.ni.task_setup import read_thermocouples, set_up_inputs, verified_inputs
 
-BUFFERED = 20.0
+BUFFER_SECONDS = 20.0
 """What the driver's buffer holds, s: a hit is judged and written in a fraction of a second, but a network disk may
 take seconds."""
-MARGIN = 5.0
+READ_MARGIN = 5.0
 """How much longer than the samples take a read may wait for them, s."""
 
 
@@ -74,7 +74,7 @@ class EndlessInputs:
         self.stop()
         with self._connection.translated("starting to record"):
             task = self._tasks.enter_context(self._connection.task("inputs", self.wiring.inputs[0]))
-            rate = set_up_inputs(task, self.wiring, round(BUFFERED * self._sample_rate), endless=True)
+            rate = set_up_inputs(task, self.wiring, round(BUFFER_SECONDS * self._sample_rate), endless=True)
             if not np.isclose(rate, self._sample_rate, rtol=1e-9):
                 said = f"The inputs now run at {rate:g} Hz instead of {self._sample_rate:g} Hz."
                 raise DaqError("starting to record", said, None, Action.STOP, "open the cards again")
@@ -99,7 +99,7 @@ class EndlessInputs:
             raise ValueError("nothing is being recorded; call begin first")
         block = np.empty((len(self.wiring.inputs), samples))
         with self._connection.translated("recording"):
-            read = self._reader.read_many_sample(block, samples, timeout=samples / self._sample_rate + MARGIN)
+            read = self._reader.read_many_sample(block, samples, timeout=samples / self._sample_rate + READ_MARGIN)
         if read != samples:
             said = f"{read} samples came where {samples} were asked for."
             raise DaqError("recording", said, None, Action.RETRY_DISCARD, "hit again")

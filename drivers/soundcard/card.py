@@ -15,19 +15,19 @@ from drivers.ni.cards import Record, go_on
 from drivers.ni.errors import Action, DaqError
 from drivers.soundcard.settings import SoundCard, channel_number
 
-LATENCY = 0.5
+LONGEST_LATENCY = 0.5
 """The longest way from output to input that is waited for, s."""
-LEAD = 64
+LEAD_SAMPLES = 64
 """Samples kept before the drive arrives."""
-LATE = 5.0
+LATEST_END = 5.0
 """A stream may end so long after its last sample, s."""
-STEP = 0.1
+END_INTERVAL = 0.1
 """The end of a sweep is looked for so often, s."""
-LOUDNESS = 0.05
+TEST_LEVEL = 0.05
 """Of the loop-back test, share of the output's full scale."""
-AGREES = 0.05
+LOOPBACK_GAIN_ERROR = 0.05
 """The loop-back may have another gain than the full scales say by so much, as a share."""
-TONES = (200.0, 2000.0)
+TEST_BAND = (200.0, 2000.0)
 """Band of the loop-back test, Hz."""
 MISSING = "install it: pip install 'flexura[soundcard]' (on Linux PortAudio besides: libportaudio2)"
 NOT_STARTED = "start this computer's sound system, or connect a card; python -m sounddevice lists what it finds"
@@ -107,7 +107,7 @@ class SoundCards:
     def zero(self) -> None:
         """End whatever is played; DaqError where the card does not take silence."""
         self._sound.stop()
-        self._played(np.zeros(LEAD), go_on, latency=0.0)
+        self._played(np.zeros(LEAD_SAMPLES), go_on, latency=0.0)
 
     def close(self) -> None:
         """Bring the output to 0 V."""
@@ -120,12 +120,14 @@ class SoundCards:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _played(self, volts: Real, pausing: Callable[[], None], latency: float = LATENCY) -> Real:
+    def _played(self, volts: Real, pausing: Callable[[], None], latency: float = LONGEST_LATENCY) -> Real:
         """Play (M,), V, and return everything recorded meanwhile and a little longer, (1 + K, N), V."""
         settings = self._settings
-        samples = np.append(volts / settings.output_range, np.zeros(LEAD + round(latency * self.sample_rate)))
+        samples = np.append(
+            volts / settings.output_range, np.zeros(LEAD_SAMPLES + round(latency * self.sample_rate))
+        )
         doing = f"the sweep of {volts.size / self.sample_rate:.3g} s"
-        deadline = self._clock.now() + samples.size / self.sample_rate + LATE
+        deadline = self._clock.now() + samples.size / self.sample_rate + LATEST_END
         try:
             recorded = self._sound.playrec(
                 samples.astype(np.float32)[:, None],
@@ -140,7 +142,7 @@ class SoundCards:
                 if self._clock.now() > deadline:
                     step = "pull the device's cable and plug it in again"
                     raise DaqError(doing, "The device's stream does not end.", None, Action.LOST_DEVICE, step)
-                self._clock.sleep(STEP)
+                self._clock.sleep(END_INTERVAL)
                 pausing()
             status = self._sound.get_status()
         except (self._sound.PortAudioError, ValueError) as error:
@@ -161,7 +163,7 @@ class SoundCards:
         `usual` is the delay of the loop-back test, in samples. Its fraction is the converters' own and stays;
         whole samples differ from stream to stream. Silence shows no delay.
         """
-        first = round(usual) - LEAD // 2
+        first = round(usual) - LEAD_SAMPLES // 2
         if volts.any():
             padded = np.pad(volts, (0, recorded.size - volts.size))
             band = (0.002 * self.sample_rate, 0.45 * self.sample_rate)
@@ -174,17 +176,21 @@ class SoundCards:
         rng = np.random.default_rng(0)
         size = round(0.25 * rate)
         grid = np.fft.rfftfreq(size, 1.0 / rate)
-        phases = np.where((grid > TONES[0]) & (grid < TONES[1]), np.exp(2j * np.pi * rng.random(grid.size)), 0.0)
+        phases = np.where(
+            (grid > TEST_BAND[0]) & (grid < TEST_BAND[1]), np.exp(2j * np.pi * rng.random(grid.size)), 0.0
+        )
         noise = np.fft.irfft(phases, size)
-        played = LOUDNESS * settings.output_range * noise / np.abs(noise).max()
+        played = TEST_LEVEL * settings.output_range * noise / np.abs(noise).max()
         recorded = self._played(played, go_on)[0]
-        gain, delay, correlation = compare_drive(recorded, np.pad(played, (0, recorded.size - size)), rate, TONES)
+        gain, delay, correlation = compare_drive(
+            recorded, np.pad(played, (0, recorded.size - size)), rate, TEST_BAND
+        )
         doing = f"the loop-back test from {settings.output} to {settings.drive_input}"
-        if correlation < 0.9 or not 0.0 <= delay <= LATENCY * rate:
+        if correlation < 0.9 or not 0.0 <= delay <= LONGEST_LATENCY * rate:
             said = f"What comes back is not what was played (correlation {correlation:.2f})."
             step = "connect the output to the drive's input, switch off monitoring and effects of the mixer"
             raise DaqError(doing, said, None, Action.STOP, step)
-        if abs(gain - 1.0) > AGREES:
+        if abs(gain - 1.0) > LOOPBACK_GAIN_ERROR:
             fitting = settings.input_range / gain
             said = f"{gain:.3f} times the voltage played comes back."
             step = (

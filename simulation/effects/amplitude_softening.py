@@ -10,7 +10,7 @@ from analysis.experiment import Experiment
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, PlateState
 
-LARGEST = 4.0  # largest relative strain energy: strongest resonance at twice the level
+LARGEST_STRAIN_ENERGY = 4.0  # largest relative strain energy: strongest resonance at twice the level
 
 
 def card(experiment: Experiment) -> EffectCard:
@@ -43,7 +43,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     PlateState
         `state` with the effect.
     """
-    energy = np.minimum(circumstances.strain_energy, LARGEST)
+    energy = np.minimum(circumstances.strain_energy, LARGEST_STRAIN_ENERGY)
     kept = 1.0 - values["a"] * energy
     return state.with_(storage=state.storage * kept, loss=state.loss * (kept + values["b"] * energy))
 

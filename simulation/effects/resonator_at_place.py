@@ -12,7 +12,8 @@ from simulation.effects.effect import Effect
 from simulation.state.plate_state import Attached, Circumstances, PlateState
 
 PLACES, RESONANCES = 12, 6
-LOSS = 0.1  # of the springs from which a search starts: wide enough to be seen from one of the resonances
+"""Places and resonances, about, from which a search starts: at every place one in each part of the band."""
+START_LOSS = 0.1  # of the springs from which a search starts: wide enough to be seen from one of the resonances
 
 
 def card(experiment: Experiment) -> EffectCard:
@@ -27,12 +28,12 @@ def card(experiment: Experiment) -> EffectCard:
             Parameter("mass", "kg", 0.0, 0.02, 0.0005, shown="g"),
             *coordinates(experiment),
             Parameter("resonance", "Hz", 0.7 * low, 1.4 * high, 0.5 * (high - low), shape=True, typical=middle),
-            Parameter("loss", "1", 0.005, 1.0, 0.1, shape=True, typical=LOSS, shown="%"),
+            Parameter("loss", "1", 0.005, 1.0, 0.1, shape=True, typical=START_LOSS, shown="%"),
         ),
         needs="lines much closer than the resonance is wide, and modes on both sides of it",
         separated_by="look there; touch what is found: its resonance dies, a mode of the plate hardly changes",
         sites=tuple(
-            {"x": float(x), "y": float(y), "resonance": float(f), "loss": LOSS}
+            {"x": float(x), "y": float(y), "resonance": float(f), "loss": START_LOSS}
             for x, y in places
             for f in np.geomspace(low, high, RESONANCES)
         ),

@@ -9,10 +9,10 @@ from analysis.geometry.relations import TOUCH, leaves, overlap
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, PlateState
 
-FARTHEST = 0.0025  # m; for a patch of some 20 mm a larger offset would be visible
+LARGEST_OFFSET = 0.0025  # m; for a patch of some 20 mm a larger offset would be visible
 BRACES = str.maketrans({"{": "{{", "}": "}}"})
 """A name may hold braces, which a phrase takes for a parameter."""
-RESOLVED = 1e-7  # m, accuracy of the largest offset that fits
+OFFSET_ACCURACY = 1e-7  # m, accuracy of the largest offset that fits
 
 
 def card(experiment: Experiment) -> EffectCard:
@@ -62,7 +62,7 @@ def _first(experiment: Experiment) -> str:
 def _range(experiment: Experiment, axis: int) -> tuple[float, float]:
     """Range of the offset along an axis that leaves the patch on the plate, m; the widest without a patch."""
     if not experiment.sensors:
-        return -FARTHEST, FARTHEST
+        return -LARGEST_OFFSET, LARGEST_OFFSET
     plate, border = experiment.plate, experiment.sensors[0].loop
 
     def fits(distance: float) -> bool:
@@ -73,11 +73,11 @@ def _range(experiment: Experiment, axis: int) -> tuple[float, float]:
 
 
 def _farthest(fits: Callable[[float], bool]) -> float:
-    """Return the largest distance that fits, up to `FARTHEST`, m."""
-    if fits(FARTHEST):
-        return FARTHEST
-    low, high = 0.0, FARTHEST
-    while high - low > RESOLVED:
+    """Return the largest distance that fits, up to `LARGEST_OFFSET`, m."""
+    if fits(LARGEST_OFFSET):
+        return LARGEST_OFFSET
+    low, high = 0.0, LARGEST_OFFSET
+    while high - low > OFFSET_ACCURACY:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if fits(middle) else (low, middle)
     return max(low - TOUCH, 0.0)

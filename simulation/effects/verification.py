@@ -18,9 +18,9 @@ COMPLEX_STEP = 1e-30
 """Complex step, in prior sigma of the parameter; it may be tiny because nothing is subtracted."""
 REAL_STEP = 1e-4
 """Step of central differences, in prior sigma of the parameter."""
-AGREEMENT = 1e-5
+LARGEST_DIFFERENCE = 1e-5
 """Largest relative difference of the two derivatives; central differences are accurate to about 1e-8."""
-STEEPEST = 1e3
+STEEPEST_AT_ZERO = 1e3
 """Largest slope at zero over the mean slope to a third of a sigma: the slope of a square root is infinite."""
 
 SPECTRA = ("storage", "loss", "area_mass", "area_resistance", "log_gain", "phase")
@@ -137,7 +137,7 @@ def _check_derivatives(effect: Effect, card: EffectCard, state: PlateState, circ
             exact = np.imag(value) / tiny
             central = np.real(above[name] - below[name]) / (2.0 * small)
             scale = max(_largest(exact), _largest(central))
-            if _largest(exact - central) > AGREEMENT * scale + 1e-12 * _largest(np.real(value)) / small:
+            if _largest(exact - central) > LARGEST_DIFFERENCE * scale + 1e-12 * _largest(np.real(value)) / small:
                 raise ValueError(
                     f"{parameter.name}: a complex step in it does not give the slope of {name}; "
                     "abs, float, real, comparisons and the math module lose the imaginary part"
@@ -159,7 +159,7 @@ def _check_energy(effect: Effect, card: EffectCard, state: PlateState, circumsta
         exact = np.imag(value) / COMPLEX_STEP
         central = np.real(above[name] - below[name]) / (2.0 * REAL_STEP)
         scale = max(_largest(exact), _largest(central))
-        if _largest(exact - central) > AGREEMENT * scale + 1e-12 * _largest(np.real(value)) / REAL_STEP:
+        if _largest(exact - central) > LARGEST_DIFFERENCE * scale + 1e-12 * _largest(np.real(value)) / REAL_STEP:
             raise ValueError(f"a complex step in strain_energy does not give the slope of {name}")
         elsewhere = exact != 0.0
         if name in SPECTRA:
@@ -181,7 +181,7 @@ def _slopes_at_zero(effect: Effect, card: EffectCard, state: PlateState, circums
         for name, value in near.items():
             slope = _largest(np.imag(value)) / tiny
             mean = _largest(far[name] - np.real(value)) / abs(away)
-            if not slope <= STEEPEST * mean + 1e-12 * _largest(np.real(value)) / abs(away):
+            if not slope <= STEEPEST_AT_ZERO * mean + 1e-12 * _largest(np.real(value)) / abs(away):
                 raise ValueError(f"{parameter.name}: the slope of {name} is not finite at zero")
             if slope > 0.0:
                 alive.add(parameter.name)

@@ -14,7 +14,7 @@ from analysis.arrays import Real
 from analysis.geometry.curves import Curve
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
-from simulation.meshing.crossings import SAME, cuts_of, inside, polyline
+from simulation.meshing.crossings import MERGED_DISTANCE, cuts_of, inside, polyline
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def _edges(borders: Sequence[Loop], cuts: list[list[list[float]]]) -> tuple[Real
     def node(point: Real) -> int:
         if nodes:
             away = np.hypot(*(np.array(nodes) - point).T)
-            if away.min() < 2.0 * SAME:
+            if away.min() < 2.0 * MERGED_DISTANCE:
                 return int(away.argmin())
         nodes.append(point)
         return len(nodes) - 1
@@ -127,7 +127,7 @@ def _edges(borders: Sequence[Loop], cuts: list[list[list[float]]]) -> tuple[Real
             for first, last in pairwise(places):
                 piece = curve.part(first, last)
                 start, end = node(piece.at(0.0)), node(piece.at(1.0))
-                if start == end and np.hypot(*(piece.at(0.5) - piece.at(0.0))) < 2.0 * SAME:
+                if start == end and np.hypot(*(piece.at(0.5) - piece.at(0.0))) < 2.0 * MERGED_DISTANCE:
                     continue
                 middle = piece.at(0.5)
                 known = next(
@@ -135,7 +135,7 @@ def _edges(borders: Sequence[Loop], cuts: list[list[list[float]]]) -> tuple[Real
                         k
                         for k, edge in enumerate(edges)
                         if {edge.start, edge.end} == {start, end}
-                        and np.hypot(*(edge.curve.at(0.5) - middle)) < 10.0 * SAME
+                        and np.hypot(*(edge.curve.at(0.5) - middle)) < 10.0 * MERGED_DISTANCE
                     ),
                     None,
                 )

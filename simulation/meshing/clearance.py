@@ -7,7 +7,7 @@ from analysis.arrays import Real
 from analysis.geometry.curves import Curve
 from simulation.meshing.arrangement import Arrangement
 
-APERTURE = 1.14
+HALF_APERTURE = 1.14
 """Half of the angle in which the next border is searched, rad."""
 
 
@@ -24,7 +24,7 @@ class Clearance:
         self.tree = cKDTree(self.points)
         self.largest = float(np.ptp(self.points, axis=0).max())
 
-    def __call__(self, point: Real, normal: Real, aperture: float = APERTURE, reach: float = np.inf) -> float:
+    def __call__(self, point: Real, normal: Real, aperture: float = HALF_APERTURE, reach: float = np.inf) -> float:
         """Distance from `point` to the next border within `aperture` rad of `normal`, at most `reach`, m."""
         least = np.cos(aperture)
         radius = min(0.02 * self.largest, reach)

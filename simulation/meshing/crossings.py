@@ -10,11 +10,11 @@ from analysis.arrays import Real
 from analysis.geometry.curves import Curve, turning
 from analysis.geometry.loop import Loop
 
-SAME = 1e-7
+MERGED_DISTANCE = 1e-7
 """Points closer than this are merged, m."""
 CHORD = np.deg2rad(4.0)
 """Largest turn of a curve per side of its polyline, rad."""
-ALONG = 1e-4
+TANGENT_SINE = 1e-4
 """Sine of the angle below which curves count as tangent, not crossing."""
 
 
@@ -47,7 +47,7 @@ def _passing(curve: Curve, line: tuple[Real, Real], points: Real) -> list[float]
     length = np.maximum((step**2).sum(axis=1), 1e-30)
     share = np.clip((away * step).sum(axis=2) / length, 0.0, 1.0)
     distance = np.hypot(*np.moveaxis(away - share[..., None] * step, -1, 0))
-    reach = 2.0 * CHORD * np.sqrt(length.max()) + SAME if len(t) > 2 else SAME
+    reach = 2.0 * CHORD * np.sqrt(length.max()) + MERGED_DISTANCE if len(t) > 2 else MERGED_DISTANCE
     found = []
     for k in np.flatnonzero(distance.min(axis=1) < reach):
         i = int(distance[k].argmin())
@@ -56,7 +56,10 @@ def _passing(curve: Curve, line: tuple[Real, Real], points: Real) -> list[float]
             slope, miss = curve.derivative(place), curve.at(place) - points[k]
             place = float(np.clip(place - slope @ miss / (slope @ slope), 0.0, 1.0))
         ends = np.array([points[k] - curve.at(0.0), points[k] - curve.at(1.0)])
-        if np.hypot(*(curve.at(place) - points[k])) < SAME and np.hypot(*ends.T).min() > SAME:
+        if (
+            np.hypot(*(curve.at(place) - points[k])) < MERGED_DISTANCE
+            and np.hypot(*ends.T).min() > MERGED_DISTANCE
+        ):
             found.append(place)
     return found
 
@@ -66,7 +69,7 @@ def _crossings(
 ) -> list[tuple[float, float]]:
     """Parameters (t, s) at which two curves cross, common ends left out."""
     (t, p), (s, q) = line, line_2
-    margin = 0.02 * (np.ptp(p, axis=0).max() + np.ptp(q, axis=0).max()) + SAME
+    margin = 0.02 * (np.ptp(p, axis=0).max() + np.ptp(q, axis=0).max()) + MERGED_DISTANCE
     if (p.min(axis=0) > q.max(axis=0) + margin).any() or (q.min(axis=0) > p.max(axis=0) + margin).any():
         return []
     a, b = np.diff(p, axis=0)[:, None], np.diff(q, axis=0)[None]
@@ -82,14 +85,14 @@ def _crossings(
         place = np.array([t[i] + x[i, j] * (t[i + 1] - t[i]), s[j] + y[i, j] * (s[j + 1] - s[j])])
         for _ in range(8):
             slopes = np.column_stack([one.derivative(place[0]), -other.derivative(place[1])])
-            if abs(np.linalg.det(slopes)) < ALONG * np.prod(np.hypot(*slopes)):
+            if abs(np.linalg.det(slopes)) < TANGENT_SINE * np.prod(np.hypot(*slopes)):
                 break  # the curves coincide
             place = np.clip(place - np.linalg.solve(slopes, one.at(place[0]) - other.at(place[1])), 0.0, 1.0)
         else:
             meet = one.at(place[0])
-            if np.hypot(*(meet - other.at(place[1]))) > SAME:
+            if np.hypot(*(meet - other.at(place[1]))) > MERGED_DISTANCE:
                 continue
-            if not any(np.hypot(*(meet - one.at(known))) < SAME for known, _ in found):
+            if not any(np.hypot(*(meet - one.at(known))) < MERGED_DISTANCE for known, _ in found):
                 found.append((float(place[0]), float(place[1])))
     return found
 

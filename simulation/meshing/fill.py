@@ -11,9 +11,9 @@ from simulation.meshing.crossings import inside
 
 LEAST_ANGLE = np.deg2rad(10.0)
 SMOOTHINGS = 5
-BAND = 1.42
+SIZE_LEVEL_RATIO = 1.42
 """Points of one size level are used for sizes from the level over this to the level times this."""
-CHUNK = 400_000
+PAIRS_AT_ONCE = 400_000
 """Number of pairs of places and sides computed at a time."""
 
 
@@ -118,31 +118,31 @@ def _graded(start: Real, end: Real, spacing: float, growth: float) -> Real:
         origin = 0.5 * (low + high)
         count = np.ceil((high - low) / step).astype(int) + 1
         if level < spacing:
-            near = length < BAND * level  # finer points only beside short sides
+            near = length < SIZE_LEVEL_RATIO * level  # finer points only beside short sides
             i, j = _beside(0.5 * (start[near] + end[near]) - origin, step, growth)
         else:
             i, j = (grid.ravel() for grid in np.mgrid[-count[0] : count[0] + 1, -count[1] : count[1] + 1])
         grid = origin + np.stack([i + 0.5 * (j % 2), j], axis=1) * step
         grid = grid[((grid > low) & (grid < high)).all(axis=1)]
-        rows = max(1, CHUNK // len(start))
+        rows = max(1, PAIRS_AT_ONCE // len(start))
         for first in range(0, len(grid), rows):
             part = grid[first : first + rows]
             part = part[inside(part, start, end)]
             away = _distance(part, start, end)
             wanted = np.minimum(spacing, (length + growth * away).min(axis=1, initial=np.inf))
-            upper = np.inf if level >= spacing else BAND * level
-            chosen = (wanted >= level / BAND) & (wanted < upper)
+            upper = np.inf if level >= spacing else SIZE_LEVEL_RATIO * level
+            chosen = (wanted >= level / SIZE_LEVEL_RATIO) & (wanted < upper)
             chosen &= away.min(axis=1, initial=np.inf) > 0.6 * np.minimum(wanted, level)
             found.append(np.column_stack([part[chosen], wanted[chosen]]))
         if level >= spacing:
             break
-        level = min(2.0 * level, spacing) if level * BAND < spacing else spacing
+        level = min(2.0 * level, spacing) if level * SIZE_LEVEL_RATIO < spacing else spacing
     return _apart(np.vstack(found) if found else np.zeros((0, 3)))
 
 
 def _beside(middles: Real, step: Real, growth: float) -> tuple[Whole, Whole]:
     """Columns and rows of a triangular grid near the middles of sides."""
-    reach = int(np.ceil(BAND * (0.5 + 1.0 / growth))) + 1
+    reach = int(np.ceil(SIZE_LEVEL_RATIO * (0.5 + 1.0 / growth))) + 1
     around = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1).T
     nearest = np.round(middles / step).astype(int)
     i, j = (nearest[:, None] + around).reshape(-1, 2).T

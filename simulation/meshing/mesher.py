@@ -27,12 +27,13 @@ from simulation.meshing.repairs import Cap, Repairs, Stretch
 from simulation.meshing.sides import Cutter, Sizes
 from simulation.meshing.strips import strips
 
-ROUNDS = 24
+MOST_ROUNDS = 24
+"""Repairs after which a mesh is given up: a message is better than a search that does not end."""
 MOST_CUTS = 250
 """Largest number of halved pieces in all rounds: only nearly coincident borders would need more."""
 LEAST_RATIO = 0.01
 """Smallest `jacobian_ratio` of a cell."""
-NARROWEST = 0.06
+NARROWEST_STRIP = 0.06
 """Share of the desired width below which a strip is left out."""
 
 
@@ -101,7 +102,7 @@ def mesh_plate(
     cutter = Cutter.of(plan, faces, _sizes(plan, faces, borders, thickness, recipe))
     repairs = Repairs({}, (), frozenset())
     known: dict[bytes, Fill] = {}
-    for _ in range(ROUNDS):
+    for _ in range(MOST_ROUNDS):
         cells = strips(cutter, repairs)
         triangles, owners, faults = _filled(cells, faces, recipe.bulk(thickness), recipe.growth, known)
         if not faults:
@@ -217,7 +218,7 @@ def _repaired(repairs: Repairs, faults: Sequence[MeshFault], cells: Cells, cutte
         if not feet:
             bare |= {Stretch(half, 0.0, 1.0) for half in halves}
         for foot in feet:
-            if foot.width < NARROWEST * max(map(cutter.width, halves)):
+            if foot.width < NARROWEST_STRIP * max(map(cutter.width, halves)):
                 bare |= set(foot.pieces)
             else:
                 x, y = cells.points[foot.point]

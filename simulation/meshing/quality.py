@@ -6,13 +6,13 @@ from analysis.arrays import Real
 from simulation.meshing.plate_mesh import PlateMesh
 from simulation.shell.mapping import map_cells
 
-SAMPLES = 5
+POINTS_ALONG_SIDE = 5
 """Points along a side of a cell at which its Jacobian is evaluated."""
 
 
 def jacobian_ratio(mesh: PlateMesh) -> Real:
     """Smallest over largest Jacobian of every cell, (cells,): 1 for parallelograms, below 0 for inverted ones."""
-    side = np.linspace(-1.0, 1.0, SAMPLES)
+    side = np.linspace(-1.0, 1.0, POINTS_ALONG_SIDE)
     square = np.stack(np.meshgrid(side, side), axis=0).reshape(2, -1)
     half = 0.5 * (square + 1.0)
     found = []

@@ -6,7 +6,7 @@ from typing import Self
 PER_WAVE = 0.55
 """Largest edge of a cell in bending wavelengths, for functions of degree 7. Functions of higher degree then have a
 few 1e-6 of a response's energy; with 0.65, 4e-5 on a disc, and with 0.9, 2e-4 to 3e-3."""
-ACROSS = 25
+MOST_CELLS_ACROSS = 25
 """Cells across a large plate that are enough where the waves are long: a sheet of 2 m2, 1 mm thick, would have
 8300 triangles of the usual size and a million functions, for waves of 0.2 m."""
 
@@ -84,7 +84,9 @@ class MeshRecipe:
         MeshRecipe
         """
         unit = float((thickness / 0.003) ** 0.5)
-        return cls(spacing=min(max(cls.spacing, area**0.5 / ACROSS / unit), PER_WAVE * wavelength / unit))
+        return cls(
+            spacing=min(max(cls.spacing, area**0.5 / MOST_CELLS_ACROSS / unit), PER_WAVE * wavelength / unit)
+        )
 
     def bulk(self, thickness: float) -> float:
         """Largest edge of a cell, m."""

@@ -18,9 +18,9 @@ from simulation.meshing.clearance import Clearance, length_of
 from simulation.meshing.corners import CONVEX, REENTRANT, Corner, corners_of
 from simulation.meshing.repairs import Repairs, Stretch
 
-SHARE = 0.3
+WIDEST_STRIP = 0.3
 """Largest width of a strip, as a share of the free distance to the next border, or of an edge's length."""
-LONGEST = 2.5
+LONGEST_PIECE = 2.5
 """Largest length of a piece, relative to the local width of the face."""
 
 
@@ -136,9 +136,9 @@ class Cutter:
         inwards = np.array([c * x - s * y, s * x + c * y])
         if corner.angle < CONVEX:
             wanted, free = width / np.tan(0.5 * corner.angle), self.clear(point, inwards, 0.35 * corner.angle)
-            return float(min(wanted, SHARE * min(lengths), 0.5 * free))
+            return float(min(wanted, WIDEST_STRIP * min(lengths), 0.5 * free))
         free = self.clear(point, inwards, 0.5 * corner.angle - 0.5, 4.0 * width)
-        return min(width, SHARE * min(lengths), SHARE * free)
+        return min(width, WIDEST_STRIP * min(lengths), WIDEST_STRIP * free)
 
     def cut(self, edge: int, reach: Mapping[int, float], repairs: Repairs) -> Real:
         """Cut an edge into pieces.
@@ -177,7 +177,7 @@ class Cutter:
             long, normal = length_of(piece), _left(piece, 0.5)
             ways = [way for way, width in ((1, size.left), (-1, size.right)) if width > 0.0]
             free = min((self.clear(piece.at(0.5), way * normal, reach=long) for way in ways), default=np.inf)
-            if long > LONGEST * free:
+            if long > LONGEST_PIECE * free:
                 places.insert(k + 1, 0.5 * (places[k] + places[k + 1]))
             else:
                 k += 1
@@ -208,8 +208,8 @@ class Cutter:
         for k in range(1, len(cut) - 1):
             key = (half, float(cut[k]))
             if key not in self.known:
-                self.known[key] = self.clear(points[k], _left(curve, cut[k]), reach=wanted / SHARE)
-            width[k] = min(width[k], SHARE * self.known[key])
+                self.known[key] = self.clear(points[k], _left(curve, cut[k]), reach=wanted / WIDEST_STRIP)
+            width[k] = min(width[k], WIDEST_STRIP * self.known[key])
         return Side(half, curve, cut, list(number), width, bare)
 
 

@@ -18,7 +18,7 @@ from simulation.shell.shell_model import ShellModel
 
 WORKERS = 2
 """Number of materials solved at a time, in threads: sparse factorization releases the interpreter lock."""
-SHIFTS = (0.2, 0.9)
+SHIFTS_IN_BAND = (0.2, 0.9)
 """Shifts in the band at which a material's stiffness is factorized."""
 DAMPED_LINES = 16
 """Number of frequencies per material at which a plate with dashpots is solved."""
@@ -54,7 +54,7 @@ def krylov_vectors(
     -------
     (n, N) ndarray
     """
-    shifts = band[0] + np.array(SHIFTS) * (band[1] - band[0])
+    shifts = band[0] + np.array(SHIFTS_IN_BAND) * (band[1] - band[0])
     materials = training.materials(box)[0]
     if dashpots is not None and dashpots.size:
         model = replace(model, coupling=np.hstack([model.coupling, dashpots]))

@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.material import MaterialBox
-from simulation.reduction.energy_decomposition import BEYOND, training_loss
+from simulation.reduction.energy_decomposition import BAND_MARGIN, training_loss
 from simulation.reduction.mode_corrections import mode_corrections
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.reduction.resonance_lines import root_mean_square
@@ -17,7 +17,7 @@ Constants = tuple[float, float, float]
 
 WORKERS = 2
 """Materials solved at a time."""
-DRAWN = 2
+MATERIALS_DRAWN = 2
 """Number of random materials in the box at each attempt."""
 HALTON = (2, 3)
 """Bases of Halton's sequence along E and nu."""
@@ -49,7 +49,7 @@ def held_out(box: MaterialBox, attempt: int) -> list[tuple[float, float]]:
     the first, which takes longest, and the last of them.
     """
     (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
-    square = _scattered(DRAWN, np.random.default_rng(attempt))
+    square = _scattered(MATERIALS_DRAWN, np.random.default_rng(attempt))
     found = [(e0 * (e1 / e0) ** a, n0 + b * (n1 - n0)) for a, b in square]
     if attempt == 0:
         found = [(e0, n0 + 0.37 * (n1 - n0)), *found, (e1, n0)]
@@ -97,7 +97,7 @@ def measured_error(
     def at(place: int) -> MeasuredError:
         moduli = materials[place]
         found = mode_corrections(
-            model, vectors, small, moduli, lines=lines, loss_factor=loss, tolerance=tolerance, beyond=BEYOND
+            model, vectors, small, moduli, lines=lines, loss_factor=loss, tolerance=tolerance, beyond=BAND_MARGIN
         )
         within = (found.frequency > lines[0]) & (found.frequency < lines[-1])
         worst = found.frequency[np.where(within, found.error, 0.0).argmax()] if within.any() else lines[-1]

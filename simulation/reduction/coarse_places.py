@@ -14,7 +14,7 @@ from simulation.reduction.coarse_plate import coarse_reduction
 from simulation.reduction.damped_modes import DampedModes
 from simulation.reduction.reduced_model import ReducedModel
 
-POINTS = 28
+POINTS_ALONG_BOX = 28
 """Grid points along the longer side of the box around the plate: 9 mm apart on one of 0.24 m, half a patch."""
 
 
@@ -43,7 +43,7 @@ class CoarsePlaces:
         """Reduce an experiment's plate on a coarse mesh; GeometryError where no good mesh is found."""
         plate, declared = experiment.plate, experiment.footprints
         (x0, y0), (x1, y1) = plate.bounds
-        step = max(x1 - x0, y1 - y0) / POINTS
+        step = max(x1 - x0, y1 - y0) / POINTS_ALONG_BOX
         axes = [np.arange(low + 0.5 * step, high, step) for low, high in ((x0, x1), (y0, y1))]
         grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
         shape = grid.shape[:2]

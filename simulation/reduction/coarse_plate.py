@@ -27,9 +27,11 @@ DEGREE, CELLS = 4, 5
 LOSS_FACTOR = 0.04
 """Loss factor used for every comparison, whatever the material's own."""
 MODULUS_RATIO = 7.0
+"""Largest ratio from one modulus of the vectors to the next."""
 VECTORS = 24
 """Number of Krylov vectors for every shift and modulus."""
 FORCES = 4
+"""Footprints that are loads, too: of more, every load would have fewer vectors."""
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from simulation.state.departures import Departures
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import PlateState
 
-STEP = 1e-30
+COMPLEX_STEP = 1e-30
 """Complex step of a parameter for derivatives: far below rounding of the real part."""
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from simulation.reduction.dashpots import connected, forces
-from simulation.reduction.energy_sums import LIVELY
+from simulation.reduction.energy_sums import LEAST_IMAGINARY_PART
 from simulation.reduction.resonance_lines import resonance_lines, root_mean_square
 
 
@@ -95,7 +95,7 @@ class DampedModes:
             product = modal.real @ modal.real.T + modal.imag @ modal.imag.T
         else:
             squares = (2 * np.pi * lines) ** 2
-            stiffness = np.maximum(np.abs(self.squares), LIVELY * squares.max())
+            stiffness = np.maximum(np.abs(self.squares), LEAST_IMAGINARY_PART * squares.max())
             poles = self.squares + 1j * loss_factor * stiffness
             sums = (1.0 / (poles[:, None] - squares)).sum(axis=1)
             product = (sums.conj() - sums[:, None]) / (poles[:, None] - poles.conj())

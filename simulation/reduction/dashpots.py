@@ -11,33 +11,33 @@ from scipy.sparse import csr_matrix, issparse
 
 from analysis.arrays import Complex, Real
 
-LEAST = 1e-7
+LEAST_POWER = 1e-7
 """Smallest dissipated power of a column, as a share of the largest."""
-FEW = 12
+MOST_COLUMNS = 12
 """Largest number of columns of dashpots at points, each of which is a load of the plate without dashpots."""
 
 
 def columns(damping: csr_matrix | Real, answers: Real) -> Real:
     """R (n, q) with R R' x = C x for every x among the answers (n, k), C (n, n) symmetric (Nystroem).
 
-    Directions that dissipate less than `LEAST` of the power of the strongest are left out; all responses have
-    equal weight, whether to a volt or to a newton.
+    Directions that dissipate less than `LEAST_POWER` of the power of the strongest are left out; all responses
+    have equal weight, whether to a volt or to a newton.
     """
     if not (damping.nnz if issparse(damping) else damping.any()):
         return np.zeros((len(answers), 0))
     answers = answers / np.linalg.norm(answers, axis=0)
     forces = damping @ answers
     power, directions = np.linalg.eigh(answers.T @ forces)
-    kept = power > LEAST * power.max()
+    kept = power > LEAST_POWER * power.max()
     return np.asarray(forces @ (directions[:, kept] / np.sqrt(power[kept])))
 
 
 def few_columns(damping: csr_matrix) -> Real | None:
-    """Return R (n, q) with R R' = C where q is at most `FEW`; None for more, as along an edge."""
+    """Return R (n, q) with R R' = C where q is at most `MOST_COLUMNS`; None for more, as along an edge."""
     held = np.flatnonzero(np.diff(damping.indptr))
     power, directions = np.linalg.eigh(damping[held][:, held].toarray())
-    kept = power > LEAST * power.max(initial=0.0)
-    if kept.sum() > FEW:
+    kept = power > LEAST_POWER * power.max(initial=0.0)
+    if kept.sum() > MOST_COLUMNS:
         return None
     found = np.zeros((damping.shape[0], int(kept.sum())))
     found[held] = directions[:, kept] * np.sqrt(power[kept])

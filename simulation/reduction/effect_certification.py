@@ -19,7 +19,7 @@ from simulation.twin.local_solution import LocalSolution
 
 STATES = (((0.25, 0.79), 0.0), ((0.82, 0.26), -0.5))
 """Shares of the box's ranges of E and nu, and size of the effects: soft without effects, stiff with all."""
-GRID = 200
+CERTIFIED_LINES = 200
 """Number of evenly spaced lines in the band."""
 
 
@@ -41,7 +41,7 @@ def measured_error(full: FullPlate, ops: EffectOperators, footprints: Sequence[F
     """
     rng = np.random.default_rng(0)
     basis = field_basis(BENDING_DEGREE)
-    drawn = [int(line) for line in rng.integers(GRID, size=len(STATES))]
+    drawn = [int(line) for line in rng.integers(CERTIFIED_LINES, size=len(STATES))]
 
     def at(place: int) -> float:
         shares, size = STATES[place]
@@ -76,7 +76,7 @@ def sheet_error(
         departed_sheet(combined_state(*places, laws, 0.0, 0.0), sheet, away)
         for places in ((basis.xi, basis.zeta), full.sampling)
     )
-    return state_error(full, ops, reduced, exact, GRID // 3, footprints)
+    return state_error(full, ops, reduced, exact, CERTIFIED_LINES // 3, footprints)
 
 
 def state_error(
@@ -97,12 +97,12 @@ def state_error(
         The same state with its fields at the points of the full plate; with an offset of the sensor, at those of
         the moved mesh, because fields do not move with it.
     drawn : int
-        Index among `GRID` lines of the band, used in addition to the line at which the reduced transfers are
-        largest.
+        Index among `CERTIFIED_LINES` lines of the band, used in addition to the line at which the reduced
+        transfers are largest.
     footprints : sequence of Footprint
         The first of `EffectOperators.forces`.
     """
-    lines = np.linspace(*ops.band, GRID)
+    lines = np.linspace(*ops.band, CERTIFIED_LINES)
     over_band = solved(ops, reduced, lines, len(footprints)).compliance()
     peak = np.abs(over_band).max(axis=-1)
     strongest = int((np.abs(over_band) / peak[..., None]).sum(axis=(0, 1)).argmax())

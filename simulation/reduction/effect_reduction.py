@@ -26,8 +26,8 @@ from simulation.reduction.missing_responses import extended_basis, missing_direc
 from simulation.reduction.patch_projection import patch_energies
 from simulation.reduction.places import attachable, nowhere, patterns
 from simulation.reduction.plate_basis import PlateBasis, plain_reduction
-from simulation.reduction.projector import CHUNK, Projector
-from simulation.shell.assembly import FEW, assemble_chosen
+from simulation.reduction.projector import CELLS_AT_ONCE, Projector
+from simulation.shell.assembly import SELECTING_FORCES, assemble_chosen
 from simulation.shell.fineness import Fineness, relative_loss
 from simulation.shell.footprints import attached_discs
 from simulation.shell.shell_model import ShellModel
@@ -51,7 +51,7 @@ STAGE = "reducing the plate with its effects"
 TOLERANCES = "tolerances of the declaration"
 WORKERS = 2
 """Number of states solved, and of energies projected, at a time."""
-LEAST, TAIL = 5e-4, 2e-3
+LEAST_DIRECTION, LARGEST_TAIL = 5e-4, 2e-3
 """Shares of a state's responses: smallest share of one direction, largest share of all directions left out."""
 OF_SHEETS = 0.2
 """Factor on them for orthotropic sheets, whose moduli may be far from their declaration: natural frequencies of a
@@ -110,18 +110,18 @@ def reduce_with_effects(
     report = progress or (lambda stage, share: None)
     band = experiment.protocol.band
     attached = attached_discs(experiment.plate, experiment.attachments)
-    acting, measured = [*attached, *experiment.footprints], experiment.footprints[:FEW]
+    acting, measured = [*attached, *experiment.footprints], experiment.footprints[:SELECTING_FORCES]
     model, basis = _plain(experiment, box, attached, basis, fineness, training, progress)
     full = FullPlate.of(model)
     probe = model.footprint_rows(acting)
-    loads, states = probe[: len(attached) + FEW].T, training_states(full, box, near, offset=offset)
+    loads, states = probe[: len(attached) + SELECTING_FORCES].T, training_states(full, box, near, offset=offset)
     missing = _missing(full, basis.vectors, states, loads, measured, box, band, report)
     vectors = _extended(model, basis.vectors, missing, box, band)
     done = [0.6]
 
     def step() -> None:
         report(STAGE, done[0])
-        done[0] += 0.25 * CHUNK / model.space.mesh.cells
+        done[0] += 0.25 * CELLS_AT_ONCE / model.space.mesh.cells
 
     places = np.array([disc.point for disc in attached]).reshape(-1, 2)
     ops = project(
@@ -139,9 +139,9 @@ def reduce_with_effects(
         offset=offset,
     )
     report(STAGE, 0.9)
-    error = measured_error(full, ops, acting[: len(attached) + FEW])
+    error = measured_error(full, ops, acting[: len(attached) + SELECTING_FORCES])
     if full.shell.orthotropic:
-        error = max(error, sheet_error(full, ops, near, acting[: len(attached) + FEW]))
+        error = max(error, sheet_error(full, ops, near, acting[: len(attached) + SELECTING_FORCES]))
     ops = replace(ops, error=error, plain_error=basis.error, dropped=basis.dropped)
     report(STAGE, 1.0)
     return ops, full, vectors
@@ -191,7 +191,7 @@ def _extended(
     """Add the leading directions (n, s) to vectors (n, r), see `extended_basis`."""
     energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
     gram = vectors.T @ (energy @ vectors)
-    return extended_basis(vectors, missing, energy, model.mass, TAIL * _finer(box, model.shell), gram=gram)
+    return extended_basis(vectors, missing, energy, model.mass, LARGEST_TAIL * _finer(box, model.shell), gram=gram)
 
 
 def _missing(
@@ -220,7 +220,7 @@ def _missing(
         matrices = full.matrices(states[place], loss=False, footprints=measured)
         if place < len(as_declared):
             matrices = replace(matrices, coupling=loads if place else everywhere)
-        return missing_directions(vectors, matrices, band, LEAST * finer)
+        return missing_directions(vectors, matrices, band, LEAST_DIRECTION * finer)
 
     with ThreadPoolExecutor(WORKERS) as executor:
         for k, part in enumerate(executor.map(missing, range(len(states)))):
@@ -315,7 +315,7 @@ def reduce_with_departures(
     full = FullPlate.of(model)
     probe = model.footprint_rows([*attached, *experiment.footprints])
     places = np.array([disc.point for disc in attached]).reshape(-1, 2)
-    band, measured = experiment.protocol.band, experiment.footprints[:FEW]
+    band, measured = experiment.protocol.band, experiment.footprints[:SELECTING_FORCES]
     vectors, states = basis.vectors, sheet_states(full, box, near)
     if states:
         missing = _missing(full, vectors, states, np.zeros((model.size, 0)), measured, box, band, report)

@@ -20,26 +20,26 @@ from simulation.reduction.resonance_lines import root_mean_square
 
 WORKERS = 2
 """Number of materials solved at a time."""
-MODULI, RATIOS = 6, 4
+MODULI, TRAINING_MATERIALS = 6, 4
 """Number of materials along E (geometric) and nu (even) at which responses are computed."""
-COMPARED = 2
+COMPARED_STRIDE = 2
 """A size's error is measured at one material in so many, staggered."""
 
-BEYOND = 0.03
+BAND_MARGIN = 0.03
 """Margin of the training responses beyond the band, as a share of its ends. A resonance just above the band at the
 training nu may lie inside it at other nu: without the margin errors there are 10 times as large."""
 
 FIELD_LINES = 5
 """The field is compared at every so-many-th line."""
 
-DEPENDENT = 1e-6
+DEPENDENT_SHARE = 1e-6
 """Vectors are left out whose part outside the others is below this share of them. Its square, in the Gram matrix,
 is a hundred times the rounding error."""
 
-PEAK = 15.0
+PEAK_ERROR_FACTOR = 15.0
 """Error of transfers, over the share of the responses' energy that is left out divided by the loss factor: 13 to
 22 were found. The search for the size starts with it."""
-AIM = 0.9
+AIMED_TOLERANCE_SHARE = 0.9
 """Share of the tolerance for which the next size is estimated."""
 
 LEAST_LOSS = 1e-4
@@ -79,7 +79,7 @@ def mass_orthonormal(vectors: Real, energy: csr_matrix, mass: csr_matrix) -> Rea
     weighed = product(energy, vectors)
     norm = np.sqrt(np.einsum("ni,ni->i", vectors, weighed))
     values, basis = np.linalg.eigh((vectors.T @ weighed) / np.outer(norm, norm))
-    kept = values > DEPENDENT**2 * values[-1]
+    kept = values > DEPENDENT_SHARE**2 * values[-1]
     vectors = vectors @ (basis[:, kept] / np.outer(norm, np.sqrt(values[kept])))
     root = scipy.linalg.cholesky(vectors.T @ product(mass, vectors), lower=True)
     return np.asarray(vectors @ np.linalg.inv(root).T)
@@ -111,16 +111,17 @@ def decomposition(candidate: ReducedModel, lines: Real, tolerance: float) -> Rea
         Orthonormal in the mass, as the candidate's coordinates are.
     """
     loss = training_loss(candidate.box)
-    wider = np.linspace((1.0 - BEYOND) * lines[0], (1.0 + BEYOND) * lines[-1], lines.size)
+    wider = np.linspace((1.0 - BAND_MARGIN) * lines[0], (1.0 + BAND_MARGIN) * lines[-1], lines.size)
     materials = list(
         itertools.product(
-            np.geomspace(*candidate.box.youngs_modulus, MODULI), np.linspace(*candidate.box.poisson_ratio, RATIOS)
+            np.geomspace(*candidate.box.youngs_modulus, MODULI),
+            np.linspace(*candidate.box.poisson_ratio, TRAINING_MATERIALS),
         )
     )
     energy = candidate.stiffness(*middle(candidate.box), 0.0).real
     energy = energy + energy_shift(candidate.band) * np.eye(candidate.size)
     root = scipy.linalg.cholesky(energy, lower=True)
-    compared = [k for k in range(len(materials)) if sum(divmod(k, RATIOS)) % COMPARED == 0]
+    compared = [k for k in range(len(materials)) if sum(divmod(k, TRAINING_MATERIALS)) % COMPARED_STRIDE == 0]
     references: dict[int, _Reference] = {}
 
     def gram(place: int) -> Real:
@@ -143,7 +144,7 @@ def decomposition(candidate: ReducedModel, lines: Real, tolerance: float) -> Rea
             return max(executor.map(at, compared))
 
         share = np.append(np.cumsum(np.maximum(values, 0.0))[::-1], 0.0)
-        size = _smallest(error, share / share[0], tolerance, loss * tolerance / PEAK)
+        size = _smallest(error, share / share[0], tolerance, loss * tolerance / PEAK_ERROR_FACTOR)
     return np.asarray(np.linalg.qr(directions[:, :size])[0])
 
 
@@ -158,7 +159,7 @@ def _smallest(error: Callable[[int], float], share: Real, tolerance: float, firs
     while high - low > step:
         size = min(max(size, low + step), high - 1)
         wrong = error(size)
-        wanted = int(np.argmax(share <= AIM * share[size] * tolerance / wrong))
+        wanted = int(np.argmax(share <= AIMED_TOLERANCE_SHARE * share[size] * tolerance / wrong))
         if wrong <= tolerance:
             high = size
             if high - wanted <= step:

@@ -10,7 +10,7 @@ from analysis.arrays import Complex, Real
 from simulation.reduction.modal_form import ModalForm
 from simulation.reduction.pole_sums import PoleSums
 
-LIVELY = 1e-6
+LEAST_IMAGINARY_PART = 1e-6
 """Smallest imaginary part of a pole, as a share of its size or of the highest squared frequency: with a smaller
 one (rigid motions of a free plate) the distance to a conjugate pole is too small a divisor."""
 
@@ -71,7 +71,7 @@ class EnergySums:
         gram = image.conj().T @ image
         poles = self.modal.poles
         apart = poles[None] - poles.conj()[:, None]
-        still = poles.imag < LIVELY * np.maximum(np.abs(poles), self.squares.max())
+        still = poles.imag < LEAST_IMAGINARY_PART * np.maximum(np.abs(poles), self.squares.max())
         both = still[:, None] & still[None]
         coupled = np.where(both, 0.0, gram / np.where(both, 1.0, apart)) @ self.weights
         shares = self.weights.T[:, None] * coupled.conj().T[None]

@@ -12,7 +12,7 @@ from analysis.material import MaterialBox
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.reduce import reduce
 from simulation.reduction.reduced_model import ReducedModel
-from simulation.shell.assembly import FEW
+from simulation.shell.assembly import SELECTING_FORCES
 from simulation.shell.footprints import footprint_points
 from simulation.shell.shell_model import ShellModel
 
@@ -66,7 +66,9 @@ def reduce_with_footprints(
         return reduce(
             model, box, band, points=points, field_certified=field_certified, training=training, progress=progress
         )
-    trained = [k for k, one in enumerate(footprints) if len(footprints) <= FEW or k in driven or one.mass]
+    trained = [
+        k for k, one in enumerate(footprints) if len(footprints) <= SELECTING_FORCES or k in driven or one.mass
+    ]
     field_only = [k for k in range(len(footprints)) if k not in trained]
     places = np.asarray(() if points is None else points, float).reshape(-1, 2)
     more, average = footprint_points([footprints[k] for k in field_only])

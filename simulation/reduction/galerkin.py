@@ -12,7 +12,7 @@ from simulation.shell.shell_model import ShellModel
 
 WORKERS = 2
 """Number of matrices projected, or of parts of a product computed, at a time."""
-ROWS = 1000
+ROWS_AT_ONCE = 1000
 """Rows of a part: threads keep what memory they once took."""
 
 
@@ -84,9 +84,9 @@ def product(matrix: csr_matrix, vectors: Real) -> Real:
     found = np.empty((matrix.shape[0], vectors.shape[1]))
 
     def part(start: int) -> None:
-        rows = slice(start, start + ROWS)
+        rows = slice(start, start + ROWS_AT_ONCE)
         found[rows] = matrix[rows] @ vectors
 
     with ThreadPoolExecutor(WORKERS) as executor:
-        list(executor.map(part, range(0, len(found), ROWS)))
+        list(executor.map(part, range(0, len(found), ROWS_AT_ONCE)))
     return found

@@ -16,12 +16,14 @@ from simulation.reduction.rational_krylov import Chain
 from simulation.shell.factors import factorize
 from simulation.state.state_matrices import StateMatrices
 
-SHIFTS = (0.55, 1.0)
+SHIFTS_OVER_BAND = (0.55, 1.0)
 """Shifts, as shares of the band's upper end, at which a state's stiffness is factorized."""
-BLOCKS = 14
+KRYLOV_VECTORS = 14
 """Number of Krylov vectors for every load and shift."""
 LOSS_FACTOR = 0.04
-LINES = 150
+"""Light damping of the responses compared, so that every mode stands out."""
+BAND_LINES = 150
+"""Frequencies over the band at which these are compared."""
 
 
 def missing_directions(vectors: Real, matrices: StateMatrices, band: tuple[float, float], least: float) -> Real:
@@ -44,11 +46,11 @@ def missing_directions(vectors: Real, matrices: StateMatrices, band: tuple[float
         The norm of each, in the state's energy, is its rms share in the responses.
     """
     stiffness = matrices.plate + matrices.patches
-    shifts = 2 * np.pi * np.array(SHIFTS) * band[1]
+    shifts = 2 * np.pi * np.array(SHIFTS_OVER_BAND) * band[1]
     new = np.hstack(  # one chain after the other: the factors of both would be the largest arrays of the reduction
         [
             Chain(factorize(stiffness - shift**2 * matrices.mass), matrices.mass, matrices.coupling).extend(
-                BLOCKS
+                KRYLOV_VECTORS
             )[0]
             for shift in shifts
         ]
@@ -110,7 +112,7 @@ def _responses(stiffness: Real, mass: Real, force: Real, band: tuple[float, floa
     kept = values > 1e-11 * values[-1]
     basis = basis[:, kept] / np.sqrt(values[kept])
     squares, shapes = np.linalg.eigh(_symmetric(basis.T @ stiffness @ basis))
-    terms = 1.0 / ((1.0 + 1j * LOSS_FACTOR) * squares[:, None] - (2 * np.pi * np.linspace(*band, LINES)) ** 2)
+    terms = 1.0 / ((1.0 + 1j * LOSS_FACTOR) * squares[:, None] - (2 * np.pi * np.linspace(*band, BAND_LINES)) ** 2)
     modal = ((shapes.T @ (basis.T @ force))[:, :, None] * terms[:, None, :]).reshape(len(squares), -1)
     return np.asarray(basis @ (shapes @ np.hstack([modal.real, modal.imag])))
 

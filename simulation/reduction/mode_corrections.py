@@ -17,15 +17,15 @@ from simulation.reduction.resonance_lines import root_mean_square
 from simulation.shell.factors import factorize
 from simulation.shell.shell_model import ShellModel
 
-SHIFT = 0.7
+SHIFT_IN_BAND = 0.7
 """Shift in the band at which the stiffness is factorized: above the middle, where modes are most in error."""
-BEYOND = 0.3
+CANDIDATE_MARGIN = 0.3
 """Margin for candidates. Modes there are within the band for the softer materials before the next: with a margin
 of 0.05 errors were 40 times as large."""
 LEAST_PEAK = 0.2
 """Least peak, over the rms, that every mode is corrected for. A mode that hardly moves the patches at one material
 does at another, where it crosses a neighbour's frequency: with 0.03 an in-plane mode made errors of 7e-4 there."""
-NEGLIGIBLE = 0.01
+NEGLIGIBLE_ERROR = 0.01
 """Errors below this share of the tolerance are left: corrections would only cost products of large matrices."""
 
 
@@ -65,7 +65,7 @@ def mode_corrections(
     lines: Real,
     loss_factor: float,
     tolerance: float,
-    beyond: float = BEYOND,
+    beyond: float = CANDIDATE_MARGIN,
 ) -> ModeCorrections:
     """Missing parts of the modes, and of the responses at the shift, at one material.
 
@@ -100,7 +100,7 @@ def mode_corrections(
     stiffness = model.stiffness(*material)
     shapes, squares = vectors @ modes.shapes[:, chosen], modes.squares[chosen]
     residuals = stiffness @ shapes - (model.mass @ shapes) * squares
-    omega2 = float(2 * np.pi * (lines[0] + SHIFT * (lines[-1] - lines[0]))) ** 2
+    omega2 = float(2 * np.pi * (lines[0] + SHIFT_IN_BAND * (lines[-1] - lines[0]))) ** 2
     factors = factorize(stiffness - omega2 * model.mass)
     missing = factors.solve(np.hstack([residuals, model.coupling]))
     size = np.maximum(np.abs(squares), energy_shift(reduced.band))
@@ -108,7 +108,7 @@ def mode_corrections(
     weight = np.maximum(peak[chosen], LEAST_PEAK)
     responses = modes.force / (modes.squares - omega2)[:, None]
     strain = np.einsum("rp,r->p", responses**2, np.abs(modes.squares))
-    kept = np.append(weight * shift > NEGLIGIBLE * tolerance, np.ones(strain.size, bool))
+    kept = np.append(weight * shift > NEGLIGIBLE_ERROR * tolerance, np.ones(strain.size, bool))
     scale = np.sqrt(np.concatenate([weight / size, 1.0 / strain]))
     frequency = np.sqrt(np.abs(squares)) / (2 * np.pi)
     return ModeCorrections(missing[:, kept] * scale[kept], frequency, peak[chosen] * shift, over, rms)

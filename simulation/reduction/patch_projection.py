@@ -12,7 +12,7 @@ from simulation.shell.rigidity import U, V, W
 from simulation.shell.shear_factor import SHEAR_FACTOR
 from simulation.state.field_basis import polynomials
 
-THICKER = 1e-3
+THICKNESS_STEP = 1e-3
 """Step of central differences by the relative thickness of a patch."""
 
 
@@ -41,8 +41,8 @@ def patch_energies(p: Projector, executor: Executor, degree: int = BENDING_DEGRE
         return _one_patch(p, place, table, nominal)
 
     def thicker(place: int) -> tuple[Real, Real]:
-        high, low = (declared_patch(p, place, 1.0 + sign * THICKER) for sign in (1, -1))
-        return (high[0] - low[0]) / (2.0 * THICKER), (high[2] - low[2]) / (2.0 * THICKER)
+        high, low = (declared_patch(p, place, 1.0 + sign * THICKNESS_STEP) for sign in (1, -1))
+        return (high[0] - low[0]) / (2.0 * THICKNESS_STEP), (high[2] - low[2]) / (2.0 * THICKNESS_STEP)
 
     every = range(len(p.full.shell.patches))
     parts, slopes = list(executor.map(of, every)), list(executor.map(thicker, every))

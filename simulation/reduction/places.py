@@ -25,16 +25,16 @@ from simulation.shell.shortest_wave import shortest_wave
 from simulation.state.plate_state import PlateState
 from simulation.state.state_matrices import FullPlate
 
-SHARE = 0.05
+SPACING_OVER_WAVE = 0.05
 """Spacing of the places over the shortest bending wave: deflections between them are good to 2e-4 of their
 rms, to 2e-3 at edges."""
 PATTERNS = 4
 """Number of random patterns: a mode that one of them hardly excites is excited by the others."""
-SOLVED = 300
+MOST_PLACES_SOLVED = 300
 """Number of places, at most, at which the local compliance is computed; between them it is interpolated."""
-CHUNK = 60
+FORCES_AT_ONCE = 60
 """Number of forces answered at a time."""
-SHIFT = 0.3
+STIFFNESS_SHIFT = 0.3
 """Of the band's upper end: adds as much inertia as keeps the stiffness of a free plate positive."""
 
 
@@ -68,7 +68,9 @@ def patterns(full: FullPlate, box: MaterialBox, band: tuple[float, float]) -> Re
     -------
     (n, PATTERNS) ndarray
     """
-    rows = deflections(full, places(full.shell.plate, SHARE * shortest_wave(full.shell.plate, box, band)))
+    rows = deflections(
+        full, places(full.shell.plate, SPACING_OVER_WAVE * shortest_wave(full.shell.plate, box, band))
+    )
     return np.asarray(rows.T @ np.random.default_rng(0).standard_normal((rows.shape[0], PATTERNS)))
 
 
@@ -81,10 +83,10 @@ def attachable(full: FullPlate, vectors: Real, box: MaterialBox, band: tuple[flo
     band : (float, float)
         Hz.
     """
-    spacing = SHARE * shortest_wave(full.shell.plate, box, band)
+    spacing = SPACING_OVER_WAVE * shortest_wave(full.shell.plate, box, band)
     at = places(full.shell.plate, spacing)
     few, apart = at, spacing
-    while len(few) > SOLVED:
+    while len(few) > MOST_PLACES_SOLVED:
         apart *= 1.2
         few = places(full.shell.plate, apart)
     lost = _lost_compliance(full, vectors, few, box, band)
@@ -113,12 +115,12 @@ def _lost_compliance(
     laws = LocalLaws.of_material(youngs, ratio, box.loss_factor[0])
     plain = PlateState.baseline(*full.sampling, laws, laws.reference, np.array([band[1]]))
     matrices = full.matrices(plain, loss=False)
-    z = matrices.plate + matrices.patches + (2.0 * np.pi * SHIFT * band[1]) ** 2 * matrices.mass
+    z = matrices.plate + matrices.patches + (2.0 * np.pi * STIFFNESS_SHIFT * band[1]) ** 2 * matrices.mass
     factors, rows = factorize(csr_matrix(z)), deflections(full, at)
     reduced = np.linalg.inv(vectors.T @ (z @ vectors))
     lost = np.empty(len(at))
-    for start in range(0, len(at), CHUNK):
-        part = slice(start, start + CHUNK)
+    for start in range(0, len(at), FORCES_AT_ONCE):
+        part = slice(start, start + FORCES_AT_ONCE)
         force = rows[part].toarray().T
         few = vectors.T @ force
         whole = np.einsum("nk,nk->k", force, factors.solve(force))

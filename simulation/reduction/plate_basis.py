@@ -13,7 +13,7 @@ from analysis.material import MaterialBox
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.footprint_reduction import reduce_with_footprints
 from simulation.reduction.reduced_model import ReducedModel
-from simulation.shell.assembly import FEW, assemble_for
+from simulation.shell.assembly import SELECTING_FORCES, assemble_for
 from simulation.shell.fineness import Fineness
 from simulation.shell.shell_model import ShellModel
 
@@ -107,7 +107,7 @@ def plain_reduction(
         patches,
         box,
         band,
-        footprints=footprints[:FEW],
+        footprints=footprints[:SELECTING_FORCES],
         attached=attached,
         fineness=fineness,
         progress=lambda share: report("assembling the plate", share),

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from analysis.arrays import Complex, Real
 
-FAR, NODES = 4.0, 16
-"""For poles beyond FAR times the highest squared frequency, the interpolation error is 14**-NODES."""
+FAR_POLES, NODES = 4.0, 16
+"""For poles beyond FAR_POLES times the highest squared frequency, the interpolation error is 14**-NODES."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class PoleSums:
     def of(cls, poles: Complex, frequency: ArrayLike) -> Self:
         """Prepare the sums of `poles` (r,), rad2/s2, at frequencies (F,), Hz."""
         s = (2 * np.pi * np.atleast_1d(np.asarray(frequency, float))) ** 2
-        far = np.abs(poles) > FAR * s.max()
+        far = np.abs(poles) > FAR_POLES * s.max()
         if s.size < 4 * NODES:
             far = np.zeros(len(poles), dtype=bool)
         points, interpolation = _interpolation(s) if far.any() else (np.zeros(0), np.zeros((0, s.size)))

@@ -11,7 +11,7 @@ from simulation.shell.rigidity import FIELDS, STRAINS, THX
 from simulation.shell.space import ShapeSpace
 from simulation.state.state_matrices import FullPlate
 
-CHUNK = 12
+CELLS_AT_ONCE = 12
 """Cells whose strains are held at a time."""
 
 
@@ -42,14 +42,14 @@ class Projector:
         return np.vstack([self.vectors, np.zeros((1, self.vectors.shape[1]))])
 
     def rows(self, space: ShapeSpace, cells: Mask | None = None) -> Iterator[Rows]:
-        """Strains and displacements over all or some cells of a space, `CHUNK` cells at a time."""
+        """Strains and displacements over all or some cells of a space, `CELLS_AT_ONCE` cells at a time."""
         first, offset = 0, 0
         surface = self.full.shell.surface
         for group in space.groups:
             count, each = group.dx.shape
             chosen = np.arange(count) if cells is None else np.flatnonzero(cells[first : first + count])
-            for start in range(0, chosen.size, CHUNK):
-                mine = chosen[start : start + CHUNK]
+            for start in range(0, chosen.size, CELLS_AT_ONCE):
+                mine = chosen[start : start + CELLS_AT_ONCE]
                 points = (offset + mine[:, None] * each + np.arange(each)).ravel()
                 here = {letter: group.factor(letter, mine).transpose(0, 2, 1) for letter in ("0", "x", "y")}
                 coordinates = [self._padded[number[group.functions[mine]]] for number in self.full.unknowns.number]

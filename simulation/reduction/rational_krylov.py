@@ -17,16 +17,16 @@ from simulation.reduction.galerkin import bordered
 from simulation.shell.factors import factorize
 from simulation.shell.shell_model import ShellModel
 
-STEPS = 4
+BLOCKS_PER_CHECK = 4
 """Number of blocks added to every chain between two checks of convergence: two may add nothing to the transfers
 between the loads although modes are still missing."""
 
-CONVERGED = 10.0
+CONVERGED_CHANGE = 10.0
 """Chains are long enough at a change of the transfers by this many times the tolerance: the blocks that cause
 it leave a far smaller error, because convergence accelerates once the band's modes are resolved (at most a
 hundredth of the change was measured)."""
 
-LONGEST = 90
+MOST_BLOCKS = 90
 """Largest number of blocks of a chain; without convergence an error is raised."""
 
 
@@ -137,7 +137,7 @@ def material_space(
     """Vectors that represent every transfer between patches at one material.
 
     Chains grow until the transfers over the grid and on its resonances, lightly damped, change by less than
-    `CONVERGED` times `tolerance` of their rms.
+    `CONVERGED_CHANGE` times `tolerance` of their rms.
 
     Parameters
     ----------
@@ -168,13 +168,13 @@ def material_space(
     ]
     space = Galerkin(stiffness, model.coupling)
     last: DampedModes | None = None
-    for _ in range(0, LONGEST, STEPS):
+    for _ in range(0, MOST_BLOCKS, BLOCKS_PER_CHECK):
         for chain in chains:
-            space.add(*chain.extend(STEPS))
+            space.add(*chain.extend(BLOCKS_PER_CHECK))
         now = space.modes()
         if (
             last is not None
-            and _change(last, now, loss_factor, now.lines(loss_factor, lines)) < CONVERGED * tolerance
+            and _change(last, now, loss_factor, now.lines(loss_factor, lines)) < CONVERGED_CHANGE * tolerance
         ):
             return space.vectors.all.T
         last = now

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 
-NARROW = 2.0
+NARROW_WIDTH = 2.0
 """Resonances with a half-power width below this many steps of the even grid get lines of their own."""
 
 
@@ -32,7 +32,7 @@ def resonance_lines(natural: Real, loss_factor: float, grid: Real) -> Real:
     """
     step = grid[1] - grid[0]
     inside = natural[(natural > grid[0]) & (natural < grid[-1])]
-    narrow = inside[loss_factor * inside < NARROW * step]
+    narrow = inside[loss_factor * inside < NARROW_WIDTH * step]
     if not narrow.size:
         return grid
     lines = [grid]

@@ -8,13 +8,14 @@ from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.effect_operators import truncation_error
-from simulation.shell.assembly import FEW, assemble_for
+from simulation.shell.assembly import SELECTING_FORCES, assemble_for
 from simulation.shell.fineness import Fineness
 
-FINER = 0.75
+FINER_FACTOR = 0.75
 """Factor on the spacing of the mesh, and on the tolerance of functions, from one attempt to the next. A plate of
 aluminium with a hole and an estimated error of 0.41 % has 0.14 % after one attempt, 0.04 % after two."""
-ATTEMPTS = 4
+MOST_ATTEMPTS = 4
+"""The last has 0.32 of the first spacing, which is ten times the cells."""
 MOST_UNKNOWNS = 40_000
 """Bound of the cost: a plate with effects of this size takes some minutes and 3 GB."""
 
@@ -77,8 +78,8 @@ def sufficient_fineness(
     Returns
     -------
     Fineness or None
-        The coarsest that is sufficient; None if none of `ATTEMPTS` with up to `MOST_UNKNOWNS` is, or if the plate
-        declares its mesh.
+        The coarsest that is sufficient; None if none of `MOST_ATTEMPTS` with up to `MOST_UNKNOWNS` is, or if the
+        plate declares its mesh.
 
     Raises
     ------
@@ -89,13 +90,13 @@ def sufficient_fineness(
         return None
     usual = Fineness()
     recipe = usual.recipe(plate, box, band)
-    for attempt in range(1, ATTEMPTS + 1):
-        factor = FINER**attempt
+    for attempt in range(1, MOST_ATTEMPTS + 1):
+        factor = FINER_FACTOR**attempt
         fine = replace(
             usual, mesh=replace(recipe, spacing=factor * recipe.spacing), tolerance=factor * usual.tolerance
         )
         model = assemble_for(
-            plate, patches, box, band, footprints=footprints[:FEW], attached=attached, fineness=fine
+            plate, patches, box, band, footprints=footprints[:SELECTING_FORCES], attached=attached, fineness=fine
         )
         if model.size > MOST_UNKNOWNS:
             return None

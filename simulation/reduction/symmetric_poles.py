@@ -9,11 +9,11 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 
-CONVERGED = 1e-6
+CONVERGED_CORRECTION = 1e-6
 """Largest correction whose square, the next one, is left out."""
-ROUNDING = 1e-15
+COUPLING_ROUNDING = 1e-15
 """Largest coupling of real modes, over the largest element, that is taken for rounding."""
-MOST = 8
+MOST_CORRECTIONS = 8
 """Number of corrections after which poles count as too close."""
 
 
@@ -31,7 +31,7 @@ def symmetric_poles(matrix: Complex) -> tuple[Complex, Complex] | None:
         first *= 2.0 / (1.0 + np.sqrt(1.0 + 4.0 * first * first))  # each pair rotated by its own angle
         vectors = first + 0.5 * (first @ first)
         vectors[own, own] += 1.0
-        for _ in range(MOST):
+        for _ in range(MOST_CORRECTIONS):
             product, gram = vectors.T @ (coupled @ vectors), vectors.T @ vectors
             poles = product[own, own] / gram[own, own]
             product = 0.5 * (product + product.T)  # removes the asymmetry by rounding
@@ -39,7 +39,7 @@ def symmetric_poles(matrix: Complex) -> tuple[Complex, Complex] | None:
             correction[own, own] = 0.5 * (1.0 - gram[own, own])
             vectors += vectors @ correction
             largest = float(np.abs(correction).max())
-            if largest < CONVERGED:
+            if largest < CONVERGED_CORRECTION:
                 return poles, vectors if modes is None else modes @ vectors
             if not largest < 1.0:
                 return None
@@ -51,7 +51,7 @@ def _in_real_modes(matrix: Complex) -> tuple[Complex, Real | None]:
     size = np.abs(matrix.real)
     largest = size.max(initial=0.0)
     np.fill_diagonal(size, 0.0)
-    if size.max(initial=0.0) <= ROUNDING * largest:
+    if size.max(initial=0.0) <= COUPLING_ROUNDING * largest:
         return matrix, None
     modes = np.linalg.eigh(matrix.real)[1]
     return modes.T @ matrix @ modes, modes

@@ -29,7 +29,7 @@ Parts = tuple[list[Block], list[Block], list[Block], list[Block]]
 """Blocks of K1, K2, Kp and M."""
 
 WORKERS = 2  # matrices, or responses, at a time
-FEW = 12
+SELECTING_FORCES = 12
 """Number of forces whose responses select functions: the field of any other is as smooth as theirs."""
 MESHED, INTEGRATED, CHOSEN = 0.1, 0.25, 0.95
 """Shares of the work done after meshing, integration and selection of functions."""
@@ -84,7 +84,7 @@ def assemble_for(
         Hz.
     footprints : sequence of Footprint
         Discs of forces whose responses are used in the selection, as those of springs and dashpots at points are;
-        `FEW` are enough.
+        `SELECTING_FORCES` are enough.
     attached : sequence of Footprint, optional
         Discs on which effects act: used in the selection, not counted in the energy dropped.
     progress : callable, optional

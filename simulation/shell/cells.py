@@ -17,6 +17,7 @@ from simulation.shell.lobatto import kernels, lobatto
 QUAD_EDGES = ((0, 1), (1, 2), (3, 2), (0, 3))
 """Edges of a quadrilateral in the direction of the reference cell, by their corners."""
 TRIANGLE_EDGES = ((0, 1), (1, 2), (0, 2))
+"""The same of a triangle."""
 TABULATED = 19
 """Largest order of the rules for triangles of few points; above it Gauss' and Jacobi's rules are multiplied."""
 

@@ -18,7 +18,7 @@ from simulation.shell.rigidity import Block
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns, elimination_order
 
-BEYOND = 0.03
+ENERGY_RATIO_ABOVE = 0.03
 """Energy of functions above the highest degree, over that in the highest degree: determined with finer meshes at
 degree 7, where it equals the energy of the functions left out. On too coarse a mesh the latter is large."""
 
@@ -32,7 +32,7 @@ class Choice:
     kept : (5, N) ndarray of bool
     dropped : float
         Largest share of a response's energy in the dropped functions and, by estimate, in functions of still
-        higher degree: `BEYOND` times that of the highest degree.
+        higher degree: `ENERGY_RATIO_ABOVE` times that of the highest degree.
     """
 
     kept: Mask
@@ -77,7 +77,7 @@ def chosen(
     kept[:, : len(space.mesh.points)] = True
     kept &= ~held
     highest = _highest(space)
-    lost = [share[~kept].sum(axis=0) + BEYOND * share[:, highest].sum(axis=(0, 1)) for share in shares]
+    lost = [share[~kept].sum(axis=0) + ENERGY_RATIO_ABOVE * share[:, highest].sum(axis=(0, 1)) for share in shares]
     dropped = max(float(one[:counted].max(initial=0.0)) for one in lost)
     return Choice(kept, dropped)
 

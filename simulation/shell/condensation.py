@@ -12,7 +12,7 @@ from simulation.shell.rigidity import THX, THY, Block, U, V, W
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns
 
-CHUNK = 16
+CELLS_AT_ONCE = 16
 """Number of cells condensed at a time."""
 
 Fields = tuple[int, ...]
@@ -105,15 +105,15 @@ def without_insides(
 
 
 def _condensed(space: ShapeSpace, problem: ResponseProblem, number: Whole) -> Iterator[Condensed]:
-    """Condense all cells, `CHUNK` at a time; `number` (5, N) is that of `Unknowns`."""
+    """Condense all cells, `CELLS_AT_ONCE` at a time; `number` (5, N) is that of `Unknowns`."""
     size, first = space.size, first_inside(space)
     loads = problem.loads.reshape(5 * size, -1)
     for group in (0, 1):
         functions = space.groups[group].functions
         count = functions.shape[1]
         for fields, cells in _coupled(problem, group, len(functions)):
-            for start in range(0, cells.size, CHUNK):
-                mine = cells[start : start + CHUNK]
+            for start in range(0, cells.size, CELLS_AT_ONCE):
+                mine = cells[start : start + CELLS_AT_ONCE]
                 here = functions[mine]
                 inside = np.flatnonzero(here[0] >= first)
                 i = (np.arange(len(fields))[:, None] * count + inside).ravel()

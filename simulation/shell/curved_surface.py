@@ -25,7 +25,7 @@ Form = dict[tuple[int, str], Real]
 """A linear form of the motion at K points: factors (K,) of fields and their derivatives."""
 U, V, W, THX, THY = range(5)
 LETTERS = "xy"
-LEAST = 1e-12
+LEAST_FACTOR = 1e-12
 """Factors below are zero: of a cylinder's straight axis."""
 
 
@@ -126,4 +126,4 @@ def _sum(parts: list[tuple[Real, Form]]) -> Form:
     for weight, form in parts:
         for key, factor in form.items():
             found[key] = found.get(key, 0.0) + weight * factor
-    return {key: factor for key, factor in found.items() if np.abs(factor).max(initial=0.0) > LEAST}
+    return {key: factor for key, factor in found.items() if np.abs(factor).max(initial=0.0) > LEAST_FACTOR}

@@ -10,12 +10,12 @@ from analysis.arrays import Mask, Real, Whole
 
 DIRECTIONS = 8
 """Directions of the cuts that are tried."""
-LEAST = 0.35
+LEAST_SIDE_SHARE = 0.35
 """Smallest share of the functions on one side of a cut, if the cells allow it."""
-UNEVEN = 4.0
+UNEVEN_PENALTY = 4.0
 """Penalty on the cost of a cut for unequal sides: factor on the squared deviation of their shares from a half."""
 
-TOGETHER = 2
+CELLS_NOT_HALVED = 2
 """Largest number of cells that is not halved further: it would cost more than it saves."""
 
 
@@ -48,7 +48,7 @@ def dissected(members: Whole, size: Real, places: Real) -> Whole:
         if not inside.size:
             return
         last = inside
-        if len(cells) > TOGETHER:
+        if len(cells) > CELLS_NOT_HALVED:
             row = np.nonzero(used)[0]
             cuts = [_cut(one, row, which, size[inside]) for one in along[:, cells]]
             _, before, shared = min(cuts, key=lambda cut: cut[0])
@@ -78,6 +78,8 @@ def _cut(along: Real, row: Whole, which: Whole, size: Real) -> tuple[float, Mask
     before = np.cumsum(np.bincount(last + 1, size, count + 1))[1:count]
     shared = np.cumsum(np.bincount(first + 1, size, count + 1))[1:count] - before
     uneven = np.abs(before / np.maximum(size.sum() - shared, 1.0) - 0.5)
-    cost = np.where(uneven <= max(0.5 - LEAST, uneven.min()), shared * (1.0 + UNEVEN * uneven**2), np.inf)
+    cost = np.where(
+        uneven <= max(0.5 - LEAST_SIDE_SHARE, uneven.min()), shared * (1.0 + UNEVEN_PENALTY * uneven**2), np.inf
+    )
     cut = int(cost.argmin()) + 1
     return float(cost[cut - 1]), rank < cut, (first < cut) & (last >= cut)

@@ -16,7 +16,7 @@ from simulation.shell.space import ShapeSpace
 LineBlock = tuple[int, int, Whole, Real]
 """Two fields, functions (K, m) of K edges, and their matrices (K, m, m)."""
 
-STIFF = 1e16
+ROTATION_PENALTY = 1e16
 """Penalty on the rotation along an oblique hard edge, over h**2 / 12, Pa.
 
 From 1e4 to 1e8 bending stiffnesses per thickness h give equal results (errors of a disc below 1e-6): this is 5e4
@@ -79,7 +79,7 @@ def spring_blocks(space: ShapeSpace, plate: Plate, *, damping: bool = False) -> 
 
 def penalty(plate: Plate) -> float:
     """Stiffness against the rotation along an oblique hard edge, N m/rad per m."""
-    return STIFF * plate.thickness**2 / 12.0
+    return ROTATION_PENALTY * plate.thickness**2 / 12.0
 
 
 def straight_edges(space: ShapeSpace, edges: Whole) -> Mask:

@@ -9,7 +9,7 @@ from simulation.shell.shortest_wave import shortest_wave
 
 USUAL_LOSS = 0.025
 """Loss factor for which tolerances are stated: the middle of a thermoplastic's range."""
-LEAST_SHARE = 1e-3
+LEAST_TOLERANCE_FACTOR = 1e-3
 """Smallest factor on a tolerance, for any material."""
 
 
@@ -56,7 +56,7 @@ class Fineness:
         square of the loss factor. A plate of aluminium with two patches, loss factor 0.2 %, has an error of 0.5 %
         of the rms with a share in proportion to the loss factor, and of 0.05 % with its square.
         """
-        return self.tolerance * min(1.0, max(relative_loss(box) ** 2, LEAST_SHARE))
+        return self.tolerance * min(1.0, max(relative_loss(box) ** 2, LEAST_TOLERANCE_FACTOR))
 
 
 def relative_loss(box: MaterialBox) -> float:

@@ -17,9 +17,9 @@ ANGLES = np.arange(6) * np.pi / 3.0
 AROUND = np.sqrt(2.0 / 3.0) * np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1)
 WEIGHTS = np.array([0.25, *np.full(6, 0.125)])
 
-INSIDE = 0.9
+LARGEST_RADIUS_SHARE = 0.9
 """Largest radius of an attachment's disc, as a share of the distance to the nearest edge."""
-LEAST = 0.25
+LEAST_RADIUS = 0.25
 """Smallest radius of such a disc, in thicknesses, unless a smaller one is declared."""
 TURNS = np.arange(32) * np.pi / 16.0
 BESIDE = np.outer([1.02, 1.2, 1.5, 2.0, 3.0], np.exp(1j * TURNS)).ravel().view(float).reshape(-1, 2)
@@ -33,11 +33,11 @@ def attached_discs(plate: Plate, attachments: Sequence[Attachment]) -> list[Foot
     grow with mesh refinement. So that of a point at the edge lies beside it, wholly on the plate.
     """
     declared = [0.5 * plate.thickness if one.radius is None else one.radius for one in attachments]
-    least = np.minimum(declared, LEAST * plate.thickness)
+    least = np.minimum(declared, LEAST_RADIUS * plate.thickness)
     points = np.reshape([one.point for one in attachments], (-1, 2)).astype(float)
     held = _held(plate, points, np.array(declared))
     for n in np.flatnonzero(held < least):  # few: each is looked for at 160 places
-        beside = np.vstack([points[n], points[n] + least[n] / INSIDE * BESIDE])
+        beside = np.vstack([points[n], points[n] + least[n] / LARGEST_RADIUS_SHARE * BESIDE])
         room = _held(plate, beside, declared[n])
         first = int(np.argmax(room >= least[n])) if (room >= least[n]).any() else int(room.argmax())
         points[n], held[n] = beside[first], room[first]
@@ -47,7 +47,7 @@ def attached_discs(plate: Plate, attachments: Sequence[Attachment]) -> list[Foot
 def _held(plate: Plate, points: Real, radius: Real | float) -> Real:
     """Radius (K,) that a disc of `radius` may have at points (K, 2), m; 0 off the plate."""
     room = np.min([loop.distance(points) for loop in (plate.loop, *plate.hole_loops)], axis=0)
-    return np.where(plate.contains(points), np.minimum(radius, INSIDE * room), 0.0)
+    return np.where(plate.contains(points), np.minimum(radius, LARGEST_RADIUS_SHARE * room), 0.0)
 
 
 def footprint_points(footprints: Sequence[Footprint]) -> tuple[Real, csr_array]:

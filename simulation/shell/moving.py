@@ -8,9 +8,9 @@ from analysis.geometry.relations import overlap
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
 
-REACH = 0.020
+LARGEST_REACH = 0.020
 """Largest distance from the patch at which cells are deformed, m."""
-RIGID = 1.0 / 6.0
+RIGID_SHARE = 1.0 / 6.0
 """Largest share of the free distance around the patch that moves rigidly with it or stays fixed, like strips."""
 LEAST_ROOM = 0.4
 """Share of the free distance that must remain."""
@@ -49,12 +49,12 @@ def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float], wider
     room = min(room, min(float(own.distance(other.polygon).min()) for other in others))
     if np.hypot(*shift) + abs(wider) > (1.0 - LEAST_ROOM) * room:
         raise ValueError(f"patch {shell.patches[patch].id!r} moved by {shift} m has not the room around it")
-    rigid = min(RIGID * room, plate.thickness)
+    rigid = min(RIGID_SHARE * room, plate.thickness)
     near = np.maximum(_outside(own, mesh.points) - rigid, 0.0)
     away = [wall.distance(mesh.points) for wall in walls] + [_outside(other, mesh.points) for other in neighbours]
     far = np.min(away, axis=0)
-    far = np.maximum(np.minimum(far - rigid, REACH), 0.0)
-    share = np.maximum(0.0, np.minimum(far / np.maximum(near + far, 1e-12), 1.0 - near / REACH))
+    far = np.maximum(np.minimum(far - rigid, LARGEST_REACH), 0.0)
+    share = np.maximum(0.0, np.minimum(far / np.maximum(near + far, 1e-12), 1.0 - near / LARGEST_REACH))
     share = np.where(near == 0.0, 1.0, share)
     low, high = own.bounds
     stretched = wider / np.sqrt(own.area) * (mesh.points - 0.5 * np.add(low, high))

@@ -14,7 +14,7 @@ from simulation.shell.footprints import footprint_points
 from simulation.shell.rigidity import W
 from simulation.shell.space import ShapeSpace
 
-HELD = 1e3
+SUPPORT_STIFFNESS = 1e3
 """Stiffness of a simple support at a point, in bending stiffnesses at 10 GPa over its radius squared."""
 
 
@@ -53,7 +53,7 @@ def point_springs(
         if support.kind == "elastic":
             value = support.damping if damping else support.stiffness
         else:
-            value = 0.0 if damping else HELD * 1e10 * plate.thickness**3 / 12.0 / support.radius**2
+            value = 0.0 if damping else SUPPORT_STIFFNESS * 1e10 * plate.thickness**3 / 12.0 / support.radius**2
         if value:
             yield W, _mean(space, name, Footprint(support.point, support.radius), disc.area), value
 

@@ -17,7 +17,7 @@ from simulation.shell.mapping import boxes_of, inverse_of, map_places
 
 Value = TypeVar("Value", bound=np.generic)
 
-OUTSIDE = 1e-4
+OUTSIDE_TOLERANCE = 1e-4
 """Tolerance for points outside every cell, as a share of a cell's size: rounding of outlines."""
 
 
@@ -214,7 +214,7 @@ class ShapeSpace:
                 if off[k] < miss[mine[k]]:
                     miss[mine[k]], local[mine[k]] = off[k], place[k]
                     found[mine[k]] = number[k] + len(self.mesh.quads) * triangles
-        outside = miss > OUTSIDE
+        outside = miss > OUTSIDE_TOLERANCE
         if outside.any():
             x, y = points[outside][0]
             raise ValueError(f"point ({x:.6g}, {y:.6g}) m is off the plate")

@@ -15,11 +15,11 @@ import numpy as np
 from analysis.arrays import Numbers, Real
 from simulation.state.plate_state import Attached, PlateState
 
-REACH = 3.0
+PLACES_RADIUS = 3.0
 """Radius within which places count, in spacings: some thirty in the middle of a plate."""
-OFF = 1.5
+OFF_PLATE_DISTANCE = 1.5
 """Distance from the nearest place, in spacings, from which a point is off the plate: in it, it is below one."""
-LEAST = 14
+FEWEST_PLACES = 14
 """Number of places wanted within it: cubic polynomials have ten terms."""
 
 
@@ -120,10 +120,10 @@ def _weights(ops: Attachable, x: Any, y: Any) -> tuple[Any, Numbers, Numbers]:
     if not len(ops.places):
         raise ValueError("this twin has no places at which something undeclared may be attached")
     away = np.hypot(*(ops.places - np.real([x, y])).T)
-    if away.min() > OFF * ops.place_spacing:
+    if away.min() > OFF_PLATE_DISTANCE * ops.place_spacing:
         raise ValueError(f"nothing can be attached at {np.real(x):.4g}, {np.real(y):.4g} m: it is off the plate")
-    last = min(LEAST, away.size) - 1
-    reach = max(REACH * ops.place_spacing, 1.2 * float(np.partition(away, last)[last]))
+    last = min(FEWEST_PLACES, away.size) - 1
+    reach = max(PLACES_RADIUS * ops.place_spacing, 1.2 * float(np.partition(away, last)[last]))
     near = np.flatnonzero(away < reach)
     u, v = (ops.places[near, 0] - x) / reach, (ops.places[near, 1] - y) / reach
     weight = (1.0 - (u * u + v * v)) ** 4

@@ -12,6 +12,7 @@ ANISOTROPY = (0.88, 1.12)
 THICKNESS = (0.9, 1.1)
 BOND = (0.55, 1.0)
 TRANSVERSE = (0.6, 1.4)
+"""Over the nominal values: `extreme_states`, of the thickness all together, reach the ends of these ranges."""
 SPREAD = 1.3
 """Largest ratio of a local modulus to the one at the mean temperature."""
 

@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Numbers, Real
-from simulation.reduction.composition import STEP, Composite
+from simulation.reduction.composition import COMPLEX_STEP, Composite
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.shell.shear_factor import SHEAR_FACTOR
 from simulation.state.plate_state import Disc, PlateState
 
 ANGLES = np.arange(96) * (np.pi / 96)
 """Directions in the plane, rad."""
-WHOLE = 0.95
+WHOLE_DISC_SHARE = 0.95
 """Share of a disc's cells from which it counts as wholly on the plate: its ramp ends one cell outside its rim."""
 
 
@@ -62,7 +62,8 @@ def spots_slope(ops: EffectOperators, moved: Composite, stepped: PlateState, bas
             continue
         rows = ops.strain[:, near] @ basis
         plate, plate_loss = (
-            _energy(rows, np.imag(one) / STEP, area.real) + _energy(rows, one.real, np.imag(area) / STEP)
+            _energy(rows, np.imag(one) / COMPLEX_STEP, area.real)
+            + _energy(rows, one.real, np.imag(area) / COMPLEX_STEP)
             for one in both
         )
         moved = replace(moved, plate=moved.plate - plate, plate_loss=moved.plate_loss - plate_loss)
@@ -140,8 +141,8 @@ def coverage(ops: EffectOperators, disc: Disc) -> Numbers:
     share = np.zeros(len(ops.strain_points), here.dtype)
     share[near] = here
     covered, whole = here.sum(), _share(_lattice(ops, place, reach), ops.cell, disc).sum()
-    if np.real(covered) < WHOLE * np.real(whole):
-        covered = WHOLE * whole
+    if np.real(covered) < WHOLE_DISC_SHARE * np.real(whole):
+        covered = WHOLE_DISC_SHARE * whole
     return np.asarray(share * (np.pi * disc.radius**2 / (ops.cell * covered)))
 
 

@@ -12,7 +12,7 @@ from simulation.state.departures import Departures
 from simulation.state.plate_state import PlateState
 from simulation.state.sheet_departures import Sheet, departed_moduli, departed_transverse
 
-STEEPEST = (-0.025, 0.0025, -0.01)
+STEEPEST_SLOPES = (-0.025, 0.0025, -0.01)
 """Steepest slopes of log E, nu and log eta of polypropylene, 1/K."""
 
 SOFT, STIFF = (0.2, 0.68), (0.82, 0.26)
@@ -35,7 +35,7 @@ def laws_within(box: MaterialBox, shares: tuple[float, float], loss_factor: floa
     """
     (e0, e1), (n0, n1), (h0, h1) = box.youngs_modulus, box.poisson_ratio, box.loss_factor
     e, nu = e0 * (e1 / e0) ** shares[0], n0 + shares[1] * (n1 - n0)
-    return LocalLaws.of_material(float(e), float(nu), float(np.clip(loss_factor, h0, h1)), slope=STEEPEST)
+    return LocalLaws.of_material(float(e), float(nu), float(np.clip(loss_factor, h0, h1)), slope=STEEPEST_SLOPES)
 
 
 def extreme_states(

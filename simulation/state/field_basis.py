@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 
-POINTS = 6
+POINTS_ALONG_SIDE = 6
 """Number of Gauss points along each side at which fields are sampled."""
 
 
@@ -64,7 +64,7 @@ class FieldBasis:
 @cache
 def field_basis(degree: int) -> FieldBasis:
     """Fields up to a total degree."""
-    nodes, weights = leggauss(POINTS)
+    nodes, weights = leggauss(POINTS_ALONG_SIDE)
     xi, zeta = (grid.ravel() for grid in np.meshgrid(nodes, nodes, indexing="ij"))
     weight = np.outer(weights, weights).ravel()
     rows = []

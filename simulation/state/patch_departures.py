@@ -23,13 +23,13 @@ from simulation.shell.rigidity import W
 from simulation.state.sensor_offset import Zone, around
 from simulation.state.state_matrices import FullPlate
 
-STEP = 1e-4
+MOVE_STEP = 1e-4
 """Step of the central differences by moves, m."""
-WEAKEST = 3e-5
+WEAKEST_MOTION = 3e-5
 """Motions weaker than this share of the strongest are left out: derivatives by moves are good to 1 or 2 %. A
 ceramic is so much stiffer than a plastic plate that with 3e-4 those by its sides were wrong by 12 %."""
 KINDS = {"bending": 1, "membrane": 1, "shear": 1, "mass": 1}
-WAYS = ((STEP, 0.0, 0.0), (0.0, STEP, 0.0), (0.0, 0.0, STEP))
+WAYS = ((MOVE_STEP, 0.0, 0.0), (0.0, MOVE_STEP, 0.0), (0.0, 0.0, MOVE_STEP))
 """Along x, along y, and wider on both sides, m."""
 
 
@@ -58,13 +58,13 @@ def _of_patch(p: Projector, patch: int, executor: Executor) -> dict[str, Real]:
         cells = Zone.of(p.full, patch).elements
     except ValueError:  # no room for it, or another patch on the opposite face
         sides, cells = [], p.full.shell.under[patch]
-    near, motions = around(p, cells, executor, WEAKEST)
+    near, motions = around(p, cells, executor, WEAKEST_MOTION)
     found = _unmoved(len(motions), p.vectors.shape[1])
     found |= {"patch_zone": motions, "movable": np.array(float(bool(sides)))}
 
     def slopes(two: Sequence[FullPlate]) -> dict[str, Real]:
         ahead, behind = (_energies(near, one, patch, cells) for one in two)
-        return {name: (ahead[name] - behind[name]) / (2.0 * STEP) for name in ahead}
+        return {name: (ahead[name] - behind[name]) / (2.0 * MOVE_STEP) for name in ahead}
 
     for way, slope in enumerate(executor.map(slopes, sides)):
         for name, value in slope.items():

@@ -18,7 +18,7 @@ from simulation.state.state_matrices import FullPlate
 
 OFFSET_RANGE = 0.0025
 """Largest offset of the first sensor patch along x or y, m."""
-KEPT = 2e-6
+WEAKEST_MOTION = 2e-6
 """Motions of the elements around the sensor weaker than this share of the strongest are left out."""
 
 
@@ -130,7 +130,7 @@ def unmoved(size: int) -> dict[str, object]:
     return found
 
 
-def around(p: Projector, cells: Mask, executor: Executor, least: float = KEPT) -> tuple[Projector, Real]:
+def around(p: Projector, cells: Mask, executor: Executor, least: float = WEAKEST_MOTION) -> tuple[Projector, Real]:
     """Find the leading motions of some cells.
 
     Parameters

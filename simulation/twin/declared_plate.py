@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.material import MaterialBox
-from simulation.reduction.composition import STEP, Composite
+from simulation.reduction.composition import COMPLEX_STEP, Composite
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.plane_stress import plane_stress_moduli
 from simulation.state.departures import AS_DECLARED
@@ -165,7 +165,7 @@ class MaterialSlopes:
     patches: int
 
     def by(self, stepped: PlateState) -> Composite:
-        """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`."""
+        """Differentiate by the parameter whose imaginary step of `COMPLEX_STEP` gave `stepped`."""
         e, nu, eta = _constants(stepped)
         c1, c2 = plane_stress_moduli(e, nu)
         nothing = np.zeros_like(self.stiffness_1)
@@ -183,7 +183,9 @@ class MaterialSlopes:
         return Composite(nothing, nothing, nothing, nothing, np.zeros((len(nothing), self.patches)))
 
     def _combined(self, c1: Any, c2: Any) -> Real:
-        return np.asarray(np.imag(c1) / STEP * self.stiffness_1 + np.imag(c2) / STEP * self.stiffness_2)
+        return np.asarray(
+            np.imag(c1) / COMPLEX_STEP * self.stiffness_1 + np.imag(c2) / COMPLEX_STEP * self.stiffness_2
+        )
 
 
 def _constants(state: PlateState) -> tuple[Any, Any, Any]:

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 
 from analysis.arrays import Complex, Real
-from simulation.reduction.composition import STEP
+from simulation.reduction.composition import COMPLEX_STEP
 from simulation.reduction.modal_slopes import ModalSlopes
 from simulation.state.plate_state import SPECTRA
 from simulation.twin.local_solution import LocalSolution
@@ -75,7 +75,7 @@ class Derivatives:
             seen, driving = ports[:, list(instruments.seen)], ports[:, list(instruments.driving)]
             modal = ModalSlopes.of(solved.modal, seen, driving, solved.frequency, solved.sums)
             sensitivity = ModalSensitivity(solved, state, transfer, modal)
-        follower = state_of(energy + 1j * STEP)
+        follower = state_of(energy + 1j * COMPLEX_STEP)
         by_energy = None
         if any(np.imag(getattr(follower, name)).any() for name in (*SPECTRA, "log_gain", "phase")):
             by_energy = EnergySlopes.of(solved, transfer.instruments.source, state, follower, scale)
@@ -86,5 +86,5 @@ class Derivatives:
         stepped = state_of(self.energy)
         moved = self.slopes.by(stepped)
         if self.by_energy:
-            stepped = state_of(self.energy + 1j * STEP * self.by_energy.by(moved, stepped))
+            stepped = state_of(self.energy + 1j * COMPLEX_STEP * self.by_energy.by(moved, stepped))
         return self.reading.change(self.sensitivity.by(moved, stepped), stepped)

@@ -118,7 +118,7 @@ class EffectSlopes:
     basis: Real
 
     def by(self, stepped: PlateState) -> Composite:
-        """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`."""
+        """Differentiate by the parameter whose imaginary step of `COMPLEX_STEP` gave `stepped`."""
         return spots_slope(self.operators, self.fields.by(stepped), stepped, self.basis)
 
     def by_along_moves(self, stepped: PlateState) -> Composite:

@@ -19,7 +19,7 @@ from simulation.effects.effect import Effect
 from simulation.reduction.composition import Composite
 from simulation.state.plate_state import PlateState
 from simulation.twin.instruments import Instruments
-from simulation.twin.local_basis import REACH
+from simulation.twin.local_basis import KEPT_MODES_FACTOR
 from simulation.twin.local_plate import LocalPlate
 from simulation.twin.local_solution import LocalSolution
 from simulation.twin.reduced_plate import CompositeSlopes, ReducedPlate
@@ -29,7 +29,7 @@ from simulation.twin.transducer_rows import Transducers, TransducerSlopes
 
 Plate = TypeVar("Plate", bound=ReducedPlate, covariant=True)
 
-REFERENCE = 25.0
+REFERENCE_TEMPERATURE = 25.0
 """Reference temperature of the relative strain energy, degrees Celsius."""
 
 
@@ -64,7 +64,7 @@ class InstrumentedPlate(Generic[Plate]):
     library: Mapping[str, Effect] = field(default_factory=dict)
     tolerances: Mapping[str, Effect] = field(default_factory=dict)
     peak_energy: float | None = None
-    reach: float = REACH
+    reach: float = KEPT_MODES_FACTOR
     further: tuple[Instruments, ...] = ()
 
     def __post_init__(self) -> None:
@@ -173,7 +173,7 @@ class InstrumentedPlate(Generic[Plate]):
     def referred(self, laws: LocalLaws) -> Self:
         """Return the twin with strain energies relative to those at 25 degrees Celsius with these laws."""
         low, high = max(100.0, self.band[0]), min(1500.0, self.band[1])
-        point = SweepPoint(REFERENCE, 0.0, 1.0)
+        point = SweepPoint(REFERENCE_TEMPERATURE, 0.0, 1.0)
 
         def energies(lines: Real) -> Real:
             state = self.states.at(point, laws, {}, lines, np.ones(lines.size))
@@ -189,7 +189,7 @@ class InstrumentedPlate(Generic[Plate]):
         """Return the twin referred to the laws nearest to 25 degrees Celsius, if an effect needs energies."""
         if not self.states.follow_energy(effects):
             return self
-        return self.referred(min(laws, key=lambda law: abs(law.reference - REFERENCE)))
+        return self.referred(min(laws, key=lambda law: abs(law.reference - REFERENCE_TEMPERATURE)))
 
     def settled_energy(
         self, point: SweepPoint, laws: LocalLaws, effects: StateEffects, asked: Iterable[str], frequency: Real

@@ -14,11 +14,11 @@ from simulation.twin.local_plate import LocalPlate
 
 ITERATIONS = 12
 """Largest number of iterations, which takes as long as a direct solution, used for lines not converged."""
-CONVERGED = 1e-13
+CONVERGED_STEP = 1e-13
 """Relative size of the last step at convergence; the error left is smaller than this step."""
-PART = 256
+LINES_OF_ONE_MEAN = 256
 """Number of lines in the modes of one mean stiffness, if all lines are solved."""
-CHUNK = 64
+LINES_AT_ONCE = 64
 """Number of lines factorized at a time."""
 
 
@@ -111,11 +111,11 @@ class LineSolver:
                 step -= w[left] * (term @ there)
             step /= diagonal[:, left]
             x[:, left] = there + step
-            left = left[np.linalg.norm(step, axis=0) > CONVERGED * np.linalg.norm(there, axis=0)]
+            left = left[np.linalg.norm(step, axis=0) > CONVERGED_STEP * np.linalg.norm(there, axis=0)]
             if not left.size:
                 return np.asarray(x)
-        for start in range(0, left.size, CHUNK):
-            part = left[start : start + CHUNK]
+        for start in range(0, left.size, LINES_AT_ONCE):
+            part = left[start : start + LINES_AT_ONCE]
             z = apart[:, part].T[:, :, None] * np.eye(len(apart))
             z += sum(w[part, None, None] * term for w, term in used)
             x[:, part] = np.linalg.solve(z, right[:, part].T[..., None])[..., 0].T
@@ -145,8 +145,8 @@ def solved_by_lines(plate: LocalPlate, state: PlateState, frequency: Real) -> Co
     """
     coupling = plate.composite.coupling
     answers = np.empty((*coupling.shape, frequency.size), complex)
-    for start in range(0, frequency.size, PART):
-        part = slice(start, start + PART)
+    for start in range(0, frequency.size, LINES_OF_ONE_MEAN):
+        part = slice(start, start + LINES_OF_ONE_MEAN)
         there = state.with_(**{name: getattr(state, name)[part] for name in SPECTRA})
         solver = LineSolver.of(plate, there, frequency[part])
         count = solver.omega2.size

@@ -14,7 +14,7 @@ from simulation.reduction.modal_form import ModalForm
 from simulation.twin.instruments import Instruments
 from simulation.twin.local_solution import LocalSolution
 
-NODES = 8
+MODE_FREQUENCIES = 8
 """Number of frequencies over the band at which modes are computed: y changes slowly, and each mode is interpolated
 to its own frequency."""
 
@@ -51,7 +51,7 @@ class LoadedModes:
         -------
         LoadedModes
         """
-        nodes = np.geomspace(solved.frequency[0], solved.frequency[-1], NODES)
+        nodes = np.geomspace(solved.frequency[0], solved.frequency[-1], MODE_FREQUENCIES)
         connected = list(instruments.connected)
         force = modal.inverse @ solved.composite.coupling[:, connected]
         motion = solved.composite.coupling[:, connected].T @ modal.shapes

@@ -11,16 +11,16 @@ from simulation.reduction.composition import Composite
 from simulation.reduction.dashpots import columns
 from simulation.twin.reduced_plate import LoadedPlate
 
-REACH = 1.6
+KEPT_MODES_FACTOR = 1.6
 """Modes up to this many times the band's end are kept; those above are represented by residual vectors."""
-RESIDUALS = 3
+RESIDUAL_BLOCKS = 3
 """Number of blocks of residual vectors, (K - s M)**-1 b and so on, in the space of the modes above."""
-SHIFT = 0.6
+SHIFT_OVER_BAND = 0.6
 """Shift s over the square of the band's end. It is among the modes that are kept, which are projected out first:
 the response of the modes above is then a hundred times more accurate than with a shift below the band."""
-FOLLOWING = 1e-4
+LEAST_COUPLING = 1e-4
 """Smallest strength, over the strongest, of directions that couple the modes above to those kept."""
-LEAST = 1e-7
+LEAST_DIRECTION = 1e-7
 """Smallest relative size of a direction; smaller ones are left out."""
 
 
@@ -71,7 +71,7 @@ def local_basis(
     count = int((squares <= reach**2 * end2).sum())
     if count == size:
         return LocalBasis(unit_mass.back(shapes), squares)
-    low, high, above = shapes[:, :count], shapes[:, count:], squares[count:, None] - SHIFT * end2
+    low, high, above = shapes[:, :count], shapes[:, count:], squares[count:, None] - SHIFT_OVER_BAND * end2
     loads = [whole.coupling, ops.deflection.T, columns(ops.damping, unit_mass.back(low))]
     loads += [] if further is None else [further]
     residual = _residual_vectors(high.T @ unit_mass.loads(np.hstack(loads)), above)
@@ -81,12 +81,12 @@ def local_basis(
         fixed = unit_mass.matrix(whole.fixed)
         follows = high.T @ (fixed @ np.hstack([low, high @ np.hstack(residual)])) / above
         power, directions = np.linalg.eigh(follows.T @ follows)
-        strong = power > FOLLOWING**2 * power[-1]
+        strong = power > LEAST_COUPLING**2 * power[-1]
         residual.append(follows @ (directions[:, strong] / np.sqrt(power[-1])))
     beside = np.hstack(residual)
     beside = beside[:, np.linalg.norm(beside, axis=0) > 0.0]
     left, strength, _ = np.linalg.svd(beside / np.linalg.norm(beside, axis=0), full_matrices=False)
-    apart = left[:, strength > LEAST * strength[0]]
+    apart = left[:, strength > LEAST_DIRECTION * strength[0]]
     own, turned = np.linalg.eigh(apart.T @ (squares[count:, None] * apart))
     vectors = np.hstack([low, high @ (apart @ turned)])
     return LocalBasis(unit_mass.back(vectors), np.concatenate([squares[:count], own]))
@@ -125,7 +125,7 @@ class _UnitMass:
 def _residual_vectors(loads: Real, above: Real) -> list[Real]:
     """Blocks (h, k) of residual vectors in the modes above, of unit length: loads over `above` once, twice, ..."""
     blocks = []
-    for _ in range(RESIDUALS):
+    for _ in range(RESIDUAL_BLOCKS):
         loads = loads / above
         loads = loads / np.maximum(np.linalg.norm(loads, axis=0), np.finfo(float).tiny)
         blocks.append(loads)

@@ -6,10 +6,10 @@ from typing import Any, Self
 import numpy as np
 
 from analysis.arrays import Real
-from simulation.reduction.composition import STEP, Composite, proportion
+from simulation.reduction.composition import COMPLEX_STEP, Composite, proportion
 from simulation.state.attached import Seat
 from simulation.state.plate_state import PlateState, PointLoad
-from simulation.twin.local_basis import REACH, LocalBasis, local_basis
+from simulation.twin.local_basis import KEPT_MODES_FACTOR, LocalBasis, local_basis
 from simulation.twin.reduced_plate import LoadedPlate
 
 
@@ -33,7 +33,7 @@ class LocalPlate:
     operators: LoadedPlate
 
     @classmethod
-    def of(cls, ops: LoadedPlate, whole: Composite, state: PlateState, reach: float = REACH) -> Self:
+    def of(cls, ops: LoadedPlate, whole: Composite, state: PlateState, reach: float = KEPT_MODES_FACTOR) -> Self:
         """Choose local coordinates.
 
         Parameters
@@ -94,7 +94,7 @@ def deflection_at(ops: LoadedPlate, load: PointLoad, state: PlateState, *, stepp
     place = int(distance.argmin())
     away = [np.broadcast_to(one, len(ops.points))[place] for one in _attached(state)]
     if stepped:
-        moved = [np.imag(one) / STEP for one in away]
+        moved = [np.imag(one) / COMPLEX_STEP for one in away]
         return np.asarray(np.tensordot(moved, ops.deflection_slopes[:, place], 1))
     moved = [np.real(one) for one in away]
     row = ops.deflection[place]

@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from simulation.reduction.composition import STEP, Coefficients, Composite, OffsetPart, PatchMoves, coupling_of
+from simulation.reduction.composition import (
+    COMPLEX_STEP,
+    Coefficients,
+    Composite,
+    OffsetPart,
+    PatchMoves,
+    coupling_of,
+)
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.plate_state import PlateState
 
@@ -53,7 +60,7 @@ class LocalSlopes:
         self._stacks: dict[str, tuple[Real, NDArray[np.bool_]]] = {}
 
     def by(self, stepped: PlateState) -> Composite:
-        """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`, without discs."""
+        """Differentiate by the parameter whose imaginary step of `COMPLEX_STEP` gave `stepped`, without discs."""
         m = self._basis.shape[1]
         laws = (stepped.laws.value, stepped.laws.slope, stepped.laws.curvature)
         of_fields = any(np.iscomplexobj(one) for one in (*laws, *(getattr(stepped, name) for name in FIELDS)))
@@ -90,7 +97,9 @@ class LocalSlopes:
 
     def _rates(self, stepped: PlateState) -> Coefficients:
         there = Coefficients.of(stepped, self._ops)
-        return Coefficients(**{entry.name: np.imag(getattr(there, entry.name)) / STEP for entry in fields(there)})
+        return Coefficients(
+            **{entry.name: np.imag(getattr(there, entry.name)) / COMPLEX_STEP for entry in fields(there)}
+        )
 
     def _coupling(self, d: Coefficients) -> Real:
         found = coupling_of(self._ops, d) * self._value.columns

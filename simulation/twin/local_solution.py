@@ -14,13 +14,13 @@ from simulation.reduction.pole_sums import PoleSums
 from simulation.state.attached import Seat
 from simulation.state.plate_state import PlateState
 from simulation.twin.line_solver import solved_by_lines
-from simulation.twin.local_basis import REACH
+from simulation.twin.local_basis import KEPT_MODES_FACTOR
 from simulation.twin.local_plate import LocalPlate
 from simulation.twin.reduced_plate import LoadedPlate
 
-COLUMNS = 32
+PORTS_AT_ONCE = 32
 """Ports solved at a time: on the way each takes several times the memory of its answer."""
-DASHPOTS = 12
+MOST_DASHPOTS = 12
 """Directions of damping up to which modes are used: the cost of connecting them grows with their square."""
 
 
@@ -48,7 +48,12 @@ class LocalSolution:
 
     @classmethod
     def of(
-        cls, ops: LoadedPlate, whole: Composite, state: PlateState, frequency: Real, reach: float = REACH
+        cls,
+        ops: LoadedPlate,
+        whole: Composite,
+        state: PlateState,
+        frequency: Real,
+        reach: float = KEPT_MODES_FACTOR,
     ) -> Self:
         """Choose local coordinates and solve.
 
@@ -135,16 +140,16 @@ def _attached(plate: LocalPlate, state: PlateState, frequency: Real, modal: Moda
         answers = solved_by_lines(replace(plate, composite=replace(local, coupling=loads)), state, frequency)
     else:
         answers = np.empty((*loads.shape, frequency.size), complex)
-        for first in range(0, loads.shape[1], COLUMNS):
-            some = slice(first, first + COLUMNS)
+        for first in range(0, loads.shape[1], PORTS_AT_ONCE):
+            some = slice(first, first + PORTS_AT_ONCE)
             answers[:, some] = modal.solve(loads[:, some], frequency).transpose(2, 0, 1)
     count = local.coupling.shape[1]
     felt = z[:, None] * np.einsum("km,mpf->kpf", rows, answers)
     system = np.moveaxis(felt[:, count:], -1, 0) + np.eye(len(rows))
     forces = np.linalg.solve(system, np.moveaxis(felt[:, :count], -1, 0))
     answers, there = answers[:, :count], answers[:, count:]
-    for first in range(0, count, COLUMNS):
-        some = slice(first, first + COLUMNS)
+    for first in range(0, count, PORTS_AT_ONCE):
+        some = slice(first, first + PORTS_AT_ONCE)
         answers[:, some] -= np.einsum("mkf,fkp->mpf", there, forces[..., some])
     return answers
 
@@ -167,7 +172,7 @@ def _modal(plate: LocalPlate, state: PlateState, attached: tuple[Real, Complex] 
     dashpots = plate.dashpots(state)
     power, directions = np.linalg.eigh(dashpots) if dashpots.any() else (np.zeros(0), np.zeros((len(dashpots), 0)))
     felt = power > 1e-13 * power.max(initial=0.0)
-    if felt.sum() > DASHPOTS:
+    if felt.sum() > MOST_DASHPOTS:
         return None
     local = plate.composite
     stiffness = state.storage[0] * local.plate + 1j * state.loss[0] * local.plate_loss + local.fixed

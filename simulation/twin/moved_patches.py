@@ -18,7 +18,7 @@ from simulation.twin.local_plate import LocalPlate
 from simulation.twin.local_solution import LocalSolution
 from simulation.twin.reduced_plate import CompositeSlopes
 
-SHARE = 1e-4
+MOVE_SHARE = 1e-4
 """Share of the moves for the difference: it has an error of some parts of this share, and rounding of 1e-12 over
 it. With 1e-2 derivatives were wrong by 0.4 %, and fits ended beside their minimum."""
 
@@ -52,7 +52,7 @@ class MovedPatches:
             Derivative of its matrices along the moves.
         """
         here, local = solved.plate, solved.composite
-        turn = np.eye(len(local.mass)) - 0.5 * SHARE * along.mass
+        turn = np.eye(len(local.mass)) - 0.5 * MOVE_SHARE * along.mass
         moved = _turned(_sum(local, along), turn)
         plate = LocalPlate(
             here.basis @ turn, replace(moved, mass=local.mass), turn @ here.normal @ turn, here.operators
@@ -60,7 +60,7 @@ class MovedPatches:
         return cls(solved.likewise(plate), plain, turn)
 
     def by(self, stepped: PlateState) -> Composite:
-        """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`."""
+        """Differentiate by the parameter whose imaginary step of `COMPLEX_STEP` gave `stepped`."""
         return _turned(_sum(self.plain.by(stepped), self.plain.by_along_moves(stepped)), self.turn)
 
     def by_along_moves(self, stepped: PlateState) -> Composite:
@@ -71,12 +71,12 @@ class MovedPatches:
 def _sum(local: Composite, along: Composite) -> Composite:
     """Add the share of a derivative along the moves; ports after the patches do not move."""
     coupling = local.coupling.copy()
-    coupling[:, : along.coupling.shape[1]] += SHARE * along.coupling
+    coupling[:, : along.coupling.shape[1]] += MOVE_SHARE * along.coupling
     return Composite(
-        plate=local.plate + SHARE * along.plate,
-        plate_loss=local.plate_loss + SHARE * along.plate_loss,
-        fixed=local.fixed + SHARE * along.fixed,
-        mass=local.mass + SHARE * along.mass,
+        plate=local.plate + MOVE_SHARE * along.plate,
+        plate_loss=local.plate_loss + MOVE_SHARE * along.plate_loss,
+        fixed=local.fixed + MOVE_SHARE * along.fixed,
+        mass=local.mass + MOVE_SHARE * along.mass,
         coupling=coupling,
     )
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
-from simulation.reduction.composition import STEP
+from simulation.reduction.composition import COMPLEX_STEP
 from simulation.state.departures import Departures
 from simulation.state.plate_state import PlateState
 from simulation.twin.instruments import Instruments
@@ -83,18 +83,18 @@ class SignalReading:
         """Differentiate `response`, (K, F), given that of the transfer (K, F) and the stepped state."""
         away = stepped.departures
         louder = np.reshape(np.imag(away.log_sensitivity), (-1, 1))
-        turned = (louder + np.imag(stepped.log_gain) + 1j * np.imag(stepped.phase)) / STEP
+        turned = (louder + np.imag(stepped.log_gain) + 1j * np.imag(stepped.phase)) / COMPLEX_STEP
         if away.stepped:
             transfer = transfer + self._loaded(away)
-        fed = self.electric * (np.imag(stepped.feedthrough) + 1j * np.imag(stepped.crosstalk)) / STEP
+        fed = self.electric * (np.imag(stepped.feedthrough) + 1j * np.imag(stepped.crosstalk)) / COMPLEX_STEP
         return np.asarray(self.factor * (transfer + self.transfer.response * turned) + fed)
 
     def _loaded(self, away: Departures) -> Complex:
         """Differentiate the transfer (K, F) by what is connected to the patches, given stepped departures."""
         wired = self.transfer.instruments
-        capacitance = np.imag(_capacitance(self.capacitance, away)) / STEP
-        resistance = np.imag(away.resistance) / np.real(away.resistance) / STEP
-        inputs = np.imag(away.capacitance) / np.real(away.capacitance) / STEP
+        capacitance = np.imag(_capacitance(self.capacitance, away)) / COMPLEX_STEP
+        resistance = np.imag(away.resistance) / np.real(away.resistance) / COMPLEX_STEP
+        inputs = np.imag(away.capacitance) / np.real(away.capacitance) / COMPLEX_STEP
         if not (wired.connected and (capacitance.any() or resistance or inputs)):
             return np.zeros_like(self.transfer.response)
         lines = self.transfer.frequency

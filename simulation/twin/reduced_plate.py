@@ -13,7 +13,7 @@ class CompositeSlopes(Protocol):
     """Derivatives of a composite in some local coordinates."""
 
     def by(self, stepped: PlateState) -> Composite:
-        """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`."""
+        """Differentiate by the parameter whose imaginary step of `COMPLEX_STEP` gave `stepped`."""
         ...
 
     def by_along_moves(self, stepped: PlateState) -> Composite:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
-from simulation.reduction.composition import STEP, Composite, proportion
+from simulation.reduction.composition import COMPLEX_STEP, Composite, proportion
 from simulation.reduction.modal_slopes import ModalSlopes
 from simulation.state.attached import Seat
 from simulation.state.plate_state import PlateState, PointLoad
@@ -234,4 +234,4 @@ def _seats(solved: LocalSolution, state: PlateState, stepped: PlateState) -> Ite
 
 
 def _rate(value: object) -> Real:
-    return np.asarray(np.imag(value) / STEP)  # type: ignore[call-overload]
+    return np.asarray(np.imag(value) / COMPLEX_STEP)  # type: ignore[call-overload]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real, Whole
-from simulation.reduction.composition import STEP, Composite
+from simulation.reduction.composition import COMPLEX_STEP, Composite
 from simulation.state.plate_state import SPECTRA, PlateState
 from simulation.twin.line_solver import LineSolver
 from simulation.twin.local_plate import LocalPlate
@@ -24,11 +24,13 @@ from simulation.twin.sensitivity import TransferSensitivity
 StateOf = Callable[[NDArray[Any]], PlateState]
 """State of the plate for given relative strain energies (F,); only its spectra may depend on them."""
 
-SHARE = 0.5
+LONGEST_STEP = 0.5
 """Longest step towards the solution, over the change of e that shifts a resonance by its half-power width."""
-STEPS = 200
-SECANTS = 80
-SETTLED = 1e-12
+MOST_STEPS = 200
+"""Steps by which a bracket is sought; each may be twice as long as the one before, up to `LONGEST_STEP`."""
+MOST_SECANTS = 80
+"""Bound of the regula falsi with reduced weights, which converges faster than linearly."""
+SETTLED_ENERGY = 1e-12
 """Tolerance of e - g(e), over 1 + e."""
 
 
@@ -108,7 +110,7 @@ class StrainEnergy:
             return linear
         high, below, above = low.copy(), -linear, np.zeros(low.size)
         ahead = np.arange(low.size)
-        for k in range(STEPS):
+        for k in range(MOST_STEPS):
             # steps do not skip a resonance that bends over; where e changes little, the bracket is narrow
             step = np.minimum(self._short(low)[ahead], -below[ahead] * 2.0 ** (k + 1))
             probe = low.copy()
@@ -132,19 +134,19 @@ class StrainEnergy:
 
     def _short(self, energy: Real) -> Real:
         """Return the longest step that cannot miss a resonance, (F,)."""
-        state = self.state_of(energy + 1j * STEP)
-        pull = [np.abs(np.imag(getattr(state, name))) / STEP for name in SPECTRA]
+        state = self.state_of(energy + 1j * COMPLEX_STEP)
+        pull = [np.abs(np.imag(getattr(state, name))) / COMPLEX_STEP for name in SPECTRA]
         omega2 = self.solver.omega2
         eta = float(np.real(state.laws.loss_factor(state.mean_temperature)))
         moved = pull[0] + eta * pull[1] + pull[2] / self.density + pull[3] / (np.sqrt(omega2) * self.density)
         with np.errstate(divide="ignore"):
-            return np.asarray(SHARE * eta * np.real(state.loss) / moved)
+            return np.asarray(LONGEST_STEP * eta * np.real(state.loss) / moved)
 
     def _between(self, low: Real, high: Real, below: Real, above: Real) -> Real:
         """Return the solutions between energies with e - g(e) below and above zero."""
         found, left = high.copy(), np.flatnonzero(above > 0.0)
         a, fa, b, fb = (values.copy() for values in (low, below, high, above))
-        for _ in range(SECANTS):
+        for _ in range(MOST_SECANTS):
             if not left.size:
                 return found
             found[left] = b[left] - fb[left] * (b[left] - a[left]) / (fb[left] - fa[left])
@@ -155,7 +157,7 @@ class StrainEnergy:
             less = np.where(less > 0.0, less, 0.5)
             a[left], fa[left] = np.where(same, a[left], b[left]), np.where(same, fa[left] * less, fb[left])
             b[left], fb[left] = found[left], f
-            settled = (np.abs(f) <= SETTLED * (1.0 + found[left])) | (a[left] == b[left])
+            settled = (np.abs(f) <= SETTLED_ENERGY * (1.0 + found[left])) | (a[left] == b[left])
             left = left[~settled]
         return found
 
@@ -195,7 +197,7 @@ class EnergySlopes:
         state : PlateState
             At the self-consistent energy.
         stepped : PlateState
-            The state with the energy e stepped by j `STEP`.
+            The state with the energy e stepped by j `COMPLEX_STEP`.
         scale : float
             Energies per J/V2.
 
@@ -228,5 +230,5 @@ class EnergySlopes:
         change = self.sensitivity.by(local, stepped)[0].real
         if local.plate.any():
             change = change + 0.5 * np.einsum("mf,mf->f", u.conj(), local.plate @ u).real
-        direct = np.imag(stepped.storage) / STEP * self.stored + storage * change
+        direct = np.imag(stepped.storage) / COMPLEX_STEP * self.stored + storage * change
         return np.asarray(self.scale * direct / (1.0 - self.feedback))

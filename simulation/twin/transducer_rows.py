@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 
 from analysis.arrays import Real
-from simulation.reduction.composition import STEP, Composite
+from simulation.reduction.composition import COMPLEX_STEP, Composite
 from simulation.state.departures import Departures
 from simulation.state.plate_state import PlateState
 from simulation.twin.reduced_plate import CompositeSlopes
@@ -67,11 +67,11 @@ class TransducerSlopes:
     transducers: Transducers
 
     def by(self, stepped: PlateState) -> Composite:
-        """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`."""
+        """Differentiate by the parameter whose imaginary step of `COMPLEX_STEP` gave `stepped`."""
         local, away, here = self.plate.by(stepped), stepped.departures, self.transducers
         count = len(here.rows)
         steps = (away.place_x, away.place_y, away.added_mass)
-        x, y, heavier = (np.broadcast_to(np.imag(one) / STEP, count) for one in steps)
+        x, y, heavier = (np.broadcast_to(np.imag(one) / COMPLEX_STEP, count) for one in steps)
         if not (x.any() or y.any() or heavier.any()):
             return local
         rows = x[:, None] * here.slopes[0] + y[:, None] * here.slopes[1]

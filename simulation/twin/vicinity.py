@@ -11,10 +11,10 @@ from analysis.arrays import Complex, Real
 from analysis.local_laws import LocalLaws
 from analysis.sweep_point import SweepPoint
 from analysis.twin_model import Linearisation, Tangent
-from simulation.reduction.composition import STEP
+from simulation.reduction.composition import COMPLEX_STEP
 from simulation.state.plate_state import PlateState
 from simulation.twin.derivatives import Derivatives
-from simulation.twin.moved_patches import SHARE
+from simulation.twin.moved_patches import MOVE_SHARE
 from simulation.twin.states import StateEffects, States
 
 
@@ -50,7 +50,7 @@ class Vicinity:
     def along_moves(self, energy: NDArray[np.generic]) -> PlateState:
         """Return the state with an imaginary step along the moves of its patches."""
         state = self.state(energy)
-        return state.with_(departures=state.departures.along_moves(1j * STEP))
+        return state.with_(departures=state.departures.along_moves(1j * COMPLEX_STEP))
 
     def along(
         self, plain: Linearisation, here: Derivatives, moved: Derivatives, tangents: Sequence[Tangent]
@@ -62,7 +62,7 @@ class Vicinity:
         plain : Linearisation
             Without them.
         here, moved : Derivatives
-            Of the plate without them, and with a `SHARE` of them.
+            Of the plate without them, and with a `MOVE_SHARE` of them.
         tangents : sequence of Tangent
             Of `plain`; those of effects that are off are left as they are.
 
@@ -78,9 +78,9 @@ class Vicinity:
             stepped = replace(held, effects=self._stepped(tangents[k]))
             moving = replace(stepped, moves_held=False).state(here.energy).departures.stepped_moves
             before = here.by(stepped.state) if moving else plain.by_parameter[k]
-            by_parameter[k] += (there - before) / SHARE
+            by_parameter[k] += (there - before) / MOVE_SHARE
         rates = {
-            name: getattr(plain, name) + (getattr(after, name) - getattr(plain, name)) / SHARE
+            name: getattr(plain, name) + (getattr(after, name) - getattr(plain, name)) / MOVE_SHARE
             for name in ("by_material", "by_slope", "by_curvature", "by_temperature")
         }
         return Linearisation(
@@ -97,7 +97,7 @@ class Vicinity:
         here = self.state(derivatives.energy)
         if self.effects:
             by_material = [by(laws=self._moved(law)) for law in range(3)]
-            warmer: complex = self.point.temperature + 1j * STEP
+            warmer: complex = self.point.temperature + 1j * COMPLEX_STEP
             by_temperature = by(point=replace(self.point, temperature=warmer))  # type: ignore[arg-type]
         else:  # all damping is the plate's, (1 + j eta) E P, and temperature acts only through the laws
             by_modulus, by_ratio = (by(laws=self._moved(law)) for law in range(2))
@@ -105,8 +105,8 @@ class Vicinity:
             by_material = [by_modulus, by_ratio, eta / (1.0 + eta) * by_modulus]
             by_temperature = np.tensordot(here.laws.rates(self.point.temperature), by_material, 1)
         if np.ptp(here.temperature):
-            by_slope = [by(laws=self._tilted(1j * STEP * law, 0.0 * law)) for law in np.eye(3)]
-            by_curvature = [by(laws=self._tilted(0.0 * law, 1j * STEP * law)) for law in np.eye(3)]
+            by_slope = [by(laws=self._tilted(1j * COMPLEX_STEP * law, 0.0 * law)) for law in np.eye(3)]
+            by_curvature = [by(laws=self._tilted(0.0 * law, 1j * COMPLEX_STEP * law)) for law in np.eye(3)]
         else:  # the laws are asked at one temperature only
             away = float(here.mean_temperature) - self.point.temperature
             by_slope, by_curvature = ([share * row for row in by_material] for share in (away, 0.5 * away**2))
@@ -124,7 +124,7 @@ class Vicinity:
 
     def _moved(self, law: int) -> LocalLaws:
         value = self.laws.value.astype(complex)
-        value[law] += 1j * STEP
+        value[law] += 1j * COMPLEX_STEP
         return replace(self.laws, value=value)
 
     def _tilted(self, slope: NDArray[Any], curvature: NDArray[Any]) -> LocalLaws:
@@ -133,4 +133,4 @@ class Vicinity:
     def _stepped(self, tangent: Tangent) -> StateEffects:
         name, parameter, absent = tangent
         values = dict(self.effects.get(name, absent))
-        return {**self.effects, name: {**values, parameter: values[parameter] + 1j * STEP}}
+        return {**self.effects, name: {**values, parameter: values[parameter] + 1j * COMPLEX_STEP}}

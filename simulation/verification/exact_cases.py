@@ -8,7 +8,7 @@ from simulation.verification.supports import Support
 
 ALUMINIUM = CaseMaterial(youngs_modulus=70e9, poisson_ratio=0.3, density=2700.0)
 """Material of the cases: normalised frequencies depend only on its Poisson's ratio."""
-WITHIN = 1e-4
+LARGEST_ERROR = 1e-4
 """Largest relative error allowed for the finite-element plate against an exact solution."""
 TITLES: dict[Support, str] = {
     "free": "free",
@@ -30,7 +30,7 @@ def disc_case(thickness: float, outer: Support) -> Case:
         known=ExactDisc(thickness, ALUMINIUM.poisson_ratio, outer),
         length=1.0,
         kind="exact",
-        tolerance=WITHIN,
+        tolerance=LARGEST_ERROR,
         source="exact, Bessel functions",
         count=10,
     )
@@ -58,7 +58,7 @@ def annulus_case(thickness: float, inner: Support, outer: Support, hole: float =
         known=ExactDisc(thickness, ALUMINIUM.poisson_ratio, outer, hole, inner),
         length=1.0,
         kind="exact",
-        tolerance=WITHIN,
+        tolerance=LARGEST_ERROR,
         source="exact, Bessel functions",
         holes=(circle((0.0, 0.0), hole),),
         hole_supports=((inner,) * 4,),
@@ -92,7 +92,7 @@ def rectangle_case(thickness: float, lower: Support, upper: Support, width: floa
         known=known,
         length=1.0,
         kind="exact",
-        tolerance=WITHIN,
+        tolerance=LARGEST_ERROR,
         source=f"exact, {'Navier' if all_hard else 'Levy'}",
     )
 

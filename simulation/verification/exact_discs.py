@@ -15,7 +15,7 @@ from scipy.special import ive, jv, kve, yv
 
 from analysis.arrays import Real
 from simulation.verification.root_search import roots
-from simulation.verification.supports import CONDITIONS, LOWEST, Support
+from simulation.verification.supports import CONDITIONS, RIGID_FREQUENCY, Support
 from simulation.verification.waves import PlateWaves
 
 
@@ -63,7 +63,10 @@ class ExactDisc:
         if diameters < 0:
             raise ValueError(f"number of nodal diameters is {diameters}; allowed from 0")
         return roots(
-            lambda frequency: self.determinant(diameters, frequency), LOWEST, highest, breaks=[self.waves.cut_off]
+            lambda frequency: self.determinant(diameters, frequency),
+            RIGID_FREQUENCY,
+            highest,
+            breaks=[self.waves.cut_off],
         )
 
     def all_frequencies(self, highest: float) -> tuple[Real, NDArray[np.int_]]:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from analysis.arrays import Real
 from simulation.verification.root_search import roots
-from simulation.verification.supports import CONDITIONS, LOWEST, Support
+from simulation.verification.supports import CONDITIONS, RIGID_FREQUENCY, Support
 from simulation.verification.waves import PlateWaves
 
 
@@ -99,7 +99,9 @@ class LevyPlate:
         if half_waves < 1:
             raise ValueError(f"number of half waves is {half_waves}; allowed from 1")
         cut_off = PlateWaves(self.thickness, self.poisson_ratio).cut_off
-        return roots(lambda frequency: self.determinant(half_waves, frequency), LOWEST, highest, breaks=[cut_off])
+        return roots(
+            lambda frequency: self.determinant(half_waves, frequency), RIGID_FREQUENCY, highest, breaks=[cut_off]
+        )
 
     def all_frequencies(self, highest: float) -> Real:
         """Every bending frequency up to `highest`, ascending; they grow with the number of half waves."""

@@ -15,9 +15,9 @@ STEEL = CaseMaterial(youngs_modulus=200e9, poisson_ratio=0.3, density=8000.0)
 """Material of the NAFEMS benchmarks."""
 CONVERGED = "converged p-version Mindlin solution; coarse and fine mesh agree to 0.002 %"
 NAFEMS = "beside it NAFEMS, Selected Benchmarks for Natural Frequency Analysis (1987)"
-SMOOTH = 1e-4
+SMOOTH_ERROR = 1e-4
 """Relative error allowed without re-entrant corners: five times the difference of a value's meshes."""
-SINGULAR = 4e-4
+SINGULAR_ERROR = 4e-4
 """The same with a re-entrant corner, where stresses are singular."""
 
 
@@ -30,7 +30,7 @@ def plate(
     values: str,
     *,
     length: float | None = 1.0,
-    tolerance: float = SMOOTH,
+    tolerance: float = SMOOTH_ERROR,
     source: str = CONVERGED,
     published: str = "",
 ) -> Case:
@@ -150,7 +150,7 @@ PUBLISHED: tuple[Case, ...] = (
         0.005,
         "clamped",
         "81.667 105.038 121.970 161.529 182.535 230.950",
-        tolerance=SINGULAR,
+        tolerance=SINGULAR_ERROR,
         source="converged p-version Mindlin solution; coarse and fine mesh agree to 0.007 %",
         published="81.88",
     ),
@@ -161,7 +161,7 @@ PUBLISHED: tuple[Case, ...] = (
         0.005,
         "free",
         "15.6795 16.9647 27.1808 33.4995 60.0745 60.4381",
-        tolerance=SINGULAR,
+        tolerance=SINGULAR_ERROR,
     ),
     plate(
         "ellipse-clamped",

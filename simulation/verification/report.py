@@ -15,9 +15,9 @@ In-plane modes are left out. From one refinement to the next the mesh size halve
 solver cannot compute the case.
 """
 
-RIGID = 1e-3
+RIGID_FREQUENCY_SHARE = 1e-3
 """Largest frequency of a rigid motion, as a share of the lowest known one."""
-ROUNDING = 1e-9
+ROUNDING_CHANGE = 1e-9
 """Relative change below which the order cannot be determined because of rounding."""
 
 
@@ -105,7 +105,7 @@ def convergence_order(values: Real) -> Real:
     if values.shape[0] < 3:
         return np.full(values.shape[1], np.nan)
     change = np.abs(np.diff(values[-3:], axis=0)).sum(axis=-1)
-    resolved = (change > ROUNDING).all(axis=0)
+    resolved = (change > ROUNDING_CHANGE).all(axis=0)
     before, after = np.where(resolved, change, 1.0)
     return np.asarray(np.where(resolved, np.log2(before / after), np.nan))
 
@@ -135,10 +135,10 @@ def compare(case: Case, frequencies: Frequencies, refinements: Sequence[int] = (
             raise ValueError(
                 f"{case.name}: {values.size} frequencies; needed are {rigid} rigid and {wanted} others"
             )
-        if rigid and values[rigid - 1] > RIGID * case.reference[0]:
+        if rigid and values[rigid - 1] > RIGID_FREQUENCY_SHARE * case.reference[0]:
             raise ValueError(
-                f"{case.name}: rigid motion {rigid} has {values[rigid - 1]:.4g} Hz; allowed up to {RIGID:g} of "
-                f"the lowest known frequency {case.reference[0]:.4g} Hz"
+                f"{case.name}: rigid motion {rigid} has {values[rigid - 1]:.4g} Hz; allowed up to "
+                f"{RIGID_FREQUENCY_SHARE:g} of the lowest known frequency {case.reference[0]:.4g} Hz"
             )
         found.append(values[rigid : rigid + wanted])
     return CaseComparison(case, np.array(found))

@@ -12,5 +12,5 @@ CONDITIONS: dict[Support, tuple[str, str, str]] = {
     "hard": ("deflection", "bending moment", "rotation along"),
 }
 """Quantities that vanish at an edge."""
-LOWEST = 0.02
+RIGID_FREQUENCY = 0.02
 """Frequency w a**2 sqrt(rho h / D) below which a motion counts as rigid."""

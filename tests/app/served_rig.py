@@ -15,7 +15,7 @@ from scipy.signal import butter, sosfilt
 
 from app.files.hammer_experiment import read_hammer_experiment
 from drivers.clock import SystemClock
-from drivers.hammer.simulated import LEAD, Strike, struck_surroundings
+from drivers.hammer.simulated import LEAD_TIME, Strike, struck_surroundings
 from drivers.ni.modules import NI_9234
 from drivers.ni.output_modules import NI_9260
 from drivers.ni.simulated.loopback import serving
@@ -59,11 +59,11 @@ class SteadyHammer:
 
     def __call__(self, moments, sample_rate):
         force, answer = np.zeros(moments.size), np.zeros((1, moments.size))
-        first, last = moments[0] - RING, moments[-1] + LEAD
+        first, last = moments[0] - RING, moments[-1] + LEAD_TIME
         for number in range(int(np.ceil(first / PERIOD)), int(last / PERIOD) + 1):
             strike = Strike(number, 0, number * PERIOD, "good", ((0.0, PEAK),), WIDTH)
-            begin = int(np.ceil((strike.time - LEAD - moments[0]) * sample_rate))
-            grid = moments[0] + np.arange(begin, begin + round((LEAD + RING) * sample_rate)) / sample_rate
+            begin = int(np.ceil((strike.time - LEAD_TIME - moments[0]) * sample_rate))
+            grid = moments[0] + np.arange(begin, begin + round((LEAD_TIME + RING) * sample_rate)) / sample_rate
             pulse = strike.force(grid)
             heard = one_mode(self.response_volts)(0, pulse, sample_rate, 20.0)
             low, high = max(begin, 0), min(begin + pulse.size, moments.size)

@@ -8,19 +8,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.rendering.fading import FADE, STEP
+from analysis.rendering.fading import FADE_TIME, TEMPERATURE_STEP
 from analysis.rendering.fixed_point import FixedPoint
 from analysis.rendering.following import FollowingBank, TanhWeights
 from app.files.exports.destination import written_together
 from app.files.exports.shipment import Shipment
 
-BLOCK = 256
+SAMPLES_AT_ONCE = 256
 """Samples filtered at a time; longer blocks are cut, shorter ones taken as they are."""
 PREFIX = "flexura"
 """Of every name that other code can see, unless another is given: two panels in one program need two."""
 EXAMPLE = ("target.h", "target.c", "loopback.c")
 """Buffers of a serial audio port that is fed by DMA, and a program that compares them with a rendered file."""
-WIDTH = 118
+LINE_WIDTH = 118
+"""Characters of a line of numbers, so that the code can be read and compared in editors."""
 
 
 def write_c(
@@ -107,11 +108,11 @@ def _sizes(filters: FollowingBank, short: FixedPoint | None, digest: str) -> dic
         "WEIGHTS": str(weights),
         "TAPS": str(taps),
         "TABLE": str(len(filters.input.temperature)),
-        "BLOCK": str(BLOCK),
-        "FADE": str(round(FADE * filters.sample_rate)),
+        "BLOCK": str(SAMPLES_AT_ONCE),
+        "FADE": str(round(FADE_TIME * filters.sample_rate)),
         "DELAY": str(filters.delay),
         "SAMPLE_RATE": _number(filters.sample_rate),
-        "STEP": _number(STEP),
+        "STEP": _number(TEMPERATURE_STEP),
         "COLDEST": _number(coldest),
         "HOTTEST": _number(hottest),
     }
@@ -151,7 +152,7 @@ def _braces(values: NDArray[np.generic]) -> str:
         return "{\n" + ",\n".join(_braces(row) for row in values) + "}"
     lines, line = [], ""
     for word in (_number(float(v)) if values.dtype.kind == "f" else str(int(v)) for v in values):
-        if len(line) + len(word) + 2 > WIDTH:
+        if len(line) + len(word) + 2 > LINE_WIDTH:
             lines.append(line)
             line = ""
         line += f"{', ' if line else ''}{word}"

@@ -23,6 +23,7 @@ NAME = "flexura_filters.onnx"
 OPSET = 17
 """Operators of 2022: runtimes of these years know them."""
 IR_VERSION = 8
+"""Version of the file's format that came with these operators."""
 
 
 def write_onnx(shipment: Shipment, folder: Path) -> tuple[Path, ...]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from app.view.chart import Chart
 from app.view.theme import Theme
-from app.watch.watched import KEPT, Watched
+from app.watch.watched import FRFS_SHOWN, Watched
 
 
 class FrfChart(Chart):
@@ -19,7 +19,7 @@ class FrfChart(Chart):
 
     def __init__(self, theme: Theme) -> None:
         super().__init__("live-frf", "FRFs as they come", "frequency [Hz]", "|H| [dB]", theme)
-        self._before = [self.curve([], [], "", theme.muted, named=False) for _ in range(KEPT - 1)]
+        self._before = [self.curve([], [], "", theme.muted, named=False) for _ in range(FRFS_SHOWN - 1)]
         self._last = self.curve([], [], "last", theme.measured, width=2.0)
 
     def show_campaign(self, watched: Watched, channel: int) -> None:
@@ -29,7 +29,7 @@ class FrfChart(Chart):
             return
         span = watched.experiment.protocol.temperatures
         low, high = min(span), max(span)
-        for item, step in zip(self._before, [*steps[:-1], *[None] * KEPT], strict=False):
+        for item, step in zip(self._before, [*steps[:-1], *[None] * FRFS_SHOWN], strict=False):
             item.setVisible(step is not None)
             if step is not None:
                 sweep = watched.sweeps[step]

@@ -11,9 +11,9 @@ from app.view.window import Window
 from app.watch.watched_hits import HeardHit, WatchedHits
 from app.watch.words import in_words
 
-INTERVAL = 100
+LOOK_INTERVAL = 100
 """Milliseconds between two looks at the folder: a hit is to be judged at once."""
-AROUND = (-0.01, 0.09)
+TIME_AROUND_PEAK = (-0.01, 0.09)
 """s before and after the largest force that are drawn: a double hit comes within some hundredths."""
 
 
@@ -33,7 +33,7 @@ class HitChart(Chart):
         """Draw it."""
         if not hit.time.size:
             return
-        near = (hit.time >= AROUND[0]) & (hit.time <= AROUND[1])
+        near = (hit.time >= TIME_AROUND_PEAK[0]) & (hit.time <= TIME_AROUND_PEAK[1])
         self._line.setData(1e3 * hit.time[near], hit.signals[0, near])
 
 
@@ -122,7 +122,7 @@ class HammerWindow(Window):
         self.build()
         self._timer = QTimer(self)
         self._timer.timeout.connect(self.look)
-        self._timer.start(INTERVAL)
+        self._timer.start(LOOK_INTERVAL)
 
     def content(self) -> QWidget:
         """Build everything anew, then show all that is known."""

@@ -7,7 +7,7 @@ from app.files.latest_repeat import LatestRepeat
 from app.view.chart import Chart
 from app.view.theme import Theme
 
-FLOOR = -100.0
+LOWEST_LEVEL = -100.0
 """Lowest level shown, dB re full scale."""
 
 
@@ -85,9 +85,11 @@ class LevelChart(Chart):
     def __init__(self, channels: tuple[str, ...], theme: Theme) -> None:
         super().__init__("levels", "levels", "", "dB re full scale", theme)
         place = np.arange(len(channels))
-        self._peak = pyqtgraph.BarGraphItem(x=place, height=0.0, width=0.7, y0=FLOOR, brush=theme.muted, pen=None)
+        self._peak = pyqtgraph.BarGraphItem(
+            x=place, height=0.0, width=0.7, y0=LOWEST_LEVEL, brush=theme.muted, pen=None
+        )
         self._rms = pyqtgraph.BarGraphItem(
-            x=place, height=0.0, width=0.7, y0=FLOOR, brush=theme.corrected, pen=None
+            x=place, height=0.0, width=0.7, y0=LOWEST_LEVEL, brush=theme.corrected, pen=None
         )
         self._peak.setOpacity(0.5)
         for item in (self._peak, self._rms):
@@ -103,7 +105,7 @@ class LevelChart(Chart):
         self._numbers = self.curve([], [], "peak [dB re full scale]", theme.text, named=False)
         self._numbers.setPen(None)  # for the export
         self.getAxis("bottom").setTicks([list(zip(place.tolist(), channels, strict=True))])
-        self.setYRange(FLOOR, 8.0, padding=0.0)
+        self.setYRange(LOWEST_LEVEL, 8.0, padding=0.0)
         self.setXRange(-0.6, len(channels) - 0.4, padding=0.0)
 
     @property
@@ -115,15 +117,15 @@ class LevelChart(Chart):
         """Draw it."""
         signals = latest.signals.astype(float)
         peak = _level(np.abs(signals).max(axis=1), latest.full_scale)
-        self._peak.setOpts(height=peak - FLOOR)
-        self._rms.setOpts(height=_level(np.sqrt((signals**2).mean(axis=1)), latest.full_scale) - FLOOR)
+        self._peak.setOpts(height=peak - LOWEST_LEVEL)
+        self._rms.setOpts(height=_level(np.sqrt((signals**2).mean(axis=1)), latest.full_scale) - LOWEST_LEVEL)
         self._numbers.setData(np.arange(len(peak)), peak)
         for mark, over in zip(self._clipped, latest.overloaded, strict=True):
             mark.setVisible(bool(over))
 
 
 def _level(volts: np.ndarray, full_scale: float) -> np.ndarray:
-    return np.asarray(np.maximum(20.0 * np.log10(volts / full_scale + 1e-12), FLOOR))
+    return np.asarray(np.maximum(20.0 * np.log10(volts / full_scale + 1e-12), LOWEST_LEVEL))
 
 
 def _color(place: int, theme: Theme) -> str:

@@ -27,7 +27,7 @@ from app.view.window import Window
 from app.watch.watched import Watched
 from app.watch.words import in_words, local
 
-INTERVAL = 250
+LOOK_INTERVAL = 250
 """Milliseconds between two looks at the folder."""
 UNDER_WAY = ("running", "pausing", "paused")
 
@@ -51,7 +51,7 @@ class LiveWindow(Window):
         self.build()
         self._timer = QTimer(self)
         self._timer.timeout.connect(self.look)
-        self._timer.start(INTERVAL)
+        self._timer.start(LOOK_INTERVAL)
         self.look()
 
     def content(self) -> QWidget:

@@ -18,7 +18,7 @@ from app.view.recorded.shapes import Shapes
 if TYPE_CHECKING:
     from app.twins.panel_twin import PanelTwin
 
-MODES = 24
+MOST_SHAPES = 24
 """Shapes offered at most."""
 
 
@@ -76,7 +76,7 @@ class Fields:
         """
         f, eta, shapes = self.plate.lowest(temperature, self.plate.deflection.shape[1])
         low, high = self.panel.filters.twin_band
-        within = np.flatnonzero((f >= low) & (f <= high))[:MODES]
+        within = np.flatnonzero((f >= low) & (f <= high))[:MOST_SHAPES]
         return f[within], eta[within], shapes[within]
 
     def focused(self, temperature: float, frequency: float, *, fixed: bool) -> tuple[float, float, Complex]:

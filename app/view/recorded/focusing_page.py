@@ -14,7 +14,7 @@ from app.view.map_chart import MapChart
 from app.view.theme import Theme, one_sided
 
 CONTRAST, SPOT = "contrast", "spot error [% of Lx]"
-ROOM = 1.3
+TOP_OF_CONTRAST_AXIS = 1.3
 """Upper end of the axis of contrast: the names of the curves stand above 1, where there is no curve."""
 
 
@@ -95,7 +95,7 @@ class FocusingPage(QWidget):
             chart.follow("x", cursors.frequency, cursors.frequency_moved, to_frequency)
             chart.getAxis("left").setWidth(58)
         self._cuts[0].legend(columns=3, offset=(8, 2))
-        self._cuts[0].setYRange(0.0, ROOM, padding=0.0)
+        self._cuts[0].setYRange(0.0, TOP_OF_CONTRAST_AXIS, padding=0.0)
         self._cuts[1].setYRange(0.0, worst)
         self._curves = {}
         for number, (name, (at, _, reached)) in enumerate(self._found.items()):

@@ -16,7 +16,7 @@ from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
 from app.view.frequency_axis import FrequencyAxis
 from app.view.map import Map
 from app.view.map_chart import MapChart
-from app.view.nyquist import LEFT, NyquistChart, around
+from app.view.nyquist import LEFT_AXIS_WIDTH, NyquistChart, around
 from app.view.parts import decibels
 from app.view.recorded.frf_choices import FrfChoices
 from app.view.recorded.overlays import Answer, Computed, answers
@@ -230,7 +230,7 @@ class FrfPage(QWidget):
         for column, share in enumerate((7, 4)):
             grid.setColumnStretch(column, share)
         for chart in (self._waterfall, self._along_t, cut.above, cut.below, cut.coherence):
-            chart.getAxis("left").setWidth(LEFT)
+            chart.getAxis("left").setWidth(LEFT_AXIS_WIDTH)
 
     def _draw(self) -> None:
         cursors, theme = self._cursors, self._theme

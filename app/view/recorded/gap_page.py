@@ -20,9 +20,10 @@ from app.view.map_chart import MapChart
 from app.view.theme import Theme, beyond_noise
 
 Record = Mapping[str, Any]
-LOUDEST = 100.0
+LARGEST_COLOUR_SIGMA = 100.0
 """Sigma at which the colours end at the latest."""
 TICKS = (1, 2, 3, 5, 10, 20, 50, 100)
+"""Sigma at which the colour bar, whose scale is logarithmic, has numbers."""
 
 
 class GapPage(QWidget):
@@ -93,7 +94,7 @@ class GapPage(QWidget):
             grid.setColumnStretch(place, 1)
 
     def _draw(self) -> None:
-        top = float(np.clip(self._figures.before.sigma.max(), 3.0, LOUDEST))
+        top = float(np.clip(self._figures.before.sigma.max(), 3.0, LARGEST_COLOUR_SIGMA))
         ticks = [(float(np.log10(t)), f"{t}") for t in TICKS if t <= top]
         nothing = self._map(self._figures.before.sigma[:, 0])
         for chart in (self._before, self._after, self._signature):

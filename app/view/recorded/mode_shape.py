@@ -15,7 +15,7 @@ from app.view.recorded.shapes import Shapes
 from app.view.surface import TURN, SurfaceChart
 from app.view.theme import Theme
 
-MODES = 80
+TWIN_MODES = 80
 """Of the twin, among which the nearest is looked for; the rigid ones are among them."""
 
 
@@ -77,7 +77,7 @@ class ModeShape(QWidget):
         if not np.isfinite(frequency):
             self.chart.setTitle("not identified at this temperature")
             return
-        f, eta, shapes = self._shapes.lowest(temperature, MODES)
+        f, eta, shapes = self._shapes.lowest(temperature, TWIN_MODES)
         nearest = int(np.abs(f - frequency).argmin())
         self.chart.show_field(shapes[nearest].astype(complex))
         self.chart.setTitle(f"the twin's mode {nearest + 1}: {f[nearest]:.1f} Hz, η {100 * eta[nearest]:.2f} %")

@@ -14,7 +14,7 @@ from app.view.mode_table import ModeTable
 from app.view.recorded.mode_shape import ModeShape
 from app.view.theme import Theme
 
-KNOWN = 0.3
+LARGEST_LOSS_BAND = 0.3
 """Loss factors with a two-sigma band wider than this share are left out: they would hide what is known."""
 
 THIN, THICK = 1.1, 3.2
@@ -189,7 +189,7 @@ class ModesPage(QWidget):
             color, name = self._theme.series(j), f"mode {j + 1}"
             f, sigma_f = reading.frequency_hz[rows, j], reading.sigma_frequency_hz[rows, j]
             eta, sigma_eta = 100 * reading.loss_factor[rows, j], 100 * reading.sigma_loss_factor[rows, j]
-            known = 2 * sigma_eta < KNOWN * eta
+            known = 2 * sigma_eta < LARGEST_LOSS_BAND * eta
             eta = np.where(known, eta, np.nan)
             self._charts[0].band(temperature, f - 2 * sigma_f, f + 2 * sigma_f, color, name)
             self._charts[2].band(temperature, eta - 2 * sigma_eta, eta + 2 * sigma_eta, color, name)

@@ -9,10 +9,10 @@ from analysis.arrays import Complex, Real
 from analysis.chosen_actuator import sweeps_of_modes
 from analysis.frf import Frf
 from analysis.identification.tracked_modes import TrackedModes
-from app.view.nyquist import FINE
+from app.view.nyquist import POINTS_OF_CIRCLE
 from app.view.recorded.results import Results
 
-FEW = 0.02
+UNMENTIONED_SHARE = 0.02
 """Share of lines outside an identified band that is not mentioned: mains lines at its ends are never fitted."""
 
 
@@ -62,7 +62,7 @@ class Identified:
 
     def between(self, row: int, band: tuple[float, float]) -> Complex:
         """One sweep inside a band, Hz, finer than its lines: (K, n)."""
-        return self._rebuilt(row, np.linspace(*band, FINE))
+        return self._rebuilt(row, np.linspace(*band, POINTS_OF_CIRCLE))
 
     def line(self, rows: NDArray[np.intp], frequency: float) -> Complex:
         """Several sweeps at one frequency, (R, K)."""
@@ -73,7 +73,9 @@ class Identified:
         if self.places[row] < 0:
             return None
         low, high = self.modes.modes[int(self.places[row])].band
-        return (low, high) if ((self.frequency < low) | (self.frequency > high)).mean() > FEW else None
+        return (
+            (low, high) if ((self.frequency < low) | (self.frequency > high)).mean() > UNMENTIONED_SHARE else None
+        )
 
     def _rebuilt(self, row: int, frequency: Real) -> Complex:
         if self.places[row] < 0:

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from analysis.arrays import Complex, Real
 from analysis.material import MaterialLaws
 
-RIGID = 1.0
+LARGEST_RIGID_FREQUENCY = 1.0
 """Hz; rigid motion stands below."""
-STILL = 0.02
+LEAST_DEFLECTION = 0.02
 """Share of the largest mode's rms deflection, below which a mode is no bending: the rotation of a free plate
 within its plane is none, patches do not drive it, and a twin made for them puts it at tens of hertz."""
 
@@ -61,7 +61,9 @@ class Shapes:
         values, shapes = self.modes(*self.constants(temperature), count)
         found = (self.deflection @ shapes).T
         level = np.linalg.norm(found, axis=1)
-        bending = (values.real > (2.0 * np.pi * RIGID) ** 2) & (level > STILL * level.max())
+        bending = (values.real > (2.0 * np.pi * LARGEST_RIGID_FREQUENCY) ** 2) & (
+            level > LEAST_DEFLECTION * level.max()
+        )
         values = values[bending]
         return np.sqrt(values.real) / (2.0 * np.pi), values.imag / values.real, self.on_grid(found[bending])
 

@@ -19,7 +19,7 @@ LEAST_COMMON = 2
 """Places that both runs must share: one place alone has no shape."""
 MOST_TICKS = 14
 """Names of modes that have room along either axis."""
-SAME = 0.5
+LEAST_PAIRED_MAC = 0.5
 """MAC from which two modes are set side by side."""
 
 
@@ -70,7 +70,7 @@ class ComparedPage(QWidget):
         best = int(self.value[n].argmax())
         f, zeta = float(held.places[n]), 100.0 * float(held.reading.damping_ratio[held.shapes.pole[n]])
         alike = f"{self.value[n, best]:.3f}"
-        if self.value[n, best] < SAME:
+        if self.value[n, best] < LEAST_PAIRED_MAC:
             return f"{f:.3f}", "–", "–", f"{zeta:.3f}", "–", alike
         g, there = float(other.places[best]), 100.0 * float(other.reading.damping_ratio[other.shapes.pole[best]])
         return f"{f:.3f}", f"{g:.3f}", f"{100.0 * (g / f - 1.0):+.3f}", f"{zeta:.3f}", f"{there:.3f}", alike

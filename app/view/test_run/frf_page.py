@@ -18,7 +18,7 @@ from analysis.shapes.frf_checks import checks
 from app.view.chart import Chart
 from app.view.cursors import FREQUENCY, Cursors
 from app.view.frequency_axis import FrequencyAxis
-from app.view.nyquist import FINE, LEFT, NyquistChart, around
+from app.view.nyquist import LEFT_AXIS_WIDTH, POINTS_OF_CIRCLE, NyquistChart, around
 from app.view.parts import PartsChoice, decibels
 from app.view.test_run.held import HeldTest
 from app.view.theme import Theme
@@ -98,7 +98,7 @@ class TestFrfPage(QWidget):
         for row, (chart, share) in enumerate(((self.above, 5), (self.below, 4), (self.coherence, 2))):
             grid.addWidget(chart, row, 0)
             grid.setRowStretch(row, share)
-            chart.getAxis("left").setWidth(LEFT)
+            chart.getAxis("left").setWidth(LEFT_AXIS_WIDTH)
             self.axis.add(chart)
             if chart is not self.above:
                 chart.setXLink(self.above)
@@ -179,7 +179,7 @@ class TestFrfPage(QWidget):
         held, n, here = self._held, self.choice.currentIndex(), self.axis.line
         frequency, h = held.frfs.frequency, held.frfs.h[n]
         near = around(frequency, here, held.modes)
-        circle = held.model(np.linspace(frequency[near][0], frequency[near][-1], FINE))[n]
+        circle = held.model(np.linspace(frequency[near][0], frequency[near][-1], POINTS_OF_CIRCLE))[n]
         models = {REBUILT: circle} if self.rebuilt.isChecked() else {}
         self.nyquist.show_circle(h[near], complex(h[here]), models, self._unit)
         self._read_out(here, self.axis.mark_line)

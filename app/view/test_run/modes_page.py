@@ -34,6 +34,7 @@ from app.view.theme import Theme, one_sided
 
 ORDERS = "poles over the order: full dots stable, rings in frequency only"
 CMIF_SHOWN = 3
+"""Singular values drawn: each further one shows one more mode at the same line."""
 SHOWN_AS = ("moving wire frame", "values at the points")
 MOST_TICKS: dict[Side, int] = {"bottom": 5, "left": 14}
 """Names of modes that have room at the axes of the AutoMAC."""

@@ -13,7 +13,7 @@ from app.view.surface import AZIMUTH, ELEVATION, PerspectiveChart
 from app.view.test_run.held import HeldTest
 from app.view.theme import Theme, two_sided
 
-RELIEF = 0.14
+MOTION_HEIGHT = 0.14
 """Largest motion, as a share of the structure's diagonal."""
 
 
@@ -35,7 +35,7 @@ class WireFrame(pyqtgraph.GraphicsObject):
     ) -> None:
         super().__init__()
         self._place, self._lines, self._faces = place - place.mean(axis=0), lines, faces
-        self._reach = RELIEF * float(np.linalg.norm(np.ptp(place, axis=0)))
+        self._reach = MOTION_HEIGHT * float(np.linalg.norm(np.ptp(place, axis=0)))
         self._motion = np.zeros_like(place)
         table = two_sided().getLookupTable(nPts=256)
         self._brushes = [QBrush(QColor(*(int(c) for c in row[:3]))) for row in table]

@@ -11,9 +11,9 @@ from app.view.theme import Theme, two_sided
 
 LEAST_DOT, LARGEST_DOT = 7.0, 20.0
 """Diameter of a point at rest, and of the largest motion."""
-FLAT = 0.05
+FLAT_EXTENT = 0.05
 """Second largest extent of the points, over the largest, below which they lie on a line."""
-ARROW = 0.12
+ARROW_LENGTH = 0.12
 """Length of the largest motion within the plane, over the largest extent of the points."""
 MOST_NUMBERS = 12
 """Numbers of nodes for which there is room below a chart."""
@@ -38,7 +38,7 @@ class ShapeChart(Chart):
         where = np.array([held.frfs.points[n] for n in nodes]) if self._known else np.zeros((len(nodes), 3))
         spread = np.ptp(where, axis=0) if len(nodes) else np.zeros(3)
         first, second = sorted(int(a) for a in np.argsort(-spread)[:2])
-        self._plane = bool(self._known and np.sort(spread)[-2] > FLAT * spread.max())
+        self._plane = bool(self._known and np.sort(spread)[-2] > FLAT_EXTENT * spread.max())
         along, apart = int(np.argmax(spread)), bool(self._known and spread.max() > 0.0)
         x = f"{NAMES[first]} [m]" if self._plane else f"{NAMES[along]} [m]" if apart else "node"
         super().__init__("test-shape", "", x, f"{NAMES[second]} [m]" if self._plane else "shape", theme)
@@ -48,7 +48,7 @@ class ShapeChart(Chart):
         )
         self._held, self._axes, self._nodes = held, (first, second), np.array(nodes)
         self._at = where[:, [first, second]]
-        self._arrow = ARROW * float(spread.max())
+        self._arrow = ARROW_LENGTH * float(spread.max())
         if self._plane:
             self._begin_plane()
         else:

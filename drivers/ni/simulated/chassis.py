@@ -10,7 +10,7 @@ from drivers.clock import Clock
 from drivers.ni.output_modules import OutputModule
 from drivers.ni.simulated.faults import Faults
 from drivers.ni.simulated.output_line import OutputLine
-from drivers.ni.simulated.sample_clocks import INPUT_ENGINES, PULSES, SampleClocks, engines
+from drivers.ni.simulated.sample_clocks import INPUT_ENGINES, PULSE_INTERVAL, SampleClocks, engines
 from drivers.ni.simulated.status import DaqmxStatusError
 from drivers.ni.simulated.surroundings import Module, Surroundings
 from drivers.ni.simulated.task import Task, TaskState
@@ -224,4 +224,4 @@ class Chassis:
 
 def _next_pulse(moment: float) -> float:
     """When the next pulse after `moment` comes on a PFI terminal, s."""
-    return (math.floor(moment / PULSES + 1e-9) + 1) * PULSES
+    return (math.floor(moment / PULSE_INTERVAL + 1e-9) + 1) * PULSE_INTERVAL

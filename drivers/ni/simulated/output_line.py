@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from drivers.ni.output_modules import OutputModule
 
-REACH = 24
+INTERPOLATION_SAMPLES = 24
 """Samples on either side from which the voltage between two samples is computed: to 1e-3 up to 0.45 of it."""
-SMOOTH = 0.75
+SMOOTH_RATE_RATIO = 0.75
 """Samples played per sample recorded, from which on the stairs between them are not seen."""
 
 
@@ -34,7 +34,7 @@ class _Run:
 
     def _in_stairs(self, position: NDArray[np.float64]) -> bool:
         """Whether who looks is quick enough to see the stairs: behind a slower input's filter there are none."""
-        return self.samples.size < 2 or position.size < 2 or float(position[1] - position[0]) < SMOOTH
+        return self.samples.size < 2 or position.size < 2 or float(position[1] - position[0]) < SMOOTH_RATE_RATIO
 
     def _sample(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
         if self.repeats:
@@ -43,9 +43,9 @@ class _Run:
 
     def _between(self, index: NDArray[np.int64], fraction: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the smooth voltage between samples: a sum of sinc functions under a Hann window."""
-        total, angle = np.zeros(index.size), 0.5 * np.pi / REACH
+        total, angle = np.zeros(index.size), 0.5 * np.pi / INTERPOLATION_SAMPLES
         even, odd = np.cos(angle * fraction), np.sin(angle * fraction)
-        for tap in range(1 - REACH, REACH + 1):
+        for tap in range(1 - INTERPOLATION_SAMPLES, INTERPOLATION_SAMPLES + 1):
             window = (even * np.cos(angle * tap) + odd * np.sin(angle * tap)) ** 2
             total += self._sample(index + tap) * window * (-1.0) ** tap / (fraction - tap)
         return np.asarray(total * np.sin(np.pi * fraction) / np.pi)

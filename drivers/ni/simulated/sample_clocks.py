@@ -16,7 +16,7 @@ INPUT_ENGINES = ("ai", "te0", "te1")
 """The three timing engines a cDAQ-9178 has for analog input."""
 
 
-PULSES = 0.1
+PULSE_INTERVAL = 0.1
 """A generator on every PFI terminal of the simulated chassis gives a pulse so often, s."""
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.estimation.sampling import KNOWN, of_step, of_times, settled
+from analysis.estimation.sampling import LARGEST_RATE_ERROR, of_step, of_times, settled
 
 RATES = (1000.0, 1024.0, 2048.0, 4096.0, 12800.0, 51200.0, 1651.6129)
 
@@ -64,7 +64,7 @@ def test_a_step_of_few_digits_is_told_from_an_exact_one(written: str, rate: floa
     step = float(written.replace(",", ".").replace("D", "E"))
     seen = of_step(step, "Delta_X", written)
     if rate is None:
-        assert seen.error > KNOWN
+        assert seen.error > LARGEST_RATE_ERROR
         with pytest.raises(ValueError, match=r"Delta_X = .* has too few digits.* declare sample_rate"):
             settled([seen])
     else:

@@ -6,7 +6,7 @@ from scipy.stats import t as student
 
 from analysis.arrays import Real
 from analysis.fleet.new_piece import predict_piece
-from analysis.fleet.outlying import IMPROBABLE, outliers
+from analysis.fleet.outlying import OUTLIER_PROBABILITY, outliers
 from analysis.fleet.scatter import Scatter, estimate_scatter
 
 TEMPERATURES = np.linspace(0.0, 60.0, 7)
@@ -95,7 +95,7 @@ def test_a_thirteenth_piece_is_inside_its_band_as_often_as_said():
 def test_false_outliers_are_as_rare_as_said_and_true_ones_are_found():
     rng = np.random.default_rng(6)
     called = [bool(outliers({"E": drawn(rng, 10, 0.03, 0.004)[:2]})) for _ in range(40)]
-    assert np.mean(called) <= 5 * IMPROBABLE
+    assert np.mean(called) <= 5 * OUTLIER_PROBABILITY
     values, covariance, _ = drawn(rng, 12, 0.03, 0.004)
     values[4] += 0.25
     values[9] += 0.22  # hides behind the other until that is out

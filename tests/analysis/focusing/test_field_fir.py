@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import toeplitz
 
 from analysis.focusing.design import TapDesign, fitted, peak_drive
-from analysis.focusing.field_fir import OUTSIDE, FieldFit
+from analysis.focusing.field_fir import OUT_OF_BAND_WEIGHT, FieldFit
 from analysis.focusing.fir import FirBank, inverse_fft, taper
 from analysis.focusing.inversion import invert
 from analysis.focusing.panel import Filters
@@ -59,7 +59,7 @@ def test_taps_are_those_of_the_dense_least_squares(rng):
     def sinc(head):
         return toeplitz(2.0 * head / 4_000.0 * np.sinc(2.0 * head * lag))
 
-    small = OUTSIDE * np.median(np.linalg.eigvalsh(weight[gain == 1.0])[:, -1])
+    small = OUT_OF_BAND_WEIGHT * np.median(np.linalg.eigvalsh(weight[gain == 1.0])[:, -1])
     beyond = 2_000.0 / spacing * (np.eye(48) - sinc(600.0) + sinc(50.0))
     normal, right = np.zeros((count, 48, count, 48)), np.zeros((count, 48))
     for f, p, r, g in zip(lines, weight, wanted, gain, strict=True):

@@ -62,7 +62,7 @@ def test_modal_control_asks_the_whole_model_for_its_modes(wide, softening, monke
     settings |= {"band": (700.0, 900.0), "edges": (600.0, 1000.0)}
     panel = wide.panel.model_copy(update={"filters": wide.panel.filters.model_copy(update=settings)})
     local = direct_filters(wide, panel, softening, temperature, "modal-control").bank
-    monkeypatch.setattr(module, "FEWEST", 1000)
+    monkeypatch.setattr(module, "FEWEST_TEMPERATURES", 1000)
     whole = direct_filters(wide, panel, softening, temperature, "modal-control").bank
     np.testing.assert_allclose(local.taps, whole.taps, atol=1e-3 * np.abs(whole.taps).max())
 
@@ -72,7 +72,7 @@ def test_filters_of_local_models_are_those_of_the_whole(wide, softening, monkeyp
     small = wide.panel.filters.model_copy(update={"taps": 64, "sample_rate": 4000.0, "transform_length": 1024})
     panel = wide.panel.model_copy(update={"filters": small})
     local = direct_filters(wide, panel, softening, temperature)
-    monkeypatch.setattr(module, "FEWEST", 1000)
+    monkeypatch.setattr(module, "FEWEST_TEMPERATURES", 1000)
     whole = direct_filters(wide, panel, softening, temperature)
     assert local.models[0] is local.models[-1] is not whole.models[0] is wide
     assert np.abs(local.bank.taps - whole.bank.taps).max() > 0.0

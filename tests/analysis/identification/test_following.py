@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from analysis.identification.following import Followed, follow
 from analysis.identification.measured import Measured
-from analysis.identification.parameters import BEYOND, to_parameters
+from analysis.identification.parameters import BAND_MARGIN, to_parameters
 from analysis.identification.pole_residue import synthesis
 from analysis.identification.residual_terms import NONE, REAL_E
 from analysis.identification.settings import Settings
@@ -28,7 +28,7 @@ def test_poles_found_afresh_continue_the_tracks_where_the_trend_ends() -> None:
     """
     place = np.full((3, 6, 2), np.nan)
     place[1], place[2] = to_parameters(poles(1)), to_parameters(poles(2))
-    known = Followed(np.array([0.0, 15.0, 30.0]), REAL_E, place, np.ones(6, dtype=bool), [2, 1], BEYOND)
+    known = Followed(np.array([0.0, 15.0, 30.0]), REAL_E, place, np.ones(6, dtype=bool), [2, 1], BAND_MARGIN)
     predicted = known.predicted(0)[0][:, 0] - to_parameters(poles(0))[:, 0]
     assert np.abs(predicted).min() > 1.8 * LOSS[0] / 2.0
     here = np.append(poles(0), 2j * np.pi * 640.0 * np.sqrt(1 + 1j * LOSS[0]))

@@ -9,7 +9,7 @@ from analysis.identification.confirmation import confirmed
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.pole_residue import synthesis
-from analysis.identification.principal_frfs import KEPT, MANY, principal_frfs
+from analysis.identification.principal_frfs import MANY, PRINCIPAL_FRFS, principal_frfs
 from analysis.identification.residual_terms import REAL_E_F
 from analysis.identification.settings import Settings
 
@@ -46,7 +46,7 @@ def found_of(modes: Modes, poles: NDArray[np.complex128]) -> int:
 def test_sums_have_the_poles_of_the_frfs() -> None:
     measured, poles = roving_hammer(20, 0.0)
     sums = principal_frfs(measured)
-    assert sums.measured.h.shape == (KEPT, len(measured.frequency))
+    assert sums.measured.h.shape == (PRINCIPAL_FRFS, len(measured.frequency))
     np.testing.assert_allclose(sums.measured.h, sums.factors @ measured.h)
     few = identify(sums.measured, FREE)
     assert found_of(few, poles) == len(poles) == few.real.sum()

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from analysis.focusing.panel import Filters
-from analysis.rendering.heard import CHUNK, EARLY, LENGTH, HeardRenderer, impulse_responses
+from analysis.rendering.heard import (
+    RESPONSE_SAMPLES,
+    SAMPLES_AT_ONCE,
+    SAMPLES_BEFORE_ZERO,
+    HeardRenderer,
+    impulse_responses,
+)
 
 SETTINGS = Filters(band=(100.0, 800.0), edges=(60.0, 900.0))
 RATE = SETTINGS.sample_rate
@@ -34,29 +40,29 @@ def test_a_tone_is_heard_with_the_size_and_phase_of_the_response():
     for frequency in (125.0, 430.0, 790.0):
         tone = np.array([np.cos(2.0 * np.pi * frequency * time), np.sin(2.0 * np.pi * frequency * time)])
         heard = played(tone, 512)
-        assert heard.shape == (2, 40_000 + LENGTH - EARLY)
+        assert heard.shape == (2, 40_000 + RESPONSE_SAMPLES - SAMPLES_BEFORE_ZERO)
         exact = panel(20.0, np.array([frequency]))[:, 0] @ np.array([1.0, -1.0j])
         middle = slice(20_000, 38_000)
         expected = (exact[:, None] * np.exp(2j * np.pi * frequency * time[middle])).real
         np.testing.assert_allclose(heard[:, middle], expected, atol=1e-2 * np.abs(exact).max())  # 0.1 dB
 
 
-@pytest.mark.parametrize("block", [77, 512, CHUNK, 10_001])
+@pytest.mark.parametrize("block", [77, 512, SAMPLES_AT_ONCE, 10_001])
 def test_blocks_do_not_matter_and_nothing_is_lost(block, rng):
     signal = rng.normal(size=(2, 9_000))
     impulses = impulse_responses(panel, SETTINGS, 20.0)
     exact = np.array([sum(np.convolve(signal[n], impulses[ear, n]) for n in range(2)) for ear in range(2)])
     heard = played(signal, block)
-    assert heard.shape[1] == 9_000 + LENGTH - EARLY
-    np.testing.assert_allclose(heard[:, :-1], exact[:, EARLY:], atol=1e-10)
+    assert heard.shape[1] == 9_000 + RESPONSE_SAMPLES - SAMPLES_BEFORE_ZERO
+    np.testing.assert_allclose(heard[:, :-1], exact[:, SAMPLES_BEFORE_ZERO:], atol=1e-10)
 
 
 def test_before_its_time_and_outside_its_band_a_response_is_silent():
     impulses = impulse_responses(panel, SETTINGS, 20.0)
-    assert np.abs(impulses[..., : EARLY // 2]).max() < 1e-2 * np.abs(impulses).max()
-    assert np.abs(impulses[..., -LENGTH // 8 :]).max() < 3e-3 * np.abs(impulses).max()
+    assert np.abs(impulses[..., : SAMPLES_BEFORE_ZERO // 2]).max() < 1e-2 * np.abs(impulses).max()
+    assert np.abs(impulses[..., -RESPONSE_SAMPLES // 8 :]).max() < 3e-3 * np.abs(impulses).max()
     spectrum = np.abs(np.fft.rfft(impulses))
-    every = np.fft.rfftfreq(LENGTH, 1.0 / RATE)
+    every = np.fft.rfftfreq(RESPONSE_SAMPLES, 1.0 / RATE)
     assert spectrum[..., (every < 45.0) | (every > 1_180.0)].max() < 1e-9
 
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import butter, lfilter, sosfiltfilt
 
 from analysis.rendering.convolution import Past, partitions
-from analysis.rendering.fading import FADE, STEP, raised_cosine
+from analysis.rendering.fading import FADE_TIME, TEMPERATURE_STEP, raised_cosine
 from analysis.rendering.following import FollowingBank
 from analysis.rendering.renderer import Renderer
 
@@ -49,15 +49,15 @@ def test_a_fade_mixes_what_both_filters_make_of_all_the_past(filters):
     second = rendered(renderer, signal[5 * 64 :])
     old, new = (whole(following.taps(t)[0], signal) for t in (20.0, 31.0))
     share = np.zeros(len(signal))
-    share[5 * 64 :] = raised_cosine(0, 15 * 64, round(FADE * 8_000.0))
+    share[5 * 64 :] = raised_cosine(0, 15 * 64, round(FADE_TIME * 8_000.0))
     np.testing.assert_allclose(np.hstack([first, second]), old + share * (new - old), atol=1e-12)
 
 
 def test_small_moves_readings_in_a_fade_and_nan_change_nothing(filters):
     renderer = Renderer(FollowingBank.of_filters(filters(KNOTS)), 20.0, 64)
-    assert not renderer.follow(20.0 + 0.99 * STEP)
+    assert not renderer.follow(20.0 + 0.99 * TEMPERATURE_STEP)
     assert not renderer.follow(float("nan"))
-    assert renderer.follow(20.0 + STEP)
+    assert renderer.follow(20.0 + TEMPERATURE_STEP)
     assert not renderer.follow(40.0)  # the fade has begun
     rendered(renderer, np.zeros(64 * 3))
     assert renderer.follow(40.0)

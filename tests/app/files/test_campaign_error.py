@@ -1,6 +1,6 @@
 from pathlib import Path
 
-from app.files.campaign_error import SHOWN, CampaignFileError, Problem
+from app.files.campaign_error import LINES_SHOWN, CampaignFileError, Problem
 
 
 def test_one_problem_is_one_line() -> None:
@@ -14,8 +14,8 @@ def test_long_lists_are_cut_and_counted_and_kept() -> None:
     error = CampaignFileError(Path("plate"), [Problem("a", "", f"gone {n}", "there") for n in range(100)])
     lines = str(error).splitlines()
     assert lines[0] == "plate: 100 problems"
-    assert lines[-1].strip() == f"... and {100 - SHOWN} more"
-    assert len(lines) == SHOWN + 2
+    assert lines[-1].strip() == f"... and {100 - LINES_SHOWN} more"
+    assert len(lines) == LINES_SHOWN + 2
     assert len(error.problems) == 100
 
 

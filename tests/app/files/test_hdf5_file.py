@@ -163,7 +163,7 @@ def test_a_file_without_a_digest_is_read_in_a_process_of_its_own_first(
     path.write_bytes(path.read_bytes()[:-8])
     with pytest.raises(Hdf5FileError, match=r"damaged: .*truncated"), opened_hdf5(path, unsealed=require_readable):
         pass
-    monkeypatch.setattr("app.files.isolation.PATIENCE", 0.01)
+    monkeypatch.setattr("app.files.isolation.START_SECONDS", 0.01)
     with pytest.raises(Hdf5FileError, match="not read within 0 s"), opened_hdf5(path, unsealed=require_readable):
         pass
 
@@ -179,8 +179,8 @@ def test_a_reader_s_time_is_that_of_the_processor(
     """Beside other programs a sound file may take long by the clock."""
     (tmp_path / "reader_at_work.py").write_text(work + "\n")
     monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr("app.files.isolation.PATIENCE", 1.0)
-    monkeypatch.setattr("app.files.isolation.BUSY", 30.0)
+    monkeypatch.setattr("app.files.isolation.START_SECONDS", 1.0)
+    monkeypatch.setattr("app.files.isolation.CLOCK_FACTOR", 30.0)
     with pytest.raises(SlowReadError, match=refused) if refused else nullcontext():
         run_isolated("reader_at_work", [], 0)
 

@@ -9,14 +9,14 @@ import pytest
 from app.files import control
 from app.files.campaign_error import CampaignFileError
 from app.files.events import read_events
-from app.files.parsed_text import DEEPEST, LARGEST, parse_json, parse_toml, read_text
+from app.files.parsed_text import DEEPEST_NESTING, LARGEST_DECLARATION, parse_json, parse_toml, read_text
 from app.files.settings_toml import read_table
 
 
 def test_what_is_plain_is_parsed() -> None:
     assert parse_json(b'{"a": [1, 2.5, "x", null, true]}') == {"a": [1, 2.5, "x", None, True]}
     assert parse_toml("a = [1, 2]\n[b.c]\nd = 'e'") == {"a": [1, 2], "b": {"c": {"d": "e"}}}
-    deepest = "[" * DEEPEST + "]" * DEEPEST
+    deepest = "[" * DEEPEST_NESTING + "]" * DEEPEST_NESTING
     assert json.dumps(parse_json(deepest)) == deepest
 
 
@@ -28,7 +28,7 @@ def test_text_as_editors_write_it(tmp_path: Path, encoding: str) -> None:
     assert read_table(file) == {"title": "Türverkleidung, 20 °C"}
 
 
-@pytest.mark.parametrize("depth", [DEEPEST + 1, 900, 100_000])
+@pytest.mark.parametrize("depth", [DEEPEST_NESTING + 1, 900, 100_000])
 def test_what_is_nested_without_end_is_refused(depth: int) -> None:
     with pytest.raises(ValueError, match="nested more than 32 deep"):
         parse_json("[" * depth + "]" * depth)
@@ -51,9 +51,9 @@ def test_json_has_no_nan(text: str) -> None:
 
 def test_no_more_is_read_than_allowed(tmp_path: Path) -> None:
     path = tmp_path / "a.toml"
-    path.write_text("#" * LARGEST)
-    assert len(read_text(path)) == LARGEST
-    path.write_text("#" * (LARGEST + 1))
+    path.write_text("#" * LARGEST_DECLARATION)
+    assert len(read_text(path)) == LARGEST_DECLARATION
+    path.write_text("#" * (LARGEST_DECLARATION + 1))
     with pytest.raises(ValueError, match="1000001 bytes; allowed: at most 1000000"):
         read_text(path)
     with pytest.raises(CampaignFileError, match=r"a\.toml: 1000001 bytes"):

@@ -11,7 +11,7 @@ import pytest
 
 from app.files.laws_file import load_laws, load_updated, save_laws
 from app.files.provenance import provenance
-from app.fleet.exchange import USABLE, exchanged
+from app.fleet.exchange import USABLE_LOSS, exchanged
 from tests.app.chain.conftest import RunOnce, campaign_of_four, typed, whole
 
 pytestmark = pytest.mark.slow
@@ -50,7 +50,7 @@ def test_what_filters_lose_on_other_panels(panels: Callable[[float], Path]) -> N
     np.testing.assert_array_equal(np.diag(found.loss), 0.0)
     assert found.loss[0, 3] == found.loss[3, 0] == 0.0
     for row, near, far in ((0, 1, 2), (2, 1, 0)):
-        assert found.loss[row, far] > USABLE
+        assert found.loss[row, far] > USABLE_LOSS
         assert found.loss[row, near] < found.loss[row, far]
     assert "its twin" in found.users_of(0)
     assert "0.8" not in found.users_of(0)

@@ -10,7 +10,7 @@ import pyqtgraph
 from app.view.application import application
 from app.view.cursors import Cursors
 from app.view.frequency_axis import FrequencyAxis
-from app.view.log_axis import APART, LogAxis, log_places
+from app.view.log_axis import LEAST_NUMBER_DISTANCE, LogAxis, log_places
 from app.view.map import Map
 from app.view.map_chart import MapChart
 from app.view.theme import LIGHT
@@ -30,7 +30,7 @@ def test_numbers_are_those_of_the_ticks_and_have_room(low: float, high: float, s
     assert len(ticks) >= 2
     assert (ticks >= span[0]).all()
     assert (ticks <= span[1]).all()
-    assert (np.diff(ticks) * size / (span[1] - span[0])).min() > 0.75 * APART
+    assert (np.diff(ticks) * size / (span[1] - span[0])).min() > 0.75 * LEAST_NUMBER_DISTANCE
     words = axis.logTickStrings(ticks.tolist(), 1.0, 1.0)
     np.testing.assert_allclose([float(word) for word in words], 10.0**ticks, rtol=1e-5)
     assert len(set(words)) == len(words)

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
 
 from analysis.identification.modes import Modes
-from app.view.nyquist import AROUND, LINES, around
+from app.view.nyquist import LEAST_LINES_AROUND, WIDTHS_AROUND_CURSOR, around
 from tests.app.view.conftest import FREQUENCY, modes_at
 
 
@@ -20,7 +20,7 @@ def test_six_half_power_widths_of_the_nearest_mode_are_shown() -> None:
     modes = modes_at(0.0)
     light = replace(modes, poles=modes.poles.real / 10 + 1j * modes.poles.imag)
     shown = FREQUENCY[around(FREQUENCY, place(610.0), light)]
-    reach = AROUND * 2 * 0.003 * 610.0
+    reach = WIDTHS_AROUND_CURSOR * 2 * 0.003 * 610.0
     assert shown[[0, -1]] == pytest.approx([610.0 - reach, 610.0 + reach], abs=2.0)
 
 
@@ -42,4 +42,4 @@ def test_without_modes_a_share_of_the_frequency_is_shown(modes: Modes | None) ->
 def test_some_lines_are_shown_however_narrow_a_mode_is(here: int) -> None:
     modes = modes_at(0.0)
     narrow = replace(modes, poles=modes.poles.real / 1e4 + 1j * modes.poles.imag)
-    assert around(FREQUENCY, here, narrow).sum() == LINES + 1
+    assert around(FREQUENCY, here, narrow).sum() == LEAST_LINES_AROUND + 1

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
 
 from app.view.application import application
-from app.view.test_run.shape_chart import ARROW, ShapeChart
+from app.view.test_run.shape_chart import ARROW_LENGTH, ShapeChart
 from app.view.theme import LIGHT
 
 WIDE = 0.3
@@ -33,7 +33,7 @@ def test_in_a_plane_motion_within_it_is_a_line_and_out_of_it_a_dot(shown: Any) -
     x, y = chart._points.getData()
     assert sorted(zip(x, y, strict=True)) == [(0.0, 0.0), (0.0, 0.2), (WIDE, 0.0), (WIDE, 0.2)]
     x, y = chart._within.getData()
-    along, reach = np.stack([x, y], axis=1).reshape(-1, 2, 2), ARROW * WIDE
+    along, reach = np.stack([x, y], axis=1).reshape(-1, 2, 2), ARROW_LENGTH * WIDE
     np.testing.assert_allclose(along[:, 0], [points[1][:2], points[2][:2], points[4][:2]])
     np.testing.assert_allclose(along[:, 1] - along[:, 0], [[0.5 * reach, 0], [0, -0.5 * reach], [reach, 0]])
 

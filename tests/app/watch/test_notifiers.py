@@ -56,7 +56,7 @@ def test_what_goes_wrong_is_said_without_the_arguments(tmp_path: Path, monkeypat
     assert failing.tell(NEWS) == "ended with 7"
     assert "secret" not in failing.name
     assert AppriseNotifier("slack://a/secret", 2).name == "slack (address 2)"
-    monkeypatch.setattr(notifiers, "WITHIN", 0.5)
+    monkeypatch.setattr(notifiers, "ATTEMPT_TIMEOUT", 0.5)
     mark = tmp_path / "child"
     code = f"import subprocess, time; subprocess.Popen(['sleep', '60']); open({str(mark)!r}, 'w'); time.sleep(60)"
     assert CommandNotifier((sys.executable, "-c", code)).tell(NEWS) == "took longer than 0.5 s and was ended"
@@ -65,7 +65,7 @@ def test_what_goes_wrong_is_said_without_the_arguments(tmp_path: Path, monkeypat
 def test_one_that_hangs_keeps_no_other_waiting_and_is_said_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(notifiers, "WITHIN", 0.3)
+    monkeypatch.setattr(notifiers, "ATTEMPT_TIMEOUT", 0.3)
     hanging = CommandNotifier((sys.executable, "-c", "import time; time.sleep(60)"))
     complaints: list[str] = []
     messenger = Messenger([hanging, writing(tmp_path / "told")], complaints.append, attempts=(0.0, 0.0))
@@ -95,7 +95,7 @@ def test_of_many_that_wait_the_oldest_are_dropped() -> None:
         messenger.tell(News("silent", "/a", "t", str(number)))
     ready.set()
     messenger.wait(30.0)
-    assert len(told) <= notifiers.WAITING + 1
+    assert len(told) <= notifiers.MOST_WAITING + 1
     assert told[-1] == "499"
 
 

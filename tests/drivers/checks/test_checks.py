@@ -216,7 +216,7 @@ def test_every_defect_is_found(defect: str, found: str) -> None:
 
 
 def test_a_check_that_hangs_ends_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(trial, "PATIENCE", 0.05)
+    monkeypatch.setattr(trial, "CHECK_TIMEOUT", 0.05)
     over = threading.Event()
     found = list(
         verdicts([Check("first", "", lambda: over.wait(30.0) and None), Check("second", "", lambda: None)])

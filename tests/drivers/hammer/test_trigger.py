@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 
 from analysis.arrays import Real
-from drivers.hammer.trigger import SPARE, HitTrigger, TriggerSettings
+from drivers.hammer.trigger import SPARE_TIME, HitTrigger, TriggerSettings
 
 RATE = 2000.0
 SETTINGS = TriggerSettings(level=0.1, pretrigger=0.05, duration=0.5)
-BEFORE, WHOLE = round((0.05 + SPARE) * RATE), round((0.05 + SPARE) * RATE) + round((0.45 + SPARE) * RATE)
+BEFORE, WHOLE = (
+    round((0.05 + SPARE_TIME) * RATE),
+    round((0.05 + SPARE_TIME) * RATE) + round((0.45 + SPARE_TIME) * RATE),
+)
 
 
 def recording(hits: list[int], samples: int, offset: float = 0.0, height: float = 1.0) -> Real:

@@ -10,7 +10,7 @@ from analysis.experiment import Experiment, Plate
 from analysis.outline import CircleOutline, PolygonOutline
 from simulation.effects.library import LIBRARY
 from simulation.effects.local_damage import RADIUS
-from simulation.effects.sensor_offset import FARTHEST
+from simulation.effects.sensor_offset import LARGEST_OFFSET
 from simulation.effects.verification import verify
 
 L_SHAPE = PolygonOutline(
@@ -64,16 +64,19 @@ def test_discs_cover_an_l_as_densely_as_its_box(experiment: Experiment) -> None:
 @pytest.mark.parametrize(
     ("place", "ranges"),
     [
-        ((0.06, 0.0), ((-FARTHEST, FARTHEST), (-FARTHEST, FARTHEST))),
+        ((0.06, 0.0), ((-LARGEST_OFFSET, LARGEST_OFFSET), (-LARGEST_OFFSET, LARGEST_OFFSET))),
         # the inner corners of the patch, 10 mm off the axis, reach the hole of 30 mm at x = sqrt(30**2 - 10**2),
         # its side does at x = 30 mm
-        ((0.0415, 0.0), ((-0.0015, FARTHEST), (-FARTHEST, FARTHEST))),
+        ((0.0415, 0.0), ((-0.0015, LARGEST_OFFSET), (-LARGEST_OFFSET, LARGEST_OFFSET))),
         # the outer corners reach the rim of 100 mm at x = sqrt(100**2 - 10**2)
-        ((0.088, 0.0), ((-FARTHEST, np.sqrt(0.0099) - 0.098), (-FARTHEST, FARTHEST))),
+        ((0.088, 0.0), ((-LARGEST_OFFSET, np.sqrt(0.0099) - 0.098), (-LARGEST_OFFSET, LARGEST_OFFSET))),
         # a corner moved by d reaches the rim where (71.5 + d)**2 + 68.5**2 = 100**2
         (
             (0.0615, 0.0585),
-            ((-FARTHEST, np.sqrt(0.01 - 0.0685**2) - 0.0715), (-FARTHEST, np.sqrt(0.01 - 0.0715**2) - 0.0685)),
+            (
+                (-LARGEST_OFFSET, np.sqrt(0.01 - 0.0685**2) - 0.0715),
+                (-LARGEST_OFFSET, np.sqrt(0.01 - 0.0715**2) - 0.0685),
+            ),
         ),
     ],
 )

@@ -13,7 +13,7 @@ from analysis.material import MaterialBox
 from analysis.sweep_point import SweepPoint
 from simulation.effects.library import library
 from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.dashpots import FEW, columns, few_columns
+from simulation.reduction.dashpots import MOST_COLUMNS, columns, few_columns
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.reduction.footprint_reduction import reduce_with_footprints
 from simulation.reduction.lowest_modes import lowest_modes
@@ -222,4 +222,4 @@ def test_dashpots_at_points_have_a_column_each(declare, patches, coarse_mesh):
 def test_many_dashpots_have_no_few_columns(model):
     assert few_columns(model.damping) is None
     assert few_columns(csr_matrix((5, 5))).shape == (5, 0)
-    assert few_columns(csr_matrix(np.eye(FEW + 1))) is None
+    assert few_columns(csr_matrix(np.eye(MOST_COLUMNS + 1))) is None

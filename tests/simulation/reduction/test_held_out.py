@@ -4,7 +4,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from analysis.material import MaterialBox
-from simulation.reduction.certification import DRAWN, held_out
+from simulation.reduction.certification import MATERIALS_DRAWN, held_out
 
 BOX = MaterialBox((0.8e9, 4e9), (0.3, 0.49), (0.005, 0.15))
 
@@ -18,7 +18,7 @@ def drawn(attempt: int) -> np.ndarray:
 
 
 def test_drawn_materials_are_halton_s_points_shifted() -> None:
-    known = qmc.Halton(2, scramble=False).random(DRAWN + 1)[1:]
+    known = qmc.Halton(2, scramble=False).random(MATERIALS_DRAWN + 1)[1:]
     for attempt in range(3):
         off = (drawn(attempt) - known) % 1.0
         np.testing.assert_allclose(off, np.broadcast_to(off[0], off.shape), atol=1e-9)
@@ -28,5 +28,5 @@ def test_every_attempt_asks_elsewhere_and_the_first_at_the_box_s_sides_too() -> 
     assert np.abs(drawn(0)[:, None] - drawn(1)[None]).max(axis=2).min() > 0.01
     first = held_out(BOX, 0)
     assert (first[0][0], first[-1][0]) == BOX.youngs_modulus
-    assert len(first) == DRAWN + 2
-    assert len(held_out(BOX, 1)) == DRAWN
+    assert len(first) == MATERIALS_DRAWN + 2
+    assert len(held_out(BOX, 1)) == MATERIALS_DRAWN

@@ -11,7 +11,7 @@ from analysis.experiment import Plate
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.composition import STEP, Coefficients, Composite, composed
+from simulation.reduction.composition import COMPLEX_STEP, Coefficients, Composite, composed
 from simulation.reduction.effect_operators import BENDING_DEGREE, EffectOperators
 from simulation.reduction.effect_reduction import project
 from simulation.shell.assembly import assemble
@@ -129,7 +129,7 @@ def test_derivatives_follow_the_spot(ops, moved):
         ops, strain=ops.strain * (1.0 + 20.0 * ops.strain_points[:, :1] + 9.0 * ops.strain_points[:, 1:])
     )
     disc = Disc(0.1013, 0.0927, RADIUS, 0.2)
-    stepped = replace(disc, **{moved: getattr(disc, moved) + 1j * STEP})
+    stepped = replace(disc, **{moved: getattr(disc, moved) + 1j * COMPLEX_STEP})
     rate = spots_slope(varied, nothing(), state(stepped), np.eye(2)).plate
     d = 1e-6
     high, low = (

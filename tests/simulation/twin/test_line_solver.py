@@ -87,7 +87,7 @@ def test_every_line_is_solved_to_rounding(
 def test_every_port_is_solved_at_all_lines_in_parts(
     amount: float, one_loss: bool, dashpots: Callable[[float], Real], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(line_solver, "PART", 25)
+    monkeypatch.setattr(line_solver, "LINES_OF_ONE_MEAN", 25)
     rng = np.random.default_rng(7)
     local, damping = plate(rng, one_loss), dashpots(3.0 * amount)
     state = varying_state(amount, rng)

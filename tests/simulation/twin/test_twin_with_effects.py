@@ -13,7 +13,7 @@ from analysis.material import MaterialBox
 from analysis.sweep_point import SweepPoint
 from analysis.sweep_timing import SweepTiming
 from simulation.effects.library import LIBRARY, library
-from simulation.reduction.effect_certification import GRID, state_error
+from simulation.reduction.effect_certification import CERTIFIED_LINES, state_error
 from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.factors import factorize
@@ -21,7 +21,7 @@ from simulation.shell.fineness import Fineness
 from simulation.shell.footprints import attached_discs
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
-from simulation.state.extreme_states import STEEPEST, combined_state, extreme_states
+from simulation.state.extreme_states import STEEPEST_SLOPES, combined_state, extreme_states
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import Circumstances, PlateState
 from simulation.twin.effect_plate import EffectPlate
@@ -319,12 +319,12 @@ def test_light_mass_lowers_a_mode_as_rayleigh_says(twin, reduced):
 def test_states_at_the_edges_of_their_ranges_against_the_full_plate(reduced):
     ops, full, _ = reduced
     basis, rng = field_basis(BENDING_DEGREE), np.random.default_rng(3)
-    laws = LocalLaws.of_material(2.2e9, 0.37, 0.05, slope=STEEPEST)
+    laws = LocalLaws.of_material(2.2e9, 0.37, 0.05, slope=STEEPEST_SLOPES)
 
     def error(make: Callable[[Real, Real], PlateState]) -> float:
         few = make(basis.xi, basis.zeta)
         there = full.moved_by(few.offset_x, few.offset_y)  # fields stay where they are when the sensor moves
-        return state_error(full, ops, few, make(*there.sampling), int(rng.integers(GRID)))
+        return state_error(full, ops, few, make(*there.sampling), int(rng.integers(CERTIFIED_LINES)))
 
     def extreme(xi: Real, zeta: Real, size: float) -> list[PlateState]:
         return extreme_states(xi, zeta, laws, ops.offset_range, size)
@@ -352,7 +352,7 @@ FIELDS = {
 def test_states_that_were_not_trained_against_the_full_plate(name, experiment, reduced):
     ops, full, _ = reduced
     basis = field_basis(BENDING_DEGREE)
-    laws = LocalLaws.of_material(2.2e9, 0.37, 0.05, slope=STEEPEST)
+    laws = LocalLaws.of_material(2.2e9, 0.37, 0.05, slope=STEEPEST_SLOPES)
     point = replace(POINT, temperature=45.0)
 
     def state(xi: Real, zeta: Real) -> PlateState:

@@ -11,7 +11,7 @@ from scipy.io import wavfile
 
 from analysis.rendering.fixed_point import FixedPoint
 from analysis.rendering.renderer import Renderer
-from app.files.exports.c_code import BLOCK, c_texts, write_c
+from app.files.exports.c_code import SAMPLES_AT_ONCE, c_texts, write_c
 from app.files.exports.cost import Cost
 
 GCC = shutil.which("gcc")
@@ -96,7 +96,7 @@ def relative_energy(found, expected):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("piece", [100, 7 * BLOCK + 3])
+@pytest.mark.parametrize("piece", [100, 7 * SAMPLES_AT_ONCE + 3])
 def test_float32_is_what_python_renders(tmp_path, shipments, kind, piece):
     temperature, signal = ride(piece)
     shipment = shipments[kind]
@@ -163,7 +163,7 @@ def test_the_stated_bytes_are_the_compiler_s(tmp_path, shipments, kind, fixed_po
     (tmp_path / "main.c").write_text(COUNTED)
     subprocess.run([GCC, "-std=c99", "-o", "program", "main.c", "-lm"], cwd=tmp_path, check=True)
     said = subprocess.run([tmp_path / "program"], capture_output=True, text=True, check=True).stdout
-    cost = Cost.of(shipments[kind].filters, fixed_point, BLOCK)
+    cost = Cost.of(shipments[kind].filters, fixed_point, SAMPLES_AT_ONCE)
     assert [cost.constant_bytes, cost.state_bytes] == [int(word) for word in said.split()]
 
 
