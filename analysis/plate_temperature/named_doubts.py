@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-NAMED = 6
+MOST_NAMED = 6
 """That are named one by one; of more, their number is given."""
 
 
@@ -17,6 +17,6 @@ def said_of_doubts(doubts: Mapping[str, str], many: str) -> list[str]:
         What they are: ``sweeps``, ``hits``.
     """
     notes = [f"the temperature of {name} is in doubt: {why}" for name, why in doubts.items()]
-    if len(notes) > NAMED:
-        notes = [*notes[:NAMED], f"and the temperature of {len(notes) - NAMED} more {many} is in doubt"]
+    if len(notes) > MOST_NAMED:
+        notes = [*notes[:MOST_NAMED], f"and the temperature of {len(notes) - MOST_NAMED} more {many} is in doubt"]
     return notes

@@ -7,7 +7,7 @@ from analysis.frf import Frf
 from analysis.frf_campaign import AnyCampaign, FrfCampaign
 from analysis.plate_temperature.air_and_plate import doubtful_sweeps, offset_change
 from analysis.plate_temperature.label_check import hysteresis, misplaced
-from analysis.plate_temperature.named_doubts import NAMED, said_of_doubts
+from analysis.plate_temperature.named_doubts import MOST_NAMED, said_of_doubts
 from analysis.plate_temperature.resonances import unlike_resonances
 from analysis.updated import Updated
 
@@ -51,8 +51,8 @@ def resonance_notes(campaign: AnyCampaign, frf: Frf) -> tuple[str, ...]:
         f"look at the sweep at {frf.temperature[one]:.1f} °C on the way {frf.direction[one]}: {why}"
         for one, why in found.items()
     ]
-    more = (f"and {len(told) - SWEEPS_NAMED} more sweeps like this",) if len(told) > SWEEPS_NAMED else ()
-    return (*told[:SWEEPS_NAMED], *more)
+    more = (f"and {len(told) - MOST_NAMED} more sweeps like this",) if len(told) > MOST_NAMED else ()
+    return (*told[:MOST_NAMED], *more)
 
 
 def label_notes(campaign: AnyCampaign, frf: Frf, updated: Updated) -> tuple[str, ...]:
