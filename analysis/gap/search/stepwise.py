@@ -1,7 +1,7 @@
 """Stepwise search: at most three effects, each accepted by the remaining residual, not by evidence alone."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.search.candidate import Candidate
@@ -9,7 +9,7 @@ from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.drop_and_swap import drop_and_swap, dropped, relative_evidence
 from analysis.gap.search.observability import Observability, observability
 from analysis.gap.search.refit import Refit, absent, refit
-from analysis.gap.search.relocation import relocated
+from analysis.gap.search.relocation import best_image, relocated
 from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import (
     EXPLAINED,
@@ -137,12 +137,14 @@ def _climb(
         if best is None or best.fit is None:
             steps.append(Step(tuple(candidates), tuple(refits), on, 0.0, False))
             break
-        share = explained(context, fit, best.fit)
-        unsupported = not context.agrees(best.fit) and share < LEAST_SHARE
+        placed = best_image(context, best.fit, best.effects[-1])
+        best = replace(best, gain=best.gain + placed.log_evidence - best.fit.log_evidence, fit=placed)
+        share = explained(context, fit, placed)
+        unsupported = not context.agrees(placed) and share < LEAST_SHARE
         steps.append(Step(tuple(candidates), tuple(refits), best.effects, share, not unsupported))
         if unsupported:
             break
-        fit = best.fit
+        fit = placed
         context.report("screen", 0.0)
         screening = context.score_test(fit)
         path.append((fit, screening))
