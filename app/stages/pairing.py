@@ -24,7 +24,7 @@ from analysis.pairing.assignment import HALF_POWER, ModePairs, pair_modes
 from analysis.pairing.coarse_trial import SweepModes
 from analysis.pairing.mode_list import ModeList
 from analysis.pairing.paired_sweeps import POOR, PairedSweeps, Pairing, Source
-from analysis.pairing.places import KnownShapes, fitting_places, represented
+from analysis.pairing.places import FittingPlace, KnownShapes, fitting_places, represented
 from analysis.pairing.points import PointComparison, compare_points
 from analysis.progress import Progress
 from analysis.twin_model import NO_EFFECTS, Effects
@@ -254,7 +254,7 @@ def _with_places(experiment: Experiment, compared: PointComparison, material: Re
     kinds = np.array([one.quantity for one in outputs])
     points = np.array([one.footprint.point if one.footprint else (np.nan, np.nan) for one in outputs])
     names = tuple(one.id for one in outputs)
-    found = {}
+    found: dict[int, tuple[FittingPlace, ...]] = {}
     for kind in {outputs[k].quantity for k in wanted}:
         sound = ~compared.wrong & (kinds == kind) & np.isfinite(coarse.points).all(axis=1)
         shapes = np.full((len(coarse.places), len(compared.frequency)), np.nan)

@@ -69,7 +69,8 @@ class SeatedModes:
     def _held(self, reached: Complex) -> Complex:
         """Return the forces of attachments, (k, J, F), where the plate alone would move by `reached` (k, J, F)."""
         felt = np.moveaxis(self.stiffness[:, None] * reached, -1, 0)
-        return np.moveaxis(np.linalg.solve(self._between, felt), 0, -1)
+        forces: Complex = np.asarray(np.linalg.solve(self._between, felt), dtype=complex)
+        return np.moveaxis(forces, 0, -1)
 
     def compliance(self, left: Real, right: Real) -> Complex:
         """Return a' Z**-1 b for every column a of `left` (m, I) and b of `right` (m, J), (I, J, F)."""
