@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Whole
+
 ENDINGS = (".e", ".exo", ".ex2", ".g")
 CLASSIC, OF_HDF5, OF_64_BITS = (b"CDF\x01", b"CDF\x02"), b"\x89HDF", b"CDF\x05"
 CELLS = {
@@ -34,15 +36,13 @@ FAMILIES = {"TRUSS": "BAR", "BEAM": "BAR", "EDGE": "BAR", "ROD": "BAR", "CIRCLE"
 FACES = 2
 """Sides of a shell before its edges: its two faces."""
 
-Integers = NDArray[np.int_]
-
 
 @dataclass(frozen=True)
-class Block:
+class CellBlock:
     """Cells of one type (as meshio calls it) by their points, (M, n), counted from 0."""
 
     type: str
-    data: Integers
+    data: Whole
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class ExodusMesh:
     Attributes
     ----------
     points : (N, 2 or 3) ndarray
-    cells : list of Block
+    cells : list of CellBlock
         Blocks of the file, and an additional one of lines for each side set.
     cell_sets : mapping
         Rows of every block that belong to a group, by its name: the name and the number of a block; the name of a
@@ -60,8 +60,8 @@ class ExodusMesh:
     """
 
     points: NDArray[np.float64]
-    cells: list[Block]
-    cell_sets: Mapping[str, list[Integers]]
+    cells: list[CellBlock]
+    cell_sets: Mapping[str, list[Whole]]
     field_data: Mapping[str, Any] = field(default_factory=dict)
     cell_data: Mapping[str, Any] = field(default_factory=dict)
 
@@ -73,7 +73,7 @@ class _Variables:
     values: Mapping[str, NDArray[Any]]
     types: Mapping[str, str]
 
-    def integers(self, name: str) -> Integers:
+    def integers(self, name: str) -> Whole:
         return np.asarray(self.values[name]).astype(np.int64)
 
     def names(self, name: str, count: int) -> list[str]:
@@ -113,7 +113,7 @@ def read(path: Path) -> ExodusMesh:
     cells = list(blocks)
     for name, lines in _side_sets(file, blocks, families, solid=points.shape[1] == 3):
         groups[name] = [*(np.array([], dtype=int) for _ in cells), np.arange(len(lines))]
-        cells.append(Block("line", lines))
+        cells.append(CellBlock("line", lines))
     return ExodusMesh(points, cells, groups)
 
 
@@ -157,7 +157,7 @@ def _points(file: _Variables) -> NDArray[np.float64]:
     return np.column_stack([np.asarray(one, dtype=float) for one in axes])
 
 
-def _block(family: str, rows: Integers) -> Block:
+def _block(family: str, rows: Whole) -> CellBlock:
     count = rows.shape[1]
     usual = FAMILIES.get(family, family)
     if "SHELL" in usual:  # SHELL4 and TRISHELL3, and SHELL3 of some programs
@@ -166,12 +166,12 @@ def _block(family: str, rows: Integers) -> Block:
         usual = "TRI"
     if (usual, count) == ("TRI", 7):  # with a point in the middle, which no edge needs
         rows, count = rows[:, :6], 6
-    return Block(CELLS.get((usual, count), f"{family or 'unknown'}{count}"), rows)
+    return CellBlock(CELLS.get((usual, count), f"{family or 'unknown'}{count}"), rows)
 
 
-def _of_blocks(file: _Variables, blocks: list[Block]) -> dict[str, list[Integers]]:
+def _of_blocks(file: _Variables, blocks: list[CellBlock]) -> dict[str, list[Whole]]:
     """Rows of every block under its name and under its number; blocks of one name are one group."""
-    groups: dict[str, list[Integers]] = {}
+    groups: dict[str, list[Whole]] = {}
     ids, names = _ids(file, "eb_prop1", len(blocks)), file.names("eb_names", len(blocks))
     for k, (number, name) in enumerate(zip(ids, names, strict=False)):
         for group in dict.fromkeys([str(number), name]):
@@ -187,8 +187,8 @@ def _ids(file: _Variables, name: str, count: int) -> list[int]:
 
 
 def _side_sets(
-    file: _Variables, blocks: list[Block], families: list[str], *, solid: bool
-) -> Iterator[tuple[str, Integers]]:
+    file: _Variables, blocks: list[CellBlock], families: list[str], *, solid: bool
+) -> Iterator[tuple[str, Whole]]:
     """Yield the name of every side set and the ends of its edges, (M, 2); faces of shells are left out.
 
     Sides are numbered as in ``ex_get_side_set_node_list`` of Exodus' library: shells, and triangles in space, have
