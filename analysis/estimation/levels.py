@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from analysis.estimation.estimators import estimate
 from analysis.estimation.spectra import Spectra
+from analysis.local_rational import rough_power
+from analysis.noise_power import SMOOTHING_LINES, noise_power
 
 CHANCE = 1e-3
 """Probability with which a linear structure is called one that is not."""
@@ -20,6 +22,8 @@ COMPARED_LEVEL_RATIO = 1.2
 """Ratio of the mean levels of the strong and the weak half from which they are compared."""
 NOISE_LINES = 21
 """Lines over which the noise is averaged where it says which lines stand out of it."""
+CLEAR = 10.0
+"""Power of an FRF, in variances, from which a line stands out of the noise."""
 FEWEST_HITS_IN_HALF = 2
 """Hits in each half: one has no scatter."""
 
@@ -112,11 +116,24 @@ def of_records(parts: Sequence[Spectra], levels: NDArray[np.float64]) -> LevelDi
         weak, strong = estimate(parts[first]), estimate(parts[last])
     except ValueError:  # said of the average
         return None
-    if weak.variance is None or strong.variance is None:
-        return None
+    between = (float(levels[first]), float(levels[last]))
+    if weak.variance is None or strong.variance is None:  # a sweep each: neighbouring lines tell the noise
+        variance = _of_one_average(weak.h[:, 0]) + _of_one_average(strong.h[:, 0])
+        # line by line: a force that dips at a resonance makes a few lines as noisy as all others together
+        scale = 1.0 / np.sqrt(np.maximum(variance, np.finfo(float).tiny))
+        clear = np.abs(strong.h[:, 0]) * scale > np.sqrt(CLEAR)
+        apart = (np.abs(strong.h[:, 0] - weak.h[:, 0]) * scale)[clear] ** 2
+        ratio = float(apart.mean()) if clear.any() else 0.0
+        return _named(ratio, float(SMOOTHING_LINES), between)
     freedom = min(weak.averages, strong.averages) - 1.0
     variance = weak.variance[:, 0] + strong.variance[:, 0]
-    return _judged(weak.h[:, 0], strong.h[:, 0], variance, freedom, (float(levels[first]), float(levels[last])))
+    return _judged(weak.h[:, 0], strong.h[:, 0], variance, freedom, between)
+
+
+def _of_one_average(h: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Return the variance (K, F) of FRFs of one average, from the scatter of neighbouring lines."""
+    everywhere = np.zeros(h.shape[1], dtype=bool)
+    return np.array([noise_power(rough_power(row), row, everywhere) for row in h])
 
 
 def _around(variance: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -139,11 +156,15 @@ def _judged(
     levels: tuple[float, float],
 ) -> LevelDifference | None:
     """Compare the difference, summed over the lines that stand out of the noise, with its variance."""
-    clear = np.abs(strong) ** 2 > 10.0 * np.maximum(variance, _around(variance))
+    clear = np.abs(strong) ** 2 > CLEAR * np.maximum(variance, _around(variance))
     total = float(variance[clear].sum())
     if not clear.any() or total <= 0.0 or freedom < 1.0:
         return None
-    ratio = float((np.abs(strong - weak)[clear] ** 2).sum()) / total
+    return _named(float((np.abs(strong - weak)[clear] ** 2).sum()) / total, freedom, levels)
+
+
+def _named(ratio: float, freedom: float, levels: tuple[float, float]) -> LevelDifference | None:
+    """Return the difference, unless chance may make a `ratio` of squares to variance as large."""
     if ratio <= freedom * (CHANCE ** (-1.0 / freedom) - 1.0):
         return None
     return LevelDifference(*levels, float(np.sqrt(ratio)))

@@ -9,13 +9,14 @@ at another point's place, its row r_k resembles that point's row c_l: which row 
 assignment. Modes are scaled again without the points that were found wrong, because each of these pulls at all.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
+from analysis.pairing.places import FittingPlace, words
 
 LEAST_MODES, LEAST_POINTS = 3, 4
 """Modes and points from which one point is judged by the others: two modes suit a wrong point by chance."""
@@ -54,6 +55,8 @@ class PointComparison:
         Of the measured modes, Hz.
     measured, computed : (K, N) ndarray
         Their shapes and those of the twin, in phase and of one size: the largest motion of the twin is 1.
+    fitting : mapping of int to tuple of FittingPlace
+        Places where the twin moves as was measured at unexplained points, as far as they were looked for.
     """
 
     names: tuple[str, ...]
@@ -65,6 +68,7 @@ class PointComparison:
     frequency: Real
     measured: Real
     computed: Real
+    fitting: Mapping[int, tuple[FittingPlace, ...]] = field(default_factory=dict)
 
     @property
     def wrong(self) -> NDArray[np.bool_]:
@@ -79,11 +83,18 @@ class PointComparison:
         return (
             *(self._moved(cycle) for cycle in self._cycles()),
             *(self._scaled(int(k)) for k in np.flatnonzero(own & (self.factor != 1.0))),
-            *(
-                f"point {self.names[k]} moves like no declared point (CoMAC {self.comac[k]:.2f}): wrong node, or "
-                "a loose sensor; correct its place or leave it out"
-                for k in np.flatnonzero(self.unexplained)
-            ),
+            *(self._elsewhere(int(k)) for k in np.flatnonzero(self.unexplained)),
+        )
+
+    def _elsewhere(self, k: int) -> str:
+        if places := words(self.fitting.get(k, ())):
+            return (
+                f"point {self.names[k]} does not move as the twin there (CoMAC {self.comac[k]:.2f}), but as the "
+                f"twin {places}: wrong node; correct its place or leave it out"
+            )
+        return (
+            f"point {self.names[k]} moves like no declared point (CoMAC {self.comac[k]:.2f}): wrong node, or "
+            "a loose sensor; correct its place or leave it out"
         )
 
     def _cycles(self) -> list[list[int]]:

@@ -44,7 +44,7 @@ Campaigns:
 ``hidden_effects``        its effects checked against the library
 ``settings_toml``         any settings, their faults in the words of the file
 ``drawing``               outlines in DXF and SVG files: ``dxf_curves``, ``svg_curves``
-``mesh_file``             meshes of other programs: ``mesh_reader`` reads them
+``mesh_file``             meshes of other programs: ``mesh_reader`` reads them, ``exodus_mesh`` those of Exodus
 ``mesh_check``            a declared mesh, compared with its plate
 ``misplaced``             a geometry that cannot be, and where
 ``campaign_channels``     what is what in TDMS files of a recorder's own layout

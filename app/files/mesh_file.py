@@ -1,4 +1,4 @@
-"""Meshes of Gmsh, Abaqus, Nastran and VTK named in a declaration, turned into the numbers they hold."""
+"""Meshes of Gmsh, Abaqus, Nastran, Exodus and VTK named in a declaration, turned into the numbers they hold."""
 
 import re
 import tempfile
@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from analysis.declared import Declared
+from app.files.exodus_mesh import ENDINGS as EXODUS
 from app.files.isolation import run_isolated
 from app.files.parsed_text import parse_json
 
@@ -26,7 +27,7 @@ class MeshFile(Declared):
     `groups` gives names to groups that the file calls otherwise, such as the numbers of Nastran's properties.
     """
 
-    file: Annotated[str, Field(min_length=5, max_length=255, description="a mesh's file, such as plate.msh")]
+    file: Annotated[str, Field(min_length=3, max_length=255, description="a mesh's file, such as plate.msh")]
     unit: Literal["mm", "cm", "m", "in"] = "m"
     groups: Annotated[dict[str, str], Field(default_factory=dict, max_length=1000)]
 
@@ -40,7 +41,7 @@ def mesh_of_file(path: Path, unit: float, names: Mapping[str, str]) -> dict[str,
     Parameters
     ----------
     path : Path
-        Any version of a format of `app.files.mesh_reader.LIBRARY` that meshio reads.
+        Of an ending in `app.files.mesh_reader.LIBRARY`, in any version.
     unit : float
         Length of one unit of the file, m.
     names : mapping
@@ -54,11 +55,11 @@ def mesh_of_file(path: Path, unit: float, names: Mapping[str, str]) -> dict[str,
     Raises
     ------
     ImportError
-        Where meshio is not installed.
+        Where meshio is not installed, but for Exodus.
     ValueError
         For what is no plane mesh of triangles and quadrilaterals, or is not read in time.
     """
-    if find_spec("meshio") is None:
+    if path.suffix.lower() not in EXODUS and find_spec("meshio") is None:
         raise ImportError(NEEDS)
     size = path.stat().st_size if path.is_file() else -1
     if size < 0:

@@ -1,4 +1,4 @@
-"""Meshes read by meshio, in a process of its own (`app.files.mesh_file` starts it): ``FILE.msh NUMBERS.json``."""
+"""Meshes read in a process of its own, which `app.files.mesh_file` starts: ``FILE.msh NUMBERS.json``."""
 
 import json
 import sys
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.foreign_mesh import MOST_POINTS
+from app.files import exodus_mesh
 from app.files.isolation import hold_memory
 
 LIBRARY = {
@@ -21,8 +22,9 @@ LIBRARY = {
     ".fem": ("nastran", "Nastran"),
     ".vtk": ("vtk", "VTK"),
     ".vtu": ("vtu", "VTK"),
+    **dict.fromkeys(exodus_mesh.ENDINGS, ("", "Exodus")),
 }
-"""Module of meshio and program by ending. Exodus needs a second library; its programs write Abaqus or VTK, too."""
+"""Module of meshio, none where it is read by our own, and program by ending."""
 CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
 LINES = ("line", "line3")
 ADDRESS_SPACE = 1_500_000_000
@@ -127,7 +129,7 @@ def _read(path: Path) -> Any:
     if module == "abaqus":
         _check_abaqus(path)
     try:
-        raw = import_module(f"meshio.{module}").read(path)
+        raw = import_module(f"meshio.{module}").read(path) if module else exodus_mesh.read(path)
     except MemoryError:
         raise
     except SystemExit as error:  # how meshio ends at some damage

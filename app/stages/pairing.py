@@ -13,6 +13,7 @@ from analysis.experiment import Experiment
 from analysis.frf import Frf
 from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.preparation import sweep_points
+from analysis.geometry.fault import GeometryError
 from analysis.identification.automatic import identify
 from analysis.identification.modes import Modes
 from analysis.identification.residual_terms import ResidualTerms, choices_for
@@ -23,6 +24,7 @@ from analysis.pairing.assignment import HALF_POWER, ModePairs, pair_modes
 from analysis.pairing.coarse_trial import SweepModes
 from analysis.pairing.mode_list import ModeList
 from analysis.pairing.paired_sweeps import POOR, PairedSweeps, Pairing, Source
+from analysis.pairing.places import FittingPlace, KnownShapes, fitting_places, represented
 from analysis.pairing.points import PointComparison, compare_points
 from analysis.progress import Progress
 from analysis.twin_model import NO_EFFECTS, Effects
@@ -191,27 +193,79 @@ def paired_sweeps(
         pairs.append(pair_modes(float(frf.temperature[t]), modes.band, ModeList.measured(modes, rms), computed))
         sizes.append(rms)
     rows = list(measured.modes)
-    compared = _points(experiment, pairs, sizes)
+    compared = _points(experiment, pairs, sizes, [laws[t] for t in measured.modes])
     return PairedSweeps(tuple(pairs), updated.misfit[rows], updated.noise_floor[rows], measured.source, compared)
 
 
-def _points(experiment: Experiment, pairs: Sequence[ModePairs], rms: Sequence[Real]) -> PointComparison | None:
-    """Compare strong pairs of near frequencies point by point; `rms` (K,) of every sweep's FRFs."""
-    frequency, measured, computed = [], [], []
-    for one, size in zip(pairs, rms, strict=True):
+def _points(
+    experiment: Experiment, pairs: Sequence[ModePairs], rms: Sequence[Real], laws: Sequence[LocalLaws]
+) -> PointComparison | None:
+    """Compare strong pairs of near frequencies point by point.
+
+    Parameters
+    ----------
+    rms : sequence of (K,) ndarray
+        Of every sweep's FRFs.
+    laws : sequence of LocalLaws
+        Near every sweep.
+    """
+    frequency, measured, computed, material = [], [], [], []
+    for one, size, law in zip(pairs, rms, laws, strict=True):
         near = one.measured.strong[one.measured_index] & (one.distance < HALF_POWER)
         i, j = one.measured_index[near], one.computed_index[near]
         frequency.append(one.measured.frequency[i])
         measured.append(one.measured.residues[:, i] * size[:, None])
         computed.append(one.computed.residues[:, j] * size[:, None])
+        material.append(np.tile([np.exp(law.value[0]), law.value[1]], (len(i), 1)))
     outputs = experiment.outputs
-    return compare_points(
+    every = np.concatenate(frequency)
+    compared = compare_points(
         [one.id for one in outputs],
         [one.quantity for one in outputs],
-        np.concatenate(frequency),
+        every,
         np.hstack(measured),
         np.hstack(computed),
     )
+    if compared is None or not compared.unexplained.any():
+        return compared
+    rows = [int(np.flatnonzero(every == f)[0]) for f in compared.frequency]  # modes that all points miss are out
+    return _with_places(experiment, compared, np.vstack(material)[rows])
+
+
+def _with_places(experiment: Experiment, compared: PointComparison, material: Real) -> PointComparison:
+    """Look on a coarse model for the places of points that move like no declared one.
+
+    Parameters
+    ----------
+    material : (N, 2) ndarray
+        E [Pa] and nu of the sweep of every mode.
+    """
+    from simulation.reduction.coarse_shapes import CoarseShapes  # slow import: mesher
+
+    outputs = experiment.outputs
+    wanted = [int(k) for k in np.flatnonzero(compared.unexplained) if outputs[k].footprint is not None]
+    if not wanted:
+        return compared
+    (e_low, nu_low), (e_high, nu_high) = material.min(axis=0), material.max(axis=0)
+    try:
+        coarse = CoarseShapes.of(experiment, (float(e_low), float(e_high)), (float(nu_low), float(nu_high)))
+    except (RuntimeError, GeometryError, np.linalg.LinAlgError):
+        return compared
+    kinds = np.array([one.quantity for one in outputs])
+    points = np.array([one.footprint.point if one.footprint else (np.nan, np.nan) for one in outputs])
+    names = tuple(one.id for one in outputs)
+    found: dict[int, tuple[FittingPlace, ...]] = {}
+    for kind in {outputs[k].quantity for k in wanted}:
+        sound = ~compared.wrong & (kinds == kind) & np.isfinite(coarse.points).all(axis=1)
+        shapes = np.full((len(coarse.places), len(compared.frequency)), np.nan)
+        for e, nu in np.unique(material, axis=0):
+            own = (material == (e, nu)).all(axis=1)
+            modes = coarse.modes(float(e), float(nu))
+            shapes[:, own] = represented(compared.frequency[own], compared.computed[:, own], sound, modes)
+        known = KnownShapes(coarse.places, shapes, names, points)
+        of_kind = [k for k in wanted if outputs[k].quantity == kind]
+        found |= {k: places for k in of_kind if (places := fitting_places(compared.measured[k], k, known))}
+    return replace(compared, fitting=found)
 
 
 def _relative_sigma(updated: Updated, t: int) -> tuple[float, float]:

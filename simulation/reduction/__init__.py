@@ -28,6 +28,7 @@ A plate over a range of materials:
 ``plate_basis``            finite-element functions and vectors of a reduced model
 ``coarse_plate``           fast model with errors of a per cent, for a first check of data
 ``coarse_places``          the same with one transducer anywhere on the plate
+``coarse_shapes``          its modes at the points of an experiment and everywhere else
 =========================  ================================================================
 
 The same plate with physical effects on it:

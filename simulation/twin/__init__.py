@@ -14,6 +14,7 @@
 ``local_basis``         reduced coordinates for one state and band
 ``local_plate``         a plate's matrices in these coordinates
 ``local_solution``      responses over the band in these coordinates
+``seated_modes``        the same with attachments, between a scan's many ports
 ``loaded_modes``        free vibration with patches connected to inputs
 ``local_slopes``        derivatives of a state's matrices, in these coordinates
 ``sensitivity``         derivatives of responses, by adjoint fields or sums over modes

@@ -17,6 +17,7 @@ from simulation.twin.line_solver import solved_by_lines
 from simulation.twin.local_basis import KEPT_MODES_FACTOR
 from simulation.twin.local_plate import LocalPlate
 from simulation.twin.reduced_plate import LoadedPlate
+from simulation.twin.seated_modes import LEAST_PORTS, SeatedModes
 
 PORTS_AT_ONCE = 32
 """Ports solved at a time: on the way each takes several times the memory of its answer."""
@@ -38,6 +39,8 @@ class LocalSolution:
         Used if only -w**2 and few dashpots change over the band, and nothing is attached; None for other states.
     by_lines : (m, P, F) ndarray or None
         Z**-1 b of the other states.
+    seated : SeatedModes or None
+        In place of `by_lines`, where something is attached to a plate of many ports and known modes.
     """
 
     frequency: Real
@@ -45,6 +48,7 @@ class LocalSolution:
     state: PlateState
     modal: ModalForm | None
     by_lines: Complex | None = None
+    seated: SeatedModes | None = None
 
     @classmethod
     def of(
@@ -81,6 +85,9 @@ class LocalSolution:
         if any(one.acts for one in state.attached):
             if modal is not None and frequency.size == 1 and not modal.count:
                 return cls(frequency, plate, state, _modal(plate, state, _seats(plate, state)))
+            if modal is not None and not modal.count and plate.composite.coupling.shape[1] >= LEAST_PORTS:
+                seated = SeatedModes(modal, frequency, *_seats(plate, state))
+                return cls(frequency, plate, state, None, seated=seated)
             return cls(frequency, plate, state, None, _attached(plate, state, frequency, modal))
         return cls(frequency, plate, state, modal, None if modal else solved_by_lines(plate, state, frequency))
 
@@ -112,6 +119,9 @@ class LocalSolution:
     @cached_property
     def answers(self) -> Complex:
         """Z**-1 b, (m, P, F)."""
+        if self.seated is not None:
+            ports = self.composite.coupling.T
+            return np.stack([self.seated.field(port[:, None]) for port in ports], axis=1)
         if self.modal is None or self.by_lines is not None:
             return np.asarray(self.by_lines)
         return np.ascontiguousarray(self.modal.solve(self.composite.coupling, self.frequency).transpose(2, 0, 1))
@@ -123,8 +133,23 @@ class LocalSolution:
         left, right = coupling[:, list(rows)], coupling[:, list(columns)]
         if self.modal is not None:
             return self.modal.compliance(left, right, self.frequency, self.sums)
+        if self.seated is not None:
+            return self.seated.compliance(left, right)
         answers = self.answers[:, list(columns)]
         return np.asarray((left.T @ answers.reshape(len(left), -1)).reshape(-1, *answers.shape[1:]))
+
+    def driven(self, drive: Complex) -> Complex:
+        """Z**-1 b drive, (m, F), of amounts (P, F) at all ports."""
+        if self.seated is not None:
+            return self.seated.field(self.composite.coupling @ drive)
+        return np.asarray(np.einsum("mpf,pf->mf", self.answers, drive))
+
+    def felt(self, force: Complex | Real) -> Complex:
+        """Return b' Z**-1 force, (P, F), of forces (m, F) in local coordinates, or (m, 1) at all lines."""
+        if self.seated is not None:
+            return self.seated.felt(self.composite.coupling, force)
+        every = np.broadcast_to(force, (len(force), self.frequency.size))
+        return np.asarray(np.einsum("mpf,mf->pf", self.answers, every))
 
 
 def _attached(plate: LocalPlate, state: PlateState, frequency: Real, modal: ModalForm | None) -> Complex:

@@ -65,7 +65,7 @@ class TransferSensitivity:
         -------
         TransferSensitivity
         """
-        return cls(solved, state, drive, sense, np.einsum("mpf,pf->mf", solved.answers, drive))
+        return cls(solved, state, drive, sense, solved.driven(drive))
 
     def by(self, local: Composite, stepped: PlateState) -> Complex:
         """Differentiate by the parameter whose imaginary step turned `state` into `stepped`, (K, F).
@@ -91,7 +91,7 @@ class TransferSensitivity:
         """
         if self.adjoint is not None:
             return np.asarray(np.einsum("kmf,mf->kf", self.adjoint, np.broadcast_to(force, self.field.shape)))
-        ports = np.einsum("mpf,mf->pf", self.solved.answers, np.broadcast_to(force, self.field.shape))
+        ports = self.solved.felt(force)
         return np.array(
             [(weights[p] * ports[p]).sum(axis=0) for weights, p in zip(self.sense, self.felt, strict=True)]
         )

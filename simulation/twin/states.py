@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
@@ -57,6 +58,13 @@ class States:
         return {name: one.card(self.experiment) for name, one in self.tolerances.items()}
 
     @cached_property
+    def _circumstances(self) -> Circumstances:
+        """Declared ones, taken once: a scan has hundreds of points, and every derivative asks."""
+        if self.experiment is None:
+            raise ValueError("this plate has no experiment that gives effects their circumstances")
+        return Circumstances.of(self.experiment, SweepPoint(20.0, 0.0, 1.0), np.zeros(1))
+
+    @cached_property
     def _made_elsewhere(self) -> bool:
         """Whether the twin was made about other values than those declared."""
         return any(isinstance(one, Tolerance) and one.made_at for one in self.tolerances.values())
@@ -90,9 +98,7 @@ class States:
         state = PlateState.baseline(basis.xi, basis.zeta, laws, point.temperature, frequency)
         if not effects and not self._made_elsewhere:
             return state
-        if self.experiment is None:
-            raise ValueError("this plate has no experiment that gives effects their circumstances")
-        seen = replace(Circumstances.of(self.experiment, point, frequency), strain_energy=energy)
+        seen = replace(self._circumstances, frequency=frequency, point=point, strain_energy=energy)
         departed = depart(self.tolerances, state, seen, effects) if self.tolerances else state
         others = {name: values for name, values in effects.items() if name not in self.tolerances}
         return apply_all(self.library, departed, seen, others)

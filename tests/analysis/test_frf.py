@@ -4,13 +4,15 @@ import re
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.signal import chirp, fftconvolve, lfilter, savgol_filter
 
 from analysis.campaign import Campaign, Sweep
 from analysis.experiment import Experiment
 from analysis.frf import campaign_frf
+from analysis.gap.data.noise import ROUGHNESS
 from analysis.h1 import bad_repeats, h1, spectra
-from analysis.noise_power import single_repeat_power
+from analysis.noise_power import SMOOTHING_LINES, noise_power, single_repeat_power
 
 RATE, SAMPLES = 8533.0, 12000
 B, A = [0.2, 0.1], [1.0, -1.6, 0.9]
@@ -107,7 +109,29 @@ def test_roughness_is_what_a_savitzky_golay_filter_leaves(lines: int, width: int
     h = np.random.default_rng(lines).standard_normal((lines, 2)) @ [1.0, 1.0j]
     rough = h - savgol_filter(h.real, width, 4) - 1j * savgol_filter(h.imag, width, 4)
     kept = 1.0 - savgol_filter(np.eye(width)[width // 2], width, 4)[width // 2]
-    np.testing.assert_allclose(single_repeat_power(h), np.abs(rough) ** 2 / kept, rtol=1e-9)
+    power, half = single_repeat_power(h), width // 2
+    np.testing.assert_allclose(power[half:-half], (np.abs(rough) ** 2 / kept)[half:-half], rtol=1e-9)
+    # the ends of savgol_filter are a quartic of the last window, as ours
+    shared = (np.abs(h[:width] - savgol_ends(h, width)[:width]) ** 2).sum() / (width - 5)
+    np.testing.assert_allclose(power[:half], shared, rtol=1e-9)
+
+
+def savgol_ends(h: NDArray[np.complex128], width: int) -> NDArray[np.complex128]:
+    """Return a quartic through the first `width` lines."""
+    x = np.arange(width)
+    return np.asarray(np.polyval(np.polyfit(x, h[:width], 4), x))
+
+
+def test_noise_without_repeats_weighs_the_lines_at_the_ends_as_the_others() -> None:
+    """Squares over the noise estimated are 1 in the mean, and 2 % more: ends were told at half of their power."""
+    rng, ratio = np.random.default_rng(0), []
+    everywhere = np.zeros(400, dtype=bool)
+    for _ in range(400):
+        h = (rng.standard_normal((400, 2)) @ [1.0, 1.0j]) / np.sqrt(2.0)
+        ratio.append(np.abs(h) ** 2 / noise_power(single_repeat_power(h), np.ones(400, complex), everywhere))
+    mean = np.mean(ratio, axis=0)
+    assert mean[[*range(5), *range(-5, 0)]].mean() == pytest.approx(1.02, abs=0.08)
+    assert mean[40:-40].mean() == pytest.approx(1.0 + ROUGHNESS / SMOOTHING_LINES, abs=0.003)
 
 
 def test_variance_of_a_single_repeat_comes_from_its_roughness() -> None:

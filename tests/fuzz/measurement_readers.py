@@ -30,7 +30,7 @@ FILES = ("csv", "mat", "wav", "npz", "lvm", "tdms", "uff", "h5", "nc", "nc4", "s
 FILES_OF_EXTRAS = ("xlsx", "mf4")
 MEASURED = tuple(f"measured/a.{ending}" for ending in FILES)
 DRAWINGS = ("drawn/splines.dxf", "drawn/lines.dxf", "drawn/plate.svg")
-MESHES = ("drawn/ascii.msh", "drawn/binary.msh", "drawn/entities.msh")
+MESHES = ("drawn/ascii.msh", "drawn/binary.msh", "drawn/entities.msh", "drawn/blocks.e")
 FILTERS = "panel/filters.h5"
 
 

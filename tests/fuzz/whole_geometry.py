@@ -8,6 +8,8 @@ import numpy as np
 from app.files.toml_text import toml_text
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.shell_plate import ShellPlate
+from tests.app.files.test_exodus_mesh import exodus
+from tests.app.files.test_exodus_mesh import written as exodus_file
 from tests.app.files.test_mesh_file import written
 from tests.app.view.test_gap_and_fields import PANEL
 from tests.fuzz.measurement_readers import DRAWINGS, MESHES
@@ -68,8 +70,8 @@ def _write_plain_dxf(path: Path) -> None:
         file.add_circle((200, 80), 9)
 
 
-def _write_meshes(ascii_file: Path, binary: Path, entities: Path) -> None:
-    """Write one mesh as Gmsh's format 2.2, in text and in bytes, and as format 4.1."""
+def _write_meshes(ascii_file: Path, binary: Path, entities: Path, blocks: Path) -> None:
+    """Write one mesh as Gmsh's format 2.2, in text and in bytes, as format 4.1, and in Exodus' blocks."""
     import meshio
 
     coarse = MeshRecipe(spacing=0.3, strip=10.0, grading=0.0, pieces=1)
@@ -79,8 +81,9 @@ def _write_meshes(ascii_file: Path, binary: Path, entities: Path) -> None:
     read = meshio.gmsh.read(ascii_file)
     meshio.gmsh.write(binary, read, "2.2", binary=True)
     _write_entities(entities, read)
+    exodus_file(blocks, exodus(mesh, shells=False, patches=len(PANEL.patch)), classic=True)
     size = {"length_x": PANEL.plate.length_x, "length_y": PANEL.plate.length_y}
-    for path in (ascii_file, binary, entities):
+    for path in (ascii_file, binary, entities, blocks):
         _declare(path, size | {"mesh": {"file": path.name}})
 
 

@@ -102,7 +102,8 @@ def check_noise(
     dof = int(sum(s.dof_within for s in sweeps))
     if dof < NOISE_DOF:
         note = "the lines are too far apart to check the stated noise; it is used unchecked"
-        return replace(NoiseCheck.as_stated(sweeps), notes=(note,))
+        ratio = np.full(local.shape[1], _expected(repeats_dof))
+        return replace(NoiseCheck.as_stated(sweeps), ratio=ratio, notes=(note,))
     known = freedom[0, 0] >= LEAST_FREEDOM * freedom.max()
     quiet = np.ones(local.shape, dtype=bool)
     quiet[..., known] = ~_standing_out((local / freedom)[..., known])
@@ -127,17 +128,33 @@ def _with_repeats(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Ratios (K,) `seen` between lines combined with those that the repeats give, and their relative variances.
 
-    If the variances have n degrees of freedom, chi2 is on average n / (n - 2) times that with exact variances; so
-    this, and not 1, is the ratio expected from the repeats.
+    Not 1 is expected from the repeats, see `_expected`.
     """
     if repeats_dof is None or not repeats_dof.all():
         return seen, variance
-    smoothed = SMOOTHING_LINES * repeats_dof
-    stated = float((smoothed / (smoothed - 2.0)).mean())
+    stated = _expected(repeats_dof)
     stated_variance = 2.0 / (lines * repeats_dof.sum()) + STATED_SIGMA**2
     agree = np.abs(seen / stated - 1.0) <= NOISE_AGREES * np.sqrt(variance + stated_variance)
     share = np.where(agree, variance / (variance + stated_variance), 0.0)
     return seen + share * (stated - seen), variance * (1.0 - share)
+
+
+ROUGHNESS = 0.74
+"""Twice the sum over k > 0 of the squared correlation between what a local quartic leaves of a line, and of the
+line k further on, see `analysis.noise_power.single_repeat_power`."""
+
+
+def _expected(repeats_dof: NDArray[np.int_] | None) -> float:
+    """Return chi2 per degree of freedom with variances that were estimated, over that with exact ones.
+
+    It is n / (n - 2) for variances of n degrees of freedom that are independent of what they weigh. Variances from
+    neighbouring lines are not: each holds its own line, which takes away what n lines alone would add, but not
+    that they are fewer than n for being correlated. Over hundreds of points such a per cent is ten sigma.
+    """
+    if repeats_dof is None or not repeats_dof.all():
+        return 1.0 + ROUGHNESS / SMOOTHING_LINES
+    smoothed = SMOOTHING_LINES * repeats_dof
+    return float((smoothed / (smoothed - 2.0)).mean())
 
 
 def _standing_out(local: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -9,7 +9,7 @@ from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.drop_and_swap import Loss, drop_and_swap, lost, relative_evidence
 from analysis.gap.search.observability import Observability, observability
 from analysis.gap.search.refit import Refit, absent, at_few_temperatures, refit
-from analysis.gap.search.relocation import relocated
+from analysis.gap.search.relocation import best_image, relocated
 from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import (
     EXPLAINED,
@@ -179,12 +179,13 @@ def _climb(
         if best is None or best.fit is None:
             steps.append(Step(tuple(candidates), tuple(refits), on, 0.0, False))
             break
-        share = explained(context, fit, best.fit)
-        unsupported = not context.agrees(best.fit) and share < LEAST_SHARE
+        placed = best_image(context, best.fit, best.effects[-1])
+        share = explained(context, fit, placed)
+        unsupported = not context.agrees(placed) and share < LEAST_SHARE
         steps.append(Step(tuple(candidates), tuple(refits), best.effects, share, not unsupported))
         if unsupported:
             break
-        fit = best.fit
+        fit = placed
         if not (to_noise or context.leaves_more(fit)):
             path.append((fit, screening))  # screened anew where the climb goes on, at all temperatures
             break

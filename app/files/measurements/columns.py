@@ -126,7 +126,8 @@ def of_array(
     ----------
     name : str
     array : (N,), (C, N) or (N, C) ndarray
-        Axes of length 1 do not count. Complex ones may have three: responses before references.
+        Axes of length 1 do not count. Complex ones, and those whose `axis` is known, may have three: responses
+        before references, or sweeps before sensors.
     axis : int, optional
         That of samples or lines in the squeezed array; the longest unless given.
     labels : sequence of str
@@ -147,7 +148,7 @@ def of_array(
     squeezed = np.squeeze(array)
     if squeezed.ndim == 1:
         return {name: np.asarray(squeezed, dtype=kind)}
-    if squeezed.ndim not in ((2, 3) if kind is complex else (2,)):
+    if squeezed.ndim not in ((2, 3) if kind is complex or axis is not None else (2,)):
         raise ValueError(
             f"{name} has {squeezed.ndim} axes; allowed: 1 or 2, and 3 of FRFs. Export it as channels by samples"
         )

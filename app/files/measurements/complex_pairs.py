@@ -18,6 +18,7 @@ PARTS = {
     "phase": r"ph(?:ase|i)?|arg|angle",
 }
 """What the parts of an FRF are called, as words of their own."""
+PLACE = re.compile(r"\[\d+(?:,\d+)*\]$")
 WORD = r"(?<![a-zA-Z])(?:{})(?![a-zA-Z])(?:[ _-]*part)?"
 KINDS = (("real", "imaginary"), ("magnitude", "phase"))
 TURN = 6.4
@@ -64,10 +65,15 @@ def _pairs(kind: tuple[str, str], columns: Columns) -> list[tuple[str, str, str,
     for part in kind:
         word = re.compile(WORD.format(PARTS[part]), re.IGNORECASE)
         bases = {name: word.sub(" ", name, count=1) for name in columns.values if word.search(name)}
-        named.append(
-            {" ".join(re.split(r"[\s_:,.-]+", base)).strip(" ()|/"): name for name, base in bases.items()}
-        )
+        named.append({_base(base): name for name, base in bases.items()})
     return [(kind[0], base, name, named[1][base]) for base, name in named[0].items() if base in named[1]]
+
+
+def _base(name: str) -> str:
+    """Return a name without the signs around the part's word; the place in an array, ``[1,2]``, stays as it is."""
+    place = PLACE.search(name)
+    stem = name[: place.start()] if place else name
+    return " ".join(re.split(r"[\s_:,.-]+", stem)).strip(" ()|/") + (place[0] if place else "")
 
 
 def _joined(columns: Columns, first: str, second: str) -> tuple[NDArray[Any], str]:

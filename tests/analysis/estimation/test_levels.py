@@ -62,6 +62,30 @@ def test_records_of_a_shaker_at_two_levels(softening: float, differs: bool) -> N
     assert (of_records(parts, np.array([1.0, 5.0])) is not None) == differs
 
 
+@pytest.mark.parametrize(("softening", "differs"), [(0.0, False), (2e-3, True)])
+def test_records_of_one_sweep_each_are_compared_by_the_noise_between_lines(
+    softening: float, differs: bool
+) -> None:
+    """Nothing is averaged within a record; the sweep ends at rest, its force has noise of its own."""
+    count, named = 8192, 0
+    time = np.arange(count) / RATE
+    sweep = np.where(time < 6.0, np.sin(2 * np.pi * (20.0 + 12.0 * time) * time), 0.0)
+    lines = np.fft.rfftfreq(count, 1.0 / RATE)
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        parts = []
+        for level in (1.0, 2.0):
+            f = 62.0 * (1.0 - softening * (level - 1.0))
+            h = 1.0 / (f**2 - lines**2 + 2j * 0.02 * f * lines)
+            u = level * sweep
+            y = np.fft.irfft(h * np.fft.rfft(u))
+            u = u + 1e-3 * rng.standard_normal(count)
+            y = y + 3e-3 * np.sqrt(np.mean(y**2)) * rng.standard_normal(count)
+            parts.append(welch(SampledSignals(RATE, u[None], y[None]), count / RATE, "rectangular", 0.0))
+        named += of_records(parts, np.array([1.0, 2.0])) is not None
+    assert named == 40 if differs else named <= 1
+
+
 def test_lines_of_noise_alone_are_not_compared() -> None:
     """A plate that answers up to 200 Hz under a soft tip, recorded up to 512 Hz: of 100 tests none is expected.
 

@@ -140,7 +140,7 @@ class ToyPlate:
         by_parameter = []
         for name, parameter, values in tangents:
             values = effects.get(name, values)
-            card = next(p for p in CARDS[name].parameters if p.name == parameter)
+            card = next(p for p in {**CARDS, **self.cards}[name].parameters if p.name == parameter)
             h = 1e-4 * card.sigma
             pair = [{**effects, name: {**values, parameter: values[parameter] + s * h}} for s in (1, -1)]
             by_parameter.append((at(effects=pair[0]) - at(effects=pair[1])) / (2 * h))

@@ -330,7 +330,7 @@ def test_meshes_of_other_programs(tmp_path, ending):
 
 def test_other_endings_and_damaged_files_are_said(tmp_path):
     for name, content, said in (
-        ("a.exo", "x", "ending '.exo' is none of a mesh; allowed: .msh, .inp, .bdf"),
+        ("a.med", "x", "ending '.med' is none of a mesh; allowed: .msh, .inp, .bdf"),
         ("a.inp", "*NODE\n1, 0.0, x\n", "no Abaqus mesh that can be read"),
         ("b.inp", "*Include, input=/etc/passwd\n", "other files are not read"),
         ("c.inp", "*ELSET, ELSET=a\n1\n*Elset, elset=A\n2\n", "A stands in several parts"),

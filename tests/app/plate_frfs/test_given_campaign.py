@@ -26,6 +26,11 @@ FRFS = {
         'coherence = { S1 = "coherence_S1[*]", S2 = "coherence_S2[*]" }\n'
     ),
     "csv": 'file = "frfs_*.csv"\naverages = 2\n',
+    "nc": (
+        'file = "frfs.nc"\ntemperature = "temperature"\nlevel = "level"\ndirection = "descending"\naverages = 2\n'
+        'sensors = { "h[*,1]" = "S1", "h[*,2]" = "S2" }\nunits = ["V", "V"]\n'
+        'coherence = { S1 = "coherence[*,1]", S2 = "coherence[*,2]" }\n'
+    ),
 }
 
 

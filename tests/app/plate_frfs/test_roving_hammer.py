@@ -159,9 +159,14 @@ GRID = [[x, y] for y in (0.014, 0.057, 0.1, 0.143, 0.186) for x in (0.012, 0.081
 TOLERANCES = "\n[tolerances]\nthickness = 0.0\nmass = 0.0\nlength = 0.0\n"
 
 
-def simulated(folder: Path, mass: float) -> Path:
-    """Five hits at each of 25 points, noise of 1 % each, on a plate of another mesh and degree than the twin's."""
-    text = PLATE + hammer(GRID, list(range(1, 26))) + ONE_ACCELEROMETER + TOLERANCES
+def simulated(folder: Path, mass: float, hit: list[list[float]] = GRID) -> Path:
+    """Five hits at each of 25 points, noise of 1 % each, on a plate of another mesh and degree than the twin's.
+
+    `hit` are the places that were hit, where these are not the declared ones.
+    """
+    declared, text = (
+        PLATE + hammer(points, list(range(1, 26))) + ONE_ACCELEROMETER + TOLERANCES for points in (GRID, hit)
+    )
     frf = FRF.replace(', "902:+z" = "acc2"', "") + "averages = 5\n"
     folder.mkdir()
     file = folder / "plate.toml"
@@ -187,7 +192,7 @@ def simulated(folder: Path, mass: float) -> Path:
             for node, row in enumerate(h, start=1)
         ],
     )
-    file.write_text(text + frf, encoding="utf-8")
+    file.write_text(declared + frf, encoding="utf-8")
     return folder
 
 
@@ -218,6 +223,23 @@ def test_a_roving_hammer_gives_the_material(tmp_path: Path, run_flexura: Run) ->
     assert exchanged.startswith("points hammer3 and hammer4 are exchanged")
     assert sign.startswith("point hammer7 moves like its mirror: sign")
     assert exchanged in said
+
+
+@pytest.mark.slow
+def test_the_place_of_a_wrong_node_is_offered(tmp_path: Path, run_flexura: Run) -> None:
+    """Point 13 was hit 8 cm from its place, in the middle of four others."""
+    there = [0.19, 0.165]
+    folder = simulated(tmp_path / "wrong", 0.0, [*GRID[:12], there, *GRID[13:]])
+    status, out, said = run_flexura("update", folder, "--json")
+    assert status in (0, 1), said
+    (sentence,) = json.loads(out)["pairing"]["points"]["said"]
+    found = re.match(
+        r"point hammer13 does not move as the twin there .* at \(([\d.]+), ([\d.]+)\) m, ([\d.]+) m away", sentence
+    )
+    assert found is not None, sentence
+    assert [float(found[1]), float(found[2])] == pytest.approx(there, abs=0.008)
+    assert float(found[3]) == pytest.approx(np.hypot(there[0] - GRID[12][0], there[1] - GRID[12][1]), abs=0.01)
+    assert sentence in said
 
 
 @pytest.mark.slow

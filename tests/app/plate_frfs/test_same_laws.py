@@ -26,6 +26,10 @@ FRFS = {
         'sensors = { "H_S1[*]" = "S1" }\nunits = ["V", "V"]\n'
     ),
     "csv": 'file = "frfs_*.csv"\nsensors = { FRF = "S1" }\naverages = 2\n',
+    "nc": (
+        'file = "frfs.nc"\ntemperature = "temperature"\nlevel = "level"\ndirection = "descending"\naverages = 2\n'
+        'sensors = { "h[*]" = "S1" }\ncoherence = { S1 = "coherence[*]" }\nunits = ["V", "V"]\n'
+    ),
 }
 
 

@@ -302,6 +302,29 @@ def test_at_one_line_attachments_are_a_part_of_the_stiffness(twin):
             np.testing.assert_allclose(alone[:, 0], pair[:, k], rtol=1e-8)
 
 
+@pytest.mark.parametrize("name", ["mass_at_place", "spring_at_place", "dashpot_at_place", "resonator_at_place"])
+def test_attachments_between_many_ports_are_solved_in_modes(twin, monkeypatch, name):
+    """Transfers and all derivatives as from the responses of every port, which a scan cannot hold."""
+    values = {p.name: SHAPES[p.name] if p.shape else p.sigma for p in twin.cards[name].parameters} | HUNG
+    effects = {name: values, "local_damage": {"loss": 0.1, "x": 0.05, "y": 0.12}}
+    tangents = [(one, p.name, effects[one]) for one in effects for p in twin.cards[one].parameters]
+    tangents += [
+        ("suspension", p.name, values_of(twin, "suspension", 1.0)) for p in twin.cards["suspension"].parameters
+    ]
+    found = []
+    for least in (1, 1000):
+        monkeypatch.setattr("simulation.twin.local_solution.LEAST_PORTS", least)
+        solved = twin.solved(twin.state(LAWS, LINES, effects, POINT), LINES)
+        assert (solved.seated is not None) == (least == 1)
+        found.append((twin.linearise(LAWS, LINES, effects, POINT, tangents), solved.answers))
+    (ours, answers), (plain, wanted) = found
+    np.testing.assert_allclose(answers, wanted, rtol=0.0, atol=1e-9 * np.abs(wanted).max())
+    for part in ("transfer", "by_material", "by_slope", "by_curvature", "by_temperature", "by_parameter"):
+        one, other = getattr(ours, part), getattr(plain, part)
+        size = np.abs(other).reshape(-1, other.shape[-1]).max(axis=1)
+        assert (np.abs(one - other).reshape(-1, other.shape[-1]).max(axis=1) <= 1e-7 * size + 1e-300).all(), part
+
+
 def test_light_mass_lowers_a_mode_as_rayleigh_says(twin, reduced):
     ops, _, _ = reduced
     plain = twin.solved(twin.state(LAWS, LINES, {}, POINT), LINES)  # modes of the plate as it is

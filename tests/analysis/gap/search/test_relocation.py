@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.effect_card import EffectCard, Parameter
 from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import starting_state
 from analysis.gap.search.context import SearchContext
-from analysis.gap.search.relocation import relocated
+from analysis.gap.search.relocation import best_image, relocated
 
 TRUE = {"damage": {"loss": 0.3, "x": 0.33}, "stretch": {"delta_e": 0.02, "delta_g": -0.01}}
 
@@ -44,3 +45,66 @@ def test_a_spot_at_the_right_place_stays(context):
     right = fitted(context, baseline, 0.33)
     moved = relocated(context, baseline, right)
     assert moved.log_evidence == pytest.approx(right.log_evidence, abs=0.1)
+
+
+GRID = np.arange(0.1, 0.95, 0.1)
+SPOT = EffectCard(
+    "spot",
+    "mass on a symmetrical plate",
+    (
+        Parameter("grams", "g", 0.0, 10.0, 1.0),
+        Parameter("x", "1", 0.05, 0.95, 0.3, shape=True, typical=0.5),
+        Parameter("y", "1", 0.05, 0.95, 0.3, shape=True, typical=0.5),
+    ),
+    "nothing",
+    "nothing",
+    tuple({"x": x, "y": y} for x in GRID for y in GRID),
+)
+
+
+def symmetrical(toy):
+    """Return a plate whose resonances a spot shifts alike at all its images; residues tell them apart."""
+
+    class Symmetrical(toy.Plate):
+        here = None
+
+        @property
+        def cards(self):
+            return {"spot": SPOT}
+
+        def modes(self):
+            frequency, residue, by_nu, patterns = super().modes()
+            if self.here:
+                n = np.arange(1, len(frequency) + 1)
+                x, y = np.pi * self.here["x"], np.pi * self.here["y"]
+                pull = self.here["grams"] * np.sin(n * x) ** 2 * np.sin((n % 5 + 1) * y) ** 2
+                lean = self.here["grams"] * (np.cos(x) + 0.5 * np.cos(y) + np.cos(x) * np.cos(y))
+                frequency = frequency * (1.0 - 0.01 * pull)
+                residue = residue * (1.0 + 0.01 * lean * np.cos(n))
+            return frequency, residue, by_nu, patterns
+
+        def transfer(self, point, laws, effects, frequency):
+            other = Symmetrical(self.channels)
+            other.here = effects.get("spot")
+            return toy.Plate.transfer(other, point, laws, {}, frequency)
+
+    return Symmetrical(2)
+
+
+def test_a_fit_at_the_mirror_image_of_a_place_is_put_where_it_belongs(toy, pool):
+    plate = symmetrical(toy)
+    true = {"grams": 3.0, "x": 0.7, "y": 0.3}
+    frf, protocol = toy.record(effects={"spot": true}, temperatures=(18.0, 26.0, 34.0), plate=plate)
+    updated = toy.updated(frf)
+    sweeps, noise = prepare(frf, protocol, updated)
+    context = SearchContext(plate, sweeps, noise, pool)
+    start = starting_state(updated, sweeps.groups)
+    for x, y in ((0.3, 0.7), (0.3, 0.3), (0.7, 0.7)):
+        began = replace(start, effects={"spot": {"grams": 3.0, "x": x, "y": y}})
+        wrong = fit_gap(plate, sweeps, began, ("spot",), pool)
+        assert wrong.state.effects["spot"]["x"] == pytest.approx(x, abs=0.1)
+        assert not context.agrees(wrong)
+        found = best_image(context, wrong, "spot")
+        assert [found.state.effects["spot"][axis] for axis in "xy"] == pytest.approx([0.7, 0.3], abs=0.01)
+        assert context.agrees(found)
+        assert best_image(context, found, "spot") is found
