@@ -92,4 +92,4 @@ def test_white_noise_leaves_the_standard_deviations() -> None:
         found = fit(lines, poles(F), NONE)
         factors.append(variance_factors(lines, found, residual(lines, found)))
     assert np.min(factors) == 1.0
-    assert np.mean(factors) < 1.4  # the largest of two that are 1 in the mean, and of 1
+    assert np.mean(factors) < 1.1  # what is no more than chance does not count

@@ -47,11 +47,6 @@ def five_hits(folder: Path, seed: int, f: NDArray[np.float64], zeta: NDArray[np.
 
 @pytest.mark.slow
 def test_modes_scatter_from_test_to_test_as_their_deviations_say(tmp_path: Path) -> None:
-    """Deviations may be stated too large, never too small: three FRFs tell little of whether their poles scatter.
-
-    What they seem to scatter counts where it is more than the noise (`analysis.identification.errors_at_peaks`):
-    in the median the scatter over ten tests is 0.78 of what is stated.
-    """
     ratios, away = [], []
     for structure in range(STRUCTURES):
         rng = np.random.default_rng(structure)
@@ -68,6 +63,6 @@ def test_modes_scatter_from_test_to_test_as_their_deviations_say(tmp_path: Path)
         value, sigma = np.array(values), np.array(sigmas)
         ratios.append(value.std(axis=0, ddof=1) / np.sqrt(np.mean(sigma**2, axis=0)))
         away.append((value - 1.0) / sigma)
-    assert 0.7 <= np.median(ratios) <= 1.1
+    assert 0.9 <= np.median(ratios) <= 1.1
     assert np.quantile(ratios, 0.95) <= 2.2
     assert np.quantile(np.abs(away), 0.95) <= 2.2
