@@ -162,7 +162,7 @@ class _Few:
         return self.whole.log_evidence - self.rest.log_evidence
 
     def exchanged(self, name: str, added: Mapping[str, Values]) -> Refit:
-        """Fit another effect in the place of one, from where the laws stand with all of them.
+        """Fit another effect in the place of one, from where laws and declared quantities stand with all of them.
 
         From where they stand without the effect, far off, a fit does not find its way.
         """
@@ -176,6 +176,7 @@ class _Few:
             few.executor,
             target=few.settled,
             enough=BEHIND * self.whole.total,
+            enough_held=BEHIND * self.whole.total,
         )
         if fit.settled:
             few.fits.keep(names, fit)
