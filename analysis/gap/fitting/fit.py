@@ -324,9 +324,12 @@ class _Descent:
         return _Step.of(self.sweeps, at, free, damping, self.gain_free, self.laws_free)
 
     def _creeps(self, at: _Trial, free: FreeParameters, fallen: float) -> bool:
-        """Whether declared quantities only follow what is missing: a damped step takes little of what is left."""
+        """Whether declared quantities only follow what is missing: a damped step takes little of what is left.
+
+        Without effects a fit goes on: what it leaves is what evidence is measured from.
+        """
         left = at.objective - self.sweeps.numbers
-        return free.tolerances > 0 and self._leaves_more(at) and fallen < CREEPS * left
+        return bool(free.tolerances and free.effects) and self._leaves_more(at) and fallen < CREEPS * left
 
     def _leaves_more(self, at: _Trial) -> bool:
         """Whether a point leaves more than noise."""
