@@ -27,7 +27,6 @@ FEWEST_LINES = 8
 SHARE_IN_OTHER_FRFS = 0.1
 """Share of a mode outside the FRF that shows it best, from which its scatter over the FRFs is estimated."""
 
-
 CHANCE_OF_ALL, CHANCE_OF_ONE = 0.02, 0.01
 """Probabilities with which errors of one size on all lines pass for more, over all poles and at one of them."""
 

@@ -29,6 +29,9 @@ LEAST_FREEDOM = 0.25
 """Blocks with fewer degrees of freedom than this share of the largest scatter too much to be judged."""
 SHARP = 6.0
 """Standard deviations above the median from which a block of lines holds a feature and not only noise."""
+ROUGHNESS = 0.74
+"""Twice the sum over k > 0 of the squared correlation between what a local quartic leaves of a line, and of the
+line k further on, see `analysis.noise_power.single_repeat_power`."""
 
 
 @dataclass(frozen=True)
@@ -137,11 +140,6 @@ def _with_repeats(
     agree = np.abs(seen / stated - 1.0) <= NOISE_AGREES * np.sqrt(variance + stated_variance)
     share = np.where(agree, variance / (variance + stated_variance), 0.0)
     return seen + share * (stated - seen), variance * (1.0 - share)
-
-
-ROUGHNESS = 0.74
-"""Twice the sum over k > 0 of the squared correlation between what a local quartic leaves of a line, and of the
-line k further on, see `analysis.noise_power.single_repeat_power`."""
 
 
 def _expected(repeats_dof: NDArray[np.int_] | None) -> float:

@@ -20,6 +20,7 @@ from analysis.gap.thresholds import (
     FAR,
     LEAST_GAIN,
     LEAVES_NOISE,
+    PREDICTION_MARGIN,
     SCREENED,
     SCREENED_FAR,
     SETTLED,
@@ -86,6 +87,33 @@ class SearchContext:
                 self.model, self.sweeps, start, effects, self.executor, target=target, declared_free=not roughly
             )
             self.fits.keep(effects, found)
+        return found
+
+    def attempt(
+        self,
+        start: GapState,
+        effects: Sequence[str],
+        *,
+        enough: float,
+        margin: float = PREDICTION_MARGIN,
+        enough_held: float = np.inf,
+    ) -> GapFit:
+        """Do what `fit` does, but stop where `fit_gap` would with these bounds; what was stopped is not kept."""
+        found = self.fits.known(effects)
+        if found is None:
+            found = fit_gap(
+                self.model,
+                self.sweeps,
+                start,
+                effects,
+                self.executor,
+                target=self.settled,
+                enough=enough,
+                margin=margin,
+                enough_held=enough_held,
+            )
+            if found.settled:  # one that was given up was so against others
+                self.fits.keep(effects, found)
         return found
 
     def at_few_temperatures(self, start: GapState) -> tuple["SearchContext", GapState]:

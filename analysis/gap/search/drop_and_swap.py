@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Self
 
 from analysis.effect_card import Values
-from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.refit import Refit, absent, first_order, refit
@@ -113,19 +112,7 @@ class Loss:
 def lost(context: SearchContext, baseline: GapFit, fit: GapFit, name: str) -> Loss:
     """Say what a twin loses without one of its effects; from a few temperatures where these leave no doubt.
 
-    Parameters
-    ----------
-    context : SearchContext
-    baseline : GapFit
-        Without effects.
-    fit : GapFit
-        With all effects.
-    name : str
-        The effect left out.
-
-    Returns
-    -------
-    Loss
+    Parameters are those of `dropped`.
     """
     far = _Few.without(context, baseline, fit, name)
     if far is None:
@@ -166,21 +153,10 @@ class _Few:
 
         From where they stand without the effect, far off, a fit does not find its way.
         """
-        few, effects = self.context, {**_without(self.whole, name), **added}
-        names = tuple(effects)
-        fit = few.fits.known(names) or fit_gap(
-            few.model,
-            few.sweeps,
-            self.whole.state.with_effects(effects),
-            names,
-            few.executor,
-            target=few.settled,
-            enough=BEHIND * self.whole.total,
-            enough_held=BEHIND * self.whole.total,
-        )
-        if fit.settled:
-            few.fits.keep(names, fit)
-        return Refit.of(few, self.rest, names, fit)
+        effects, most = {**_without(self.whole, name), **added}, BEHIND * self.whole.total
+        names, start = tuple(effects), self.whole.state.with_effects(effects)
+        fit = self.context.attempt(start, names, enough=most, enough_held=most)
+        return Refit.of(self.context, self.rest, names, fit)
 
 
 def relative_evidence(

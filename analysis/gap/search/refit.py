@@ -7,7 +7,6 @@ from typing import Self
 import numpy as np
 
 from analysis.effect_card import Values
-from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState
 from analysis.gap.search.candidate import Candidate
@@ -127,21 +126,9 @@ def refit(
         enough = min(-2.0 * (reference.log_evidence + REFIT_SHARE * best), NEAR_IT * left, BEHIND * least)
         beaten = left < np.inf or (far and least < np.inf)
         start, margin = started_from(reference, names, added), NEAR_MARGIN if beaten else PREDICTION_MARGIN
-        fit = few.fits.known(names) or fit_gap(
-            few.model,
-            few.sweeps,
-            start,
-            names,
-            few.executor,
-            target=few.settled,
-            enough=enough,
-            margin=margin,
-            enough_held=BEHIND * least_held,
-        )
+        fit = few.attempt(start, names, enough=enough, margin=margin, enough_held=BEHIND * least_held)
         if fit.held is not None:
             least_held = min(least_held, fit.held.objective)
-        if fit.settled:  # one that was given up was so against others
-            few.fits.keep(names, fit)
         trial = Refit.of(few, reference, names, fit)
         if trial.plausible:
             best, least = max(best, trial.gain), min(least, fit.total)
