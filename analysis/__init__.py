@@ -33,6 +33,7 @@
 ``repeat_shift``       how far resonances move over the repeats of a sweep
 ``chosen_actuator``    sweeps of one of several actuators
 ``mains``              lines that mains hum takes
+``grid_frequency``     what is accepted as its frequency
 ``material``           E(T), nu(T), eta(T) with their bands
 ``material_table``     laws through a table of values
 ``estimates``          a parameter or laws with standard deviations

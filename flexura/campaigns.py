@@ -1,6 +1,6 @@
 """A plate over temperature: recordings, FRFs, modes, material laws, and what its twin lacks."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
@@ -14,15 +14,16 @@ from analysis.identification.reading import Damping
 from analysis.identification.settings import Settings
 from analysis.progress import Progress
 from app.files.campaign import load_campaign
+from app.files.next_experiment import rig_table
 from app.files.run_folder import writable_folder
 from app.plate_frfs.plate_of_modes import read_plate_of_modes
 from app.stages import gap as gap_stage
 from app.stages import identify as identify_stage
 from app.stages import update as update_stage
 from app.stages import update_modes as update_modes_stage
+from app.stages.comparison_request import GapRequest, UpdateRequest
 from app.stages.identify_options import Method, Wanted
 from app.terminal.progress import progress as bars
-from app.twins.campaign_model import start_of
 
 File = str | PathLike[str]
 
@@ -130,12 +131,12 @@ def update(
     app.files.bad_file.ResultFileError
         For a campaign that cannot be judged, with the reason.
     """
-    campaign, run, folder = _loaded(campaign), _run(out), None if effects is None else Path(effects)
-    start = start_of(None if twin is None else Path(twin), campaign.experiment, folder)
+    request = UpdateRequest(_loaded(campaign), twin=_path(twin), effects=_path(effects), mains=mains)
+    run = _run(out)
     with computing(shown=progress) as report:
-        found = update_stage.compute(campaign, mains, report, start=start, folder=folder, run=run)
+        found = update_stage.compute(request, report, run=run)
     if run is not None:
-        update_stage.save(run, campaign, found, mains, start)
+        update_stage.save(run, request, found)
     return found
 
 
@@ -145,6 +146,10 @@ def gap(
     twin: File | None = None,
     effects: File | None = None,
     mains: float = 50.0,
+    plan: bool = False,
+    experiment: File | None = None,
+    hours: Mapping[str, float] | None = None,
+    after: tuple[File | AnyCampaign, File] | None = None,
     out: File | None = None,
     progress: bool | None = None,
 ) -> gap_stage.GapComparison:
@@ -159,6 +164,14 @@ def gap(
         Folder with a user's own effects.
     mains : float
         Hz.
+    plan : bool
+        Whether the next experiment is planned.
+    experiment : path, optional
+        For a plan: file by which the campaign was acquired; by default what its folder holds of it.
+    hours : mapping of str to float, optional
+        For a plan: laboratory hours of kinds of measurement, as ``--hours``.
+    after : (AnyCampaign or path, path), optional
+        An earlier campaign and its run folder, whose plan this campaign follows.
     out : path, optional
         Run folder for gap.json, gap.h5, frf.h5, twin.toml and laws; nothing is written where it is left out.
     progress : bool, optional
@@ -169,13 +182,24 @@ def gap(
     app.files.bad_file.ResultFileError
         For a campaign that cannot be judged, with the reason.
     """
-    campaign, run, began = _loaded(campaign), _run(out), perf_counter()
-    folder, start_file = (None if path is None else Path(path) for path in (effects, twin))
-    start = start_of(start_file, campaign.experiment, folder)
+    rig = None
+    if experiment is not None or (plan and not isinstance(campaign, AnyCampaign)):
+        rig = rig_table(Path() if isinstance(campaign, AnyCampaign) else Path(campaign), _path(experiment))
+    request = GapRequest(
+        _loaded(campaign),
+        twin=_path(twin),
+        effects=_path(effects),
+        mains=mains,
+        plan=plan,
+        hours=hours or {},
+        rig=rig,
+        after=None if after is None else (_loaded(after[0]), Path(after[1])),
+    )
+    run, began = _run(out), perf_counter()
     with computing(shown=progress) as report:
-        found = gap_stage.compute(campaign, mains, report, start=start, folder=folder, run=run)
+        found = gap_stage.compute(request, report, run=run)
     if run is not None:
-        gap_stage.save(run, campaign, found, mains, perf_counter() - began, start=start_file, folder=folder)
+        gap_stage.save(run, request, found, perf_counter() - began)
     return found
 
 
@@ -213,6 +237,10 @@ def update_modes(
 
 def _loaded(campaign: File | AnyCampaign) -> AnyCampaign:
     return campaign if isinstance(campaign, AnyCampaign) else load(campaign)
+
+
+def _path(file: File | None) -> Path | None:
+    return None if file is None else Path(file)
 
 
 def _run(out: File | None) -> Path | None:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from analysis.grid_frequency import require_mains
 from analysis.identification.residual_terms import CHOICES, ResidualTerms
 
 
@@ -33,5 +34,5 @@ class Settings:
             )
         if not self.terms:
             raise ValueError("terms: at least one choice of residual terms is needed")
-        if self.mains is not None and not 1.0 <= self.mains <= 1000.0:
-            raise ValueError(f"mains {self.mains:g} Hz: 1 to 1000 allowed, or none")
+        if self.mains is not None:
+            require_mains(self.mains)

@@ -10,6 +10,7 @@ from app.files.bad_file import ResultFileError
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
 from app.stages import gap
+from app.stages.comparison_request import GapRequest
 
 REFUSED = "refused.json"
 
@@ -30,11 +31,12 @@ def judge_campaign(folder: Path, run: Path, without: Collection[str]) -> None:
     begun = time.perf_counter()
     try:
         campaign = load_campaign(folder)
-        found = gap.compute(campaign, MAINS, lambda stage, share: None, without=without, describing=False)
+        request = GapRequest(campaign, mains=MAINS, without=frozenset(without), describing=False)
+        found = gap.compute(request, lambda stage, share: None)
     except (CampaignFileError, ResultFileError) as error:
         write_json(run / REFUSED, {"why": str(error)})
         return
-    gap.save(run, campaign, found, MAINS, time.perf_counter() - begun)
+    gap.save(run, request, found, time.perf_counter() - begun)
 
 
 def is_judged(run: Path) -> bool:

@@ -89,14 +89,16 @@ def do_identify(work: Work, report: Progress) -> Made:
 def do_update(work: Work, report: Progress) -> Made:
     """Fit E, nu and eta at every temperature, and laws through them."""
     from app.stages import update
+    from app.stages.comparison_request import UpdateRequest
     from app.summaries.update import gains_text, headline, notes
 
     work.models.wait_for(PLATE, report)
     campaign, mains = work.campaign, work.settings.mains
+    request = UpdateRequest(campaign, mains=mains)
     work.plain = update.updated_twin(campaign, mains, report, work.run)
-    found = update.compute(campaign, mains, report, run=work.run, plain=work.plain)
+    found = update.compute(request, report, run=work.run, plain=work.plain)
     with held_back():
-        update.save(work.run, campaign, found, mains)
+        update.save(work.run, request, found)
     inputs = campaign.experiment.inputs
     gains = (f"gains: {gains_text(found.updated, inputs)}",) if len(inputs) > 1 else ()
     told = (*gains, *found.frf.notes, *notes(found.updated, found.laws, found.pairing))
@@ -107,14 +109,13 @@ def do_update(work: Work, report: Progress) -> Made:
 def do_gap(work: Work, report: Progress) -> Made:
     """Compare the campaign with its twin, and name what the twin lacks."""
     from app.stages import gap
+    from app.stages.comparison_request import GapRequest
     from app.summaries.gap import headline
-    from app.twins.campaign_model import known_effects
 
-    campaign, mains = work.campaign, work.settings.mains
-    known_effects(campaign.experiment, work.effects)  # raises for a user's effects that cannot be loaded
+    request = GapRequest(work.campaign, effects=work.effects, mains=work.settings.mains)
     work.models.wait_for(EFFECTS, report)
     started = time.perf_counter()
-    found = gap.compute(campaign, mains, report, folder=work.effects, run=work.run, plain=work.plain)
+    found = gap.compute(request, report, run=work.run, plain=work.plain)
     with held_back():
-        record = gap.save(work.run, campaign, found, mains, time.perf_counter() - started, folder=work.effects)
+        record = gap.save(work.run, request, found, time.perf_counter() - started)
     return Made(headline(record), (*found.frf.notes, *record["notes"]), record["verdict"] in gap.GOOD)

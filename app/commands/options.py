@@ -8,6 +8,8 @@ from typing import Any, TypeVar, cast
 
 import click
 
+from analysis.grid_frequency import MAINS_RANGE
+
 Verb = TypeVar("Verb", bound=Callable[..., object])
 
 PATH = click.Path(path_type=Path)
@@ -89,7 +91,7 @@ which_rig = click.option(
 )
 mains = click.option(
     "--mains",
-    type=click.FloatRange(10.0, 400.0),
+    type=click.FloatRange(*MAINS_RANGE),
     default=50.0,
     show_default=True,
     help="Mains frequency, Hz, whose lines are left out.",

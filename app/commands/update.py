@@ -76,13 +76,14 @@ def command(
     started = time.perf_counter()
     loaded = load_campaign(campaign)
     from app.stages import update  # the import takes a second: a wrong folder is reported before it
-    from app.twins.campaign_model import start_of
+    from app.stages.comparison_request import UpdateRequest
 
-    start = start_of(twin, loaded.experiment, effects)
+    request = UpdateRequest(loaded, twin=twin, effects=effects, mains=mains)
+    start = request.start
     with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
-        found = update.compute(loaded, mains, report, start=start, folder=effects, run=run)
+        found = update.compute(request, report, run=run)
         replaced = other_effects(run / "laws.h5", {} if start is None else start.twin.effects)
-        update.save(run, loaded, found, mains, start)
+        update.save(run, request, found)
     updated, seconds = found.updated, time.perf_counter() - started
     inputs, best = loaded.experiment.inputs, best_twin(run, "update")
     pairs = pairing_record(found.pairing)

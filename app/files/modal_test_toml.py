@@ -12,6 +12,7 @@ from analysis.estimation.estimators import Estimator
 from analysis.estimation.impacts import HammerTest
 from analysis.estimation.quantities import Calibration, calibration
 from analysis.estimation.windows import Shape
+from analysis.grid_frequency import MAINS_RANGE
 from app.files.campaign_error import CampaignFileError
 from app.files.settings_toml import checked, read_table
 
@@ -111,7 +112,7 @@ class ModalTest(Declared):
     estimator: Estimator = "h1"
     sample_rate: Annotated[float, Field(gt=0.0, le=1e9, description="Hz")] | str | None = None
     temperature: Temperature | None = None
-    mains: Annotated[float | None, Field(ge=10.0, le=400.0, description="Hz")] = None
+    mains: Annotated[float | None, Field(ge=MAINS_RANGE[0], le=MAINS_RANGE[1], description="Hz")] = None
     channels: Annotated[dict[str, ChannelOfFile], Field(min_length=1)]
     record: Annotated[tuple[RecordOfTest, ...], Field(min_length=1)]
     points: Annotated[dict[Node, tuple[float, float, float]], Field(default_factory=dict)]

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from analysis.declared import Declared, Temperature
+from analysis.grid_frequency import MAINS_RANGE
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_kind import DECLARATION
 from app.files.campaign_toml import RUN, run_table
@@ -95,7 +96,7 @@ class ReportOptions(Declared):
 class RunSettings(Declared):
     """``[run]``."""
 
-    mains: Annotated[float, Field(ge=10.0, le=400.0, description="Hz")] = 50.0
+    mains: Annotated[float, Field(ge=MAINS_RANGE[0], le=MAINS_RANGE[1], description="Hz")] = 50.0
     without: Annotated[tuple[Stage, ...], Field(description="stages left out")] = ()
     campaign: Annotated[str | None, Field(description="folder that a recording is imported into")] = None
     effects: Annotated[str | None, Field(description="a folder of *.py, an effect each")] = None

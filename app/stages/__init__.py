@@ -14,6 +14,7 @@
 ``pairing``                measured modes of some sweeps beside those of the twin
 ``likely_reason``          other declarations, tried where the twin is no fit
 ``alternatives``           which: places, lengths, order of channels, orthotropy
+``comparison_request``     what is asked of `update` and of the next
 ``gap``                    comparison of a campaign with its twin
 ``gap_notes``                effects that were not tried, and the error of the twin
 ``gap_pairing``              modes paired before and after the effects found

@@ -26,7 +26,7 @@ from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, correcte
 from analysis.updating.drift import to_first_order
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
-from app.files.campaign_inputs import campaign_settings, has_other_sweeps, origin_of_result
+from app.files.campaign_inputs import has_other_sweeps, origin_of_result
 from app.files.described_effect import write_described_effect
 from app.files.description_json import description_record
 from app.files.experiment_toml import experiment_model
@@ -38,10 +38,11 @@ from app.files.next_experiment import NAME as NEXT
 from app.files.next_experiment import reach_of, write_next_experiment
 from app.files.pairing_json import pairing_record
 from app.files.plan_json import answer_record, plan_record
-from app.files.provenance import provenance, sha256
+from app.files.provenance import sha256
 from app.files.twin_file import write_twin
 from app.stages.answer import with_answer
 from app.stages.compared import Compared
+from app.stages.comparison_request import GapRequest
 from app.stages.description import OPEN, description
 from app.stages.drift_notes import untimed
 from app.stages.gap_notes import missing_words, roughness
@@ -51,7 +52,7 @@ from app.stages.plan import next_experiment
 from app.stages.update import Updating, updated_twin
 from app.summaries.display import as_html, as_text
 from app.summaries.gap import headline, tables
-from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
+from app.twins.campaign_model import WORKERS, campaign_model, judging
 from app.twins.campaign_twin import OFFSET, offset_wanted
 from simulation.effects.library import untried
 from simulation.twin.effect_plate import EffectPlate
@@ -128,50 +129,37 @@ class GapComparison(Labelled):
 
 
 def compute(
-    campaign: AnyCampaign,
-    mains: float,
-    report: Progress,
-    *,
-    start: Start | None = None,
-    folder: Path | None = None,
-    without: Collection[str] = (),
-    run: Path | None = None,
-    plain: Updating | None = None,
-    describing: bool = True,
-    further: bool = False,
+    request: GapRequest, report: Progress, *, run: Path | None = None, plain: Updating | None = None
 ) -> GapComparison:
-    """Compare a campaign with its twin.
+    """Compare a campaign with its twin; then the answer and the plan, where they are asked for.
 
     Parameters
     ----------
-    mains : float
-        Hz.
     report : callable
         Called with a stage's name and the share of it done.
-    start : Start, optional
-        Twin file whose effects are on from the beginning.
-    folder : Path, optional
-        A user's own effects.
-    without : collection of str
-        Effects of the library that are no candidates.
     run : Path, optional
         Run folder whose modes.h5 gives the measured modes to pair, if it is of these recordings.
     plain : Updating, optional
         What `updated_twin` gives for the same campaign, mains and run, where that is known.
-    describing : bool
-        Whether what no effect explains is described, which takes a minute.
-    further : bool
-        Whether a plan or an answer will be wanted: `GapComparison.compared` is then there.
 
     Raises
     ------
     ResultFileError
         For a campaign that cannot be compared with its twin, with the reason.
     """
-    plain = plain or updated_twin(campaign, mains, report, run)
+    plain = plain or updated_twin(request.campaign, request.mains, report, run)
+    found = _compared(request, plain, report)
+    if request.after is not None:
+        found = _with_answer(found, *request.after, request.mains, report)
+    return _with_plan(found, request, report) if request.plan else found
+
+
+def _compared(request: GapRequest, plain: Updating, report: Progress) -> GapComparison:
+    """Find what the twin lacks, and describe what no effect explains."""
+    campaign, start, folder = request.campaign, request.start, request.effects
     frf = plain.frf
     twin, given = campaign_model(campaign.experiment, plain.updated, report, start, folder)
-    candidates = allowed = frozenset({*twin.library, OFFSET} - set(without))
+    candidates = allowed = frozenset({*twin.library, OFFSET} - request.without)
     twin = _with_only(twin, allowed)
     model = HeldEffects(twin, {name: {p.name: p.value for p in values} for name, values in given.items()})
     protocol = campaign.experiment.protocol
@@ -221,8 +209,8 @@ def compute(
         unnamed = FittedTwin(bare.state, bare.laws, bare.sigma_gain, given, bare.declared)
         fitted = unnamed if found.verdict == "unknown" else named
         compared = told = None
-        describing = describing and found.verdict in OPEN
-        if (describing or further) and (pairing is None or pairing.fits):
+        describing = request.describing and found.verdict in OPEN
+        if (describing or request.further) and (pairing is None or pairing.fits):
             around = HeldEffects.around(model)
             compared = Compared.again(
                 campaign.experiment, steady, plain.updated, twin, around, found, executor, floor.carried
@@ -238,85 +226,26 @@ def _with_only(twin: Twin[EffectPlate], candidates: Collection[str]) -> Twin[Eff
     return replace(twin, library={name: one for name, one in twin.library.items() if name in candidates})
 
 
-def with_plan(
-    found: GapComparison,
-    report: Progress,
-    hours: Mapping[str, float] | None = None,
-    rig: Mapping[str, Any] | None = None,
-) -> GapComparison:
-    """Add the plan of the next experiment to a comparison.
-
-    Parameters
-    ----------
-    report : callable
-        Called with a stage's name and the share of it done.
-    hours : mapping of str to float, optional
-        Of some kinds of measurement, instead of the usual ones.
-    rig : mapping, optional
-        Table of the experiment's file, which says what the rig can do.
-
-    Returns
-    -------
-    GapComparison
-        With an empty plan where this is no fit: nothing can be simulated with such a twin.
-    """
+def _with_plan(found: GapComparison, request: GapRequest, report: Progress) -> GapComparison:
+    """Add the plan of the next experiment; an empty one where this is no fit, which cannot simulate anything."""
     if found.compared is None:
         return replace(found, plan=Plan((), ()))
+    rig = request.rig
     reach = None if rig is None else reach_of(experiment_model(rig).model_validate(rig))
-    return replace(found, plan=next_experiment(found.compared, found.report, report, hours, reach))
+    return replace(found, plan=next_experiment(found.compared, found.report, report, request.hours, reach))
 
 
-def after(found: GapComparison, earlier: AnyCampaign, run: Path, mains: float, report: Progress) -> GapComparison:
-    """Decide what an earlier comparison left open, by both campaigns.
-
-    Parameters
-    ----------
-    found : GapComparison
-        Of the campaign that its plan asked for.
-    run : Path
-        Run folder of its comparison, with a plan.
-    mains : float
-        Hz.
-    report : callable
-        Called with a stage's name and the share of it done.
-
-    Returns
-    -------
-    GapComparison
-        With an answer, unless this is no fit.
-
-    Raises
-    ------
-    ResultFileError
-        For a run folder without a plan, and a campaign that cannot be judged.
-    """
+def _with_answer(
+    found: GapComparison, earlier: AnyCampaign, run: Path, mains: float, report: Progress
+) -> GapComparison:
+    """Decide what an earlier comparison left open, by its campaign and this one, unless this is no fit."""
     if found.compared is None:
         return found
     decision, _ = with_answer(earlier, run, found.compared, mains, report)
     return replace(found, answer=decision)
 
 
-def _origin(campaign: AnyCampaign, mains: float, start: Path | None, folder: Path | None) -> dict[str, Any]:
-    """Return the provenance: campaign, the twin file it started from, a user's effects."""
-    inputs = dict(campaign.hashes)
-    if start is not None:
-        inputs[f"twin {start.name}"] = sha256(start)
-    if folder is not None:
-        inputs |= {f"effect {file.name}": sha256(file) for file in sorted(folder.glob("[!_]*.py"))}
-    return provenance(inputs, {"mains": mains, **campaign_settings(campaign)})
-
-
-def save(
-    run: Path,
-    campaign: AnyCampaign,
-    found: GapComparison,
-    mains: float,
-    seconds: float,
-    *,
-    start: Path | None = None,
-    folder: Path | None = None,
-    rig: Mapping[str, Any] | None = None,
-) -> dict[str, Any]:
+def save(run: Path, request: GapRequest, found: GapComparison, seconds: float) -> dict[str, Any]:
     """Write gap.json, gap.h5, frf.h5, twin.toml and laws, and return the content of gap.json.
 
     ``laws.h5`` is the result of `flexura update`: it is written only if it is not there, or of other sweeps of
@@ -327,16 +256,8 @@ def save(
     ----------
     run : Path
         Run folder.
-    mains : float
-        Hz.
     seconds : float
         Time that the comparison took, s.
-    start : Path, optional
-        Twin file from which the comparison started.
-    folder : Path, optional
-        A user's own effects.
-    rig : mapping, optional
-        Table of the experiment's file, from which that of a planned campaign is made.
 
     Returns
     -------
@@ -348,9 +269,10 @@ def save(
     OSError
         Where the run folder cannot be written.
     """
-    origin = _origin(campaign, mains, start, folder)
+    campaign, origin = request.campaign, request.origin()
+    planned = () if found.plan is None else _next_experiment(run, found.plan, request.rig)
     more = {
-        "plan": None if found.plan is None else plan_record(found.plan, *_next_experiment(run, found.plan, rig)),
+        "plan": None if found.plan is None else plan_record(found.plan, *planned),
         "description": None if found.description is None else _described(run, found.description),
         "answer": None if found.answer is None else answer_record(found.answer),
     }
@@ -362,7 +284,7 @@ def save(
         plain = found.plain
         record_of_plain = pairing_record(plain.pairing)
         save_laws(run / "laws.h5", plain.updated, plain.laws, plain.twin, origin, record_of_plain)
-    based_on = None if start is None else sha256(start)
+    based_on = None if request.twin is None else sha256(request.twin)
     issued = issued_twin(campaign, found.corrected, found.twin.error, found.report.verdict, based_on)
     write_twin(run / TWIN, issued)
     if found.corrected.effects:

@@ -4,7 +4,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,11 +30,10 @@ from analysis.updating.outlier_sweeps import outlier_sweeps
 from analysis.updating.polarity import polarity_corrected
 from analysis.updating.sheet_start import sheet_start
 from analysis.updating.update import update
-from app.files.campaign_inputs import campaign_settings
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.pairing_json import pairing_record
-from app.files.provenance import provenance, sha256
+from app.stages.comparison_request import UpdateRequest
 from app.stages.drift_notes import drift_notes
 from app.stages.pairing import (
     MeasuredSweeps,
@@ -105,27 +103,14 @@ class Updating(Labelled):
 
 
 def compute(
-    campaign: AnyCampaign,
-    mains: float,
-    report: Progress,
-    *,
-    start: Start | None = None,
-    folder: Path | None = None,
-    run: Path | None = None,
-    plain: Updating | None = None,
+    request: UpdateRequest, report: Progress, *, run: Path | None = None, plain: Updating | None = None
 ) -> Updating:
     """Fit the material of a campaign's twin to its FRFs, and laws through the estimates.
 
     Parameters
     ----------
-    mains : float
-        Frequency of the mains, Hz.
     report : callable
         Called with a stage's name and the share of it done.
-    start : Start, optional
-        Twin file whose effects are held at their values.
-    folder : Path, optional
-        A user's own effects.
     run : Path, optional
         Run folder whose modes.h5 gives the measured modes to pair, if it is of these recordings.
     plain : Updating, optional
@@ -136,35 +121,17 @@ def compute(
     ResultFileError
         For a campaign that cannot be fitted, with the reason.
     """
-    found = plain or updated_twin(campaign, mains, report, run)
-    if start is not None:
-        found = _updated_under_effects(campaign, found, start, folder, report)
-    reasoned = with_reason(campaign.experiment, found.frf, found.measured, found.pairing, report)
+    found = plain or updated_twin(request.campaign, request.mains, report, run)
+    if request.start is not None:
+        found = _updated_under_effects(request.campaign, found, request.start, request.effects, report)
+    reasoned = with_reason(request.campaign.experiment, found.frf, found.measured, found.pairing, report)
     return replace(found, pairing=reasoned)
 
 
-def save(run: Path, campaign: AnyCampaign, found: Updating, mains: float, start: Start | None = None) -> None:
-    """Write frf.h5 and laws.h5: FRFs, estimates, laws and the twin's FRFs.
-
-    Parameters
-    ----------
-    run : Path
-        Run folder.
-    mains : float
-        Hz.
-    start : Start, optional
-        Twin file whose effects were held.
-
-    Raises
-    ------
-    OSError
-        Where a file cannot be written.
-    """
-    settings: dict[str, Any] = {"mains": mains}
-    if start is not None:
-        settings |= {"twin": sha256(start.path), "effects": start.twin.effects}
-    made_from = provenance(campaign.hashes, settings | campaign_settings(campaign))
-    save_frf(run / "frf.h5", campaign.experiment, found.frf, made_from)
+def save(run: Path, request: UpdateRequest, found: Updating) -> None:
+    """Write frf.h5 and laws.h5: FRFs, estimates, laws and the twin's FRFs; OSError where a file is refused."""
+    made_from = request.origin()
+    save_frf(run / "frf.h5", request.campaign.experiment, found.frf, made_from)
     save_laws(run / "laws.h5", found.updated, found.laws, found.twin, made_from, pairing_record(found.pairing))
 
 

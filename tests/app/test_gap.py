@@ -13,9 +13,9 @@ from threadpoolctl import threadpool_limits
 from analysis.gap.plan.measurement import OVEN_FIXED
 from app.files.gap_file import load_gap
 from app.files.laws_file import load_laws, load_updated
+from app.files.plan_json import open_before
 from app.files.twin_file import read_twin
 from app.main import flexura
-from app.stages.answer import open_before
 from app.stages.gap_notes import missing_words, roughness
 
 Run = Callable[..., tuple[int, str, str]]
@@ -69,10 +69,10 @@ def test_effects_that_cannot_be_loaded(
         (("--hours", "scale=1"), "--experiment and --hours belong to --plan"),
         (
             ("--plan", "--hours", "microscope=1"),
-            "'microscope=1'; allowed: KIND=HOURS, above 0, KIND one of both_ramps",
+            "'microscope=1'; allowed: KIND=HOURS, above 0 and at most 10000, KIND one of both_ramps",
         ),
         (("--plan", "--hours", "scale=none"), "'scale=none'; allowed: KIND=HOURS"),
-        (("--plan", "--hours", "scale=0"), "'scale=0'; allowed: KIND=HOURS"),
+        (("--plan", "--hours", "scale=0"), "'scale=0'; allowed: KIND=HOURS, above 0"),
     ],
 )
 def test_hours_of_a_plan_are_checked_first(

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from app.files.campaign import load_campaign
+from app.stages.comparison_request import GapRequest
 from app.stages.gap import GapComparison, compute
 
 FOLDER = Path(__file__).parents[3] / "shared" / "data" / "campaigns"
@@ -22,7 +23,7 @@ pytestmark = [
 
 
 def compared(name: str) -> GapComparison:
-    return compute(load_campaign(FOLDER / name), 50.0, lambda stage, share: None)
+    return compute(GapRequest(load_campaign(FOLDER / name)), lambda stage, share: None)
 
 
 @pytest.mark.parametrize("name", ["pp-plate-tolerances", "solid-l-null"])

@@ -15,6 +15,7 @@ from analysis.updated import Updated
 from app.files.campaign import load_campaign
 from app.files.campaign_export import export_frfs
 from app.stages import update
+from app.stages.comparison_request import UpdateRequest
 
 Run = Callable[..., tuple[int, str, str]]
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "data" / "campaigns" / "pp-plate-nominal"
@@ -47,7 +48,7 @@ def exported(recorded: Path, folder: Path, form: str) -> Path:
 @cache
 def updated(folder: Path) -> Updated:
     with threadpool_limits(1):
-        return update.compute(load_campaign(folder), 50.0, lambda _stage, _share: None).updated
+        return update.compute(UpdateRequest(load_campaign(folder)), lambda _stage, _share: None).updated
 
 
 def away(one: Updated, other: Updated) -> float:

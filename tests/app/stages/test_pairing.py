@@ -14,6 +14,7 @@ from app.files.campaign import load_campaign
 from app.files.laws_file import load_pairing
 from app.files.pairing_json import checked_pairing, pairing_record, shown
 from app.stages import identify, update
+from app.stages.comparison_request import UpdateRequest
 from app.stages.identify_options import Wanted
 from app.stages.pairing import measured_sweeps, paired_sweeps
 from app.twins.campaign_twin import campaign_twin
@@ -32,7 +33,7 @@ def campaign(cut_recording: Callable[[Path, tuple[int, ...]], None], tmp_path_fa
 
 @pytest.fixture(scope="module")
 def updating(campaign: Campaign) -> update.Updating:
-    return update.compute(campaign, 50.0, silent)
+    return update.compute(UpdateRequest(campaign), silent)
 
 
 def test_strong_modes_of_a_good_campaign_pair_within_a_tenth_of_a_bandwidth(updating: update.Updating) -> None:
