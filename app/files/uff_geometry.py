@@ -1,4 +1,4 @@
-"""What stands first in a universal file: header, units, nodes and lines between them (151, 164, 15, 2411, 82).
+"""What stands first in a universal file: nodes, header, units, and lines between nodes (15, 151, 164, 2411, 82).
 
 Some programs refuse files without header and units; lines make a cloud of nodes a structure on their screens.
 """
@@ -28,7 +28,8 @@ def geometry_text(title: str, points: Mapping[int, Position] | None = None) -> s
     """
     parts = [_header(title), _units()]
     if points:
-        parts += [_nodes(points), _nodes_double(points)]
+        # nodes before the header: scripts that read them from the first lines of our files up to 0.3 find them there
+        parts = [_nodes(points), *parts, _nodes_double(points)]
         parts += [_trace(number, line) for number, line in enumerate(lines_between(points), start=1)]
     return "".join(parts)
 

@@ -77,7 +77,7 @@ def test_nodes_directions_quantities_and_units(tmp_path: Path) -> None:
     assert [one.units for one in found[:2]] == [("V", "N"), ("m/s2", "N")]
     np.testing.assert_allclose([one.h for one in found], h.reshape(4, 40), rtol=1e-10)
     assert read_nodes(path) == {2: (0.2, 0.1, 0.0), 3: (0.12, 0.1, 0.0)}
-    header, units, nodes, again, line, *sets = pyuff.UFF(str(path)).read_sets()
-    assert [one["type"] for one in (header, units, nodes, again, line)] == [151, 164, 15, 2411, 82]
+    nodes, header, units, again, line, *sets = pyuff.UFF(str(path)).read_sets()
+    assert [one["type"] for one in (nodes, header, units, again, line)] == [15, 151, 164, 2411, 82]
     kinds = [(one["ordinate_spec_data_type"], one["orddenom_spec_data_type"]) for one in sets]
     assert kinds == [(1, 13), (12, 13)] * 2

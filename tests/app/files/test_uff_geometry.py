@@ -28,7 +28,7 @@ def test_header_and_units_stand_first_without_nodes(tmp_path: Path) -> None:
 def test_every_set_is_read_and_nodes_keep_their_digits(tmp_path: Path) -> None:
     path = tmp_path / "a.uff"
     read = sets(path, geometry_text("a plate", GRID))
-    assert [one["type"] for one in read][:4] == [151, 164, 15, 2411]
+    assert [one["type"] for one in read][:4] == [15, 151, 164, 2411]
     assert {one["type"] for one in read[4:]} == {82}
     found = read_nodes(path)
     assert list(found) == list(GRID)

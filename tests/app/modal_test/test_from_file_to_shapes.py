@@ -57,7 +57,7 @@ def test_what_is_saved_rebuilds_what_was_fitted_and_is_read_by_other_programs(tm
     np.testing.assert_allclose(from_modes[:, 0], modes.residues[:, shapes.pole], rtol=1e-9)
     sets = pyuff.UFF(str(tmp_path / "modes.uff")).read_sets()
     kinds = [int(one["type"]) for one in sets]
-    assert kinds[:4] == [151, 164, 15, 2411]
+    assert kinds[:4] == [15, 151, 164, 2411]
     assert kinds[-len(shapes.pole) :] == [55] * len(shapes.pole)
     assert set(kinds[4 : -len(shapes.pole)]) == {82}
     sets = [one for one in sets if int(one["type"]) in (15, 55)]
