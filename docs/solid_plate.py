@@ -155,6 +155,40 @@ def frequencies(mesh: Mesh, materials: dict[str, Solid], count: int, held: Whole
     RuntimeError
         If CalculiX is not installed or gives no eigenvalues.
     """
+    with tempfile.TemporaryDirectory() as folder:
+        done = solved(Path(folder), mesh, materials, ["*FREQUENCY", f"{count}"], held)
+        written = Path(folder) / "plate.dat"
+        found = _eigenvalues(written.read_text(encoding="ascii")) if written.is_file() else np.zeros(0)
+    if found.size < count:
+        raise RuntimeError(f"ccx gave {found.size} of {count} eigenvalues: {done[-2000:]}")
+    return np.sort(np.sqrt(np.abs(found[:count]))) / (2.0 * np.pi)
+
+
+def solved(
+    folder: Path, mesh: Mesh, materials: dict[str, Solid], step: Sequence[str], held: Whole | None = None
+) -> str:
+    """Let CalculiX write its files ``plate.*`` into a folder.
+
+    Parameters
+    ----------
+    folder : Path
+    mesh : Mesh
+    materials : dict of str to Solid
+    step : sequence of str
+        Lines of its input that say what is solved.
+    held : (H,) ndarray of int, optional
+        Nodes that do not move.
+
+    Returns
+    -------
+    str
+        What it printed.
+
+    Raises
+    ------
+    RuntimeError
+        If CalculiX is not installed.
+    """
     solver = shutil.which("ccx")
     if solver is None:
         raise RuntimeError("ccx is not installed: apt-get install calculix-ccx")
@@ -169,15 +203,9 @@ def frequencies(mesh: Mesh, materials: dict[str, Solid], count: int, held: Whole
         text += materials[name].lines(name)
     if held is not None and held.size:
         text += ["*BOUNDARY", *(f"{node + 1}, 1, 3" for node in held)]
-    text += ["*STEP", "*FREQUENCY", f"{count}", "*END STEP", ""]
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "plate.inp").write_text("\n".join(text), encoding="ascii")
-        done = subprocess.run([solver, "plate"], cwd=folder, capture_output=True, text=True, check=False)
-        written = Path(folder) / "plate.dat"
-        found = _eigenvalues(written.read_text(encoding="ascii")) if written.is_file() else np.zeros(0)
-    if found.size < count:
-        raise RuntimeError(f"ccx gave {found.size} of {count} eigenvalues: {done.stdout[-2000:]}")
-    return np.sort(np.sqrt(np.abs(found[:count]))) / (2.0 * np.pi)
+    text += ["*STEP", *step, "*END STEP", ""]
+    (folder / "plate.inp").write_text("\n".join(text), encoding="ascii")
+    return subprocess.run([solver, "plate"], cwd=folder, capture_output=True, text=True, check=False).stdout
 
 
 def _eigenvalues(text: str) -> Real:

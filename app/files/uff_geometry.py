@@ -28,7 +28,7 @@ def geometry_text(title: str, points: Mapping[int, Position] | None = None) -> s
     """
     parts = [_header(title), _units()]
     if points:
-        # nodes before the header: scripts that read them from the first lines of our files up to 0.3 find them there
+        # nodes first: scripts that read them from the head of our files, up to 0.3, find them there
         parts = [_nodes(points), *parts, _nodes_double(points)]
         parts += [_trace(number, line) for number, line in enumerate(lines_between(points), start=1)]
     return "".join(parts)

@@ -1,6 +1,7 @@
 """A rig in use: opens the oven, then the cards, and brings both to rest on every exit."""
 
 import logging
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import Any, Self
@@ -22,6 +23,9 @@ from drivers.watchdog.supervision import SupervisedOven
 
 Log = Callable[[Mapping[str, Any]], None]
 
+LOGGED_WITHIN = 30.0
+"""A line of the log that takes longer, s, is on a disk that hangs."""
+STANDS_STILL = "the campaign has stood still since it left the rig. Is its folder out of reach, a network share?"
 NAP = 0.5
 """Longest wait between two checks for a request to end, s."""
 
@@ -168,11 +172,20 @@ class Session:
             return None
 
     def _tell(self, why: str, since: tuple[float, str] | None) -> None:
-        """Log the rig's final state; an error here, such as a full disk, must not hide the session's own error."""
+        """Log the rig's final state; an error here, such as a full disk, must not hide the session's own error.
+
+        Nor must a disk that hangs: what is not at rest is then told from another thread.
+        """
         unsafe = list(self.unsafe or ())
+        rest = f"NOT AT REST: {'; '.join(unsafe)}" if unsafe else "it is at rest"
+        still = threading.Timer(LOGGED_WITHIN, log.warning, ("%s; the rig: %s", STANDS_STILL, rest))
+        still.daemon = True
+        still.start()
         try:
             time, date = since or (self.now, self.rig.date().isoformat())
             left = {"event": "oven", "command": "safe", "time": time, "date": date}
             self._log({**left, "purpose": why, "unsafe": unsafe})
         except Exception as error:  # noqa: BLE001 (see above)
             log.warning("how the rig was left could not be logged: %s", error)
+        finally:
+            still.cancel()

@@ -85,6 +85,12 @@ def campaign(file: Path, folder: Path, said: Path, number: int, error: int) -> i
         os._exit(status)
 
 
+def told(folder: Path, said: Path) -> bool:
+    """Whether the watchdog or the campaign itself has said that it stands still."""
+    files = [one for one in (folder / "watchdog.log", said) if one.exists()]
+    return any("stood still" in one.read_text("utf-8", "replace") for one in files)
+
+
 def run(rig: RealRig, place: Path, number: int, error: int) -> dict[str, Any]:
     """Run one campaign with its fault, and return what came of it."""
     folder, said = place / f"campaign-{number}", place / f"said-{number}"
@@ -116,10 +122,9 @@ def run(rig: RealRig, place: Path, number: int, error: int) -> dict[str, Any]:
         time.sleep(0.2)
     phase = last_event(folder)
     rested = rig.at_rest(60.0)
-    told = folder / "watchdog.log"
     until = time.monotonic() + 60.0
     while error == -1 and stood is not None and time.monotonic() < until:
-        if told.exists() and "stood still" in told.read_text("utf-8", "replace"):
+        if told(folder, said):
             break
         time.sleep(0.2)
     if status is None:
@@ -139,7 +144,7 @@ def run(rig: RealRig, place: Path, number: int, error: int) -> dict[str, Any]:
         "kept": len(now),
         "lost": [name for name, content in before.items() if now.get(name) != content],
         "traceback": "Traceback" in text,
-        "told": told.exists() and "stood still" in told.read_text("utf-8", "replace"),
+        "told": told(folder, said),
         "stood": stood,
         "said": text[-400:],
     }

@@ -103,6 +103,18 @@ def test_a_call_that_never_comes_back_ends_the_campaign(
     assert "does not answer" in campaign.log
 
 
+@pytest.mark.slow
+def test_a_campaign_that_hangs_after_it_left_the_rig_says_so(
+    oven: Oven, campaign_on: Callable[..., Campaign], capfd: pytest.CaptureFixture[str]
+) -> None:
+    campaign_on(oven, "log")
+    oven.off(PROMISE)
+    time.sleep(35.0)
+    said = capfd.readouterr().err
+    assert "has stood still since it left the rig" in said
+    assert "the rig: it is at rest" in said
+
+
 @pytest.mark.parametrize("deed", ["crash", slow("memory")])
 def test_a_campaign_that_crashes_or_has_no_memory_left(
     oven: Oven, campaign_on: Callable[..., Campaign], deed: str

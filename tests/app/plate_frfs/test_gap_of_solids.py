@@ -1,0 +1,207 @@
+"""Gaps of an L that is a solid: what is hidden is named, and what plate theory leaves out is not.
+
+The modes come from another program and another theory (docs/make_solid_l.py). Masses and springs at points are
+added to them exactly: with R the receptance of the free solid at these points and D the dynamic stiffness of what
+is added, (I + R D)^-1 R is that of both. Noise is the same at all lines, as that of accelerometers.
+"""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+Run = Callable[..., tuple[int, str, str]]
+STORED = Path(__file__).with_name("solid_l.npz")
+HAMMER, SENSORS, CABLE, STRINGS, INNER, EDGE = 0, (1, 2, 3), 4, (5, 6), 7, 8
+"""Points of the stored modes; of the last two nothing is declared."""
+ACCELEROMETER = 1.2e-3
+"""Mass of each, kg, declared."""
+NOISE = 0.01
+"""Of one hit, of the rms of the response."""
+HITS = 3
+ROOM = 20.0
+
+
+@dataclass(frozen=True)
+class Plate:
+    """Modulus and loss over temperature, and how it is measured."""
+
+    modes: str
+    kind: str
+    softening: float
+    loss: float
+    lines: NDArray[np.float64]
+    temperatures: tuple[float, ...]
+
+    def stiffness(self, temperature: float) -> complex:
+        """Over that of the stored modes."""
+        warmer = temperature - ROOM
+        return (1.0 - self.softening * warmer) * (1.0 + 1j * self.loss * (1.0 + 0.005 * warmer))
+
+
+@dataclass(frozen=True)
+class Added:
+    """Mass, kg, and stiffness, N/m, with its loss factor, that nobody declared."""
+
+    mass: float = 0.0
+    stiffness: float = 0.0
+    loss: float = 0.0
+
+
+ALUMINIUM = Plate("aluminium", "aluminium", 5e-4, 0.005, np.arange(80.0, 1200.1, 0.5), (20.0, 30.0, 40.0, 50.0))
+WEAK = Plate("weak spot", "aluminium", 5e-4, 0.005, ALUMINIUM.lines, ALUMINIUM.temperatures)
+PLASTIC = Plate(
+    "polypropylene", "polypropylene", 1.2e-2, 0.05, np.arange(40.0, 700.1, 0.5), (10.0, 20.0, 30.0, 40.0)
+)
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Modes of `docs/make_solid_l.py`."""
+
+    squares: NDArray[np.float64]
+    shapes: NDArray[np.float64]
+    higher: NDArray[np.float64]
+    places: NDArray[np.float64]
+    mass: float = field(default=0.0)
+
+    @classmethod
+    def read(cls, name: str) -> "Solid":
+        with np.load(STORED) as file:
+            return cls(*(file[f"{name} {key}"] for key in ("squares", "shapes", "higher", "places", "mass")))
+
+    def accelerance(self, plate: Plate, temperature: float, added: Mapping[int, Added]) -> NDArray[np.complex128]:
+        """FRFs (3, F) of the accelerometers, m/s2/N, both along the normal."""
+        stiffness, points = plate.stiffness(temperature), np.eye(len(self.places))
+        found = np.empty((len(SENSORS), plate.lines.size), complex)
+        for line, square in enumerate((2.0 * np.pi * plate.lines) ** 2):
+            poles = stiffness * self.squares - square
+            receptance = (self.shapes / poles) @ self.shapes.T + self.higher / stiffness
+            dynamic = np.zeros(len(points), complex)
+            dynamic[list(SENSORS)] -= ACCELEROMETER * square
+            for point, one in added.items():
+                dynamic[point] += one.stiffness * (1.0 + 1j * one.loss) - one.mass * square
+            moved = np.linalg.solve(points + receptance * dynamic, receptance[:, HAMMER])
+            found[:, line] = -square * moved[list(SENSORS)]
+        return found
+
+
+def recorded(folder: Path, plate: Plate, added: Mapping[int, Added], seed: int) -> Path:
+    """Write the declaration and the FRFs of a hammer test at some temperatures."""
+    solid, rng = Solid.read(plate.modes), np.random.default_rng(seed)
+    h = np.array([solid.accelerance(plate, one, added) for one in plate.temperatures])
+    sigma = NOISE / np.sqrt(HITS) * np.sqrt((np.abs(h) ** 2).mean(axis=2, keepdims=True))
+    h = h + sigma / np.sqrt(2.0) * (rng.standard_normal(h.shape) + 1j * rng.standard_normal(h.shape))
+    power = np.abs(h) ** 2
+    folder.mkdir()
+    with h5py.File(folder / "frfs.h5", "w") as file:
+        for name, values, unit in (
+            ("temperature", np.array(plate.temperatures), "degC"),
+            ("frequency", plate.lines, "Hz"),
+        ):
+            file[name] = values
+            file[name].attrs["units"] = unit
+            file[name].make_scale(name)
+        for place, name in enumerate(("acc1", "acc2", "acc3")):
+            coherence = power[:, place] / (power[:, place] + (HITS - 1) * sigma[:, place] ** 2)
+            for kind, values in ((f"H_{name}", h[:, place]), (f"coherence_{name}", coherence)):
+                table = file.create_dataset(kind, data=values)
+                table.dims[0].attach_scale(file["temperature"])
+                table.dims[1].attach_scale(file["frequency"])
+            file[f"H_{name}"].attrs["units"] = "m/s^2/N"
+    (folder / "plate.toml").write_text(declared(solid, plate), encoding="utf-8")
+    return folder
+
+
+def declared(solid: Solid, plate: Plate) -> str:
+    """Return ``plate.toml``: all that is there but what was added."""
+    at = [f"[{x:.6f}, {y:.6f}]" for x, y in solid.places]
+    sensors = "".join(
+        f'\n[[sensor]]\nid = "acc{k}"\nkind = "acceleration"\npoint = {at[k]}\nmass = {ACCELEROMETER}\n'
+        for k in SENSORS
+    )
+    strings = "".join(f"\n[[string]]\npoint = {at[k]}\n" for k in STRINGS)
+    names = ", ".join(f'"H_acc{k}[*]" = "acc{k}"' for k in SENSORS)
+    coherences = ", ".join(f'acc{k} = "coherence_acc{k}[*]"' for k in SENSORS)
+    return f"""format = "flexura-plate/1"
+title = "L, hammer test"
+
+[plate]
+thickness = 0.004
+mass = {float(solid.mass):.9f}
+material = {{ kind = "{plate.kind}" }}
+
+[plate.outline]
+kind = "polygon"
+points = [[0.0, 0.0], [0.40, 0.0], [0.40, 0.14], [0.18, 0.14], [0.18, 0.30], [0.0, 0.30]]
+
+[[plate.hole]]
+kind = "circle"
+center = [0.30, 0.07]
+radius = 0.03
+
+[[drive]]
+id = "hammer"
+kind = "force"
+point = {at[HAMMER]}
+{sensors}{strings}
+[[cable]]
+point = {at[CABLE]}
+
+[[frf]]
+file = "frfs.h5"
+temperature = "temperature"
+averages = {HITS}
+sensors = {{ {names} }}
+coherence = {{ {coherences} }}
+units = ["m/s^2", "N"]
+"""
+
+
+def compared(folder: Path, run_flexura: Run) -> dict[str, Any]:
+    status, out, said = run_flexura("gap", folder, "--json")
+    assert status in (0, 1), said
+    found: dict[str, Any] = json.loads(out)
+    return found
+
+
+def values(effect: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+    return {name: (one["value"], one["sigma"]) for name, one in effect["parameters"].items()}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("plate", [ALUMINIUM, PLASTIC], ids=["aluminium", "plastic"])
+def test_nothing_is_claimed_where_nothing_is_hidden(
+    plate: Plate, seed: int, tmp_path: Path, run_flexura: Run
+) -> None:
+    found = compared(recorded(tmp_path / "l", plate, {}, seed), run_flexura)
+    assert (found["verdict"], found["effects"]) == ("none", [])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("plate", "mass"), [(ALUMINIUM, 4e-3), (PLASTIC, 2e-3)], ids=["aluminium", "plastic"])
+def test_a_mass_at_a_declared_cable(plate: Plate, mass: float, tmp_path: Path, run_flexura: Run) -> None:
+    found = compared(recorded(tmp_path / "l", plate, {CABLE: Added(mass=mass)}, 1), run_flexura)
+    (effect,) = found["effects"]
+    assert (found["verdict"], effect["name"]) == ("explained", "point_mass")
+    value, sigma = values(effect)["mass"]
+    assert value == pytest.approx(mass, rel=0.03)
+    assert abs(value - mass) < 2.5 * sigma
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("plate", "mass"), [(ALUMINIUM, 3e-3), (PLASTIC, 2e-3)], ids=["aluminium", "plastic"])
+def test_a_mass_where_nothing_is_declared(plate: Plate, mass: float, tmp_path: Path, run_flexura: Run) -> None:
+    found = compared(recorded(tmp_path / "l", plate, {INNER: Added(mass=mass)}, 1), run_flexura)
+    (effect,) = found["effects"]
+    assert (found["verdict"], effect["name"]) == ("explained", "mass_at_place")
+    assert values(effect)["mass"][0] == pytest.approx(mass, rel=0.03)
+    x, y = (values(effect)[name][0] for name in ("x", "y"))
+    assert np.hypot(*(np.array([x, y]) - Solid.read(plate.modes).places[INNER])) < 5e-3
