@@ -15,7 +15,7 @@ from app.view.test_run.held import HeldTest
 
 
 @dataclass(frozen=True)
-class TwinModes:
+class TwinBeside:
     """Modes of a plate's twin beside those measured on the plate.
 
     Attributes
@@ -38,7 +38,7 @@ class TwinModes:
         return f"Twin of {self.run.name}, updated with other recordings than this test's: not its modes."
 
 
-def other_modes(folder: Path) -> HeldTest | TwinModes:
+def other_modes(folder: Path) -> HeldTest | TwinBeside:
     """Read the modes of a test's run, or of the twin in a campaign's; ResultFileError where there are none."""
     if is_test_run(folder):
         return HeldTest.read(folder)
@@ -46,7 +46,7 @@ def other_modes(folder: Path) -> HeldTest | TwinModes:
     results = Results(found)
     pairing = results.pairing
     if found.run is not None and pairing is not None:
-        return TwinModes(found.run, pairing)
+        return TwinBeside(found.run, pairing)
     if results.problems:
         raise ResultFileError("; ".join(f"{folder}: {name}: {what}" for name, what in results.problems.items()))
     raise ResultFileError(
