@@ -23,6 +23,7 @@ IMAGES = ROOT / "docs" / "images"
 FLEXURA = (sys.executable, "-m", "flexura")
 RECORDED = ROOT / "examples" / "pp-plate"
 RIG = ROOT / "examples" / "simulated-rig.toml"
+HAMMER = ROOT / "examples" / "hammer-rig.toml"
 TESTS = ROOT / "examples" / "modal-tests"
 
 CHAIN = {name: name for name in ("waterfall", "identified", "laws", "overlays", "before", "after")}
@@ -37,6 +38,8 @@ LIVE = ("live",)
 """The page of the window on a campaign under way."""
 TEST = ("test-frfs", "test-modes")
 """Pages of the window on a modal test, that of the laser in docs/guide/modal-test.md."""
+BESIDE_TWIN = ("test-twin",)
+"""The page with modes of test and twin, of the hammer test in docs/guide/hammer-test.md."""
 SOUND = {"music-rendered": "rendered", "thermometer": "thermometer"}
 """Pictures of notes through the filters of that run, and of its panel as its own thermometer."""
 WATCHED = {"watch": 1280, "watch-telephone": 360}
@@ -46,7 +49,7 @@ MADE = {
     *CHAIN.values(),
     *GAP.values(),
     *TWO_EFFECTS.values(),
-    *(f"view-{page}-dark" for page in PAGES + LIVE + TEST),
+    *(f"view-{page}-dark" for page in PAGES + LIVE + TEST + BESIDE_TWIN),
     *WATCHED,
 }
 SWEEPS_WATCHED = 4
@@ -164,6 +167,15 @@ def modal_test(folder: Path) -> None:
     look(folder / "run", TEST)
 
 
+def hammer_test(folder: Path) -> None:
+    """Hit a simulated plate, and look at its modes beside those of the twin."""
+    hits, modes, run = (folder / name for name in ("hammered", "hammered-modes", "hammered-run"))
+    flexura("acquire", HAMMER, "--out", hits, "--quiet")
+    flexura("identify", hits, "--band", "60", "600", "--out", modes, "--quiet")
+    flexura("update", hits, "--out", run, "--quiet")
+    look(modes, BESIDE_TWIN, "--beside", str(run))
+
+
 def main() -> None:
     """Make them all."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -172,6 +184,7 @@ def main() -> None:
     with TemporaryDirectory() as desk:
         folder = Path(desk)
         modal_test(folder / "laser")
+        hammer_test(folder)
         watch(folder / "rig")
         analyse(RECORDED, folder / "run", gap=False)
         take(folder / "run", CHAIN)

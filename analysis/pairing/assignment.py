@@ -82,6 +82,12 @@ class ModePairs:
         return np.asarray(np.diagonal(mac(one.T, other.T)))
 
     @property
+    def mac_of_all(self) -> NDArray[np.float64] | None:
+        """Modal assurance criterion of all measured and computed modes, (J, M); None for one channel."""
+        one, other = self.measured.residues, self.computed.residues
+        return None if len(one) < 2 else mac(one.T, other.T)
+
+    @property
     def agreement(self) -> NDArray[np.float64]:
         """Agreement of the residues of every pair, (N,), see `agreement_of`."""
         one, other = self._residues

@@ -19,6 +19,7 @@ Examples:
   flexura view plate-run --theme dark
   flexura view plate-run --screenshot pictures
   flexura view hammer-run --beside hammer-run-before
+  flexura view hammer-run --beside plate-run
 """
 
 
@@ -28,7 +29,9 @@ Examples:
     "--window", "kind", type=click.Choice(["live", "recorded"]), help="Which window (default: the one that fits)."
 )
 @click.option(
-    "--beside", type=Existing("name the run folder of another modal test"), help="Run whose modes are compared."
+    "--beside",
+    type=Existing("name the run folder of another modal test, or of flexura update"),
+    help="Run whose modes are compared: of another test, or of flexura update, for the MAC of test and twin.",
 )
 @click.option("--theme", type=click.Choice(["dark", "light"]), help="Default: the desktop's.")
 @click.option(
@@ -54,11 +57,12 @@ def command(
     it, or losing it, does nothing to the campaign, which it can pause or stop safely. The title says how many
     sweeps are there of how many.
 
-    All else is shown as recorded, a page for every stage whose result is there: FRFs over temperature with linked
-    cursors, modes followed over temperature, laws, the gap with the signatures of its candidates, focusing, moving
-    fields. Of a modal test: FRFs (decibels, parts, Nyquist plane, others behind them; whether drive points and
-    reciprocity hold) and modes (table, stabilization, moving shapes, AutoMAC), which can be dropped and added by
-    hand; with --beside, the MAC of both runs' modes and what has changed. Every plot exports PNG, SVG and CSV; F1
+    All else is shown as recorded, a page for every stage whose result is there: FRFs over temperature with
+    linked cursors, modes followed over temperature, laws, the modes of test and twin with their MAC, the gap
+    with the signatures of its candidates, focusing, moving fields. Of a modal test: FRFs (decibels, parts,
+    Nyquist plane, others behind them; whether drive points and reciprocity hold) and modes (table,
+    stabilization, moving shapes, AutoMAC), which can be dropped and added by hand; with --beside, the MAC of
+    both runs' modes and what has changed, or the MAC of test and twin. Every plot exports PNG, SVG and CSV; F1
     shows the keys.
     """
     import os

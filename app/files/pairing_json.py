@@ -66,6 +66,20 @@ def _sweep(pairs: ModePairs, misfit: float, failing: bool) -> dict[str, Any]:
         "pairs": _pairs(pairs),
         "measured_only": _alone(pairs.measured, pairs.unpaired_measured),
         "computed_only": _alone(pairs.computed, pairs.missing),
+        "mac": _mac(pairs),
+    }
+
+
+def _mac(pairs: ModePairs) -> dict[str, Any] | None:
+    """Return the MAC of all measured modes (rows) and computed ones (columns), with four digits."""
+    value = pairs.mac_of_all
+    if value is None:
+        return None
+    return {
+        "measured_hz": pairs.measured.frequency.tolist(),
+        "computed_hz": pairs.computed.frequency.tolist(),
+        "channels": len(pairs.measured.residues),
+        "value": np.round(value, 4).tolist(),
     }
 
 

@@ -116,7 +116,7 @@ def law_figure(laws: FleetLaws) -> "Figure":
             below.plot(laws.temperature, apart(values, mean), **look)
             if off:
                 at = (laws.temperature[-1], apart(values, mean)[-1])
-                below.annotate(piece.name, at, color=OFF, fontsize=8, ha="right", va="bottom")
+                below.annotate(piece.name, at, color=OFF, fontsize=8.5, ha="right", va="bottom")
         above.plot(laws.temperature, natural(mean), color=SHADE, lw=2.0)
         below.axhline(0.0, color=SHADE, lw=2.0)
         for one in laws.predicted:

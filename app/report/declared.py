@@ -100,7 +100,7 @@ def picture(pieces: Pieces, wrong: Sequence[Point] = ()) -> Figure:
         for number, (name, curves) in enumerate(pieces.patches):
             points = _along(curves)
             axes.fill(*points.T, color=BAND, alpha=0.7, lw=0.0, label=None if number else "patches")
-            axes.annotate(name, points.mean(axis=0), ha="center", va="center", fontsize=8)
+            axes.annotate(name, points.mean(axis=0), ha="center", va="center", fontsize=8.5)
         _lines(axes, pieces.outline, "plate", color="0.3", lw=2.0)
         _lines(axes, pieces.holes, "holes", color="0.3", lw=1.2)
         _lines(axes, pieces.loose, "drawing", color="#cc79a7", lw=1.2)
@@ -164,7 +164,7 @@ def _named(axes: Axes, named: Sequence[tuple[str, Point]], label: str, *, marker
     offset, side = ((4, 5), "bottom") if above else ((4, -3), "top")
     for name, place in named:
         axes.annotate(
-            name, place, offset, textcoords="offset points", va=side, color=color, fontsize=8 if few else 5
+            name, place, offset, textcoords="offset points", va=side, color=color, fontsize=8.5 if few else 5
         )
 
 

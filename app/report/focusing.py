@@ -140,7 +140,7 @@ def relative_errors(compensation: Compensation) -> Figure:
     for each in axes:
         each.vlines(compensation.training_temperature, 0.0, 0.03, transform=each.get_xaxis_transform(), color="k")
         each.set_xlabel("temperature [°C] (ticks: trained)")
-        each.legend(ncols=2, fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.18))
+        each.legend(ncols=2, fontsize=8.5, loc="upper center", bbox_to_anchor=(0.5, -0.18))
     largest = float(compensation.relative_error.max())
     # Where trained, splines are exact: seven decades show all that others reach.
     axes[0].set_ylim(1e-7 * largest, 3.0 * largest)
@@ -161,10 +161,10 @@ def layout(panel: Panel) -> Figure:
     for number, patch in enumerate(panel.patch):
         label = "actuators" if number == 0 else None
         axes.add_patch(Polygon(patch.loop.polygon, fc="#00798c", ec="none", label=label))
-        axes.annotate(str(number + 1), patch.center, ha="center", va="center", color="white", fontsize=8)
+        axes.annotate(str(number + 1), patch.center, ha="center", va="center", color="white", fontsize=8.5)
     for number, drive in enumerate(panel.drive):
         axes.plot(*drive.point, "o", color="#00798c", ms=12, label=None if number else "actuators")
-        axes.annotate(str(number + 1), drive.point, ha="center", va="center", color="white", fontsize=8)
+        axes.annotate(str(number + 1), drive.point, ha="center", va="center", color="white", fontsize=8.5)
     (left, low), (right, high) = plate.bounds
     axes.set(xlim=(left - 0.005, right + 0.005), ylim=(low - 0.005, high + 0.005), aspect="equal")
     axes.set(xlabel="x [m]", ylabel="y [m]")

@@ -103,7 +103,7 @@ def overlay(frfs: FrfSet, modes: Modes) -> Figure:
         for f, real, sure in zip(reading.frequency_hz, modes.real, modes.sure, strict=True):
             if real:
                 axis.axvline(f, color="0.6", lw=0.7, ls="-" if sure else ":", zorder=0)
-        axis.set_ylabel(f"|{frfs.label(number).replace(' [', '| [')}", fontsize=8)
+        axis.set_ylabel(f"|{frfs.label(number).replace(' [', '| [')}", fontsize=8.5)
         axis.set_title(frfs.transfers[number].name, fontsize=9)
     legend_below(figure)
     frequency_axis(axes.ravel()[-1])
@@ -205,8 +205,8 @@ def auto_mac(modes: Modes, shapes: ModeShapes) -> Figure:
     axis = axes if not isinstance(axes, np.ndarray) else axes.ravel()[0]
     image = axis.imshow(mac(shapes.shape, shapes.shape), vmin=0.0, vmax=1.0, cmap="Greys")
     names = mode_names(modes, shapes)
-    axis.set_xticks(range(len(names)), names, fontsize=8, rotation=90)
-    axis.set_yticks(range(len(names)), names, fontsize=8)
+    axis.set_xticks(range(len(names)), names, fontsize=8.5, rotation=90)
+    axis.set_yticks(range(len(names)), names, fontsize=8.5)
     axis.grid(False)
     axis.set(xlabel=AXIS, ylabel=AXIS)
     figure.colorbar(image, ax=axis, label="MAC")

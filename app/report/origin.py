@@ -10,7 +10,7 @@ from app.files.campaign_inputs import OF_CAMPAIGN, has_other_sweeps, said_of_mor
 from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp, sha256
 from app.files.run_folder import MADE_BY
-from app.report.page import Item, Listing, PageTable
+from app.report.page import Folded, Item, Listing, PageTable
 
 Stamps = Mapping[str, Mapping[str, Any]]
 """Provenance of every result, by file."""
@@ -93,11 +93,13 @@ def origin(found: Stamps) -> list[Item]:
         for made_from, digest in stamp["inputs"].items():
             into.setdefault((made_from, digest), []).append(name)
     inputs = [(made_from, digest, ", ".join(names)) for (made_from, digest), names in into.items()]
-    return [
+    line = f"Versions, settings and the SHA-256 of {len(inputs)} inputs of {', '.join(found)}"
+    parts = (
         PageTable(("result", "made with", "libraries", "seed"), versions),
         PageTable(("input", "SHA-256", "went into"), inputs, codes=(1,)),
         Listing("\n".join(_settings(found))),
-    ]
+    )
+    return [Folded(line, parts)]
 
 
 def _settings(found: Stamps) -> Iterator[str]:

@@ -17,7 +17,7 @@ LARGEST_SVG = 500_000
 FULL_WIDTH = 10.0
 """Inches from which on a figure is as wide as the page."""
 STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 62rem; margin: 2rem auto; padding: 0 1rem }
+body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 66rem; margin: 2rem auto; padding: 0 1rem }
 h1 { margin-bottom: 0 } h2 { margin-top: 2.5rem; border-bottom: 1px solid #ddd }
 h2, figure { scroll-margin-top: 1rem }
 a { color: #00798c; text-decoration: none } a:hover { text-decoration: underline }
@@ -35,15 +35,18 @@ td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowra
 dl.words { display: grid; grid-template-columns: 9rem 1fr; gap: 0.45rem 1rem; margin: 1rem 0 }
 dl.words dt { font-weight: 600; color: #00606f } dl.words dd { margin: 0; overflow-wrap: anywhere }
 .absent { background: #fff6e5; border-left: 4px solid #e0a030; padding: 0.5rem 1rem }
+summary { cursor: pointer; color: #00798c }
 pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; font-size: 0.8rem }
 @media (max-width: 40rem) {
   body { margin: 0.8rem auto } h1 { font-size: 1.4rem; line-height: 1.25 } h1 + p { margin-top: 0.2rem }
   dl.words { display: block } dl.words dd { margin: 0 0 0.7rem }
-  figure { overflow-x: auto } figure img { min-width: 36rem }
 }
-@media screen and (max-width: 60rem) { table { display: block; overflow-x: auto } }
-@media (min-width: 92rem) {
-  nav { position: fixed; top: 1rem; left: calc(50% - 46rem); width: 12.5rem; max-height: 94vh; overflow-y: auto;
+@media screen and (max-width: 68rem) {
+  table { display: block; overflow-x: auto }
+  figure { overflow-x: auto } figure img { width: auto !important; max-width: none }
+}
+@media (min-width: 96rem) {
+  nav { position: fixed; top: 1rem; left: calc(50% - 48rem); width: 12.5rem; max-height: 94vh; overflow-y: auto;
         box-sizing: border-box; font-size: 0.9rem }
 }
 @page { size: A4; margin: 15mm }
@@ -52,6 +55,7 @@ pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; font-size: 0.8rem 
   h2, h3 { break-after: avoid } figure, tr, .verdict { break-inside: avoid } thead { display: table-header-group }
   figure img { max-height: 22cm; object-fit: contain } pre { white-space: pre-wrap; word-break: break-all }
   .verdict, .absent, nav, pre { print-color-adjust: exact }
+  details::details-content { content-visibility: visible; block-size: auto }
 }
 """
 
@@ -223,7 +227,20 @@ class Listing:
         return f"<pre>{escape(self.text)}</pre>"
 
 
-Item = PageTable | Picture | DrawnPicture | Paragraph | VerdictBox | Words | Absent | Player | Listing
+@dataclass(frozen=True)
+class Folded:
+    """What few readers look at: one line, and the rest where that is clicked, or in print."""
+
+    line: str
+    items: Sequence[PageTable | Listing]
+
+    def html(self) -> str:
+        """Return it closed."""
+        inside = "\n".join(item.html() for item in self.items)
+        return f"<details><summary>{escape(self.line)}</summary>\n{inside}\n</details>"
+
+
+Item = PageTable | Picture | DrawnPicture | Paragraph | VerdictBox | Words | Absent | Player | Listing | Folded
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """The report's sections on the measured plate: measurement, identification, updated twin."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,9 @@ from app.summaries.mode_rows import READ_AS
 from app.summaries.sheet import CONSTANTS
 from app.summaries.update import gains_text
 from app.summaries.with_sigma import with_sigma
+
+MOST_NAMED = 8
+"""Transfers that are listed by name: a laser scan has hundreds."""
 
 
 def measurement_section(experiment: Experiment, frf: Frf) -> list[Item]:
@@ -168,9 +172,15 @@ def _facts(experiment: Experiment, frf: Frf) -> list[tuple[str, str]]:
             for p in experiment.patch
         ),
         *transducer_rows(experiment),
-        ("transfers", ", ".join((frf.labels or [frf.label(k) for k in range(len(frf.channels))])[:8])),
+        ("transfers", _named(frf.labels or [frf.label(k) for k in range(len(frf.channels))])),
         *_measured(experiment),
     ]
+
+
+def _named(transfers: Sequence[str]) -> str:
+    """List transfers, and say how many there are where these are not all."""
+    rest = len(transfers) - MOST_NAMED
+    return ", ".join(transfers[:MOST_NAMED]) + (f", … ({len(transfers)} in all)" if rest > 0 else "")
 
 
 def _measured(experiment: Experiment) -> list[tuple[str, str]]:

@@ -138,6 +138,8 @@ def sections(run: Path, report: Progress, part: Callable[[Path, str], Part] = pa
     temperature = frf.temperature
     extent = extent_of(found)
     subtitle = f"{len(temperature)} sweeps, {temperature.min():z.1f} to {temperature.max():z.1f} °C"
+    if len(temperature) == 1:
+        subtitle = f"1 sweep at {temperature[0]:z.1f} °C"
     if extent is not None:
         subtitle = extent.said
     return Found(experiment.title, subtitle, made, old, lead)

@@ -66,7 +66,8 @@ def played(found: Played) -> Figure:
         )
         axes[1].bar(place, found.total[place], color=curve.get_color())
     axes[1].plot(range(len(found.methods)), found.expected, "_", ms=26, color=MEASURED, label="from the spectrum")
-    axes[1].set_xticks(range(len(found.methods)), [name.replace("-", "-\n") for name in found.methods], fontsize=8)
+    names = [name.replace("-", "-\n") for name in found.methods]
+    axes[1].set_xticks(range(len(names)), names, fontsize=8.5)
     axes[0].set(ylabel="contrast, eq. (9)", ylim=(0, 1), title="curves: lines; points: sweep as it passes")
     axes[1].set(title="whole sweep, time domain")
     frequency_axis(axes[0])

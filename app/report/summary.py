@@ -61,9 +61,15 @@ def _constants(found: Updated) -> str:
     if found.sheet is not None:
         return f"{sheet_words(found.sheet)}, misfit at most {ratio:.2f} times the noise"
     return (
-        f"E {e.max():.2f} to {e.min():.2f} GPa, ν {nu.min():.3f} to {nu.max():.3f}, "
-        f"η {eta.min():.1f} to {eta.max():.1f} %, misfit at most {ratio:.2f} times the noise"
+        f"E {_span(e.max(), e.min(), '.2f')} GPa, ν {_span(nu.min(), nu.max(), '.3f')}, "
+        f"η {_span(eta.min(), eta.max(), '.1f')} %, misfit at most {ratio:.2f} times the noise"
     )
+
+
+def _span(first: float, last: float, digits: str) -> str:
+    """Return both ends, or one value where they do not differ in these digits."""
+    ends = (format(first, digits), format(last, digits))
+    return " to ".join(dict.fromkeys(ends))
 
 
 def _compared(path: Path) -> str:

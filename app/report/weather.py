@@ -18,7 +18,7 @@ def lost_in_weather(found: WeatherJudgement) -> Figure:
     for place, name in enumerate(found.names):
         label = "thermometers" if not place else None
         above.plot(found.time, found.readings[:, place], ":", color=MEASURED, lw=1.0, label=label)
-        above.annotate(name, (found.time[-1], found.readings[-1, place]), fontsize=7, va="center")
+        above.annotate(name, (found.time[-1], found.readings[-1, place]), fontsize=8.5, va="center")
     above.set(ylabel="temperature [°C]", title="a field of temperatures that moves")
     styles = {"one": (MEASURED, "-"), "all": (BAND, "-"), "own": (MODEL, "-")}
     for way, lost in zip(found.ways, found.lost[..., 1], strict=True):

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from analysis.declared_quantity import DeclaredQuantity, doubts
-from analysis.material import MaterialLaws
+from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updated import GOOD_MISFIT
-from app.files.best_twin import BestTwin
+from app.files.best_twin import BestTwin, TwinOfRun
 from app.summaries.description import description_words
 from app.summaries.effect_words import found_words, title, titles_of
 from app.summaries.pairing import no_fit_words
@@ -19,6 +19,8 @@ from app.summaries.with_sigma import FIXED, roughly
 Record = Mapping[str, Any]
 USUAL_TEMPERATURE = 20.0
 """Temperature at which the plate is described if the laws reach it, degrees Celsius."""
+MOST_ESTIMATES = 3
+"""Estimates that are named where there are no laws: of repeats at one temperature there may be many."""
 REGIONS_NAMED = 3
 """Places of what is left that are named."""
 NOTHING_LEFT = "Nothing beyond the noise."
@@ -100,7 +102,7 @@ def _without_comparison(best: BestTwin, campaign: str) -> Briefing:
     lacks = ratio > GOOD_MISFIT
     headline = f"The twin misses at most {ratio:.2f} times the noise of the measurement"
     headline += ": it lacks something that the plate has." if lacks else "."
-    parts = [("The plate", _material(best.twin.laws, open_=lacks)), *_known(best.twin.declared, ())]
+    parts = [("The plate", _material(best.twin, open_=lacks)), *_known(best.twin.declared, ())]
     parts.append(("Next", (f"Ask what the twin lacks: flexura gap {campaign}",)))
     return _brief(headline, not lacks, best.notes, parts)
 
@@ -117,7 +119,7 @@ def _nothing(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
     on = f" It has {best.names}." if best.effects else ""
     headline = f"Nothing is missing: the twin agrees with the plate to the noise of the measurement.{on}"
     sentence = f"The twin misses {100 * before:.2g} % of the response, which is noise."
-    parts = [("The plate", _material(best.twin.laws)), ("Twin and plate", (sentence,))]
+    parts = [("The plate", _material(best.twin)), ("Twin and plate", (sentence,))]
     known = _known(best.twin.declared, _unseen(record))
     return _brief(headline, True, best.ignored, [*parts, *known, ("Next", plan_words(record))])
 
@@ -132,7 +134,7 @@ def _named(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
     else:
         headline += f"This explains {100 * (1.0 - left):.0f} % of the gap; the rest is still missing."
     parts = [
-        ("The plate", _material(best.twin.laws, open_=not whole and record.get("scatter") is None)),
+        ("The plate", _material(best.twin, open_=not whole and record.get("scatter") is None)),
         ("How sure", tuple(_how_sure(effect, record) for effect in record["effects"])),
         ("What it is worth", tuple(_worth(best, record, worth))),
         ("What is left", (*_left(record), *description_words(record)) if not whole else (NOTHING_LEFT,)),
@@ -159,7 +161,7 @@ def _unknown(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
             "What is seen",
             (seen, *_scatter(record), *_places(record["where"]["regions"]), *description_words(record)),
         ),
-        ("The plate", _material(best.twin.laws, open_=record.get("scatter") is None)),
+        ("The plate", _material(best.twin, open_=record.get("scatter") is None)),
         *_known(best.twin.declared, _unseen(record)),
         ("Next", (*plan_words(record), *steps)),
     ]
@@ -173,22 +175,30 @@ def _brief(
     return Briefing(headline, settled, tuple(first), tuple((name, tuple(said)) for name, said in parts if said))
 
 
-def _material(laws: MaterialLaws | None, *, open_: bool = False) -> tuple[str, ...]:
-    """E, nu and eta with their whole standard deviations, in the middle and at both ends of the temperatures."""
-    if laws is None:
-        return ("Too few temperatures for laws of E, ν and η: at least 3 are needed.",)
-    low, high = laws.temperature_range
-    middle = USUAL_TEMPERATURE if low < USUAL_TEMPERATURE < high else 0.5 * (low + high)
+def _material(twin: TwinOfRun, *, open_: bool = False) -> tuple[str, ...]:
+    """E, nu and eta with their standard deviations, of laws in the middle and at both ends of the temperatures."""
+    laws, found = twin.laws, twin.updated
     said = []
-    for temperature in (middle, low, high):
-        value, sigma = laws.at(temperature), laws.sigma(temperature)
-        modulus = roughly(value.youngs_modulus[0] / 1e9, sigma.youngs_modulus[0] / 1e9, "GPa")
-        ratio = roughly(value.poisson_ratio[0], sigma.poisson_ratio[0])
-        loss = roughly(100 * value.loss_factor[0], 100 * sigma.loss_factor[0], "%")
-        said.append(f"At {temperature:z.0f}{FIXED}°C: E {modulus}, ν {ratio}, η {loss}.")
+    if laws is not None:
+        low, high = laws.temperature_range
+        middle = USUAL_TEMPERATURE if low < USUAL_TEMPERATURE < high else 0.5 * (low + high)
+        said = [_constants(at, laws.at(at), laws.sigma(at)) for at in (middle, low, high)]
+    else:
+        if found.sheet is None:
+            rows = np.flatnonzero(found.settled)[:MOST_ESTIMATES]
+            said = [_constants(found.temperature[n], found.material, found.sigma, n) for n in rows.tolist()]
+        said.append("Laws of E, ν and η over temperature need estimates at 3 temperatures or more.")
     if open_:
         said.append("Part of what is missing is in these values: their true errors are larger.")
     return tuple(said)
+
+
+def _constants(temperature: float, value: Material, sigma: MaterialSigma, n: int = 0) -> str:
+    """E, nu and eta of row `n` in a sentence."""
+    modulus = roughly(value.youngs_modulus[n] / 1e9, sigma.youngs_modulus[n] / 1e9, "GPa")
+    ratio = roughly(value.poisson_ratio[n], sigma.poisson_ratio[n])
+    loss = roughly(100 * value.loss_factor[n], 100 * sigma.loss_factor[n], "%")
+    return f"At {temperature:z.0f}{FIXED}°C: E {modulus}, ν {ratio}, η {loss}."
 
 
 def _how_sure(effect: Record, record: Record) -> str:

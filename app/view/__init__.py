@@ -9,6 +9,8 @@
 ``log_axis``        numbers of a logarithmic axis
 ``map``             what a plot of a map shows
 ``map_chart``       a plot of a map, with its colour bar
+``mac_chart``       MAC of two lists of modes, with its values
+``twin_page``       measured modes beside those of the twin
 ``export``          a plot as PNG, SVG and CSV
 ``cursors``         the frequency and the temperature that all plots share
 ``frequency_axis``  linear or logarithmic frequency, cursor and mark in all plots of a page

@@ -11,24 +11,15 @@ from analysis.arrays import Real
 from app.view.chart import Chart
 from app.view.log_axis import log_places
 from app.view.map import Map
-from app.view.theme import Theme
 
 MOST_CELLS = 1024
 """Rows or columns at most of a map whose cells differ in size."""
 COLOUR_BAR_WIDTH = 78
 """Dots that the colour bar of a map takes."""
-MOST_WRITTEN = 12
-"""Rows or columns of a map up to which there is room for its values."""
-BRIGHT_COLOUR = 0.5
-"""Lightness of a colour from which black is read on it."""
 
 
 class MapChart(Chart):
     """One plot of a map; `image` draws it, `show_map` changes what it shows."""
-
-    def __init__(self, name: str, title: str, x: str, y: str, theme: Theme) -> None:
-        super().__init__(name, title, x, y, theme)
-        self._written: list[pyqtgraph.TextItem] = []
 
     def image(
         self,
@@ -82,23 +73,6 @@ class MapChart(Chart):
         pixels = shown.value[_evenly(shown.y, low, high)][:, _evenly(across, left, right)]
         self._image.setImage(pixels, levels=self._levels, autoLevels=False)
         self._image.setRect(left, low, right - left, high - low)
-
-    def write_values(self, style: str = ".2f") -> None:
-        """Write every value into its cell, where cells are few enough to read; called again after `show_map`."""
-        for one in self._written:
-            self.removeItem(one)
-        self._written = []
-        if self.map is None or max(self.map.value.shape) > MOST_WRITTEN:
-            return
-        low, high = self._levels
-        for y, row in zip(self.map.y.tolist(), self.map.value.tolist(), strict=True):
-            for x, value in zip(self.map.x.tolist(), row, strict=True):
-                color = self._image.getColorMap().map((value - low) / (high - low), mode="qcolor")
-                ink = "#000000" if color.lightnessF() > BRIGHT_COLOUR else "#ffffff"
-                text = pyqtgraph.TextItem(format(value, style), ink, anchor=(0.5, 0.5))
-                text.setPos(x, y)
-                self.addItem(text, ignoreBounds=True)
-                self._written.append(text)
 
     def fit(self) -> None:
         """Show all of the map."""

@@ -31,7 +31,8 @@ def window_of(found: Viewed, kind: Kind | None, theme: Theme, beside: Path | Non
     kind : str or None
         ``live`` or ``recorded``; None for the one that fits.
     beside : Path, optional
-        Run folder of a modal test whose modes are set beside those of the test that was found.
+        Run folder of a modal test, or of flexura update, whose modes are set beside those of the test that was
+        found.
 
     Raises
     ------

@@ -163,7 +163,8 @@ function rebuild(parts) {
   const scrolled = parts.log ? parts.log.scrollTop : 0;
   const data = parts.data, whole = [];
   parts.pictures = [];
-  const oven = section("temperatures, °C", true);
+  const time = parts.state.simulated ? "simulated time" : "time of day " + offset(new Date());
+  const oven = section("temperatures, °C; " + time, true);
   parts.pictures.push([picture(oven), () => temperatures(parts)]);
   oven.append(key([["plate", "plate"], ["air", "air"], ["set", "set-point"], ["programme", "programme"],
     ["limit", "limits"], ["last", "● sweep finished  × rejected or given up"]]));

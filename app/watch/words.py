@@ -25,6 +25,11 @@ def local(date: str) -> str:
     return datetime.fromisoformat(date).astimezone().strftime("%Y-%m-%d %H:%M:%S %z")
 
 
+def said_at(date: str, *, simulated: bool) -> str:
+    """Return a date as `local` has it; of a simulated rig the time of day of its own clock, with that word."""
+    return f"{date[11:19]} simulated" if simulated else local(date)
+
+
 def in_words(event: Mapping[str, Any]) -> str:
     """Say an event of a campaign's log in a sentence.
 

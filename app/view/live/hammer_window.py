@@ -9,7 +9,7 @@ from app.view.chart import Chart
 from app.view.theme import Theme
 from app.view.window import Window
 from app.watch.watched_hits import HeardHit, WatchedHits
-from app.watch.words import in_words
+from app.watch.words import in_words, said_at
 
 LOOK_INTERVAL = 100
 """Milliseconds between two looks at the folder: a hit is to be judged at once."""
@@ -182,7 +182,9 @@ class HammerWindow(Window):
         self.bar.setValue(total - sum(progress.missing(number) for number in range(len(temperatures))))
         self.points.show_progress()
         for event in watched.events[self._logged :]:
-            self.log.appendPlainText(in_words(event))
+            date = event.get("date")  # a log written by hand may lack it
+            when = "" if date is None else f"{said_at(date, simulated=watched.simulated)}  "
+            self.log.appendPlainText(f"{when}{in_words(event)}")
         self._logged = len(watched.events)
         self.statusBar().setStyleSheet(f"color: {theme.warning};")
         self.statusBar().showMessage(watched.trouble)

@@ -25,7 +25,7 @@ from app.view.live.sweep_charts import LevelChart, SignalChart, SpectrumChart
 from app.view.theme import Theme
 from app.view.window import Window
 from app.watch.watched import Watched
-from app.watch.words import in_words, local
+from app.watch.words import in_words, said_at
 
 LOOK_INTERVAL = 250
 """Milliseconds between two looks at the folder."""
@@ -155,7 +155,7 @@ class LiveWindow(Window):
             for chart in (self.signals, self.spectrum, self.levels):
                 chart.show_repeat(watched.latest)
         for event in watched.events[self._logged :]:
-            self.log.appendPlainText(f"{self._time(event['date'])}  {in_words(event)}")
+            self.log.appendPlainText(f"{said_at(event['date'], simulated=watched.simulated)}  {in_words(event)}")
         self._logged = len(watched.events)
         done, total, left = watched.progress
         self.bar.setMaximum(max(total, 1))
@@ -165,10 +165,6 @@ class LiveWindow(Window):
             last = watched.readings[-1]
             plate = f"plate {last.plate_c:.2f} °C, " if last.plate_c == last.plate_c else ""
             self.stage.setText(f"{last.stage}: {plate}air {last.air_c:.2f} °C")
-
-    def _time(self, date: str) -> str:
-        """Return a date as it is read here; that of a simulated rig as its own clock has it."""
-        return f"{date[11:19]} simulated" if self._watched.simulated else local(date)
 
     def _show_state(self) -> None:
         theme, state = self.theme, self._watched.state(self._clock())

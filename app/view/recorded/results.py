@@ -23,7 +23,7 @@ from app.files.campaign_inputs import OF_CAMPAIGN, origin_of_result, said_of_mor
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing
 from app.files.frf_file import load_frf
-from app.files.laws_file import TwinFrf
+from app.files.laws_file import TwinFrf, load_pairing
 from app.files.modes_file import load_modes
 from app.files.run_folder import MADE_BY
 from app.view.folder import Viewed
@@ -169,6 +169,14 @@ class Results:
         from app.files.gap_file import load_signatures
 
         return self._read("gap.h5", load_signatures)
+
+    @cached_property
+    def pairing(self) -> dict[str, Any] | None:
+        """Measured modes beside those of the best twin; None where there is no record of them."""
+        if self.corrected is not None and self.gap is not None:
+            found = self.gap[1].get("pairing")
+            return found if isinstance(found, dict) else None
+        return self._read(PLAIN, load_pairing)
 
     @property
     def panel_laws(self) -> MaterialLaws | None:

@@ -15,6 +15,7 @@ from app.view.recorded.mode_shape import ModeShape
 from app.view.recorded.modes_page import ModesPage
 from app.view.recorded.results import Results
 from app.view.theme import Theme
+from app.view.twin_page import TwinPage
 from app.view.window import Window
 
 
@@ -70,6 +71,7 @@ class RecordedWindow(Window):
             ("FRFs", self._viewed.campaign is not None or self.results.has("frf.h5"), self._frf_page),
             ("Modes", self.results.has("modes.h5"), self._modes_page),
             ("Laws", self.results.has("laws.h5"), self._laws_page),
+            ("Twin", self.results.pairing is not None, self._twin_page),
             ("Gap", self.results.has("gap.h5"), self._gap_page),
             ("Focusing", self.results.has("filters.h5"), self._focusing_page),
             ("Fields", self.results.has("filters.h5"), self._fields_page),
@@ -109,6 +111,10 @@ class RecordedWindow(Window):
     def _laws_page(self) -> QWidget | None:
         best = self.results.best
         return None if best is None else LawsPage(best, self.cursors, self.theme)
+
+    def _twin_page(self) -> QWidget | None:
+        held = self.results.pairing
+        return None if held is None else TwinPage(held, self.theme)
 
     def _gap_page(self) -> QWidget | None:
         from app.view.recorded.gap_page import GapPage

@@ -7,18 +7,14 @@ from analysis.arrays import Complex
 from analysis.estimation.transfer import along_axis, direction_sign
 from analysis.shapes.assurance import mac
 from app.modal_test.records import mode_names
-from app.view.chart import Side
-from app.view.map import Map
-from app.view.map_chart import MapChart
+from app.view.mac_chart import MacChart
 from app.view.mode_table import ModeTable
 from app.view.test_run.held import HeldTest
-from app.view.theme import Theme, one_sided
+from app.view.theme import Theme
 
 HEADINGS = ("f [Hz]", "f there [Hz]", "Δf [%]", "ζ [%]", "ζ there [%]", "MAC")
 LEAST_COMMON = 2
 """Places that both runs must share: one place alone has no shape."""
-MOST_TICKS = 14
-"""Names of modes that have room along either axis."""
 LEAST_PAIRED_MAC = 0.5
 """MAC from which two modes are set side by side."""
 
@@ -41,7 +37,13 @@ class ComparedPage(QWidget):
         )
         said.setWordWrap(True)
         self.table = ModeTable(HEADINGS, range(6))
-        self.alike = MapChart("test-mac", "how alike the shapes of both runs are: MAC", "there", "here", theme)
+        self.alike = MacChart(
+            "test-mac",
+            "how alike the shapes of both runs are: MAC",
+            "mode there: f [Hz]",
+            "mode here: f [Hz]",
+            theme,
+        )
         layout, row = QVBoxLayout(self), QHBoxLayout()
         layout.addWidget(said)
         layout.addLayout(row, stretch=1)
@@ -52,18 +54,7 @@ class ComparedPage(QWidget):
             self.table.show_rows([])
             return
         self.value = mac(here, there)
-        self.alike.image(
-            Map(np.arange(1.0, len(there) + 1.0), np.arange(1.0, len(here) + 1.0), self.value),
-            one_sided("cividis"),
-            (0.0, 1.0),
-            "MAC",
-        )
-        self.alike.write_values()
-        axes: tuple[tuple[Side, HeldTest, str], ...] = (("bottom", other, "there"), ("left", held, "here"))
-        for side, one, where in axes:
-            names = list(enumerate(mode_names(one.modes, one.shapes), start=1))
-            self.alike.name_ticks(side, names, MOST_TICKS)
-            self.alike.set_label(side, f"mode {where}: f [Hz]")
+        self.alike.show_mac(self.value, *(mode_names(one.modes, one.shapes) for one in (held, other)))
         self.table.show_rows([self._row(held, other, n) for n in range(len(here))])
 
     def _row(self, held: HeldTest, other: HeldTest, n: int) -> tuple[str, ...]:

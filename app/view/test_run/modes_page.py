@@ -20,24 +20,21 @@ from analysis.shapes.assurance import mac
 from analysis.shapes.indicator import cmif
 from app.modal_test.records import AXIS, MODE_HEADINGS, mode_names, mode_rows
 from app.summaries.mode_rows import READ_AS
-from app.view.chart import Chart, Side
+from app.view.chart import Chart
 from app.view.cursors import FREQUENCY, Cursors
-from app.view.map import Map
-from app.view.map_chart import MapChart
+from app.view.mac_chart import MacChart
 from app.view.mode_table import ModeTable
 from app.view.movement import Movement
 from app.view.surface import TURN
 from app.view.test_run.held import HeldTest
 from app.view.test_run.moving_shape import MovingShape
 from app.view.test_run.shape_chart import ShapeChart
-from app.view.theme import Theme, one_sided
+from app.view.theme import Theme
 
 ORDERS = "poles over the order: full dots stable, rings in frequency only"
 CMIF_SHOWN = 3
 """Singular values drawn: each further one shows one more mode at the same line."""
 SHOWN_AS = ("moving wire frame", "values at the points")
-MOST_TICKS: dict[Side, int] = {"bottom": 5, "left": 14}
-"""Names of modes that have room at the axes of the AutoMAC."""
 
 
 class TestModesPage(QWidget):
@@ -88,7 +85,7 @@ class TestModesPage(QWidget):
             "pole pairs",
             theme,
         )
-        self.alike = MapChart("test-auto-mac", "how alike the shapes are: AutoMAC", AXIS, AXIS, theme)
+        self.alike = MacChart("test-auto-mac", "how alike the shapes are: AutoMAC", AXIS, AXIS, theme)
         self.shape, self.moving = ShapeChart(held, theme), MovingShape(held, theme)
         self.shown_as, self._shapes, self._still = QComboBox(), QStackedWidget(), QPushButton("Still")
         self._movement = Movement(self, self.advance, self._still)
@@ -195,13 +192,8 @@ class TestModesPage(QWidget):
         if len(held.shapes.places) < 2:
             self.alike.setTitle("AutoMAC: one place alone has no shape")
         elif len(held.shapes.pole):
-            place = np.arange(1.0, len(held.shapes.pole) + 1.0)
-            shown = Map(place, place, mac(held.shapes.shape, held.shapes.shape))
-            self.alike.image(shown, one_sided("cividis"), (0.0, 1.0), "MAC")
-            self.alike.write_values()
-            names = list(zip(place.tolist(), mode_names(held.modes, held.shapes), strict=True))
-            for side, most in MOST_TICKS.items():
-                self.alike.name_ticks(side, names, most)
+            names = mode_names(held.modes, held.shapes)
+            self.alike.show_mac(mac(held.shapes.shape, held.shapes.shape), names, names)
 
     def _go(self, frequency: float) -> None:
         lines = self._held.frfs.frequency

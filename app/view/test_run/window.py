@@ -16,7 +16,9 @@ from app.view.test_run.compared_page import ComparedPage
 from app.view.test_run.frf_page import TestFrfPage
 from app.view.test_run.held import HeldTest
 from app.view.test_run.modes_page import TestModesPage
+from app.view.test_run.other_modes import other_modes
 from app.view.theme import Theme
+from app.view.twin_page import TwinPage
 from app.view.window import Window
 
 
@@ -29,7 +31,7 @@ class TestWindow(Window):
         Its folder.
     theme : Theme
     beside : Path, optional
-        Run folder of a test whose modes are set beside these.
+        Run folder of a test, or of a plate's twin, whose modes are set beside these.
 
     Raises
     ------
@@ -40,7 +42,7 @@ class TestWindow(Window):
     __test__ = False
 
     def __init__(self, run: Path, theme: Theme, beside: Path | None = None) -> None:
-        self.held, self.other = HeldTest.read(run), None if beside is None else HeldTest.read(beside)
+        self.held, self.other = HeldTest.read(run), None if beside is None else other_modes(beside)
         super().__init__(f"{self.held.frfs.title} – Flexura", theme)
         loudest = int(np.abs(self.held.frfs.h).max(axis=0).argmax())
         self.cursors = Cursors(float(self.held.frfs.frequency[loudest]), self.held.frfs.temperature)
@@ -61,7 +63,9 @@ class TestWindow(Window):
         self.bind("Let the shape move, or stand still", "Space", lambda: self.modes.play_or_stop())
         self._undo = self.bind("Undo the last change of the modes", "Ctrl+Z", self.undo, self._file)
         self._redo = self.bind("Redo it", "Ctrl+Shift+Z", self.redo, self._file)
-        self.bind("Compare with the modes of another run …", "Ctrl+M", self._ask_and_compare, self._file)
+        self.bind(
+            "Compare with the modes of another run, or of a twin …", "Ctrl+M", self._ask_and_compare, self._file
+        )
         self.build()
 
     def content(self) -> QWidget:
@@ -77,8 +81,12 @@ class TestWindow(Window):
         self.tabs.addTab(self.modes, "Modes")
         pages: list[QWidget] = [self.frfs, self.modes]
         if self.other is not None:
-            self.compared = ComparedPage(self.held, self.other, self.theme)
-            self.tabs.addTab(self.compared, "Compared")
+            self.compared = (
+                ComparedPage(self.held, self.other, self.theme)
+                if isinstance(self.other, HeldTest)
+                else TwinPage(self.other.pairing, self.theme, self.other.said_beside(self.held.run))
+            )
+            self.tabs.addTab(self.compared, "Compared" if isinstance(self.other, HeldTest) else "Twin")
             pages.append(self.compared)
         self.tabs.setCurrentIndex(self._number)
         self.tabs.currentChanged.connect(self._remember)
@@ -87,12 +95,12 @@ class TestWindow(Window):
         return self.tabs
 
     def compare(self, run: Path) -> None:
-        """Set the modes of another run beside these; ResultFileError where it is none of a modal test."""
-        self.other, self._number = HeldTest.read(run), 2
+        """Set the modes of another run beside these; ResultFileError where it has none, see `other_modes`."""
+        self.other, self._number = other_modes(run), 2
         self.build()
 
     def _ask_and_compare(self) -> None:
-        folder = QFileDialog.getExistingDirectory(self, "Run folder of the other test")
+        folder = QFileDialog.getExistingDirectory(self, "Run folder of the other test, or of flexura update")
         if folder:
             try:
                 self.compare(Path(folder))

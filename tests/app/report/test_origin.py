@@ -8,7 +8,7 @@ from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.provenance import provenance, sha256, stamp
 from app.report.origin import origin, outdated, stamps
-from app.report.page import Listing, PageTable
+from app.report.page import Folded, Listing, PageTable
 
 PANEL = {"plate": {"length_x": 0.24}, "patch": [{"id": "A1"}]}
 
@@ -71,7 +71,9 @@ def test_a_file_without_provenance_is_refused_with_what_makes_it(run: Path) -> N
 
 
 def test_what_two_results_share_is_listed_once(run: Path) -> None:
-    made_with, inputs, settings = origin(stamps(run, NAMES))
+    (folded,) = origin(stamps(run, NAMES))
+    assert isinstance(folded, Folded)
+    made_with, inputs, settings = folded.items
     assert isinstance(made_with, PageTable)
     assert isinstance(inputs, PageTable)
     assert isinstance(settings, Listing)

@@ -110,6 +110,17 @@ def test_before_a_comparison_the_plate_is_described_and_the_next_step_named(tmp_
     assert "it lacks something that the plate has" in briefing(BestTwin(plain), None).headline
 
 
+def test_at_too_few_temperatures_for_laws_the_estimates_are_said(tmp_path: Path) -> None:
+    run = write_run(tmp_path / "run")
+    best = BestTwin(best_twin(run, "test").twin)
+    best.twin.__dict__["laws"] = None
+    found, said = best.twin.updated, words(briefing(best, None))
+    for n in range(3):
+        modulus = f"At {found.temperature[n]:.0f} °C: E {found.material.youngs_modulus[n] / 1e9:.2f}"
+        assert modulus in said
+    assert "Laws of E, ν and η over temperature need estimates at 3 temperatures or more." in said
+
+
 def test_doubtful_declarations_are_among_what_is_known(tmp_path: Path) -> None:
     from dataclasses import replace
 

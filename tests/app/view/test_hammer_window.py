@@ -54,7 +54,7 @@ def test_a_rejected_hit_is_red_with_its_reason(folder: Path) -> None:
     window.look()
     assert window.banner.text() == "REJECTED, point 4: 12.3 N: double hit: 40 % of the force again"
     assert LIGHT.warning in window.banner.styleSheet()
-    assert "rejected" in window.log.toPlainText()
+    assert "00:02:00 simulated  hit of point 4 rejected" in window.log.toPlainText()
     append_event(folder, {"event": "hit undone", "step": 6, "set_point": 0, "point": 3})
     window.look()
     assert window.asked.text() == "next: point 4 of 9, hit 1 of 2"

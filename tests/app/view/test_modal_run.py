@@ -17,6 +17,8 @@ from PySide6.QtWidgets import QApplication, QMessageBox
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.tracked_modes import TrackedModes
 from app.files.bad_file import ResultFileError
+from app.files.campaign_inputs import origin_of_result
+from app.files.laws_file import load_laws, load_updated, save_laws
 from app.files.modes_file import load_modes, load_shapes, save_modes
 from app.files.provenance import provenance
 from app.files.uff58 import write_frfs
@@ -26,9 +28,13 @@ from app.view.application import application
 from app.view.folder import viewed
 from app.view.opening import open_beside, window_of
 from app.view.screenshots import screenshots
+from app.view.test_run.compared_page import ComparedPage
 from app.view.test_run.window import TestWindow
 from app.view.theme import DARK, LIGHT
+from app.view.twin_page import TwinPage
 from tests.app.modal_test.conftest import Beam, F, typed
+from tests.app.view.conftest import MADE
+from tests.app.view.test_twin_page import record as pairing_of_test_and_twin
 
 
 @pytest.fixture(scope="module")
@@ -270,6 +276,7 @@ def test_others_are_drawn_behind_an_frf_and_its_drive_point_is_judged(laser: Tes
 
 def test_modes_of_two_runs_are_set_side_by_side(laser: TestWindow, tmp_path: Path) -> None:
     laser.compare(laser.held.run)
+    assert isinstance(laser.compared, ComparedPage)
     table = laser.compared.table
     assert laser.tabs.tabText(laser.tabs.currentIndex()) == "Compared"
     rows = [[table.item(n, c).text() for c in range(table.columnCount())] for n in range(table.rowCount())]
@@ -278,6 +285,22 @@ def test_modes_of_two_runs_are_set_side_by_side(laser: TestWindow, tmp_path: Pat
     assert len(laser.compared.alike._written) == len(rows) ** 2
     with pytest.raises(ResultFileError):
         laser.compare(tmp_path)
+
+
+def test_the_twin_of_a_plate_is_set_beside_a_test(laser: TestWindow, run: Path) -> None:
+    with pytest.raises(ResultFileError, match="holds no modes to be compared"):
+        laser.compare(run)
+    laws, (found, twin) = load_laws(run / "laws.h5"), load_updated(run / "laws.h5")
+    save_laws(run / "laws.h5", found, laws, twin, MADE, pairing_of_test_and_twin())
+    laser.compare(run)
+    assert laser.tabs.tabText(laser.tabs.currentIndex()) == "Twin"
+    assert isinstance(laser.compared, TwinPage)
+    assert "other recordings than this test's" in laser.compared.said.text()
+    inputs = origin_of_result(laser.held.run / "transfers.h5", "identify").inputs
+    save_laws(run / "laws.h5", found, laws, twin, provenance(inputs), pairing_of_test_and_twin())
+    laser.compare(run)
+    assert isinstance(laser.compared, TwinPage)
+    assert "updated with the recordings of this test" in laser.compared.said.text()
 
 
 @pytest.fixture(scope="module")

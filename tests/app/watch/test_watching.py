@@ -307,3 +307,18 @@ def test_the_token_is_typed_once(campaign: Campaign, tmp_path: Path, browser: Br
         browser.look(url, 360)
         browser.until("return document.querySelectorAll('.card').length == 1")
         assert child.poll() is None
+
+
+def test_times_are_those_of_the_reader_with_their_offset(campaign: Campaign, browser: Browser) -> None:
+    with watching(str(campaign("one"))) as (url, _):
+        browser.cdp("Emulation.setTimezoneOverride", {"timezoneId": "Asia/Kolkata"})
+        try:
+            browser.look(url, 1280)
+            browser.until("return document.getElementById('link').textContent.endsWith(' +05:30')")
+            date = "2026-03-01T08:00:05+00:00"
+            assert browser.run(f"return when('{date}', false)") == "2026-03-01 13:30:05 +05:30"
+            assert browser.run(f"return when('{date}', true)") == "08:00:05 simulated"
+            browser.until("return document.querySelectorAll('svg path').length > 4")
+            assert "temperatures, °C; simulated time" in browser.run("return document.body.textContent")
+        finally:
+            browser.cdp("Emulation.setTimezoneOverride", {"timezoneId": ""})
