@@ -5,12 +5,18 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy.io import wavfile
+from scipy.signal import fftconvolve
 
 from analysis.compensation.settings import Training
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
+from analysis.radiation.radiator import Radiator
+from analysis.rendering.heard import SAMPLES_BEFORE_ZERO, impulse_responses
 from analysis.weather.judgement import ONE, OWN_TILTED, SEVERAL, TILTED, WAYS
 from app.files.compensation_file import load_compensation
+from app.files.filter_files import load_panel
+from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import sha256
 from app.files.shipped import shipped
@@ -19,7 +25,10 @@ from app.main import flexura
 from app.report.page import Picture
 from app.report.panel_sections import compensation_section
 from app.report.weather import lost_in_weather
+from app.sound.listeners import ListenersOfPanel
+from app.sound.weather_of_panel import WeatherOfPanel
 from app.stages import compensate as compensate_stage
+from app.twins.warm_twin import warm_twin
 
 soundfile = pytest.importorskip("soundfile")
 RATE = 4_000
@@ -120,6 +129,77 @@ def test_sound_follows_the_thermometers_and_the_tilt(judged, weather, tmp_path):
     assert moments[-1]["contrast_mean"] > moments[-1]["kept_mean"]
 
 
+SUDDEN = """\
+format = "weather/1"
+duration = 16.0
+step = 0.1
+heat.specific_heat = 100.0  # a plate that follows the air in a quarter of a second
+
+[front]
+convection = 500.0
+air = [[4.3, 20.0], [4.6, 30.0]]
+across = [[4.3, 0.0, 0.0], [4.6, 16.0, 6.0]]
+
+[back]
+convection = 500.0
+air = [[4.3, 20.0], [4.6, 30.0]]
+across = [[4.3, 0.0, 0.0], [4.6, 16.0, 6.0]]
+
+[[thermometer]]
+name = "middle"
+point = [0.12, 0.095]
+"""
+
+
+def test_listeners_hear_the_panel_with_its_field_of_temperatures(judged, tmp_path):
+    """Before a sudden change the sound is that of an evenly warm panel, after it that of a tilted one."""
+    folder, *_ = judged
+    sound, air = tmp_path / "noise.wav", tmp_path / "sudden.toml"
+    soundfile.write(sound, 0.3 * np.random.default_rng(4).standard_normal(14 * RATE), RATE, subtype="DOUBLE")
+    air.write_text(SUDDEN, encoding="utf-8")
+    done = flex("render", sound, folder, "--weather", air, "--heard", "--out", tmp_path, "--json")
+    assert done.exit_code == 0, done.output
+    assert "pascals (1 Pa per unit) at axis" in done.stderr
+    panel = load_panel(folder / "compensation.h5")
+    laws = panel.plate.grown(load_laws(folder / "laws.h5"))
+    twin = warm_twin(panel, laws, lambda _stage, _share: None)
+    around = WeatherOfPanel.of(twin, read_weather(air), str(air), None, lambda _stage, _share: None)
+    assert np.ptp(around.field(3.0)) < 0.01
+    assert np.ptp(around.field(14.0)) > 15.0
+    for kept in ("", "-kept"):
+        heard = wavfile.read(tmp_path / f"noise-heard{kept}.wav")[1]
+        if not kept:
+            volts = wavfile.read(tmp_path / "noise-rendered.wav")[1]
+            for time, part in ((2.0, slice(4_000, 12_000)), (14.0, slice(36_000, 56_000))):
+                errors = [_missed(answer, panel, volts, heard, part) for answer in _answers(twin, around, time)]
+                assert errors[0] < 0.01, time
+                if time > 4.0:
+                    assert errors[1] > 0.05  # by the mean temperature alone
+        assert np.isfinite(heard).all()
+
+
+def _answers(twin, around, time):
+    """Responses of the panel with its field at a time, and with its mean temperature everywhere."""
+    field = around.field(time)
+    listeners = ListenersOfPanel.of(twin.uniform, twin.panel, twin.laws)
+    grid = twin.space.grid
+    radiator = Radiator(grid.points, grid.area, twin.panel.sound.air, twin.panel.sound.mounting)
+    places = np.array([one.position for one in twin.panel.listeners])
+
+    def warm(_state, lines):
+        seen = radiator.pressure(places, lines) @ twin.space.deflection
+        return np.einsum("lfr,nfr->lfn", seen, twin.answer(field, lines).amplitude)
+
+    return warm, lambda _state, lines: listeners.response(float(field.mean()), lines)[: len(places)]
+
+
+def _missed(answer, panel, volts, heard, part):
+    """Error of what is heard, as a share, beside the volts through the responses of a panel at rest."""
+    impulses = impulse_responses(answer, panel.filters, 0.0)[0]
+    exact = sum(fftconvolve(volts[:, n], impulses[n]) for n in range(volts.shape[1]))[SAMPLES_BEFORE_ZERO:]
+    return np.linalg.norm(heard[part] - exact[part]) / np.linalg.norm(exact[part])
+
+
 @pytest.mark.parametrize(
     ("before", "after", "said"),
     [
@@ -149,12 +229,10 @@ def test_options_that_contradict_a_weather_are_refused(judged, weather, tmp_path
     soundfile.write(sound, np.zeros(RATE), RATE)
     both = flex("render", sound, folder, "--weather", weather, "--temperature", 20)
     neither = flex("render", sound, folder)
-    heard = flex("render", sound, folder, "--weather", weather, "--heard")
     other = flex("compensate", folder, "--weather", weather, "--method", "time-reversal")
-    assert [one.exit_code for one in (both, neither, heard, other)] == [2, 2, 2, 2]
+    assert [one.exit_code for one in (both, neither, other)] == [2, 2, 2]
     assert "name one of --temperature and --weather" in both.stderr
     assert "name one of --temperature and --weather" in neither.stderr
-    assert "leave out --heard or --weather" in heard.stderr
     assert "--weather judges filters of the method stif" in other.stderr
 
 
