@@ -75,8 +75,8 @@ def command(
     SOUND-binaural.wav, at the ears of the first (a rigid sphere for a head); SOUND-heard-kept.wav and
     SOUND-binaural-kept.wav with the filters of the beginning kept. With --weather, the panel has the field of
     temperatures that the heat equation gives it, from the beginning of the sound on (--heard: with this field);
-    filters follow the plane through the thermometers, and its tilt too if flexura compensate --weather made filters
-    for it.
+    filters follow the plane through the thermometers, and its tilt too where flexura compensate --weather made
+    filters for it.
     """
     from app.stages.render import RenderRequest, compute
 
