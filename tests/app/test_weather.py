@@ -8,6 +8,7 @@ from click.testing import CliRunner
 from scipy.io import wavfile
 from scipy.signal import fftconvolve
 
+import flexura as library
 from analysis.compensation.settings import Training
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
@@ -200,6 +201,30 @@ def _missed(answer, panel, volts, heard, part):
     return np.linalg.norm(heard[part] - exact[part]) / np.linalg.norm(exact[part])
 
 
+def test_c_code_follows_the_thermometers_if_asked_to(judged, small_run, tmp_path):
+    folder, *_ = judged
+    plain = flex("export", folder, "--to", "c", "--out", tmp_path / "plain")
+    assert plain.exit_code == 0, plain.output
+    assert "the filters of the tilt are left out" in plain.stderr
+    done = flex(
+        "export", folder, "--to", "c", "--number", "int16", "--tilt", "--out", tmp_path / "tilted", "--json"
+    )
+    assert done.exit_code == 0, done.output
+    assert "left out" not in done.stderr
+    header = (tmp_path / "tilted" / "flexura_filters.h").read_text()
+    assert "#define FLEXURA_THERMOMETERS 3" in header
+    assert '"left\\nlower right\\nupper right"' in (tmp_path / "tilted" / "flexura_filters.c").read_text()
+    ours = library.export_filters(folder, "c", number="int16", tilt=True, out=tmp_path / "ours")
+    assert [path.read_bytes() for path in ours] == [
+        (tmp_path / "tilted" / path.name).read_bytes() for path in ours
+    ]
+    never = flex("export", small_run.folder, "--to", "c", "--tilt", "--out", tmp_path / "never")
+    assert never.exit_code != 0
+    assert "no filters of the tilt; they are made with: flexura compensate --weather FILE" in never.stderr
+    other = flex("export", folder, "--to", "npz", "--tilt")
+    assert (other.exit_code, "--tilt is for --to c" in other.stderr) == (2, True)
+
+
 @pytest.mark.parametrize(
     ("before", "after", "said"),
     [
@@ -237,8 +262,6 @@ def test_options_that_contradict_a_weather_are_refused(judged, weather, tmp_path
 
 
 def test_the_library_judges_in_a_weather_as_the_verb_does(small_run, weather, tmp_path, monkeypatch):
-    import flexura as library
-
     folder, asked = small_run.laws_alone(tmp_path / "run"), {}
     monkeypatch.setattr(compensate_stage, "compute", lambda *_, **options: asked.update(options))
     monkeypatch.setattr(
