@@ -1,6 +1,8 @@
 """``flexura compensate`` and ``flexura render`` in a weather: a small panel, and the section-2 panel in a car."""
 
 import json
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,11 +17,16 @@ from analysis.material import MaterialLaws
 from analysis.radiation.radiator import Radiator
 from analysis.rendering.heard import SAMPLES_BEFORE_ZERO, impulse_responses
 from analysis.weather.judgement import ONE, OWN_TILTED, SEVERAL, TILTED, WAYS
+from app.chain.panel_links import compensate_inputs, do_compensate
+from app.chain.request import RunRequest
+from app.chain.work import Work
+from app.files.campaign_error import CampaignFileError
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_panel
 from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import sha256
+from app.files.run_settings import read_run_options
 from app.files.shipped import shipped
 from app.files.weather_file import read_weather
 from app.main import flexura
@@ -270,6 +277,32 @@ def test_the_library_judges_in_a_weather_as_the_verb_does(small_run, weather, tm
     library.compensate(folder, small_run.panel, weather=weather, out=folder)
     assert asked["weather"] == (read_weather(weather), str(weather))
     assert asked["inputs"]["car.toml"] == sha256(weather)
+
+
+def test_a_run_judges_in_the_weather_of_its_options(small_run, weather, tmp_path, monkeypatch):
+    folder, asked = small_run.laws_alone(tmp_path / "run"), {}
+    file = tmp_path / "run.toml"
+    file.write_text(
+        f'[run.focus]\npanel = "{small_run.panel}"\n[run.compensate]\nweather = "car.toml"\n', encoding="utf-8"
+    )
+    (tmp_path / "car.toml").write_text(weather.read_text(encoding="utf-8"), encoding="utf-8")
+    work = Work(RunRequest(tmp_path, folder, options=read_run_options(tmp_path, file, ())), folder)
+    work.models = SimpleNamespace(wait_for=lambda *_: None)
+
+    def compute(*_, **options):
+        asked.update(options)
+        raise InterruptedError
+
+    monkeypatch.setattr(compensate_stage, "compute", compute)
+    with pytest.raises(InterruptedError):
+        do_compensate(work, lambda _stage, _share: None)
+    assert asked["weather"] == (read_weather(weather), str(tmp_path / "car.toml"))
+    assert compensate_inputs(work)["car.toml"] == sha256(weather)
+    typed = read_run_options(tmp_path, file, ("compensate.weather=elsewhere.toml",))
+    assert Path(typed.settings.compensate.weather) == Path.cwd() / "elsewhere.toml"
+    (tmp_path / "car.toml").unlink()
+    with pytest.raises(CampaignFileError, match=r"car\.toml"):
+        do_compensate(work, lambda _stage, _share: None)
 
 
 @pytest.mark.slow
