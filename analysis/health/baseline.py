@@ -153,13 +153,13 @@ class HealthBaseline:
         ValueError
             For too few temperatures.
         """
-        rows = sorted(recordings, key=lambda one: one.label)
+        rows = sorted(recordings, key=lambda one: -np.inf if one.label is None else one.label)
         if len(rows) < FEWEST_TEMPERATURES:
             raise ValueError(
                 f"{len(rows)} temperatures at which every input drove; {FEWEST_TEMPERATURES} or more needed"
             )
         nodes = rows[0].nodes
-        temperature = np.array([one.label for one in rows])
+        temperature = np.array([one.label for one in rows], dtype=float)
         nothing = np.zeros((len(rows), len(sources), len(channels), nodes.frequency.size), dtype=complex)
         bare = cls(
             model,

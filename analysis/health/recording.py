@@ -34,20 +34,27 @@ class DatedRecording:
     ----------
     date : str
         Name of the date, for people.
-    label : float
-        Temperature as recorded, degrees Celsius.
-    sweeps : (I,) tuple of CompressedSweep
-        Of each input, all with the same nodes.
+    label : float or None
+        Temperature as recorded, degrees Celsius; None where no thermometer was.
+    sweeps : (S,) tuple of CompressedSweep
+        Of each of the I inputs, or of `mix`, all with the same nodes.
+    mix : (S, I, n) complex ndarray or None
+        How much of each input a sweep has, at the nodes; None where each is of one input, in their order.
     """
 
     date: str
-    label: float
+    label: float | None
     sweeps: tuple[CompressedSweep, ...] = field(repr=False)
+    mix: Complex | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        check_finite(self, "label")
+        if self.label is not None:
+            check_finite(self, "label")
         if not self.sweeps:
             raise ValueError(f"DatedRecording {self.date!r}: no sweeps; at least one input wanted")
+        if self.mix is not None:
+            check_shapes(self, sweeps="S", mix="S I n")
+            check_finite(self, "mix")
 
     @property
     def nodes(self) -> Nodes:
@@ -55,19 +62,21 @@ class DatedRecording:
         return self.sweeps[0].nodes
 
     def white(self, values: Complex) -> Real:
-        """Whiten values (..., I, K, n) at the nodes: real numbers (..., 2 I K n) of unit variance each."""
+        """Whiten values (..., I, K, n) at the nodes: real numbers (..., 2 S K n) of unit variance each."""
+        if self.mix is not None:
+            values = np.einsum("sin,...ikn->...skn", self.mix, values)
         coefficients = self.nodes.coefficients(values)
         return self.whitened(coefficients)
 
     def whitened(self, coefficients: Complex) -> Real:
-        """Do the same to spline coefficients (..., I, K, n)."""
+        """Do the same to spline coefficients (..., S, K, n)."""
         parts = [one.whitened(coefficients[..., index, :, :]) for index, one in enumerate(self.sweeps)]
         flat = np.stack(parts, axis=-3).reshape(*coefficients.shape[:-3], -1)
         return np.concatenate([flat.real, flat.imag], axis=-1)
 
     @property
     def data(self) -> Real:
-        """The recording, whitened, (2 I K n,)."""
+        """The recording, whitened, (2 S K n,)."""
         return self.whitened(np.stack([one.coefficients for one in self.sweeps]))
 
 

@@ -213,9 +213,10 @@ class HealthWatch:
         return options[number], estimate
 
     def _as_recorded(self, date: JudgedDate) -> JudgedDate:
-        """Judge a date at its recorded temperatures, those beyond the range at its end."""
+        """Judge a date at its recorded temperatures, those beyond the range at its end; without one, as found."""
         low, high = self.expects.temperature_range
-        here = tuple(float(np.clip(one.label, low, high)) for one in date.recordings)
+        labels = zip(date.recordings, date.temperatures, strict=True)
+        here = tuple(float(np.clip(found if one.label is None else one.label, low, high)) for one, found in labels)
         pairs = zip(date.recordings, here, strict=True)
         return JudgedDate(
             date.recordings, here, tuple(date_equations(one, self.expects.at(at)) for one, at in pairs)
