@@ -7,6 +7,7 @@ candidates. With a eliminated, J'J and J'r are all that a date tells about c, an
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -63,10 +64,11 @@ class DatedRecording:
 
     def white(self, values: Complex) -> Real:
         """Whiten values (..., I, K, n) at the nodes: real numbers (..., 2 S K n) of unit variance each."""
-        if self.mix is not None:
-            values = np.einsum("sin,...ikn->...skn", self.mix, values)
-        coefficients = self.nodes.coefficients(values)
-        return self.whitened(coefficients)
+        return self.whitened(self.nodes.coefficients(self.mixed(values)))
+
+    def mixed(self, values: Complex) -> Complex:
+        """Values (..., S, K, n) of the sweeps for values (..., I, K, n) of the inputs."""
+        return values if self.mix is None else np.einsum("sin,...ikn->...skn", self.mix, values)
 
     def whitened(self, coefficients: Complex) -> Real:
         """Do the same to spline coefficients (..., S, K, n)."""
@@ -78,6 +80,19 @@ class DatedRecording:
     def data(self) -> Real:
         """The recording, whitened, (2 S K n,)."""
         return self.whitened(np.stack([one.coefficients for one in self.sweeps]))
+
+
+class WhiteRecording(Protocol):
+    """Responses in units of their errors."""
+
+    @property
+    def data(self) -> Real:
+        """As recorded, (m,)."""
+        ...
+
+    def white(self, values: Complex) -> Real:
+        """Do the same to values (..., I, K, n) at the nodes: (..., m)."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -146,12 +161,12 @@ def recordings_of(frf: Frf, nodes: Nodes, excluded: Mask, date: str, inputs: int
     return found
 
 
-def date_equations(recording: DatedRecording, expected: ExpectedResponse, noise: float = 1.0) -> DateEquations:
+def date_equations(recording: WhiteRecording, expected: ExpectedResponse, noise: float = 1.0) -> DateEquations:
     """Eliminate the nuisances of one recording.
 
     Parameters
     ----------
-    recording : DatedRecording
+    recording : WhiteRecording
     expected : ExpectedResponse
     noise : float
         Chi2 per degree of freedom that is to be expected: where a model is far from the data, nuisances that are

@@ -6,7 +6,7 @@ Gauss and Newton, the twin linearised anew about each estimate with the effect o
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from analysis.checked_fields import check_finite, check_shapes
 from analysis.effect_card import Parameter, Values
 from analysis.health.baseline import HealthBaseline
 from analysis.health.candidates import ChangeCandidate
-from analysis.health.recording import DatedRecording, DateEquations, date_equations
+from analysis.health.recording import DateEquations, WhiteRecording, date_equations
 
 MOST_STEPS = 8
 """Of Gauss and Newton: from a place within its neighbours' distance four are usual."""
@@ -95,9 +95,9 @@ class ChangeFit:
     Attributes
     ----------
     baseline : HealthBaseline
-    recordings : tuple of DatedRecording
+    recordings : tuple of WhiteRecording
     temperatures : tuple of float
-        Of each, as found without a change, degrees Celsius.
+        Of each, from which a fit begins, degrees Celsius.
     healthy : (float, int)
         Chi2 without a change, and its degrees of freedom.
     noise : float
@@ -105,7 +105,7 @@ class ChangeFit:
     """
 
     baseline: HealthBaseline = field(repr=False)
-    recordings: tuple[DatedRecording, ...] = field(repr=False)
+    recordings: tuple[WhiteRecording, ...] = field(repr=False)
     temperatures: tuple[float, ...]
     healthy: tuple[float, int]
     noise: float
@@ -126,6 +126,16 @@ class ChangeFit:
         rival : float
             Chi2 of the best candidate so far: one that stays far behind is not fitted to the end.
         """
+        return self._told(candidate, _free(candidate), self._settled(candidate, amplitude, rival), variance)
+
+    def nearer(self, candidate: ChangeCandidate, amplitude: float) -> tuple[ChangeCandidate, float]:
+        """Return a candidate at its fitted place, and its amplitude; arguments as for `refined`."""
+        found = self._settled(candidate, amplitude, np.inf)
+        place = zip([one.name for one in _free(candidate)[1:]], map(float, found.point[1:]), strict=True)
+        return replace(candidate, shapes={**candidate.shapes, **dict(place)}), float(found.point[0])
+
+    def _settled(self, candidate: ChangeCandidate, amplitude: float, rival: float) -> _Fit:
+        """Follow a fit to its end."""
         free = _free(candidate)
         low, high = (np.array([getattr(one, side) for one in free]) for side in ("low", "high"))
         if candidate.two_sided:
@@ -146,7 +156,7 @@ class ChangeFit:
             moved, now = better.point - now.point, better
             if float(np.sqrt(moved @ now.matrix @ moved / now.noise)) < SETTLED_STEP:
                 break
-        return self._told(candidate, free, now, variance)
+        return now
 
     def _stepped(
         self,
