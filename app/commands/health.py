@@ -50,9 +50,9 @@ def command(
     """Judge a panel on each date by the responses between its patches, and name what has changed.
 
     RUN... are the dates in order of time: run folders with frf.h5 (of flexura identify or update), campaign
-    folders, or folders with drive.wav and response.wav, sound that the panel played and what it answered, a channel
-    for each actuator and sensor. One temperature is enough on a date; every actuator of the baseline must have
-    driven. Temperatures need not be known: the panel is its own thermometer.
+    folders, or folders with drive.wav and response.wav: sound that the panel played and what it answered, a
+    channel for each actuator and sensor. One temperature is enough on a date; every actuator of the baseline must
+    have driven. Temperatures need not be known: the panel is its own thermometer.
 
     RUN0 is the run folder of a campaign of the same panel at four temperatures or more, over the whole range
     that later dates may have. Its twin, and what its recordings show beside the twin, predict the healthy panel
