@@ -19,6 +19,8 @@ from analysis.health.recording import DateEquations, WhiteRecording, date_equati
 
 MOST_STEPS = 8
 """Of Gauss and Newton: from a place within its neighbours' distance four are usual."""
+STEPS_NEARER = 3
+"""Of a fit that only says where another begins."""
 STEPS_BEFORE_ABANDONING, ABANDONED_CHI2_RATIO = 3, 4.0
 """Steps after which a candidate is given up whose chi2 is so many times that of another."""
 STEPS_BEFORE_JUDGING, PROMISED_TIMES, HOPELESS_EVIDENCE = 2, 4.0, 30.0
@@ -133,12 +135,14 @@ class ChangeFit:
 
     def nearer(self, candidate: ChangeCandidate, amplitude: float) -> tuple[ChangeCandidate, float]:
         """Return a candidate at its fitted place, and its amplitude; arguments as for `refined`."""
-        found = self._settled(candidate, amplitude, np.inf)
+        found = self._settled(candidate, amplitude, np.inf, STEPS_NEARER)
         place = zip([one.name for one in _free(candidate)[1:]], map(float, found.point[1:]), strict=True)
         return replace(candidate, shapes={**candidate.shapes, **dict(place)}), float(found.point[0])
 
-    def _settled(self, candidate: ChangeCandidate, amplitude: float, rival: float) -> _Fit:
-        """Follow a fit to its end."""
+    def _settled(
+        self, candidate: ChangeCandidate, amplitude: float, rival: float, steps: int = MOST_STEPS
+    ) -> _Fit:
+        """Follow a fit to its end, or for so many steps."""
         free = _free(candidate)
         low, high = (np.array([getattr(one, side) for one in free]) for side in ("low", "high"))
         if candidate.two_sided:
@@ -147,7 +151,7 @@ class ChangeFit:
         now = self._fit(candidate, free, np.clip(begun, low, high), np.array(self.temperatures), self._misfit)
         reach = np.array([np.inf, *[LARGEST_MOVE] * (len(free) - 1)])
         scale = np.array([one.sigma for one in free])
-        for number in range(MOST_STEPS):
+        for number in range(steps):
             if number >= STEPS_BEFORE_ABANDONING and now.chi2 > ABANDONED_CHI2_RATIO * rival:
                 break
             solved = np.linalg.solve(now.matrix + np.diag(1e-6 / scale**2), now.gradient)
