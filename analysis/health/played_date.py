@@ -143,4 +143,4 @@ def _variance(found: FrfEstimate) -> Real:
     if found.variance is None:
         raise ValueError("as many segments as drives; record longer")
     floor = 1e-12 * np.mean(np.abs(found.h) ** 2, axis=-1, keepdims=True)
-    return np.maximum(found.variance, floor)
+    return np.asarray(np.maximum(found.variance, floor), dtype=np.float64)
