@@ -50,7 +50,7 @@ def test_two_seats_before_a_door_trim_hear_programmes_of_their_own(zone: str) ->
         SoundListener(name=name, position=(0.2 + side * FAR, 0.13, FAR), zone=name)
         for name, side in (("left", -1.0), ("right", 1.0))
     )
-    sound = PanelSound(listener=seats, quiet_weight=1000.0, field_weight=0.01)
+    sound = PanelSound(listener=seats, quiet_weight=3000.0, field_weight=0.01)
     _, found = heard(DOOR_TRIM, [20.0], sound, zone=zone)
     between, bound = found.following.zones.mean(), found.zone_bound.mean()
     assert between <= bound
