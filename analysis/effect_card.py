@@ -90,6 +90,8 @@ class EffectCard:
         The measurement that distinguishes it from effects with similar signatures.
     sites : tuple of mapping
         Values of the shapes from which a search starts; one empty mapping where there is no shape.
+    closer_sites : tuple of mapping
+        Places closer together, for changes too large to be searched from `sites`; empty where those do.
     replaces : str
         Declared quantity that this effect is beyond its tolerance; empty for all others.
     title : str
@@ -108,6 +110,7 @@ class EffectCard:
     replaces: str = ""
     title: str = ""
     phrase: str = ""
+    closer_sites: tuple[Values, ...] = ()
 
     def __post_init__(self) -> None:
         names = [p.name for p in self.parameters]
@@ -121,7 +124,7 @@ class EffectCard:
         if said and set(said) != set(names):
             raise ValueError(f"effect {self.name}: its phrase gives {said}; all of {names} are wanted, no others")
         shapes = {p.name for p in self.parameters if p.shape}
-        for site in self.sites:
+        for site in (*self.sites, *self.closer_sites):
             if set(site) != shapes:
                 raise ValueError(
                     f"effect {self.name}: site {dict(site)} must give exactly the shapes {sorted(shapes)}"

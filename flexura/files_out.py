@@ -54,6 +54,7 @@ def export_filters(
     method: str | None = None,
     number: Literal["float32", "int16"] = "float32",
     prefix: str = PREFIX,
+    tilt: bool = False,
     temperature: Sequence[float] = (),
     out: File | None = None,
 ) -> tuple[Path, ...]:
@@ -69,6 +70,8 @@ def export_filters(
         How filters follow the temperature; what ``flexura compensate`` recommends where it is left out.
     number, prefix : str
         Numbers of the C code, and the first word of its names.
+    tilt : bool
+        C code that follows several thermometers, of a run that was judged in a weather.
     temperature : sequence of float
         Degrees Celsius, for ``npz``, ``wav`` and ``csv``; every 5 K where it is left out.
     out : path, optional
@@ -82,19 +85,24 @@ def export_filters(
     Raises
     ------
     ValueError
-        For an unknown form or number, and for temperatures that would share the name of a WAV file.
+        For an unknown form or number, a tilt of another form than ``c``, and for temperatures that would share
+        the name of a WAV file.
     app.files.bad_file.ResultFileError
         For a folder without such filters, and a temperature that they do not cover.
     """
     if to not in get_args(Form) or number not in ("float32", "int16"):
         raise ValueError(f"to {to!r}, number {number!r}; allowed: {', '.join(get_args(Form))}; float32, int16")
+    if tilt and to != "c":
+        raise ValueError(f"tilt of {to!r}; allowed: of 'c'")
     folder = Path(run)
-    sent = shipment(folder, method, "export").chosen({"to": to, "number": number})
+    sent = shipment(folder, method, "export").chosen(
+        {"to": to, "number": number, **({"tilt": True} if tilt else {})}
+    )
     wanted = export_temperatures(sent, temperature, "temperature")
     if to == "wav" and same_names(wanted):
         raise ValueError("temperature: two of them are the same to 0.01 °C, as in the names of WAV files")
     target = writable_folder(folder if out is None else Path(out), "out")
-    return write_filters(sent, to, target, wanted, number=number, prefix=prefix)
+    return write_filters(sent, to, target, wanted, number=number, prefix=prefix, tilt=tilt)
 
 
 def export_sweeps(

@@ -153,13 +153,13 @@ class HealthBaseline:
         ValueError
             For too few temperatures.
         """
-        rows = sorted(recordings, key=lambda one: one.label)
+        rows = sorted(recordings, key=lambda one: -np.inf if one.label is None else one.label)
         if len(rows) < FEWEST_TEMPERATURES:
             raise ValueError(
                 f"{len(rows)} temperatures at which every input drove; {FEWEST_TEMPERATURES} or more needed"
             )
         nodes = rows[0].nodes
-        temperature = np.array([one.label for one in rows])
+        temperature = np.array([one.label for one in rows], dtype=float)
         nothing = np.zeros((len(rows), len(sources), len(channels), nodes.frequency.size), dtype=complex)
         bare = cls(
             model,
@@ -313,7 +313,7 @@ class HealthBaseline:
         sigma += [max(0.5 * GRADIENT * slope, 1e-6)] * len(tilt)
         columns = by_parameter[len(tilt) :]
         if tangents is None and changes:
-            columns = np.concatenate([columns, self._lost(transfer)])
+            columns = np.concatenate([columns, self.lost(transfer)])
         return PanelLinearisation(
             temperature,
             transfer,
@@ -322,8 +322,8 @@ class HealthBaseline:
             columns,
         )
 
-    def _lost(self, transfer: Complex) -> Complex:
-        """Return derivatives by the polarization that patches lost, in the order of the candidates."""
+    def lost(self, transfer: Complex) -> Complex:
+        """Return derivatives of a twin's transfer by the polarization lost, in the order of the candidates."""
         names = [one.patch for one in self.candidates if one.effect == DEPOLARIZATION]
         found = np.zeros((len(names), *transfer.shape), dtype=complex)
         for row, patch in enumerate(names):

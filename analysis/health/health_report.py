@@ -13,8 +13,8 @@ class HealthDate:
     Attributes
     ----------
     date : str
-    label : float
-        Temperature as recorded, degrees Celsius.
+    label : float or None
+        Temperature as recorded, degrees Celsius; None where no thermometer was.
     temperature, sigma : float
         As the panel itself says, degrees Celsius, and its standard deviation, K.
     misfit : float
@@ -31,7 +31,7 @@ class HealthDate:
     """
 
     date: str
-    label: float
+    label: float | None
     temperature: float = 0.0
     sigma: float = 0.0
     misfit: float = 0.0
@@ -42,7 +42,7 @@ class HealthDate:
     skipped: str = ""
 
     def __post_init__(self) -> None:
-        check_finite(self, "label", "temperature", "z")
+        check_finite(self, "temperature", "z", *(() if self.label is None else ("label",)))
         check_range(self, 0.0, float("inf"), "sigma", "misfit")
 
 

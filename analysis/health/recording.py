@@ -7,6 +7,7 @@ candidates. With a eliminated, J'J and J'r are all that a date tells about c, an
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -34,20 +35,27 @@ class DatedRecording:
     ----------
     date : str
         Name of the date, for people.
-    label : float
-        Temperature as recorded, degrees Celsius.
-    sweeps : (I,) tuple of CompressedSweep
-        Of each input, all with the same nodes.
+    label : float or None
+        Temperature as recorded, degrees Celsius; None where no thermometer was.
+    sweeps : (S,) tuple of CompressedSweep
+        Of each of the I inputs, or of `mix`, all with the same nodes.
+    mix : (S, I, n) complex ndarray or None
+        How much of each input a sweep has, at the nodes; None where each is of one input, in their order.
     """
 
     date: str
-    label: float
+    label: float | None
     sweeps: tuple[CompressedSweep, ...] = field(repr=False)
+    mix: Complex | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        check_finite(self, "label")
+        if self.label is not None:
+            check_finite(self, "label")
         if not self.sweeps:
             raise ValueError(f"DatedRecording {self.date!r}: no sweeps; at least one input wanted")
+        if self.mix is not None:
+            check_shapes(self, sweeps="S", mix="S I n")
+            check_finite(self, "mix")
 
     @property
     def nodes(self) -> Nodes:
@@ -55,20 +63,36 @@ class DatedRecording:
         return self.sweeps[0].nodes
 
     def white(self, values: Complex) -> Real:
-        """Whiten values (..., I, K, n) at the nodes: real numbers (..., 2 I K n) of unit variance each."""
-        coefficients = self.nodes.coefficients(values)
-        return self.whitened(coefficients)
+        """Whiten values (..., I, K, n) at the nodes: real numbers (..., 2 S K n) of unit variance each."""
+        return self.whitened(self.nodes.coefficients(self.mixed(values)))
+
+    def mixed(self, values: Complex) -> Complex:
+        """Values (..., S, K, n) of the sweeps for values (..., I, K, n) of the inputs."""
+        return values if self.mix is None else np.einsum("sin,...ikn->...skn", self.mix, values)
 
     def whitened(self, coefficients: Complex) -> Real:
-        """Do the same to spline coefficients (..., I, K, n)."""
+        """Do the same to spline coefficients (..., S, K, n)."""
         parts = [one.whitened(coefficients[..., index, :, :]) for index, one in enumerate(self.sweeps)]
         flat = np.stack(parts, axis=-3).reshape(*coefficients.shape[:-3], -1)
         return np.concatenate([flat.real, flat.imag], axis=-1)
 
     @property
     def data(self) -> Real:
-        """The recording, whitened, (2 I K n,)."""
+        """The recording, whitened, (2 S K n,)."""
         return self.whitened(np.stack([one.coefficients for one in self.sweeps]))
+
+
+class WhiteRecording(Protocol):
+    """Responses in units of their errors."""
+
+    @property
+    def data(self) -> Real:
+        """As recorded, (m,)."""
+        ...
+
+    def white(self, values: Complex) -> Real:
+        """Do the same to values (..., I, K, n) at the nodes: (..., m)."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -137,12 +161,12 @@ def recordings_of(frf: Frf, nodes: Nodes, excluded: Mask, date: str, inputs: int
     return found
 
 
-def date_equations(recording: DatedRecording, expected: ExpectedResponse, noise: float = 1.0) -> DateEquations:
+def date_equations(recording: WhiteRecording, expected: ExpectedResponse, noise: float = 1.0) -> DateEquations:
     """Eliminate the nuisances of one recording.
 
     Parameters
     ----------
-    recording : DatedRecording
+    recording : WhiteRecording
     expected : ExpectedResponse
     noise : float
         Chi2 per degree of freedom that is to be expected: where a model is far from the data, nuisances that are

@@ -6,7 +6,7 @@ Gauss and Newton, the twin linearised anew about each estimate with the effect o
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -15,12 +15,17 @@ from analysis.checked_fields import check_finite, check_shapes
 from analysis.effect_card import Parameter, Values
 from analysis.health.baseline import HealthBaseline
 from analysis.health.candidates import ChangeCandidate
-from analysis.health.recording import DatedRecording, DateEquations, date_equations
+from analysis.health.recording import DateEquations, WhiteRecording, date_equations
 
 MOST_STEPS = 8
 """Of Gauss and Newton: from a place within its neighbours' distance four are usual."""
+STEPS_NEARER = 3
+"""Of a fit that only says where another begins."""
 STEPS_BEFORE_ABANDONING, ABANDONED_CHI2_RATIO = 3, 4.0
 """Steps after which a candidate is given up whose chi2 is so many times that of another."""
+STEPS_BEFORE_JUDGING, PROMISED_TIMES, HOPELESS_EVIDENCE = 2, 4.0, 30.0
+"""A fit is given up, too, that would stay this many nats behind another if all further steps together lowered chi2
+by four times what the next one promises: 1e-13 of a probability."""
 HALVINGS = 4
 """Of a step that does not lower chi2, or leads off the plate."""
 LARGEST_MOVE = 0.015
@@ -95,9 +100,9 @@ class ChangeFit:
     Attributes
     ----------
     baseline : HealthBaseline
-    recordings : tuple of DatedRecording
+    recordings : tuple of WhiteRecording
     temperatures : tuple of float
-        Of each, as found without a change, degrees Celsius.
+        Of each, from which a fit begins, degrees Celsius.
     healthy : (float, int)
         Chi2 without a change, and its degrees of freedom.
     noise : float
@@ -105,7 +110,7 @@ class ChangeFit:
     """
 
     baseline: HealthBaseline = field(repr=False)
-    recordings: tuple[DatedRecording, ...] = field(repr=False)
+    recordings: tuple[WhiteRecording, ...] = field(repr=False)
     temperatures: tuple[float, ...]
     healthy: tuple[float, int]
     noise: float
@@ -126,6 +131,18 @@ class ChangeFit:
         rival : float
             Chi2 of the best candidate so far: one that stays far behind is not fitted to the end.
         """
+        return self._told(candidate, _free(candidate), self._settled(candidate, amplitude, rival), variance)
+
+    def nearer(self, candidate: ChangeCandidate, amplitude: float) -> tuple[ChangeCandidate, float]:
+        """Return a candidate at its fitted place, and its amplitude; arguments as for `refined`."""
+        found = self._settled(candidate, amplitude, np.inf, STEPS_NEARER)
+        place = zip([one.name for one in _free(candidate)[1:]], map(float, found.point[1:]), strict=True)
+        return replace(candidate, shapes={**candidate.shapes, **dict(place)}), float(found.point[0])
+
+    def _settled(
+        self, candidate: ChangeCandidate, amplitude: float, rival: float, steps: int = MOST_STEPS
+    ) -> _Fit:
+        """Follow a fit to its end, or for so many steps."""
         free = _free(candidate)
         low, high = (np.array([getattr(one, side) for one in free]) for side in ("low", "high"))
         if candidate.two_sided:
@@ -134,11 +151,14 @@ class ChangeFit:
         now = self._fit(candidate, free, np.clip(begun, low, high), np.array(self.temperatures), self._misfit)
         reach = np.array([np.inf, *[LARGEST_MOVE] * (len(free) - 1)])
         scale = np.array([one.sigma for one in free])
-        for number in range(MOST_STEPS):
+        for number in range(steps):
             if number >= STEPS_BEFORE_ABANDONING and now.chi2 > ABANDONED_CHI2_RATIO * rival:
                 break
             solved = np.linalg.solve(now.matrix + np.diag(1e-6 / scale**2), now.gradient)
             step = np.asarray(solved, dtype=np.float64)
+            ahead = now.chi2 - PROMISED_TIMES * float(now.gradient @ step)
+            if number >= STEPS_BEFORE_JUDGING and ahead > rival + 2.0 * HOPELESS_EVIDENCE * self.noise:
+                break
             step *= min(1.0, float((reach / np.maximum(np.abs(step), 1e-300)).min()))
             better = self._stepped(candidate, free, now, step, (low, high))
             if better is None:
@@ -146,7 +166,7 @@ class ChangeFit:
             moved, now = better.point - now.point, better
             if float(np.sqrt(moved @ now.matrix @ moved / now.noise)) < SETTLED_STEP:
                 break
-        return self._told(candidate, free, now, variance)
+        return now
 
     def _stepped(
         self,

@@ -4,62 +4,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.special import logsumexp
 
 from analysis.arrays import Mask, Real
-from analysis.effect_card import Values
 from analysis.health.baseline import HealthBaseline
-from analysis.health.candidates import DEPOLARIZATION
 from analysis.health.evidence import SpanEstimate, limit, misfit_limit, span_estimate, spans
 from analysis.health.expected import ExpectedResponse, ExpectsResponses
 from analysis.health.health_report import HealthDate, HealthReport, NamedChange
+from analysis.health.naming import JudgedDate, Naming, information
 from analysis.health.recording import DatedRecording, DateEquations, date_equations, temperature_found
-from analysis.health.refined import ChangeFit, RefinedChange, linear_evidence
 from analysis.health.self_check import SelfCheck
-
-REFINED_EVIDENCE_SHARE = 0.5
-"""Share of the largest log evidence, by the linear search, from which a family is fitted with its place: what is
-linear about the healthy panel is wrong by a tenth or two of a change of 20 %."""
-FEWEST_REFINED = 3
-"""Families that are fitted whatever their evidence."""
-OTHER_PLACE = 0.05
-"""m: a second place this far from the best one is tried, too, where it explains nearly as much: on a rectangle the
-places mirrored in its axes shift resonances alike, and only the patches tell them apart."""
-UNEXPLAINED_SHARE = 1e-3
-"""Share of the misfit that the right effect may leave: a twin knows to three per cent what a change does."""
-ALIKE_EVIDENCE = 3.0
-"""Nats: a place that is as likely but for a factor of twenty is named beside the best one."""
-MOST_PLACES = 4
-"""From which a fit begins at most: a mass at a corner may seem to lie on the edge beside it."""
-TRIED_Z_SHARE = 0.7
-"""Share of the best z squared from which it is tried."""
-
-
-@dataclass(frozen=True)
-class JudgedDate:
-    """A date with its recordings, as found.
-
-    Attributes
-    ----------
-    recordings : tuple of DatedRecording
-    temperatures : tuple of float
-        Degrees Celsius.
-    said : tuple of DateEquations
-    """
-
-    recordings: tuple[DatedRecording, ...] = field(repr=False)
-    temperatures: tuple[float, ...]
-    said: tuple[DateEquations, ...] = field(repr=False)
-
-    @property
-    def chi2(self) -> float:
-        """Of the healthy panel."""
-        return sum(one.chi2 for one in self.said)
-
-    @property
-    def dof(self) -> int:
-        """Degrees of freedom."""
-        return sum(one.dof for one in self.said)
 
 
 @dataclass
@@ -160,37 +113,19 @@ class HealthWatch:
         span = self._named_span()
         seen = float(self._sided(self._estimate(span)).max()) > self.limit
         dates, estimate = self._nearer(self.judged[-span:])
-        healthy, dof = sum(date.chi2 for date in dates), sum(date.dof for date in dates)
-        fit = ChangeFit(
-            self.baseline,
-            tuple(one for date in dates for one in date.recordings),
-            tuple(one for date in dates for one in date.temperatures),
-            (healthy, dof),
-            max(self.check.usual, 1.0),
+        dof = sum(date.dof for date in dates)
+        naming = Naming(
+            self.baseline, self.check, tuple(dates), estimate, misfit_limit(self.rate, self.check.misfit, dof)
         )
-        evidence = self._evidence(estimate, fit.noise)
-        ranked = sorted(evidence.values(), reverse=True)
-        least = min(REFINED_EVIDENCE_SHARE * ranked[0], ranked[min(FEWEST_REFINED, len(ranked)) - 1])
-        refined: dict[str, RefinedChange] = {}
-        also: dict[str, tuple[RefinedChange, ...]] = {}
-        rival = np.inf
-        for name in sorted(evidence, key=lambda name: -evidence[name]):
-            if evidence[name] >= least:
-                refined[name], also[name] = self._refined(name, estimate, fit, rival)
-                rival = min(rival, refined[name].misfit * dof)
-        judged = {name: refined[name].evidence if name in refined else one for name, one in evidence.items()}
-        total = float(logsumexp(list(judged.values())))
-        order = sorted(judged, key=lambda name: -judged[name])
-        shares = tuple((name, float(np.exp(judged[name] - total))) for name in order)
+        found = naming.found()
         since = dates[0].recordings[0].date
-        best = refined.get(order[0])
-        bound = misfit_limit(self.rate, self.check.misfit, dof) + UNEXPLAINED_SHARE * healthy / dof
-        if best is None or best.misfit > bound or not seen:
-            return NamedChange("unknown", 1.0, shares, best, since, span)
-        index = self.baseline.candidates.index(best.candidate)
+        best = found.best
+        if best is None or not found.explained or not seen:
+            return NamedChange("unknown", 1.0, found.shares, best, since, span)
+        index = naming.nearest(best.candidate, best.values)
         alone = [span_estimate(date.said, self.check.variance, self._prior) for date in self.judged]
         trend = tuple((float(one.amplitude[index]), float(one.sigma[index])) for one in alone)
-        return NamedChange(order[0], shares[0][1], shares, best, since, span, trend, also[order[0]])
+        return NamedChange(found.family, found.shares[0][1], found.shares, best, since, span, trend, found.also)
 
     def _named_span(self) -> int:
         """Find the number of last dates that the name rests on: where the strongest z is largest."""
@@ -207,76 +142,20 @@ class HealthWatch:
             said = [one for date in option for one in date.said]
             estimate = replace(span_estimate(said, self.check.variance, self._prior), span=len(dates))
             amplitude = np.where(self._two_sided, estimate.amplitude, np.maximum(estimate.amplitude, 0.0))
-            drop = float((amplitude**2 * self._information(estimate)).max())
+            drop = float((amplitude**2 * information(estimate, self.check)).max())
             told.append((sum(date.chi2 for date in option) - drop, number, estimate))
         _, number, estimate = min(told, key=lambda one: one[:2])
         return options[number], estimate
 
     def _as_recorded(self, date: JudgedDate) -> JudgedDate:
-        """Judge a date at its recorded temperatures, those beyond the range at its end."""
+        """Judge a date at its recorded temperatures, those beyond the range at its end; without one, as found."""
         low, high = self.expects.temperature_range
-        here = tuple(float(np.clip(one.label, low, high)) for one in date.recordings)
+        labels = zip(date.recordings, date.temperatures, strict=True)
+        here = tuple(float(np.clip(found if one.label is None else one.label, low, high)) for one, found in labels)
         pairs = zip(date.recordings, here, strict=True)
         return JudgedDate(
             date.recordings, here, tuple(date_equations(one, self.expects.at(at)) for one, at in pairs)
         )
-
-    def _evidence(self, estimate: SpanEstimate, noise: float) -> dict[str, float]:
-        """Log evidence of every family over a healthy panel, by the linear search, its members averaged."""
-        amplitude = np.where(self._two_sided, estimate.amplitude, np.maximum(estimate.amplitude, 0.0))
-        information = self._information(estimate)
-        single = linear_evidence(amplitude**2 * information, information, self._prior, noise)
-        families = np.array([one.family for one in self.baseline.candidates])
-        return {
-            str(name): float(logsumexp(single[families == name]) - np.log((families == name).sum()))
-            for name in np.unique(families)
-        }
-
-    def _information(self, estimate: SpanEstimate) -> Real:
-        """Of the amplitudes by the dates alone, per unit squared; 0 where nothing is seen."""
-        seen = np.isfinite(estimate.sigma)
-        left = np.where(seen, estimate.sigma, 1.0) ** 2 - self.check.variance
-        return np.where(seen, 1.0 / np.maximum(left, 1e-300), 0.0)
-
-    def _refined(
-        self, family: str, estimate: SpanEstimate, fit: ChangeFit, rival: float
-    ) -> tuple[RefinedChange, tuple[RefinedChange, ...]]:
-        """Fit the best members of a family; return the best, and those at other places that are as likely."""
-        sided = np.where(self._two_sided, np.abs(estimate.amplitude), np.maximum(estimate.amplitude, 0.0))
-        z = sided * np.sqrt(self._information(estimate))
-        candidates, variance = self.baseline.candidates, self.check.variance
-        mine = [index for index, one in enumerate(candidates) if one.family == family]
-        first = max(mine, key=lambda index: float(z[index]))
-        place, found = candidates[first], list[RefinedChange]()
-        further, bound = [first], misfit_limit(self.rate, self.check.misfit, fit.healthy[1])
-        while further and len(found) < MOST_PLACES:
-            index = max(further, key=lambda index: float(z[index]))
-            explained = bool(found) and min(one.misfit for one in found) <= bound
-            if found and (explained or not place.placed) and z[index] ** 2 <= TRIED_Z_SHARE * z[first] ** 2:
-                break
-            one, begun = candidates[index], max(float(estimate.amplitude[index]), float(estimate.sigma[index]))
-            if one.effect == DEPOLARIZATION:
-                found.append(fit.linear(one, begun, float(estimate.sigma[index]), float(variance[index])))
-            else:
-                begun = float(estimate.amplitude[index]) if one.two_sided else begun
-                found.append(fit.refined(one, begun, float(variance[index]), rival))
-            rival = min(rival, found[-1].misfit * fit.healthy[1])
-            if not place.placed:
-                break
-            further = [
-                other
-                for other in (mine if len(found) == 1 else further)
-                if candidates[other].effect == place.effect and _apart(candidates[other].shapes, one.shapes)
-            ]
-        best = max(found, key=lambda one: one.evidence)
-        alike = tuple(
-            one
-            for one in found
-            if one is not best
-            and best.evidence - one.evidence < ALIKE_EVIDENCE
-            and _apart(one.values, best.values)
-        )
-        return best, alike
 
     def report(self) -> HealthReport:
         """Return all dates, and the name of what has changed if the last judged one gives an alarm."""
@@ -292,7 +171,3 @@ class HealthWatch:
             self.check.misfit,
             self.baseline.order,
         )
-
-
-def _apart(one: Values, other: Values) -> bool:
-    return float(np.hypot(one["x"] - other["x"], one["y"] - other["y"])) > OTHER_PLACE

@@ -152,7 +152,7 @@ class FollowingBank:
         fed = feed or _temperature_itself(known)
         x = fed.at(known)
         order = np.argsort(x)
-        weights = CubicWeights(x[order], _cardinal(x[order], kind)[:, :, np.argsort(order)])
+        weights = CubicWeights(x[order], cardinal(x[order], kind)[:, :, np.argsort(order)])
         return cls(fed, weights, filters.taps.transpose(1, 0, 2), filters.sample_rate, filters.delay)
 
     @classmethod
@@ -180,10 +180,10 @@ class FollowingBank:
         -------
         FollowingBank
         """
-        cardinal = _cardinal(temperature, "cubic")
-        one = np.zeros((*cardinal.shape[:2], 1))
+        curves = cardinal(temperature, "cubic")
+        one = np.zeros((*curves.shape[:2], 1))
         one[:, 0] = 1.0
-        weights = CubicWeights(temperature, np.concatenate([cardinal @ share, one], axis=2))
+        weights = CubicWeights(temperature, np.concatenate([curves @ share, one], axis=2))
         banks = np.concatenate([filters, mean[None]]).transpose(1, 0, 2)
         return cls(_temperature_itself(temperature), weights, banks, sample_rate, delay)
 
@@ -213,7 +213,7 @@ def _temperature_itself(known: Real) -> InputMap:
     return InputMap(known[[0, -1]], known[[0, -1]])
 
 
-def _cardinal(x: Real, kind: str) -> Real:
+def cardinal(x: Real, kind: str) -> Real:
     """Coefficients (n - 1, 4, n) of the curves that are 1 at one of `x` (n,) and 0 at the others."""
     from scipy.interpolate import CubicSpline
 

@@ -19,7 +19,15 @@ RESPONSE_SPACING = 1.0
 """K between two responses of the panel. Resonances of polypropylene move by a percent, a tenth of their width."""
 
 PanelResponse = Callable[[float, Real], Complex]
-"""From temperature, °C, and frequency (F,), Hz, to pressure (L, F, N), Pa/V."""
+"""From the panel's state and frequency (F,), Hz, to pressure (L, F, N), Pa/V. The state of an evenly warm panel is
+its temperature, °C; of a panel in a weather it is the time, s, which says its field of temperatures."""
+Distance = Callable[[float, float], float]
+"""Largest difference of temperature anywhere on the panel between two states, K."""
+
+
+def between_temperatures(one: float, other: float) -> float:
+    """`Distance` of states that are temperatures."""
+    return abs(one - other)
 
 
 @dataclass
@@ -32,13 +40,16 @@ class HeardRenderer:
         See `PanelResponse`.
     settings : Filters
         Of the panel: the response is known within `twin_band`, and faded out between the edges and its ends.
-    temperature : float
-        Of the panel at first, °C.
+    state : float
+        Of the panel at first, see `PanelResponse`.
+    distance : callable, optional
+        See `Distance`; beyond `RESPONSE_SPACING` the panel's response is computed anew.
     """
 
     response: PanelResponse
     settings: Filters
-    temperature: float
+    state: float
+    distance: Distance = between_temperatures
     _waiting: list[Real] = field(default_factory=list, repr=False)
     _held: int = 0
     _skipped: int = 0
@@ -47,8 +58,8 @@ class HeardRenderer:
     _past: list[Past] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        self._wanted = self.temperature
-        self._spectra = self._partitions(self.temperature)
+        self._wanted = self.state
+        self._spectra = self._partitions(self.state)
         self._past = [Past(SAMPLES_AT_ONCE, self._spectra.shape[1]) for _ in range(len(self._spectra))]
 
     @property
@@ -56,21 +67,21 @@ class HeardRenderer:
         """Samples of sound after the end of the drive."""
         return RESPONSE_SAMPLES - SAMPLES_BEFORE_ZERO
 
-    def take(self, drive: Real, temperature: float) -> list[Real]:
+    def take(self, drive: Real, state: float) -> list[Real]:
         """Add drive and return the sound that is ready.
 
         Parameters
         ----------
         drive : (N, n) ndarray, V
-        temperature : float
-            Of the panel, °C.
+        state : float
+            Of the panel, see `PanelResponse`.
 
         Returns
         -------
         list of (L, n) ndarray
             Pa; n up to `SAMPLES_AT_ONCE`.
         """
-        self._wanted = temperature
+        self._wanted = state
         self._waiting.append(drive)
         self._held += drive.shape[1]
         ready = []
@@ -100,8 +111,8 @@ class HeardRenderer:
         for past, samples in zip(self._past, drive, strict=True):
             past.take(samples)
         sound = self._through(self._spectra)
-        if abs(self._wanted - self.temperature) >= RESPONSE_SPACING:
-            self.temperature, self._spectra = self._wanted, self._partitions(self._wanted)
+        if self.distance(self._wanted, self.state) >= RESPONSE_SPACING:
+            self.state, self._spectra = self._wanted, self._partitions(self._wanted)
             share = (np.arange(SAMPLES_AT_ONCE) + 0.5) / SAMPLES_AT_ONCE
             sound = sound + share * (self._through(self._spectra) - sound)
         return sound
@@ -110,21 +121,21 @@ class HeardRenderer:
         parts = [past.product(own) for past, own in zip(self._past, spectra, strict=True)]
         return latest(np.asarray(np.sum(parts, axis=0)), SAMPLES_AT_ONCE)
 
-    def _partitions(self, temperature: float) -> Complex:
+    def _partitions(self, state: float) -> Complex:
         """Return transformed responses (N, P, L, SAMPLES_AT_ONCE + 1)."""
-        found = impulse_responses(self.response, self.settings, temperature)
+        found = impulse_responses(self.response, self.settings, state)
         return np.array([partitions(found[:, n], SAMPLES_AT_ONCE) for n in range(found.shape[1])])
 
 
-def impulse_responses(response: PanelResponse, settings: Filters, temperature: float) -> Real:
+def impulse_responses(response: PanelResponse, settings: Filters, state: float) -> Real:
     """Responses of L listeners to impulses of N actuators.
 
     Parameters
     ----------
     response : callable
         See `PanelResponse`.
-    temperature : float
-        °C.
+    state : float
+        See `PanelResponse`.
 
     Returns
     -------
@@ -139,7 +150,7 @@ def impulse_responses(response: PanelResponse, settings: Filters, temperature: f
         (highest - lines) / (highest - head), 0.0, 1.0
     )
     gain = np.sin(0.5 * np.pi * gain) ** 2
-    known = response(temperature, np.asarray(lines, dtype=float))
+    known = response(state, np.asarray(lines, dtype=float))
     late = np.exp(-2j * np.pi * lines * SAMPLES_BEFORE_ZERO / settings.sample_rate)
     spectrum = np.zeros((len(known), known.shape[2], len(every)), dtype=complex)
     spectrum[:, :, inside] = (known * (gain * late)[None, :, None]).transpose(0, 2, 1)

@@ -64,6 +64,8 @@ class WeatherJudgement:
         Of `WAYS`.
     names : tuple of str
         Of the thermometers; the first is the one of the ways with one.
+    places : (K, 2) ndarray
+        Of the thermometers, -1 to 1 over the box around the plate.
     time : (t,) ndarray, s
     extent : (t, 3) ndarray
         Coldest, mean and warmest place of the plate, °C.
@@ -85,6 +87,7 @@ class WeatherJudgement:
 
     ways: tuple[str, ...]
     names: tuple[str, ...]
+    places: Real
     time: Real
     extent: Real
     readings: Real
@@ -97,6 +100,7 @@ class WeatherJudgement:
 
     def __post_init__(self) -> None:
         check_shapes(self, time="t", extent="t 3", readings="t K", names="K", known="t F", price="2")
+        check_shapes(self, names="K", places="K 2")
         check_shapes(self, ways="W", time="t", believed="W t 3", contrast="W t F", level="W t B")
         check_finite(self, "contrast", "known", "level")
 
@@ -158,6 +162,7 @@ def judge_weather(
     return WeatherJudgement(
         ways=WAYS if own is not None else WAYS[: WAYS.index(OWN)],
         names=fields.names,
+        places=fields.places,
         time=fields.time,
         extent=np.stack(extent, axis=1),
         readings=fields.readings,

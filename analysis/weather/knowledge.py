@@ -52,11 +52,16 @@ def plane(places: Real, readings: Real) -> Believed:
     Believed
         Without a tilt along directions that the thermometers do not tell, as with a single one.
     """
+    middle, x, y = plane_weights(places) @ readings
+    return Believed(float(middle), (float(x), float(y)))
+
+
+def plane_weights(places: Real) -> Real:
+    """Weights (3, K) of readings at `places` (K, 2) that give the plane: middle, tilt along x, tilt along y."""
     rows = np.column_stack([np.ones(len(places)), 0.5 * np.asarray(places)])
     held = STIFFNESS * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    right = np.concatenate([readings, [0.0, 0.0]])
-    middle, x, y = np.linalg.lstsq(np.vstack([rows, held]), right, rcond=None)[0]
-    return Believed(float(middle), (float(x), float(y)))
+    found: Real = np.linalg.pinv(np.vstack([rows, held]))[:, : len(places)]
+    return found
 
 
 @dataclass(frozen=True)

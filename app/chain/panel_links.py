@@ -21,8 +21,9 @@ def focus_inputs(work: Work) -> dict[str, str]:
 
 
 def compensate_inputs(work: Work) -> dict[str, str]:
-    """Those of `focus_inputs`, and the filters that are followed."""
-    return focus_inputs(work) | hashed(work.run, ("filters.h5",))
+    """Those of `focus_inputs`, the filters that are followed, and the weather they are judged in."""
+    weather = {} if work.weather is None else file_hashes(work.weather)
+    return focus_inputs(work) | hashed(work.run, ("filters.h5",)) | weather
 
 
 def report_inputs(work: Work) -> dict[str, str]:
@@ -37,7 +38,7 @@ def focus_settings(work: Work) -> dict[str, Any]:
 
 def compensate_settings(work: Work) -> dict[str, Any]:
     """Options of compensate."""
-    return work.settings.compensate.model_dump(mode="json")
+    return work.settings.compensate.model_dump(mode="json", exclude={"weather"})
 
 
 def report_settings(work: Work) -> dict[str, Any]:
@@ -81,6 +82,7 @@ def do_compensate(work: Work, report: Progress) -> Made:
         across=options.across,
         training=Training(**options.training()),
         nodes_chosen=options.nodes is not None,
+        weather=work.weather,
     ).task()
     checked_device(options.device)
     work.models.wait_for(PANEL, report)

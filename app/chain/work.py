@@ -95,6 +95,11 @@ class Work:
         """File of the panel; None for the paper's section 2."""
         return self.request.options.path(self.settings.focus.panel)
 
+    @property
+    def weather(self) -> Path | None:
+        """File of the weather in which filters are judged; None without one."""
+        return self.request.options.path(self.settings.compensate.weather)
+
     @cached_property
     def hashes(self) -> dict[str, str]:
         """SHA-256 of the campaign's files, taken before it is read: what comes later makes results out of date."""

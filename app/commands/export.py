@@ -40,6 +40,7 @@ Examples:
   flexura export plate-run --to c
   flexura export plate-run --to c --number int16 --out firmware
   flexura export plate-run --to c --number int16 --example --out firmware
+  flexura export car-run --to c --tilt --out firmware
   flexura export rear-run --to c --prefix rear_door --out firmware
   flexura export plate-run --to wav --temperature 20 --temperature 45
   flexura export my-campaign --to tdms --out for-labview
@@ -68,6 +69,11 @@ Examples:
     help="With int16: buffers for a serial audio port fed by DMA, and a loop-back check against a rendered file.",
 )
 @click.option(
+    "--tilt",
+    is_flag=True,
+    help="C code that follows several thermometers; after flexura compensate --weather.",
+)
+@click.option(
     "--temperature",
     "temperatures",
     type=float,
@@ -84,6 +90,7 @@ def command(
     number: str,
     prefix: str | None,
     example: bool,
+    tilt: bool,
     temperatures: tuple[float, ...],
     out: Path | None,
     output: Output,
@@ -92,8 +99,9 @@ def command(
 
     RUN is a run folder with compensation.h5 (of flexura compensate) or filters.h5 (of flexura focus), the current
     folder unless given. c: a C99 header and one file that allocate nothing, with the update for a new temperature
-    and the convolution. onnx: temperature in, taps out. npz and csv: taps at some temperatures, npz with all that
-    gives them at any other. wav: impulse responses, a file per temperature. Every file says what it was made from.
+    (with --tilt for the readings of several thermometers) and the convolution. onnx: temperature in, taps out. npz
+    and csv: taps at some temperatures, npz with all that gives them at any other. wav: impulse responses, a file
+    per temperature. Every file says what it was made from.
 
     Of a CAMPAIGN, recorded, imported or acquired, the raw sweeps are written, a file each: tdms, as flexura import
     reads them; mat; csv; uff, time responses of universal files. Of one that is running or was interrupted, those
@@ -101,6 +109,7 @@ def command(
     """
     if run is not None and _is_campaign(run):
         given = {"--method": method, "--prefix": prefix, "--example": example, "--temperature": temperatures}
+        given["--tilt"] = tilt
         given["--number"] = None if number == "float32" else number
         _sweeps(run, form, given, out, output)
         return
@@ -110,10 +119,13 @@ def command(
         raise click.UsageError(f"--number int16 is for --to c; {form} holds floats")
     if example and (form != "c" or number != "int16"):
         raise click.UsageError("--example is of 16-bit samples: it needs --to c --number int16")
+    if tilt and form != "c":
+        raise click.UsageError(f"--tilt is for --to c; {form} holds filters of panels without a tilt")
     if prefix is not None and form != "c":
         raise click.UsageError(f"--prefix is for --to c; {form} has no names")
     if temperatures and form in ("c", "onnx"):
         raise click.UsageError(f"--temperature is for npz, wav and csv; {form} follows every temperature")
+    from analysis.rendering.tilt_bank import TiltBank
     from app.files.exports.c_code import SAMPLES_AT_ONCE
     from app.files.exports.cost import Cost
     from app.files.exports.shipment import shipment
@@ -121,16 +133,26 @@ def command(
     from app.files.run_folder import run_folder
 
     beside = run or Path()
-    sent = shipment(beside, method, "export").chosen({"to": form, "number": number})
+    sent = shipment(beside, method, "export").chosen(
+        {"to": form, "number": number, **({"tilt": True} if tilt else {})}
+    )
     wanted = export_temperatures(sent, temperatures, "--temperature")
     if form == "wav" and same_names(wanted):
         raise click.UsageError("--temperature: two of them are the same to 0.01 °C, as in the names of WAV files")
-    cost = Cost.of(sent.filters, number == "int16", SAMPLES_AT_ONCE) if form == "c" else None
+    cost = None
+    if form == "c":
+        tilted = TiltBank.of(sent.in_weather()[0]) if tilt else None
+        thermometers = len(sent.in_weather()[1].names) if tilt else 0
+        cost = Cost.of(sent.filters, number == "int16", SAMPLES_AT_ONCE, tilted, thermometers)
     with run_folder(beside, out or beside) as folder:
-        written = write_filters(sent, form, folder, wanted, number=number, prefix=prefix, example=example)
+        written = write_filters(
+            sent, form, folder, wanted, number=number, prefix=prefix, example=example, tilt=tilt
+        )
     output.result(lambda: record(sent, written, cost))
     for note in sent.notes:
         output.note(note)
+    if form == "c" and sent.family is not None and not tilt:
+        output.note("the filters of the tilt are left out, the code follows one temperature; --tilt writes them")
     output.summary(summary(sent, written, cost))
 
 

@@ -13,6 +13,7 @@ Examples:
   flexura health week-01 week-02 week-03 --baseline panel-run
   flexura health weeks/* --baseline panel-run --picture --out panel-health
   flexura health weeks/* --baseline panel-run --rate 0.0001 --json
+  flexura health sweep-of-march music-of-april --baseline panel-run
 """
 
 
@@ -48,9 +49,10 @@ def command(
 ) -> None:
     """Judge a panel on each date by the responses between its patches, and name what has changed.
 
-    RUN... are the dates in order of time: run folders with frf.h5 (of flexura identify or update), or campaign
-    folders. One temperature is enough on a date; every actuator of the baseline must have driven. Temperatures
-    need not be known: the panel is its own thermometer.
+    RUN... are the dates in order of time: run folders with frf.h5 (of flexura identify or update), campaign
+    folders, or folders with drive.wav and response.wav: sound that the panel played and what it answered, a
+    channel for each actuator and sensor. One temperature is enough on a date; every actuator of the baseline must
+    have driven. Temperatures need not be known: the panel is its own thermometer.
 
     RUN0 is the run folder of a campaign of the same panel at four temperatures or more, over the whole range
     that later dates may have. Its twin, and what its recordings show beside the twin, predict the healthy panel

@@ -21,7 +21,7 @@ Examples:
   flexura render music.wav plate-run --temperature 20:45
   flexura render music.wav plate-run --temperature 20:60 --heard
   flexura render music.flac plate-run --temperature readings.csv --method network
-  flexura render music.flac plate-run --weather examples/warming-car.toml
+  flexura render music.flac plate-run --weather examples/warming-car.toml --heard
 """
 
 
@@ -74,8 +74,9 @@ def command(
     sound at the listeners of the panel's file, in pascals, as WAV: SOUND-heard.wav, one channel per listener, and
     SOUND-binaural.wav, at the ears of the first (a rigid sphere for a head); SOUND-heard-kept.wav and
     SOUND-binaural-kept.wav with the filters of the beginning kept. With --weather, the panel has the field of
-    temperatures that the heat equation gives it, from the beginning of the sound on; filters follow the plane
-    through the thermometers, and its tilt too if flexura compensate --weather made filters for it.
+    temperatures that the heat equation gives it, from the beginning of the sound on (--heard: with this field);
+    filters follow the plane through the thermometers, and its tilt too where flexura compensate --weather made
+    filters for it.
     """
     from app.stages.render import RenderRequest, compute
 

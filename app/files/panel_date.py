@@ -7,7 +7,9 @@ from app.files.campaign_kind import DECLARATION, PROTOCOL
 
 FRF = "frf.h5"
 """In a run folder; the others are in campaign folders."""
-KINDS = (FRF, DECLARATION, PROTOCOL, "plate.toml")
+DRIVE, RESPONSE = "drive.wav", "response.wav"
+"""Sound that the panel played and what it answered, as `flexura thermometer` takes them."""
+KINDS = (FRF, DECLARATION, PROTOCOL, "plate.toml", DRIVE)
 
 
 def declared_date(folder: Path) -> str:
@@ -16,6 +18,8 @@ def declared_date(folder: Path) -> str:
     if found is None:
         raise ResultFileError(
             f"{folder}: no date of a panel; allowed: a run folder with frf.h5 (make it with: flexura identify), "
-            "or a campaign folder"
+            f"a campaign folder, or a folder with {DRIVE} and {RESPONSE}"
         )
+    if found == DRIVE and not (folder / RESPONSE).is_file():
+        raise ResultFileError(f"{folder}: holds {DRIVE} and no {RESPONSE}; record what the panel answered, too")
     return found

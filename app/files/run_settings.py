@@ -66,6 +66,7 @@ class CompensateOptions(Declared):
     spacing: Annotated[float, Field(ge=0.5, le=30.0, description="K")] = 5.0
     place: Annotated[int | None, Field(ge=4, le=40)] = None
     across: tuple[Difference, ...] = ()
+    weather: Annotated[str | None, Field(description="a weather's file, in which filters are judged")] = None
     device: str = "cpu"
     nodes: Annotated[int | None, Field(ge=1, le=100)] = None
     restarts: Annotated[int, Field(ge=1, le=100)] = 1
@@ -199,7 +200,8 @@ def _put(given: dict[str, Any], typed: str) -> None:
 
 def _absolute(given: dict[str, Any]) -> None:
     """Make typed paths independent of the folder of the file that is read."""
-    for table, key in ((given, "campaign"), (given, "effects"), (given.get("focus", {}), "panel")):
+    of_focus, of_compensate = given.get("focus", {}), given.get("compensate", {})
+    for table, key in ((given, "campaign"), (given, "effects"), (of_focus, "panel"), (of_compensate, "weather")):
         if key in table:
             table[key] = str(Path(table[key]).absolute())
 

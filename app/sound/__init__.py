@@ -10,6 +10,7 @@
 ``listening``          the panel's temperature from what one patch answers
 ``listening_panel``    a panel one of whose patches listens
 ``played_signals``     what the others play and it answers
+``played_dates``       drive and response as a later date of a panel's health
 ``stretch``            what one stretch of a recording gives, and the table of all
 =====================  ==================================================================
 """

@@ -13,8 +13,9 @@ from analysis.focusing.responses import constants_at
 from analysis.material import MaterialLaws
 from analysis.radiation.radiator import Radiator
 from analysis.radiation.spherical_head import at_ears
-from analysis.rendering.heard import HeardRenderer, PanelResponse
+from analysis.rendering.heard import HeardRenderer, PanelResponse, between_temperatures
 from app.files.wav_file import WavFile, create_wav
+from app.sound.weather_of_panel import WeatherOfPanel
 from app.twins.panel_twin import PanelTwin
 
 PARTS = ("heard", "heard-kept", "binaural", "binaural-kept")
@@ -31,23 +32,31 @@ class ListenersOfPanel:
     head : str
         Name of the listener whose ears are meant.
     response : callable
-        Pressure (L + 2, F, N) at a temperature, °C, and lines (F,), Hz, Pa/V: listeners, left ear, right ear.
+        Pressure (L + 2, F, N), Pa/V, of a state of the panel and lines (F,), Hz: listeners, left ear, right ear.
+        The state is the temperature, °C, or in a weather the time, s.
     panel : Panel
+    weather : WeatherOfPanel, optional
+        Which field of temperatures the panel has; else one temperature everywhere.
     """
 
     names: tuple[str, ...]
     head: str
     response: PanelResponse
     panel: Panel
+    weather: WeatherOfPanel | None = None
 
     @classmethod
-    def of(cls, twin: PanelTwin, panel: Panel, laws: MaterialLaws) -> "ListenersOfPanel":
+    def of(
+        cls, twin: PanelTwin, panel: Panel, laws: MaterialLaws, weather: WeatherOfPanel | None = None
+    ) -> "ListenersOfPanel":
         """Prepare the responses of a panel whose plate obeys laws.
 
         Parameters
         ----------
         laws : MaterialLaws
             Of the panel's plate.
+        weather : WeatherOfPanel, optional
+            Of this panel.
 
         Raises
         ------
@@ -61,24 +70,34 @@ class ListenersOfPanel:
         first = int(np.argmax(panel.loud))
         kernels: dict[int, Complex] = {}
 
-        def response(temperature: float, lines: Real) -> Complex:
+        space = twin.space if weather is None else weather.twin.space
+
+        def response(state: float, lines: Real) -> Complex:
             if len(lines) not in kernels:  # the lines are the same at every temperature
                 kernel = radiator.pressure(places, lines)
                 ears = at_ears(kernel[first], grid.points, places[first], radiator.wavenumber(lines))
-                seen = np.concatenate([kernel, ears]) @ twin.space.deflection
+                seen = np.concatenate([kernel, ears]) @ space.deflection
                 kernels[len(lines)] = np.asarray(seen, dtype=complex)
-            inside = float(np.clip(temperature, *laws.temperature_range))
-            (constants,) = constants_at(laws, np.array([inside]))
-            amplitude = twin.amplitudes(*constants, lines)
+            if weather is None:
+                inside = float(np.clip(state, *laws.temperature_range))
+                (constants,) = constants_at(laws, np.array([inside]))
+                amplitude = twin.amplitudes(*constants, lines)
+            else:
+                amplitude = weather.amplitudes(state, lines)
             by_line = kernels[len(lines)].transpose(1, 2, 0)
             return np.asarray((amplitude.transpose(1, 0, 2) @ by_line).transpose(2, 0, 1), dtype=complex)
 
         names = tuple(one.name for one in panel.listeners)
-        return cls(names, names[first], response, panel)
+        return cls(names, names[first], response, panel, weather)
+
+    def state(self, time: float, temperature: float) -> float:
+        """State of the panel, see `response`, at a time, s, and the temperature, °C, that the filters follow."""
+        return temperature if self.weather is None else time
 
     def renderer(self, temperature: float) -> HeardRenderer:
-        """Begin to render at a temperature, °C."""
-        return HeardRenderer(self.response, self.panel.filters, temperature)
+        """Begin to render, the filters at a temperature, °C."""
+        distance = between_temperatures if self.weather is None else self.weather.moved
+        return HeardRenderer(self.response, self.panel.filters, self.state(0.0, temperature), distance)
 
 
 @dataclass
@@ -140,18 +159,18 @@ class HeardFiles:
         )
         return cls(*pair, files)
 
-    def take(self, followed: Real, kept: Real, temperature: float) -> None:
+    def take(self, followed: Real, kept: Real, state: float) -> None:
         """Write what is heard of a piece of drive.
 
         Parameters
         ----------
         followed, kept : (N, n) ndarray, V
             Of the filters that follow, and of the first ones.
-        temperature : float
-            Of the panel, °C.
+        state : float
+            Of the panel, see `ListenersOfPanel.state`.
         """
-        self._write(0, self.following.take(followed, temperature))
-        self._write(1, self.kept.take(kept, temperature))
+        self._write(0, self.following.take(followed, state))
+        self._write(1, self.kept.take(kept, state))
 
     def finish(self) -> None:
         """Write what rings after the drive."""

@@ -122,7 +122,7 @@ def render(
                 if listeners is not None:
                     kept = Renderer(shipment.filters, first, block)
                     files = HeardFiles.opened(stack, listeners, first, tuple(heard_paths), frames, shipment.stamp)
-                    work.heard = (files, kept)
+                    work.heard = (files, kept, listeners)
                 work.whole(sound, programme, file, frames, trace, report)
             with trace_path.open("w", encoding="utf-8", newline="") as text:
                 trace.write(text)
@@ -147,7 +147,7 @@ class _Work:
         self.renderer, self.clock = renderer, clock
         self.processing = 0.0
         self.largest = np.zeros(len(renderer.filters.banks))
-        self.heard: tuple[HeardFiles, Renderer] | None = None
+        self.heard: tuple[HeardFiles, Renderer, ListenersOfPanel] | None = None
 
     def whole(
         self,
@@ -169,8 +169,9 @@ class _Work:
             out = self._block(samples, temperature, across)[:, : frames - written]
             file.write(out)
             if self.heard is not None:
-                files, kept = self.heard
-                files.take(out, kept.process(samples)[:, : frames - written], temperature)
+                files, kept, listeners = self.heard
+                first = kept.process(samples)[:, : frames - written]
+                files.take(out, first, listeners.state(now, temperature))
             written += out.shape[1]
             recent.append(samples)
             if now - looked >= spacing and now < sound.seconds:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.arrays import Real
+from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms
 from analysis.progress import Progress
 from analysis.rendering.programme import TemperatureProgramme
@@ -71,12 +71,23 @@ class WeatherOfPanel:
         x, y = (float(np.interp(time, self.time, column)) for column in self.planes.T[1:])
         return x, y
 
-    def forms(self, time: float, lines: Real) -> EnergyForms:
-        """Energies of the actuators' fields at a time, s, and lines (F,), Hz; the last ones after the weather."""
+    def field(self, time: float) -> Real:
+        """Temperatures (Q,), °C, at a time, s; the last ones after the weather."""
         later = min(int(np.searchsorted(self.time, time)), len(self.time) - 1)
         before = max(later - 1, 0)
         gap = float(self.time[later] - self.time[before])
         share = float(np.clip((time - self.time[before]) / gap, 0.0, 1.0)) if gap else 0.0
-        field = (1.0 - share) * self.temperature[before] + share * self.temperature[later]
-        amplitude = self.twin.answer(field, lines).amplitude
-        return self.twin.space.forms([amplitude], self.twin.panel.target.displacement)
+        now: Real = (1.0 - share) * self.temperature[before] + share * self.temperature[later]
+        return now
+
+    def moved(self, one: float, other: float) -> float:
+        """Largest difference of temperature between two times, s, anywhere on the plate, K."""
+        return float(np.abs(self.field(one) - self.field(other)).max())
+
+    def amplitudes(self, time: float, lines: Real) -> Complex:
+        """Generalised coordinates (N, F, r) of every actuator's field at a time, s, and lines (F,), Hz."""
+        return self.twin.answer(self.field(time), lines).amplitude
+
+    def forms(self, time: float, lines: Real) -> EnergyForms:
+        """Energies of the actuators' fields at a time, s, and lines (F,), Hz."""
+        return self.twin.space.forms([self.amplitudes(time, lines)], self.twin.panel.target.displacement)

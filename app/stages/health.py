@@ -14,6 +14,7 @@ from analysis.gap.data.preparation import EVERY_LINE, sharpest
 from analysis.health.baseline import HealthBaseline
 from analysis.health.candidates import change_candidates
 from analysis.health.health_report import HealthReport
+from analysis.health.played_date import played_date
 from analysis.health.recording import DatedRecording, recordings_of
 from analysis.health.self_check import self_check
 from analysis.health.watch import HealthWatch
@@ -25,7 +26,7 @@ from app.files.bad_file import ResultFileError
 from app.files.best_twin import best_twin
 from app.files.campaign import load_campaign
 from app.files.frf_file import load_frf
-from app.files.panel_date import FRF, declared_date
+from app.files.panel_date import DRIVE, FRF, RESPONSE, declared_date
 from app.files.provenance import provenance, sha256
 from app.files.run_folder import run_file
 from app.files.twin_check import require_same_panel
@@ -87,8 +88,26 @@ class LaterDate:
     inputs: dict[str, str]
 
 
-def later_date(folder: Path, mains: float) -> LaterDate:
-    """Read a date: a run folder with frf.h5, or a campaign folder, whose FRFs are computed.
+@dataclass(frozen=True)
+class LaterSound:
+    """Sound that the panel played on a date after the baseline, and what it answered.
+
+    Attributes
+    ----------
+    name : str
+        Of its folder.
+    folder : Path
+    inputs : mapping of str to str
+        SHA-256 of both files.
+    """
+
+    name: str
+    folder: Path
+    inputs: dict[str, str]
+
+
+def later_date(folder: Path, mains: float) -> LaterDate | LaterSound:
+    """Read a date: a run folder with frf.h5, a campaign folder, whose FRFs are computed, or the names of sound.
 
     Parameters
     ----------
@@ -98,10 +117,12 @@ def later_date(folder: Path, mains: float) -> LaterDate:
     Raises
     ------
     ResultFileError, CampaignFileError
-        For a folder that is neither, or cannot be read.
+        For a folder that is none of them, or cannot be read.
     """
     name = folder.resolve().name
     declared = declared_date(folder)
+    if declared == DRIVE:
+        return LaterSound(name, folder, {f"{name}/{file}": sha256(folder / file) for file in (DRIVE, RESPONSE)})
     if declared == FRF:
         experiment, frf = load_frf(folder / FRF)
         return LaterDate(name, folder, experiment, frf, FRF, {f"{name}/{FRF}": sha256(folder / FRF)})
@@ -143,7 +164,8 @@ def compute(
     updated = best.twin.updated
     later = [later_date(one, mains) for one in dates]
     for one in later:
-        _require_comparable(one, experiment, frf)
+        if isinstance(one, LaterDate):
+            _require_comparable(one, experiment, frf)
     twin, _ = campaign_model(experiment, updated, report, None, None)
     held = {name: {one.name: one.value for one in values} for name, values in best.effects.items()}
     unknown = [name for name in held if name not in twin.cards]
@@ -177,7 +199,11 @@ def compute(
     notes = list(best.notes)
     for number, one in enumerate(later):
         report("dates", number / len(later))
-        notes += _taken(watch, one, nodes, frf.excluded, experiment)
+        if isinstance(one, LaterDate):
+            recordings = _recordings(one, nodes, frf.excluded, experiment)
+        else:
+            recordings = [_played(one, nodes, frf, experiment, updated)]
+        notes += _taken(watch, one.name, recordings)
     report("dates", 1.0)
     hashes = {f"baseline {name}": sha256(run / name) for name in ("frf.h5", best.twin.path.name)}
     for one in later:
@@ -205,10 +231,10 @@ def save(run: Path, found: WatchedPanel, rate: float) -> dict[str, Any]:
     return record
 
 
-def _taken(
-    watch: HealthWatch, one: LaterDate, nodes: Nodes, excluded: np.ndarray[Any, Any], experiment: Experiment
-) -> list[str]:
-    """Judge a date, and return what is to be said of it."""
+def _recordings(
+    one: LaterDate, nodes: Nodes, excluded: np.ndarray[Any, Any], experiment: Experiment
+) -> list[DatedRecording]:
+    """Return the recordings of a date; ResultFileError for one that has none."""
     try:
         one.frf.require_noise()
         recordings: list[DatedRecording] = recordings_of(
@@ -221,12 +247,32 @@ def _taken(
             f"{one.folder}: at no temperature every input drove ({', '.join(_sources(experiment))}); record "
             "a sweep of each"
         )
+    return recordings
+
+
+def _played(one: LaterSound, nodes: Nodes, frf: Frf, experiment: Experiment, updated: Updated) -> DatedRecording:
+    """Return the recording of sound; ResultFileError for sound that says nothing of the panel."""
+    from app.sound.played_dates import played_signals
+
+    lines = frf.frequency
+    half_width = 0.5 * float(lines[~frf.excluded][0]) * sharpest(updated.sharpest)
+    drives, responses, rate = played_signals(
+        one.folder / DRIVE, one.folder / RESPONSE, _sources(experiment), frf.channels, float(lines[-1])
+    )
+    try:
+        return played_date(drives, responses, rate, lines, frf.excluded, nodes, half_width, one.name)
+    except ValueError as error:
+        raise ResultFileError(f"{one.folder}: cannot be judged: {error}") from error
+
+
+def _taken(watch: HealthWatch, name: str, recordings: Sequence[DatedRecording]) -> list[str]:
+    """Judge a date, and return what is to be said of it."""
     date = watch.take(recordings)
     if date.skipped:
-        return [f"{one.name}: not judged: {date.skipped}"]
-    if abs(date.temperature - date.label) > LABEL_OFF:
+        return [f"{name}: not judged: {date.skipped}"]
+    if date.label is not None and abs(date.temperature - date.label) > LABEL_OFF:
         return [
-            f"{one.name}: recorded as {date.label:.1f} °C, the panel itself says {date.temperature:.1f}: its own "
+            f"{name}: recorded as {date.label:.1f} °C, the panel itself says {date.temperature:.1f}: its own "
             "is taken; a sensor in the air, or a changed material, makes such a difference"
         ]
     return []

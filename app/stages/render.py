@@ -68,8 +68,6 @@ class RenderRequest:
         """Raise UnsuitedOptionError for options that exclude each other."""
         if (self.temperature is None) == (self.weather is None):
             raise UnsuitedOptionError("name one of --temperature and --weather: what the panel's temperature does")
-        if self.heard and self.weather is not None:
-            raise UnsuitedOptionError("--heard is of a panel with one temperature: leave out --heard or --weather")
         if not SMALLEST_BLOCK <= self.block <= LARGEST_BLOCK:
             allowed = f"{SMALLEST_BLOCK} to {LARGEST_BLOCK}"
             raise UnsuitedOptionError(f"--block {self.block}: allowed are {allowed} samples")
@@ -153,7 +151,7 @@ def compute(request: RenderRequest, out: Path, report: Progress) -> RenderedSoun
                 around = _weather_of(sent, laws, declared, str(request.weather), report)
                 course = around.programme
             trace = Trace(model, sent.panel, laws, sent.filters, around)
-            listeners = _listening(model, sent.panel, laws) if request.heard else None
+            listeners = _listening(model, sent.panel, laws, around) if request.heard else None
             done = render(sound, sent, course, folder, request.block, trace, report, listeners=listeners)
         channels = sound.channels
     notes = (
@@ -201,10 +199,12 @@ def _weather_of(
     return WeatherOfPanel.of(warm_twin(sent.panel, laws, report), weather, origin, sent.family, report)
 
 
-def _listening(model: "PanelTwin", panel: Panel, laws: MaterialLaws) -> "ListenersOfPanel":
+def _listening(
+    model: "PanelTwin", panel: Panel, laws: MaterialLaws, around: "WeatherOfPanel | None"
+) -> "ListenersOfPanel":
     from app.sound.listeners import ListenersOfPanel
 
     try:
-        return ListenersOfPanel.of(model, panel, laws)
+        return ListenersOfPanel.of(model, panel, laws, around)
     except ValueError as error:  # a grid too coarse for the wavelength
         raise ResultFileError(f"--heard: the panel's grid: {error}") from error

@@ -147,11 +147,12 @@ def tables(report: HealthReport) -> list[Table]:
 
 
 def _row(one: HealthDate) -> tuple[str, ...]:
+    label = "" if one.label is None else f"{one.label:.1f}"
     if one.skipped:
-        return (one.date, f"{one.label:.1f}", "", "", one.skipped, "", "", "skipped")
+        return (one.date, label, "", "", one.skipped, "", "", "skipped")
     return (
         one.date,
-        f"{one.label:.1f}",
+        label,
         roughly(one.temperature, one.sigma),
         f"{one.misfit:.3g}",
         one.strongest,

@@ -12,6 +12,10 @@ SITES = 48
 """Number of places, about, from which a search starts: 30 mm apart on the plate of the example."""
 
 
+CLOSER_SITES = 4 * SITES
+"""Number of places, about, from which a large change is searched: half as far apart."""
+
+
 def coordinates(experiment: Experiment) -> tuple[Parameter, Parameter]:
     """Return ``x`` and ``y``, m: uniformly likely within the box around the plate."""
     plate, starts = experiment.plate, sites(experiment, SITES)

@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
-from simulation.effects.any_place import SITES, coordinates, sites
+from simulation.effects.any_place import CLOSER_SITES, SITES, coordinates, sites
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Attached, Circumstances, PlateState
 
@@ -22,6 +22,7 @@ def card(experiment: Experiment) -> EffectCard:
         needs="modes that move the place and others that do not, better with several sensors",
         separated_by=("look there, and weigh what is found; a local_damage lowers other modes at the same place"),
         sites=tuple({"x": float(x), "y": float(y)} for x, y in places),
+        closer_sites=tuple({"x": float(x), "y": float(y)} for x, y in sites(experiment, CLOSER_SITES)),
         title="undeclared mass",
         phrase="an added mass of {mass} at x {x}, y {y}",
     )

@@ -5,7 +5,7 @@ from typing import Any
 
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
-from simulation.effects.any_place import SITES, coordinates, sites
+from simulation.effects.any_place import CLOSER_SITES, SITES, coordinates, sites
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Attached, Circumstances, PlateState
 
@@ -20,6 +20,7 @@ def card(experiment: Experiment) -> EffectCard:
         needs="modes at the lower end of the band that move the place, better with several sensors",
         separated_by="look there; a spring raises low modes most, a mass lowers high ones most",
         sites=tuple({"x": float(x), "y": float(y)} for x, y in places),
+        closer_sites=tuple({"x": float(x), "y": float(y)} for x, y in sites(experiment, CLOSER_SITES)),
         title="undeclared spring",
         phrase="a spring of {stiffness} at x {x}, y {y}",
     )

@@ -206,6 +206,7 @@ TABLE: list[tuple[Any, str, Any, str]] = [
         WeatherJudgement(
             ("one",),
             ("a",),
+            ones(1, 2),
             WARMER,
             ones(T, 3),
             ones(T, 1),

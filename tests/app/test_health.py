@@ -1,19 +1,23 @@
 """``flexura health``: what is refused, what is said, and a changed panel from its recordings to the sentence."""
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from analysis.health.candidates import ChangeCandidate, change_candidates
 from analysis.health.health_report import HealthDate, HealthReport, NamedChange
 from analysis.health.refined import RefinedChange
+from app.files.bad_file import ResultFileError
 from app.files.frf_file import save_frf
 from app.files.provenance import provenance
 from app.report.health import trend
 from app.report.style import drawing
+from app.sound.played_dates import played_signals
 from app.summaries.health import change_words, headline, health_record, tables
 from simulation.effects.library import library
 from tests.app.corrected_run import write_run
@@ -48,6 +52,25 @@ def test_a_folder_that_is_no_date_is_refused(run_flexura: Flexura, tmp_path: Pat
     status, out, err = run_flexura("health", tmp_path / "thesis", "--baseline", write_run(tmp_path / "run"))
     assert (status, out) == (2, "")
     assert "thesis: no date of a panel; allowed: a run folder with frf.h5" in err
+
+
+def test_sound_of_another_panel_is_refused(run_flexura: Flexura, tmp_path: Path) -> None:
+    soundfile = pytest.importorskip("soundfile")
+    played, run = tmp_path / "music", write_run(tmp_path / "run")
+    played.mkdir()
+    soundfile.write(played / "drive.wav", np.zeros((4_000, 1)), 4_000)
+    status, out, err = run_flexura("health", played, "--baseline", run)
+    assert (status, out) == (2, "")
+    assert "music: holds drive.wav and no response.wav; record what the panel answered, too" in err
+    inputs, outputs = ("A1",), ("S1", "S2")
+    for channels, rate, said in (
+        (3, 4_000, "response.wav: 3 channels; the baseline has 2 outputs: S1, S2, a channel each"),
+        (2, 8_000, "response.wav: 4000 samples at 8000 Hz; those of drive.wav are 4000 at 4000 Hz: record both"),
+        (2, 4_000, "drive.wav: sampled at 4000 Hz; allowed: from 6000 Hz"),
+    ):
+        soundfile.write(played / "response.wav", np.zeros((4_000, channels)), rate)
+        with pytest.raises(ResultFileError, match=re.escape(said)):
+            played_signals(played / "drive.wav", played / "response.wav", inputs, outputs, 3_000.0)
 
 
 def test_a_folder_that_is_no_baseline_is_refused(run_flexura: Flexura, tmp_path: Path) -> None:

@@ -1,25 +1,42 @@
 """``flexura compensate`` and ``flexura render`` in a weather: a small panel, and the section-2 panel in a car."""
 
 import json
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy.io import wavfile
+from scipy.signal import fftconvolve
 
+import flexura as library
 from analysis.compensation.settings import Training
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
+from analysis.radiation.radiator import Radiator
+from analysis.rendering.heard import SAMPLES_BEFORE_ZERO, impulse_responses
 from analysis.weather.judgement import ONE, OWN_TILTED, SEVERAL, TILTED, WAYS
+from app.chain.panel_links import compensate_inputs, do_compensate
+from app.chain.request import RunRequest
+from app.chain.work import Work
+from app.files.campaign_error import CampaignFileError
 from app.files.compensation_file import load_compensation
+from app.files.filter_files import load_panel
+from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import sha256
+from app.files.run_settings import read_run_options
 from app.files.shipped import shipped
 from app.files.weather_file import read_weather
 from app.main import flexura
 from app.report.page import Picture
 from app.report.panel_sections import compensation_section
 from app.report.weather import lost_in_weather
+from app.sound.listeners import ListenersOfPanel
+from app.sound.weather_of_panel import WeatherOfPanel
 from app.stages import compensate as compensate_stage
+from app.twins.warm_twin import warm_twin
 
 soundfile = pytest.importorskip("soundfile")
 RATE = 4_000
@@ -120,6 +137,101 @@ def test_sound_follows_the_thermometers_and_the_tilt(judged, weather, tmp_path):
     assert moments[-1]["contrast_mean"] > moments[-1]["kept_mean"]
 
 
+SUDDEN = """\
+format = "weather/1"
+duration = 16.0
+step = 0.1
+heat.specific_heat = 100.0  # a plate that follows the air in a quarter of a second
+
+[front]
+convection = 500.0
+air = [[4.3, 20.0], [4.6, 30.0]]
+across = [[4.3, 0.0, 0.0], [4.6, 16.0, 6.0]]
+
+[back]
+convection = 500.0
+air = [[4.3, 20.0], [4.6, 30.0]]
+across = [[4.3, 0.0, 0.0], [4.6, 16.0, 6.0]]
+
+[[thermometer]]
+name = "middle"
+point = [0.12, 0.095]
+"""
+
+
+def test_listeners_hear_the_panel_with_its_field_of_temperatures(judged, tmp_path):
+    """Before a sudden change the sound is that of an evenly warm panel, after it that of a tilted one."""
+    folder, *_ = judged
+    sound, air = tmp_path / "noise.wav", tmp_path / "sudden.toml"
+    soundfile.write(sound, 0.3 * np.random.default_rng(4).standard_normal(14 * RATE), RATE, subtype="DOUBLE")
+    air.write_text(SUDDEN, encoding="utf-8")
+    done = flex("render", sound, folder, "--weather", air, "--heard", "--out", tmp_path, "--json")
+    assert done.exit_code == 0, done.output
+    assert "pascals (1 Pa per unit) at axis" in done.stderr
+    panel = load_panel(folder / "compensation.h5")
+    laws = panel.plate.grown(load_laws(folder / "laws.h5"))
+    twin = warm_twin(panel, laws, lambda _stage, _share: None)
+    around = WeatherOfPanel.of(twin, read_weather(air), str(air), None, lambda _stage, _share: None)
+    assert np.ptp(around.field(3.0)) < 0.01
+    assert np.ptp(around.field(14.0)) > 15.0
+    for kept in ("", "-kept"):
+        heard = wavfile.read(tmp_path / f"noise-heard{kept}.wav")[1]
+        if not kept:
+            volts = wavfile.read(tmp_path / "noise-rendered.wav")[1]
+            for time, part in ((2.0, slice(4_000, 12_000)), (14.0, slice(36_000, 56_000))):
+                errors = [_missed(answer, panel, volts, heard, part) for answer in _answers(twin, around, time)]
+                assert errors[0] < 0.01, time
+                if time > 4.0:
+                    assert errors[1] > 0.05  # by the mean temperature alone
+        assert np.isfinite(heard).all()
+
+
+def _answers(twin, around, time):
+    """Responses of the panel with its field at a time, and with its mean temperature everywhere."""
+    field = around.field(time)
+    listeners = ListenersOfPanel.of(twin.uniform, twin.panel, twin.laws)
+    grid = twin.space.grid
+    radiator = Radiator(grid.points, grid.area, twin.panel.sound.air, twin.panel.sound.mounting)
+    places = np.array([one.position for one in twin.panel.listeners])
+
+    def warm(_state, lines):
+        seen = radiator.pressure(places, lines) @ twin.space.deflection
+        return np.einsum("lfr,nfr->lfn", seen, twin.answer(field, lines).amplitude)
+
+    return warm, lambda _state, lines: listeners.response(float(field.mean()), lines)[: len(places)]
+
+
+def _missed(answer, panel, volts, heard, part):
+    """Error of what is heard, as a share, beside the volts through the responses of a panel at rest."""
+    impulses = impulse_responses(answer, panel.filters, 0.0)[0]
+    exact = sum(fftconvolve(volts[:, n], impulses[n]) for n in range(volts.shape[1]))[SAMPLES_BEFORE_ZERO:]
+    return np.linalg.norm(heard[part] - exact[part]) / np.linalg.norm(exact[part])
+
+
+def test_c_code_follows_the_thermometers_if_asked_to(judged, small_run, tmp_path):
+    folder, *_ = judged
+    plain = flex("export", folder, "--to", "c", "--out", tmp_path / "plain")
+    assert plain.exit_code == 0, plain.output
+    assert "the filters of the tilt are left out" in plain.stderr
+    done = flex(
+        "export", folder, "--to", "c", "--number", "int16", "--tilt", "--out", tmp_path / "tilted", "--json"
+    )
+    assert done.exit_code == 0, done.output
+    assert "left out" not in done.stderr
+    header = (tmp_path / "tilted" / "flexura_filters.h").read_text()
+    assert "#define FLEXURA_THERMOMETERS 3" in header
+    assert '"left\\nlower right\\nupper right"' in (tmp_path / "tilted" / "flexura_filters.c").read_text()
+    ours = library.export_filters(folder, "c", number="int16", tilt=True, out=tmp_path / "ours")
+    assert [path.read_bytes() for path in ours] == [
+        (tmp_path / "tilted" / path.name).read_bytes() for path in ours
+    ]
+    never = flex("export", small_run.folder, "--to", "c", "--tilt", "--out", tmp_path / "never")
+    assert never.exit_code != 0
+    assert "no filters of the tilt; they are made with: flexura compensate --weather FILE" in never.stderr
+    other = flex("export", folder, "--to", "npz", "--tilt")
+    assert (other.exit_code, "--tilt is for --to c" in other.stderr) == (2, True)
+
+
 @pytest.mark.parametrize(
     ("before", "after", "said"),
     [
@@ -149,18 +261,14 @@ def test_options_that_contradict_a_weather_are_refused(judged, weather, tmp_path
     soundfile.write(sound, np.zeros(RATE), RATE)
     both = flex("render", sound, folder, "--weather", weather, "--temperature", 20)
     neither = flex("render", sound, folder)
-    heard = flex("render", sound, folder, "--weather", weather, "--heard")
     other = flex("compensate", folder, "--weather", weather, "--method", "time-reversal")
-    assert [one.exit_code for one in (both, neither, heard, other)] == [2, 2, 2, 2]
+    assert [one.exit_code for one in (both, neither, other)] == [2, 2, 2]
     assert "name one of --temperature and --weather" in both.stderr
     assert "name one of --temperature and --weather" in neither.stderr
-    assert "leave out --heard or --weather" in heard.stderr
     assert "--weather judges filters of the method stif" in other.stderr
 
 
 def test_the_library_judges_in_a_weather_as_the_verb_does(small_run, weather, tmp_path, monkeypatch):
-    import flexura as library
-
     folder, asked = small_run.laws_alone(tmp_path / "run"), {}
     monkeypatch.setattr(compensate_stage, "compute", lambda *_, **options: asked.update(options))
     monkeypatch.setattr(
@@ -169,6 +277,32 @@ def test_the_library_judges_in_a_weather_as_the_verb_does(small_run, weather, tm
     library.compensate(folder, small_run.panel, weather=weather, out=folder)
     assert asked["weather"] == (read_weather(weather), str(weather))
     assert asked["inputs"]["car.toml"] == sha256(weather)
+
+
+def test_a_run_judges_in_the_weather_of_its_options(small_run, weather, tmp_path, monkeypatch):
+    folder, asked = small_run.laws_alone(tmp_path / "run"), {}
+    file = tmp_path / "run.toml"
+    file.write_text(
+        f'[run.focus]\npanel = "{small_run.panel}"\n[run.compensate]\nweather = "car.toml"\n', encoding="utf-8"
+    )
+    (tmp_path / "car.toml").write_text(weather.read_text(encoding="utf-8"), encoding="utf-8")
+    work = Work(RunRequest(tmp_path, folder, options=read_run_options(tmp_path, file, ())), folder)
+    work.models = SimpleNamespace(wait_for=lambda *_: None)
+
+    def compute(*_, **options):
+        asked.update(options)
+        raise InterruptedError
+
+    monkeypatch.setattr(compensate_stage, "compute", compute)
+    with pytest.raises(InterruptedError):
+        do_compensate(work, lambda _stage, _share: None)
+    assert asked["weather"] == (read_weather(weather), str(tmp_path / "car.toml"))
+    assert compensate_inputs(work)["car.toml"] == sha256(weather)
+    typed = read_run_options(tmp_path, file, ("compensate.weather=elsewhere.toml",))
+    assert Path(typed.settings.compensate.weather) == Path.cwd() / "elsewhere.toml"
+    (tmp_path / "car.toml").unlink()
+    with pytest.raises(CampaignFileError, match=r"car\.toml"):
+        do_compensate(work, lambda _stage, _share: None)
 
 
 @pytest.mark.slow

@@ -10,7 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from analysis.rendering.fading import FADE_TIME, TEMPERATURE_STEP
 from analysis.rendering.fixed_point import FixedPoint
-from analysis.rendering.following import FollowingBank, TanhWeights
+from analysis.rendering.following import TanhWeights
+from analysis.rendering.tilt_bank import TiltBank
+from analysis.weather.knowledge import plane_weights
 from app.files.exports.destination import written_together
 from app.files.exports.shipment import Shipment
 
@@ -25,7 +27,12 @@ LINE_WIDTH = 118
 
 
 def write_c(
-    shipment: Shipment, folder: Path, fixed_point: bool, prefix: str = PREFIX, example: bool = False
+    shipment: Shipment,
+    folder: Path,
+    fixed_point: bool,
+    prefix: str = PREFIX,
+    example: bool = False,
+    tilt: bool = False,
 ) -> tuple[Path, ...]:
     """Write ``flexura_filters.h`` and ``flexura_filters.c``, or the same with another prefix.
 
@@ -37,6 +44,8 @@ def write_c(
         Small letters, digits and underscores.
     example : bool
         Write `EXAMPLE` as well, which needs int16.
+    tilt : bool
+        Write the filters of the tilt, too; the shipment must have them.
 
     Returns
     -------
@@ -49,7 +58,7 @@ def write_c(
     ResultFileError
         Where the folder cannot be written.
     """
-    header, code = c_texts(shipment, fixed_point, prefix)
+    header, code = c_texts(shipment, fixed_point, prefix, tilt)
     texts = {f"{prefix}_filters.h": header, f"{prefix}_filters.c": code}
     template = files("app.files.exports")
     for name in EXAMPLE if example else ():
@@ -62,14 +71,14 @@ def write_c(
     return tuple(folder / name for name in names)
 
 
-def c_texts(shipment: Shipment, fixed_point: bool, prefix: str = PREFIX) -> tuple[str, str]:
+def c_texts(shipment: Shipment, fixed_point: bool, prefix: str = PREFIX, tilt: bool = False) -> tuple[str, str]:
     """Return header and code.
 
     Parameters
     ----------
     fixed_point : bool
         int16 in place of float32.
-    prefix : str
+    prefix, tilt
         As of `write_c`.
 
     Returns
@@ -78,16 +87,24 @@ def c_texts(shipment: Shipment, fixed_point: bool, prefix: str = PREFIX) -> tupl
         ASCII.
     """
     filters = shipment.filters
-    short = FixedPoint.of(filters) if fixed_point else None
+    tilted = TiltBank.of(shipment.in_weather()[0]) if tilt else None
+    short = FixedPoint.of(filters, tilted) if fixed_point else None
     arrays = "".join(_data(shipment, short))
+    if tilted is not None:
+        arrays += "".join(_tilt_data(shipment, tilted, short))
     data = _text("flexura_provenance", shipment.stamp) + arrays
     # Compared by the compiler, so that a header and a file of two exports do not make one program.
     digest = f"0x{hashlib.sha256(data.encode()).hexdigest()[:8]}UL"
-    sizes = "".join(f"#define FLEXURA_{name} {value}\n" for name, value in _sizes(filters, short, digest).items())
+    found = _sizes(shipment, short, tilted, digest)
+    sizes = "".join(f"#define FLEXURA_{name} {value}\n" for name, value in found.items())
     template = files("app.files.exports")
     header = template.joinpath("filters.h.in").read_text(encoding="ascii").replace("@SIZES@\n", sizes)
     code = template.joinpath("filters.c.in").read_text(encoding="ascii").replace("@EXPORT@", digest)
     stamp = _text(f"{prefix}_provenance", shipment.stamp)  # its words are no names
+    if tilt:
+        _, judged = shipment.in_weather()
+        names = "\n".join(one.encode("ascii", "replace").decode("ascii") for one in judged.names)
+        stamp += _text(f"{prefix}_thermometer_names", names)
     return _named(header, prefix), _named(code, prefix).replace("@DATA@\n", stamp + _named(arrays, prefix))
 
 
@@ -96,7 +113,8 @@ def _named(text: str, prefix: str) -> str:
     return text.replace(f"{PREFIX}_", f"{prefix}_").replace(f"{PREFIX.upper()}_", f"{prefix.upper()}_")
 
 
-def _sizes(filters: FollowingBank, short: FixedPoint | None, digest: str) -> dict[str, str]:
+def _sizes(shipment: Shipment, short: FixedPoint | None, tilted: TiltBank | None, digest: str) -> dict[str, str]:
+    filters = shipment.filters
     actuators, weights, taps = filters.banks.shape
     coldest, hottest = filters.input.temperature_range
     network = isinstance(filters.weights, TanhWeights)
@@ -104,6 +122,7 @@ def _sizes(filters: FollowingBank, short: FixedPoint | None, digest: str) -> dic
         "EXPORT": digest,
         "FIXED_POINT": str(int(short is not None)),
         "NETWORK": str(int(network)),
+        "TILT": str(int(tilted is not None)),
         "ACTUATORS": str(actuators),
         "WEIGHTS": str(weights),
         "TAPS": str(taps),
@@ -118,6 +137,10 @@ def _sizes(filters: FollowingBank, short: FixedPoint | None, digest: str) -> dic
     }
     if not isinstance(filters.weights, TanhWeights):
         sizes["KNOTS"] = str(len(filters.weights.knots))
+    if tilted is not None:
+        sizes["THERMOMETERS"] = str(len(shipment.in_weather()[1].names))
+        sizes["TILT_KNOTS"] = str(len(tilted.weights.knots))
+        sizes["LARGEST_TILT"] = _number(tilted.across)
     if short is not None:
         sizes["DIVISOR"] = f"((int64_t)1 << {short.shift})"
         sizes["VOLTS_PER_COUNT"] = _number(short.volts_per_count)
@@ -140,6 +163,20 @@ def _data(shipment: Shipment, short: FixedPoint | None) -> Iterable[str]:
     else:
         yield _array("float", "bank_scale", short.bank_scale / short.tap_scale, "ACTUATORS", "WEIGHTS")
         yield _array("int16_t", "bank", short.banks, "ACTUATORS", "WEIGHTS", "TAPS")
+
+
+def _tilt_data(shipment: Shipment, tilted: TiltBank, short: FixedPoint | None) -> Iterable[str]:
+    _, judged = shipment.in_weather()
+    yield _array("float", "plane_weight[3]", plane_weights(judged.places), "THERMOMETERS")
+    yield _array("float", "tilt_knot", tilted.weights.knots, "TILT_KNOTS")
+    pieces = tilted.weights.coefficients
+    yield _array("float", f"tilt_cubic[{len(pieces)}][4]", pieces, "TILT_KNOTS")
+    if short is None or short.tilt_banks is None or short.tilt_scale is None:
+        yield _array("float", "tilt_bank[FLEXURA_ACTUATORS][4]", tilted.banks, "TILT_KNOTS", "TAPS")
+    else:
+        scale = short.tilt_scale / short.tap_scale
+        yield _array("float", "tilt_scale[FLEXURA_ACTUATORS][4]", scale, "TILT_KNOTS")
+        yield _array("int16_t", "tilt_bank[FLEXURA_ACTUATORS][4]", short.tilt_banks, "TILT_KNOTS", "TAPS")
 
 
 def _array(kind: str, name: str, values: ArrayLike, *sizes: str) -> str:
@@ -170,6 +207,6 @@ def _number(value: float) -> str:
 
 def _text(name: str, text: str) -> str:
     """Write a text as a constant; question marks escaped, because of the trigraphs of C99."""
-    escaped = [{"\\": "\\\\", '"': '\\"', "?": "\\?"}.get(letter, letter) for letter in text]
+    escaped = [{"\n": "\\n", "\\": "\\\\", '"': '\\"', "?": "\\?"}.get(letter, letter) for letter in text]
     lines = ["".join(escaped[start : start + 100]) for start in range(0, len(escaped), 100)]
     return f"const char {name}[] =\n" + "\n".join(f'    "{line}"' for line in lines) + ";\n\n"

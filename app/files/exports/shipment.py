@@ -17,6 +17,7 @@ from analysis.compensation.outcome import (
 from analysis.focusing.panel import Panel
 from analysis.rendering.following import FollowingBank
 from analysis.weather.family import TiltFamily
+from analysis.weather.judgement import WeatherJudgement
 from app.files.bad_file import ResultFileError
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing, load_method, load_panel
@@ -47,7 +48,9 @@ class Shipment:
     notes : tuple of str
         What has to be known of the choice.
     family : TiltFamily or None
-        What the filters add for tilted panels, where the run was judged in a weather: for ``flexura render`` only.
+        What the filters add for tilted panels, where the run was judged in a weather.
+    weather : WeatherJudgement or None
+        This judgement.
     """
 
     filters: FollowingBank
@@ -57,6 +60,15 @@ class Shipment:
     made_from: dict[str, Any]
     notes: tuple[str, ...] = ()
     family: TiltFamily | None = None
+    weather: WeatherJudgement | None = None
+
+    def in_weather(self) -> tuple[TiltFamily, WeatherJudgement]:
+        """Return filters of the tilt and the weather they were judged in; ResultFileError without them."""
+        if self.family is None or self.weather is None:
+            raise ResultFileError(
+                "--tilt: the run has no filters of the tilt; they are made with: flexura compensate --weather FILE"
+            )
+        return self.family, self.weather
 
     @property
     def stamp(self) -> str:
@@ -102,7 +114,7 @@ def shipment(run: Path, method: str | None, verb: str) -> Shipment:
         notes.append(f"{wanted}, recommended here, is no sum of fixed banks; {SPLINE} is taken in its place")
         wanted = SPLINE
     sent = _shipment(_of_compensation(found, wanted, path), wanted, panel, [path], notes)
-    return replace(sent, family=found.family)
+    return replace(sent, family=found.family, weather=found.weather)
 
 
 def _newer(run: Path, panel: Panel, method: str) -> list[str]:

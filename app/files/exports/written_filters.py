@@ -51,6 +51,7 @@ def write_filters(
     number: str,
     prefix: str | None = None,
     example: bool = False,
+    tilt: bool = False,
 ) -> tuple[Path, ...]:
     """Write filters as ``c``, ``onnx``, ``npz``, ``wav`` or ``csv``; return the files written.
 
@@ -58,11 +59,11 @@ def write_filters(
     ----------
     temperature : (T,) ndarray
         Degrees Celsius, for ``npz``, ``wav`` and ``csv``.
-    number, prefix, example
+    number, prefix, example, tilt
         Of the C code, see `app.files.exports.c_code.write_c`.
     """
     if form == "c":
-        return write_c(sent, folder, number == "int16", prefix or PREFIX, example)
+        return write_c(sent, folder, number == "int16", prefix or PREFIX, example, tilt)
     if form == "onnx":
         return write_onnx(sent, folder)
     return {"npz": write_npz, "wav": write_wav, "csv": write_csv}[form](sent, folder, temperature)

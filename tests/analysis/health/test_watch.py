@@ -47,6 +47,22 @@ def test_a_change_is_found_named_and_placed(family: str) -> None:
     assert watch.report().first_alarm == watch.dates[2]
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("mass", "x", "y"), [(0.008, 0.028, 0.022), (0.004, 0.191, 0.025)])
+def test_a_large_mass_between_the_places_of_the_search_is_named(mass: float, x: float, y: float) -> None:
+    """Resonances move by more than their widths: derivatives of the healthy panel mislead."""
+    watch, rng = usual_watch(), np.random.default_rng(1)
+    heavy = {"mass_at_place": {"mass": mass, "x": x, "y": y}}
+    for temperature in (34.6, 13.2):
+        assert watch.take(recorded(measured(temperature, rng, heavy))).alarm
+    named = watch.named()
+    assert named.family == "mass"
+    assert named.change is not None
+    found = named.change.values
+    assert np.hypot(found["x"] - x, found["y"] - y) < 0.005
+    assert found["mass"] == pytest.approx(mass, rel=0.05)
+
+
 def test_lost_polarization_is_a_factor_on_one_patch() -> None:
     watch, rng = usual_watch(), np.random.default_rng(2)
     frf = measured(20.0, rng)

@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,10 +12,15 @@ from scipy.io import wavfile
 
 from analysis.rendering.fixed_point import FixedPoint
 from analysis.rendering.renderer import Renderer
+from analysis.rendering.tilt_bank import TiltBank
+from analysis.weather.family import TiltFamily
+from analysis.weather.judgement import WeatherJudgement
+from analysis.weather.knowledge import plane
 from app.files.exports.c_code import SAMPLES_AT_ONCE, c_texts, write_c
 from app.files.exports.cost import Cost
 
 GCC = shutil.which("gcc")
+THERMOMETERS = np.array([[-0.9, 0.1], [0.8, -0.7], [0.7, 0.9], [0.0, 0.0]])
 SANITIZED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-O1", "-g"]
 KINDS = ("network", "cubic-spline", "cubic-spline-rigidity", "linear", "single")
@@ -136,6 +142,113 @@ def test_int16_does_not_overflow_at_the_loudest_input_there_is(tmp_path, shipmen
     assert relative_energy(out * short.volts_per_count, expected) < 1e-6
 
 
+MAIN_OF_THERMOMETERS = r"""
+#include "flexura_filters.h"
+#include <stdio.h>
+static flexura_filters filters;
+static flexura_sample in[%(piece)d], result[FLEXURA_ACTUATORS][%(piece)d];
+int main(void)
+{
+    flexura_sample *out[FLEXURA_ACTUATORS];
+    float reading[FLEXURA_THERMOMETERS];
+    int n, changes = 0;
+    for (n = 0; n < FLEXURA_ACTUATORS; n++)
+        out[n] = result[n];
+    flexura_start(&filters, 20.0f);
+    while (fread(reading, sizeof reading, 1, stdin) == 1 && fread(in, sizeof in, 1, stdin) == 1) {
+        changes += flexura_thermometers(&filters, reading);
+        flexura_process(&filters, in, out, %(piece)d);
+        fwrite(result, sizeof result, 1, stdout);
+    }
+    fprintf(stderr, "{\"changes\": %%d, \"state\": %%d, \"names\": \"%%s\"}", changes, (int)sizeof filters,
+            flexura_thermometer_names);
+    return 0;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def tilted(shipments):
+    """Return filters with some of the tilt, of a run that was judged with four thermometers."""
+    rng, knots = np.random.default_rng(8), np.arange(0.0, 61.0, 15.0)
+    shape = np.exp(-np.arange(50) / 12.0) * rng.standard_normal((len(knots), 2, 3, 50))
+    taps = rng.standard_normal((2, len(knots), 3, 50))
+    family = TiltFamily(knots, 12.0, *taps, 0.02 * shape, 2e-3 * shape[::-1], np.zeros((len(knots), 2)))
+    judged = WeatherJudgement(
+        ways=("one",),
+        names=("left", "lower", 'upper "right"', "middle"),
+        places=THERMOMETERS,
+        time=np.arange(2.0),
+        extent=np.ones((2, 3)),
+        readings=np.ones((2, 4)),
+        believed=np.ones((1, 2, 3)),
+        contrast=np.ones((1, 2, 5)),
+        known=np.ones((2, 5)),
+        level=np.ones((1, 2, 2)),
+        price=np.ones(2),
+        across=12.0,
+    )
+    return replace(shipments["cubic-spline"], family=family, weather=judged)
+
+
+@pytest.mark.parametrize("fixed_point", [False, True])
+@pytest.mark.parametrize("kind", ["cubic-spline", "network", "single"])
+def test_filters_of_the_tilt_are_what_python_renders(tmp_path, shipments, tilted, kind, fixed_point):
+    """Planes that stand, creep, tilt only, lie beyond the largest tilt, and a thermometer that fails."""
+    shipment = replace(tilted, filters=shipments[kind].filters)
+    planes = [
+        (20, 0, 0),
+        (20, 0.3, 0.1),
+        (20, 4, -3),
+        (20.1, 4, -3),
+        (31, 6, 5),
+        (31, 30, -5),
+        (np.nan, 0, 0),
+        (64, -9, 2),
+    ]
+    piece, rng = 300, np.random.default_rng(3)
+    readings = np.array(
+        [[t + 0.5 * (x * gx + y * gy) for x, y in THERMOMETERS] for t, gx, gy in planes], np.float32
+    )
+    signal = np.clip(0.3 * rng.standard_normal((len(planes), piece)), -1.0, 32_767 / 32_768).astype(np.float32)
+    kind_of, scale = (np.int16, 32_768.0) if fixed_point else (np.float32, 1.0)
+    sent = np.round(scale * signal).astype(kind_of) if fixed_point else signal
+    write_c(shipment, tmp_path, fixed_point, tilt=True)
+    (tmp_path / "main.c").write_text(MAIN_OF_THERMOMETERS % {"piece": piece})
+    command = [GCC, *STRICT, *SANITIZED, "-o", "program", "main.c", "flexura_filters.c", "-lm"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    told = b"".join(one.tobytes() + part.tobytes() for one, part in zip(readings, sent, strict=True))
+    done = subprocess.run([tmp_path / "program"], input=told, capture_output=True, check=True)
+    out = np.frombuffer(done.stdout, kind_of).reshape(len(planes), -1, piece).astype(float)
+    renderer = Renderer(shipment.filters, 20.0, piece, shipment.family)
+    expected = []
+    for reading, part in zip(readings.astype(float), sent / scale, strict=True):
+        believed = plane(THERMOMETERS, reading)
+        renderer.follow(believed.middle, believed.across)
+        expected.append(renderer.process(part))
+    short = FixedPoint.of(shipment.filters, TiltBank.of(shipment.family))
+    volts = short.volts_per_count if fixed_point else 1.0
+    assert relative_energy(volts * out, np.array(expected)) < (1e-6 if fixed_point else 1e-10)
+    said = json.loads(done.stderr.decode().replace("\n", "|").replace('upper "right"', "upper right"))
+    assert said["changes"] == renderer.changes == 4
+    assert said["names"] == "left|lower|upper right|middle"
+    cost = Cost.of(shipment.filters, fixed_point, SAMPLES_AT_ONCE, TiltBank.of(shipment.family), 4)
+    assert cost.state_bytes == said["state"]
+
+
+def test_int16_with_a_tilt_does_not_overflow_at_the_loudest_input_there_is(tilted):
+    bank = TiltBank.of(tilted.family)
+    short, rng = FixedPoint.of(tilted.filters, bank), np.random.default_rng(2)
+    for temperature in rng.uniform(0.0, 60.0, 40):
+        across = tuple(rng.choice([-1.0, 1.0], 2) * bank.across)
+        taps = tilted.filters.taps(temperature)[0] + bank.taps(float(temperature), across)
+        np.testing.assert_allclose(
+            bank.taps(float(temperature), across), tilted.family.tilt(float(temperature), across), atol=1e-12
+        )
+        assert np.abs(taps).max() / short.tap_scale <= 32_767
+        assert np.abs(taps).sum(axis=1).max() <= 32_767 * short.volts_per_count
+
+
 COUNTED = r"""
 #include "flexura_filters.c"
 #include <stdio.h>
@@ -149,6 +262,12 @@ int main(void)
 #endif
 #if FLEXURA_FIXED_POINT
     held += sizeof bank_scale;
+#endif
+#if FLEXURA_TILT
+    held += sizeof plane_weight + sizeof tilt_knot + sizeof tilt_cubic + sizeof tilt_bank;
+#if FLEXURA_FIXED_POINT
+    held += sizeof tilt_scale;
+#endif
 #endif
     printf("%d %d", (int)held, (int)sizeof(flexura_filters));
     return 0;
@@ -165,6 +284,23 @@ def test_the_stated_bytes_are_the_compiler_s(tmp_path, shipments, kind, fixed_po
     said = subprocess.run([tmp_path / "program"], capture_output=True, text=True, check=True).stdout
     cost = Cost.of(shipments[kind].filters, fixed_point, SAMPLES_AT_ONCE)
     assert [cost.constant_bytes, cost.state_bytes] == [int(word) for word in said.split()]
+
+
+@pytest.mark.parametrize("fixed_point", [False, True])
+def test_the_stated_bytes_of_a_tilt_are_the_compiler_s(tmp_path, tilted, fixed_point):
+    write_c(tilted, tmp_path, fixed_point, tilt=True)
+    (tmp_path / "main.c").write_text(COUNTED)
+    subprocess.run([GCC, "-std=c99", "-o", "program", "main.c", "-lm"], cwd=tmp_path, check=True)
+    said = subprocess.run([tmp_path / "program"], capture_output=True, text=True, check=True).stdout
+    cost = Cost.of(tilted.filters, fixed_point, SAMPLES_AT_ONCE, TiltBank.of(tilted.family), 4)
+    assert [cost.constant_bytes, cost.state_bytes] == [int(word) for word in said.split()]
+
+
+def test_the_example_compiles_with_a_tilt(tmp_path, tilted):
+    written = write_c(tilted, tmp_path, True, example=True, tilt=True)
+    sources = [path for path in written if path.suffix == ".c"]
+    command = [GCC, *STRICT, "-o", tmp_path / "loopback", *sources, "-lm"]
+    subprocess.run([str(word) for word in command], check=True)
 
 
 def test_provenance_comes_back_from_the_program(tmp_path, shipments):
