@@ -34,7 +34,7 @@ def test_a_resonator_far_below_the_band_is_a_spring(specimen: Specimen):
     """Its mass stays at rest, and the plate feels the spring, lossy as it is."""
     place = {"x": 0.1, "y": 0.08}
     stiffness = 4.0 * (2.0 * np.pi * 5.0) ** 2
-    spring = specimen.transfer({"spring_at_place": {"stiffness": stiffness, **place}})(POINT, LINES)
+    spring = specimen.transfer({"spring_at_place": {"stiffness": stiffness, "loss": 0.03, **place}})(POINT, LINES)
     low = {"mass": 4.0, "resonance": 5.0, "loss": 0.03, **place}
     assert off(specimen.transfer({})(POINT, LINES), spring) > 0.1
     assert off(specimen.transfer({"resonator_at_place": low})(POINT, LINES), spring) < 0.02

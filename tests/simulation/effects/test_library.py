@@ -53,7 +53,7 @@ CONTRACT = {
     "mounting_resonance": ("softness",),
     "crosstalk": ("gain",),
     "mass_at_place": ("mass", "x", "y"),
-    "spring_at_place": ("stiffness", "x", "y"),
+    "spring_at_place": ("stiffness", "x", "y", "loss"),
     "dashpot_at_place": ("damping", "x", "y"),
     "resonator_at_place": ("mass", "x", "y", "resonance", "loss"),
 }

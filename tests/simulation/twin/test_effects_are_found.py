@@ -36,7 +36,7 @@ TEMPERATURES = np.array([5.0, 17.0, 29.0, 41.0, 53.0])
 GAIN, NOISE = 12.0, 0.01
 HIDDEN = {
     "mass_at_place": {"mass": 4e-4, "x": 0.163, "y": 0.052},
-    "spring_at_place": {"stiffness": 600.0, "x": 0.09, "y": 0.13},
+    "spring_at_place": {"stiffness": 600.0, "x": 0.09, "y": 0.13, "loss": 0.2},
     "poisson_loss": {"kappa": 0.7},
     "loss_orthotropy": {"delta_eta": 0.15, "delta_shear": -0.1},
     "elastic_foundation": {"stiffness": 3e5},

@@ -244,7 +244,7 @@ def test_attachments_at_any_place_against_the_full_plate(twin, reduced, place):
     spring = 0.001 * (2.0 * np.pi * 300.0) ** 2 * (1.0 + 0.05j)
     for name, values, impedance in (
         ("mass_at_place", {"mass": 0.003}, lambda w: -0.003 * w**2),
-        ("spring_at_place", {"stiffness": 3000.0}, lambda w: 3000.0),
+        ("spring_at_place", {"stiffness": 3000.0, "loss": 0.1}, lambda w: 3000.0 * (1.0 + 0.1j)),
         ("dashpot_at_place", {"damping": 0.5}, lambda w: 0.5j * w),
         (
             "resonator_at_place",
@@ -272,7 +272,7 @@ def test_attachments_at_any_place_against_the_full_plate(twin, reduced, place):
 
 
 def test_light_attachments_at_one_place_add_up(twin):
-    both = {"mass_at_place": {"mass": 2e-7, **HUNG}, "spring_at_place": {"stiffness": 0.1, **HUNG}}
+    both = {"mass_at_place": {"mass": 2e-7, **HUNG}, "spring_at_place": {"stiffness": 0.1, "loss": 0.0, **HUNG}}
     plain, together = (twin.frf(LAWS, LINES, on, POINT) for on in ({}, both))
     alone = sum(twin.frf(LAWS, LINES, {name: values}, POINT) - plain for name, values in both.items())
     assert np.abs(together - plain - alone).max() < 1e-3 * np.abs(alone).max()
