@@ -3,8 +3,8 @@
 CalculiX (ccx, Debian's calculix-ccx) writes stiffness and mass of a free L with a round hole, of C3D20R two layers
 thick, refined towards the inner corner, where the stresses are singular: without that the first frequencies come
 out 0.01 % high, which at a loss factor of 0.5 % changes the response at a resonance by 4 %. Stored beside tests
-are the modes at some points of its upper face, and what all higher modes give there: with them, masses and springs
-at these points can be added without another solution. Frequencies are extrapolated from two meshes.
+are the modes at some points, and what all higher modes give there: with them, masses and springs at these points
+can be added without another solution. Frequencies are extrapolated from two meshes.
 """
 
 import tempfile
@@ -31,6 +31,8 @@ POINTS = np.array([
     (0.33, 0.125), (0.015, 0.285), (0.385, 0.015),  # a cable, two strings
     (0.06, 0.21), (0.18, 0.30), (0.22, 0.05),  # nothing is declared there
 ])  # fmt: skip
+FOOT = 0.007
+"""Radius over which what is attached rests, m: that of an accelerometer's base, and of a neighbouring node."""
 MODES, EXTRAPOLATED = 110, 40
 ORDER = 4.0
 """Of convergence of quadratic elements in the energy, away from singular points."""
@@ -60,7 +62,7 @@ class Modes:
     higher : (P, P) ndarray
         Compliance of all higher modes, m/N.
     places : (P, 2) ndarray
-        Nodes nearest to the points asked for, m.
+        Near the points asked for, m.
     mass : float
         kg.
     """
@@ -98,18 +100,32 @@ def modes(materials: dict[str, Solid], refinement: int, count: int = MODES) -> M
     """Solve for the modes on a mesh."""
     mesh = meshed(blocks(2, refinement), refinement)
     stiffness, mass, node, direction = matrices(mesh, materials)
-    upper = np.flatnonzero(np.abs(mesh.nodes[:, 2] - 0.5 * THICKNESS) < 1e-7)
-    near = [upper[np.argmin(np.hypot(*(mesh.nodes[upper, :2] - point).T))] for point in POINTS]
-    rows = [int(np.flatnonzero((node == one) & (direction == 2))[0]) for one in near]
+    average, places = footprints(mesh, node, direction)
     solver = linear.splu((stiffness + SHIFT * mass).tocsc())
     inverse = linear.LinearOperator(stiffness.shape, matvec=solver.solve)
     squares, shapes = linear.eigsh(stiffness, k=count, M=mass, sigma=-SHIFT, OPinv=inverse)
-    unit = np.zeros((stiffness.shape[0], len(rows)))
-    unit[rows, np.arange(len(rows))] = 1.0
-    at = shapes[rows]
-    higher = solver.solve(unit)[rows] - (at / (squares + SHIFT)) @ at.T
+    at = average @ shapes
+    higher = average @ solver.solve(average.T.toarray()) - (at / (squares + SHIFT)) @ at.T
     up = (direction == 2).astype(float)
-    return Modes(squares, at, higher, mesh.nodes[near, :2], float(up @ (mass @ up)))
+    return Modes(squares, at, higher, places, float(up @ (mass @ up)))
+
+
+def footprints(mesh: Mesh, node: Whole, direction: Whole) -> tuple[sparse.csr_matrix, Real]:
+    """Return the mean deflection (P, D) of both faces around each point, and its place (P, 2), m.
+
+    A force on one node would press a dent into the face, deeper the finer the mesh: on plastic that dent alone
+    lets an accelerometer resonate.
+    """
+    faces = np.flatnonzero(np.abs(np.abs(mesh.nodes[:, 2]) - 0.5 * THICKNESS) < 1e-7)
+    up = {one: row for row, one in enumerate(node) if direction[row] == 2}
+    average = sparse.lil_matrix((len(POINTS), node.size))
+    places = []
+    for number, point in enumerate(POINTS):
+        nearest = mesh.nodes[faces[np.argmin(np.hypot(*(mesh.nodes[faces, :2] - point).T))], :2]
+        under = faces[np.hypot(*(mesh.nodes[faces, :2] - nearest).T) <= FOOT]
+        average[number, [up[one] for one in under]] = 1.0 / under.size
+        places.append(mesh.nodes[under, :2].mean(axis=0))
+    return average.tocsr(), np.array(places)
 
 
 def matrices(mesh: Mesh, materials: dict[str, Solid]) -> tuple[sparse.csc_matrix, sparse.csc_matrix, Whole, Whole]:

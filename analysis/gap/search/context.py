@@ -38,6 +38,7 @@ class FitCache:
 
     def __init__(self) -> None:
         self._fits: dict[frozenset[str], GapFit] = {}
+        self._left: set[tuple[frozenset[str], str]] = set()
 
     def known(self, effects: Iterable[str]) -> GapFit | None:
         """Return the fit of `effects`; None if there is none yet."""
@@ -46,6 +47,13 @@ class FitCache:
     def keep(self, effects: Iterable[str], fit: GapFit) -> None:
         """Store the fit of `effects`."""
         self._fits[frozenset(effects)] = fit
+
+    def first_without(self, effects: Iterable[str], name: str) -> bool:
+        """Whether `effects` are asked for the first time as those that are left without another one."""
+        left = (frozenset(effects), name)
+        first = left not in self._left
+        self._left.add(left)
+        return first
 
 
 @dataclass(eq=False)
@@ -88,6 +96,32 @@ class SearchContext:
             )
             self.fits.keep(effects, found)
         return found
+
+    def fit_without(self, whole: GapState, name: str, *, roughly: bool = False) -> GapFit:
+        """Fit without one effect of a state, from there.
+
+        Other effects were fitted before that one was added: where a fit to them is known, but better values are
+        found from here, it had ended beside the solution, and the effect had only helped it on.
+        """
+        rest = {other: dict(values) for other, values in whole.effects.items() if other != name}
+        start, names = whole.with_effects(rest), tuple(rest)
+        known, first = self.fits.known(names), self.fits.first_without(names, name)
+        if known is None or not first:
+            return self.fit(start, names, roughly=roughly)
+        again = fit_gap(
+            self.model,
+            self.sweeps,
+            start,
+            names,
+            self.executor,
+            target=ROUGHLY_SETTLED if roughly else self.settled,
+            declared_free=not roughly,
+            enough=-2.0 * (known.log_evidence + self.settled),
+        )
+        if not again.settled or again.log_evidence <= known.log_evidence + self.settled:
+            return known
+        self.fits.keep(names, again)
+        return again
 
     def attempt(
         self,

@@ -77,10 +77,7 @@ def dropped(context: SearchContext, baseline: GapFit, fit: GapFit, name: str, *,
     -------
     GapFit
     """
-    rest = _without(fit, name)
-    if not rest:
-        return baseline
-    return context.fit(fit.state.with_effects(rest), tuple(rest), roughly=roughly)
+    return context.fit_without(fit.state, name, roughly=roughly) if _without(fit, name) else baseline
 
 
 def _without(fit: GapFit, name: str) -> dict[str, Values]:
@@ -138,7 +135,7 @@ class _Few:
         if not rest or few is context or not context.far(baseline):
             return None
         whole = few.fit(fit.state.restricted(context.sweeps, few.sweeps), tuple(fit.state.effects))
-        there = few.fit(whole.state.with_effects(rest), tuple(rest), roughly=True)
+        there = few.fit_without(whole.state, name, roughly=True)
         if not few.leaves_more(there):
             return None
         return cls(few, whole, there, context.sweeps.numbers / few.sweeps.numbers)

@@ -89,7 +89,12 @@ def near(found: Description, x: float, y: float) -> float:
             "resonance",
             170.0,
         ),
-        ({"spring_at_place": {"stiffness": 800.0, "x": 0.07, "y": 0.12, "loss": 0.05}}, "spring", "stiffness", 800.0),
+        (
+            {"spring_at_place": {"stiffness": 800.0, "x": 0.07, "y": 0.12, "loss": 0.05}},
+            "spring",
+            "stiffness",
+            800.0,
+        ),
     ],
     ids=["resonator", "spring"],
 )

@@ -5,6 +5,7 @@ import pytest
 
 import analysis.gap.search.context as search_context
 from analysis.gap.data.preparation import prepare
+from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import starting_state
 from analysis.gap.gap import find_gap
 from analysis.gap.search.context import SearchContext
@@ -67,6 +68,20 @@ def test_what_a_few_temperatures_told_stands_for_all(searched):
     alone = dropped(context, baseline, found.fit, other)
     assert best.gain == pytest.approx(alone.log_evidence - baseline.log_evidence, rel=0.1)
     assert found.losses[other].gain == pytest.approx(found.fit.log_evidence - alone.log_evidence, rel=0.2)
+
+
+def test_what_is_left_without_an_effect_is_fitted_from_there_too(searched):
+    """The fit of one effect before the other was there may have ended anywhere."""
+    context, baseline, found, _ = searched
+    first, second = TRUE
+    again = context.of(context.sweeps)
+    start = baseline.state.with_effects({first: context.model.cards[first].zero()})
+    poor = fit_gap(context.model, context.sweeps, start, (first,), context.executor, target=np.inf)
+    again.fits.keep((first,), poor)
+    better = again.fit_without(found.fit.state, second)
+    assert better.log_evidence > poor.log_evidence + 1.0
+    assert again.fits.known((first,)) is better
+    assert again.fit_without(found.fit.state, second) is better  # not made a third time
 
 
 @pytest.mark.parametrize(
