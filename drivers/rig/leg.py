@@ -11,6 +11,8 @@ from drivers.rig.sweeping import Sweeping
 
 STALLED = 1800.0
 """The ramp counts as stalled if in this time, s, the temperature moves less than a quarter of the ramp."""
+CLOSING_READINGS = 3
+"""After the last sweep: a thermocouple that came loose during it, by less than a jump, shows in the next readings."""
 
 
 class LegRun(Approach):
@@ -97,6 +99,8 @@ class LegRun(Approach):
                 self._sweep(self.todo[0])
             elif self.todo:
                 self._require_progress(sign * here)
+        for _ in range(CLOSING_READINGS):
+            self._read()
 
     def _sweep(self, set_point: SweepSetPoint) -> None:
         self._mark = None

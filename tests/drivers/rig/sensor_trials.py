@@ -19,6 +19,7 @@ from analysis.plate_temperature.plate_sensors import PlateSensors
 from drivers.clock import VirtualClock
 from drivers.ovens.simulated.regulated_oven import RegulatedOven, Regulator
 from drivers.ovens.simulated.thermal import Chamber
+from drivers.rig.leg import CLOSING_READINGS
 
 WRONG = 0.5
 """Error of a label, K."""
@@ -208,6 +209,8 @@ class Trial:
                 mark = (now, sign * here)
             if now - mark[0] > STALLED:
                 raise CampaignStoppedError("the oven does not ramp")
+        for _ in range(CLOSING_READINGS):
+            self._read()
 
     def _sweep(self, point: float, leg: int) -> bool:
         before, true = self._reading(), self._oven.plate
