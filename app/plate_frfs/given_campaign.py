@@ -27,7 +27,7 @@ from app.modal_test.frf_set import require_convention
 from app.plate_frfs.channel_map import output_of, scale_of, source_of
 from app.plate_frfs.circumstances import circumstances
 from app.plate_frfs.common_lines import CommonLines, common_lines
-from app.plate_frfs.own_frfs import ENDINGS, PlacedFrf, own_frfs
+from app.plate_frfs.own_frfs import PlacedFrf, is_own, own_frfs
 from app.plate_frfs.roving_hammer import PointsByNode, points_by_node
 from app.plate_frfs.source_files import FrfsOfFile, frfs_of_file, stated_coherence
 
@@ -114,7 +114,7 @@ def _read_files(folder: Path, said: PlateMeasurement) -> Read:
             )
             raise CampaignFileError(folder, [problem])
         for file in files:
-            found = None if file.suffix.lower() in ENDINGS and file.is_file() else frfs_of_file(file, one)
+            found = None if is_own(file) else frfs_of_file(file, one)
             read.append((file, one, found))
     return read
 

@@ -22,7 +22,7 @@ from app.files.uff_nodes import read_nodes
 from app.modal_test.points_table import points_of_table
 from app.plate_frfs.circumstances import circumstances
 from app.plate_frfs.modes_table import is_table_of_modes
-from app.plate_frfs.own_frfs import ENDINGS
+from app.plate_frfs.own_frfs import is_own
 from app.plate_frfs.placed_nodes import placed_nodes
 from app.plate_frfs.source_files import UNIVERSAL, FrfsOfFile, frfs_of_file
 
@@ -123,7 +123,7 @@ def new_plate(files: Sequence[Path], said: SaidOfPlate, target: Path) -> tuple[P
     folder = file.resolve().parent
     named = _named(files, folder)
     title = said.title or (folder.name if file.name == NAME else file.stem)
-    if files[0].suffix.lower() in ENDINGS:
+    if is_own(files[0]):
         _write(file, _as_recorded(files[0], named, title))
         return file, [], []
     notes: list[str] = []

@@ -10,9 +10,22 @@ from analysis.experiment import Experiment
 from analysis.frf import Frf
 from analysis.frf_campaign import Noise
 from app.files.frf_file import load_frf
+from app.files.seal import HDF5
 from app.plate_frfs.circumstances import Direction, MeasuredAt
 
-ENDINGS = (".h5", ".hdf5")
+ENDINGS, OWN_NAME = (".h5", ".hdf5"), "frf.h5"
+
+
+def is_own(path: Path) -> bool:
+    """Whether a file is to be read as one that Flexura wrote: by its seal, or by its name, where that is missing.
+
+    An HDF5 file of anybody else begins with HDF5's own signature; so do results of versions that wrote no seal,
+    which are refused with what to do.
+    """
+    if path.suffix.lower() not in ENDINGS or not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return path.name == OWN_NAME or file.read(len(HDF5)) != HDF5
 
 
 @dataclass(frozen=True)

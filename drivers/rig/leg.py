@@ -12,7 +12,7 @@ from drivers.rig.sweeping import Sweeping
 STALLED = 1800.0
 """The ramp counts as stalled if in this time, s, the temperature moves less than a quarter of the ramp."""
 CLOSING_READINGS = 3
-"""After the last sweep: a thermocouple that came loose during it, by less than a jump, shows in the next readings."""
+"""After the last sweep: a thermocouple that came loose during it, by less than a jump, shows in them."""
 
 
 class LegRun(Approach):

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 Run = Callable[..., tuple[int, str, str]]
 STORED = Path(__file__).with_name("solid_l.npz")
+SPOT = (0.09, 0.215)
+"""Middle of the weaker square."""
 HAMMER, SENSORS, CABLE, STRINGS, INNER, EDGE = 0, (1, 2, 3), 4, (5, 6), 7, 8
 """Points of the stored modes; of the last two nothing is declared."""
 ACCELEROMETER = 1.2e-3
@@ -47,11 +49,17 @@ class Plate:
 
 @dataclass(frozen=True)
 class Added:
-    """Mass, kg, and stiffness, N/m, with its loss factor, that nobody declared."""
+    """Mass, kg, and spring, N/m, with its loss factor, that nobody declared; the mass may hang on the spring."""
 
     mass: float = 0.0
     stiffness: float = 0.0
     loss: float = 0.0
+    hung: bool = False
+
+    def dynamic(self, square: float) -> complex:
+        """Force over motion, N/m, at a squared angular frequency."""
+        spring, inertia = self.stiffness * (1.0 + 1j * self.loss), self.mass * square
+        return -inertia * spring / (spring - inertia) if self.hung else spring - inertia
 
 
 ALUMINIUM = Plate("aluminium", "aluminium", 5e-4, 0.005, np.arange(80.0, 1200.1, 0.5), (20.0, 30.0, 40.0, 50.0))
@@ -86,7 +94,7 @@ class Solid:
             dynamic = np.zeros(len(points), complex)
             dynamic[list(SENSORS)] -= ACCELEROMETER * square
             for point, one in added.items():
-                dynamic[point] += one.stiffness * (1.0 + 1j * one.loss) - one.mass * square
+                dynamic[point] += one.dynamic(float(square))
             moved = np.linalg.solve(points + receptance * dynamic, receptance[:, HAMMER])
             found[:, line] = -square * moved[list(SENSORS)]
         return found
@@ -203,5 +211,42 @@ def test_a_mass_where_nothing_is_declared(plate: Plate, mass: float, tmp_path: P
     (effect,) = found["effects"]
     assert (found["verdict"], effect["name"]) == ("explained", "mass_at_place")
     assert values(effect)["mass"][0] == pytest.approx(mass, rel=0.03)
-    x, y = (values(effect)[name][0] for name in ("x", "y"))
-    assert np.hypot(*(np.array([x, y]) - Solid.read(plate.modes).places[INNER])) < 5e-3
+    assert away(effect, tuple(Solid.read(plate.modes).places[INNER])) < 5e-3
+
+
+def away(effect: Mapping[str, Any], place: tuple[float, float]) -> float:
+    """Distance of what was found from where it is, m."""
+    found = values(effect)
+    return float(np.hypot(found["x"][0] - place[0], found["y"][0] - place[1]))
+
+
+@pytest.mark.slow
+def test_a_spring_at_an_edge_where_nothing_is_declared(tmp_path: Path, run_flexura: Run) -> None:
+    hidden = Added(stiffness=2000.0, loss=0.1)
+    found = compared(recorded(tmp_path / "l", ALUMINIUM, {EDGE: hidden}, 1), run_flexura)
+    (effect,) = found["effects"]
+    assert (found["verdict"], effect["name"]) == ("explained", "spring_at_place")
+    value, sigma = values(effect)["stiffness"]
+    assert abs(value - hidden.stiffness) < 3.0 * sigma
+    assert value == pytest.approx(hidden.stiffness, rel=0.06)
+    assert away(effect, tuple(Solid.read("aluminium").places[EDGE])) < 5e-3
+
+
+@pytest.mark.slow
+def test_a_resonator_where_nothing_is_declared(tmp_path: Path, run_flexura: Run) -> None:
+    hidden = Added(mass=3e-3, stiffness=3e-3 * (2.0 * np.pi * 420.0) ** 2, loss=0.03, hung=True)
+    found = compared(recorded(tmp_path / "l", ALUMINIUM, {INNER: hidden}, 1), run_flexura)
+    (effect,) = found["effects"]
+    assert (found["verdict"], effect["name"]) == ("explained", "resonator_at_place")
+    assert values(effect)["mass"][0] == pytest.approx(3e-3, rel=0.02)
+    assert values(effect)["resonance"][0] == pytest.approx(420.0, rel=2e-3)
+    assert away(effect, tuple(Solid.read("aluminium").places[INNER])) < 5e-3
+
+
+@pytest.mark.slow
+def test_a_weak_spot(tmp_path: Path, run_flexura: Run) -> None:
+    """A square of 30 mm with a fifth less of stiffness."""
+    found = compared(recorded(tmp_path / "l", WEAK, {}, 1), run_flexura)
+    (effect,) = found["effects"]
+    assert (found["verdict"], effect["name"]) == ("explained", "local_damage")
+    assert away(effect, SPOT) < 15e-3

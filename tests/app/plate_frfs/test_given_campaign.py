@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -115,6 +116,29 @@ def test_own_frf_h5_is_read_with_its_noise(
     again = campaign_frf(load_campaign(tmp_path / "again"))
     np.testing.assert_array_equal(again.h, frf.h)
     np.testing.assert_array_equal(again.variance, frf.variance)
+
+
+@pytest.mark.parametrize("name", ["measured.h5", "measured.hdf5"])
+def test_hdf5_of_another_program_is_read_by_its_structure(
+    name: str, exported: tuple[Any, Frf, Path], tiny: Any, tmp_path: Path, run_flexura: Run
+) -> None:
+    """It has the ending of our own results, which carry a digest."""
+    _, frf, _ = exported
+    (tmp_path / "plate").mkdir()
+    with h5py.File(tmp_path / "plate" / name, "w") as file:
+        file["frequency"], file["frequency"].attrs["units"] = frf.frequency, "Hz"
+        file["temperature"], file["level"] = frf.temperature, frf.level
+        file["descending"] = np.array([one == "down" for one in frf.direction], dtype=float)
+        for place, one in enumerate(frf.channels):
+            file[f"H_{one}"], file[f"coherence_{one}"] = frf.h[:, place], frf.coherence[:, place]
+    said = f'file = "{name}"\n' + FRFS["mat"].partition("\n")[2]
+    again = campaign_frf(load_campaign(write_plate(tmp_path / "plate", declared(tiny.toml, said))))
+    np.testing.assert_allclose(again.temperature, frf.temperature, atol=0.006)
+    np.testing.assert_allclose(again.h, frf.h, rtol=1e-9)
+    words = ("new", "plate", tmp_path / "plate" / name, "--out", tmp_path / "again")
+    status, _, err = run_flexura(*words)
+    assert status == 0, err
+    assert name in (tmp_path / "again" / "plate.toml").read_text("utf-8")
 
 
 def of_npz(folder: Path, toml: str, frf: str, **arrays: NDArray[Any]) -> Path:
