@@ -89,7 +89,7 @@ def test_a_twin_of_another_material_is_no_fit(campaign: Campaign, updating: upda
 def test_the_record_is_that_of_the_pairs_and_comes_back_from_laws_h5(
     campaign: Campaign, updating: update.Updating, tmp_path: Path
 ) -> None:
-    update.save(tmp_path, campaign, updating, 50.0)
+    update.save(tmp_path, UpdateRequest(campaign), updating)
     record = load_pairing(tmp_path / "laws.h5")
     assert record == pairing_record(updating.pairing)
     assert record is not None
