@@ -157,9 +157,7 @@ def test_a_grid_gives_the_material(name: str, tmp_path: Path, run_flexura: Run) 
         "aluminium",
         pytest.param(
             "plastic",
-            marks=pytest.mark.xfail(
-                strict=False, reason="4 % of the plate's mass: a fit of it leaves 9 times the noise"
-            ),
+            marks=pytest.mark.xfail(strict=False, reason="4 % of the plate's mass: a fit leaves chi2 of 9"),
         ),
     ],
 )
