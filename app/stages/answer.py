@@ -65,9 +65,7 @@ def answer(
     return decided(said[0], said[1] if len(said) > 1 else (), turned)
 
 
-def with_answer(
-    earlier: AnyCampaign, run: Path, now: Compared, mains: float, report: Progress
-) -> tuple[Decision, tuple[str, ...]]:
+def with_answer(earlier: AnyCampaign, run: Path, now: Compared, mains: float, report: Progress) -> Decision:
     """Decide what an earlier comparison left open, with the campaign that was compared now.
 
     Parameters
@@ -81,9 +79,7 @@ def with_answer(
 
     Returns
     -------
-    decision : Decision
-    effects : tuple of str
-        That were open.
+    Decision
 
     Raises
     ------
@@ -97,4 +93,4 @@ def with_answer(
         report("answer", 0.0)
         decision = answer([before, now], effects, turned, executor)
         report("answer", 1.0)
-    return decision, effects
+    return decision

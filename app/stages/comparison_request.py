@@ -56,17 +56,12 @@ class UpdateRequest:
         """The twin file as read; None where none is named."""
         return start_of(self.twin, self.campaign.experiment, self.effects)
 
-    @property
-    def settings(self) -> dict[str, Any]:
-        """What the results' provenance says of it."""
+    def origin(self) -> dict[str, Any]:
+        """Return the provenance of results."""
         named: dict[str, Any] = {"mains": self.mains}
         if self.start is not None:
             named |= {"twin": sha256(self.start.path), "effects": self.start.twin.effects}
-        return named | campaign_settings(self.campaign)
-
-    def origin(self) -> dict[str, Any]:
-        """Return the provenance of results."""
-        return provenance(self.campaign.hashes, self.settings)
+        return provenance(self.campaign.hashes, named | campaign_settings(self.campaign))
 
 
 @dataclass(frozen=True)

@@ -241,8 +241,7 @@ def _with_answer(
     """Decide what an earlier comparison left open, by its campaign and this one, unless this is no fit."""
     if found.compared is None:
         return found
-    decision, _ = with_answer(earlier, run, found.compared, mains, report)
-    return replace(found, answer=decision)
+    return replace(found, answer=with_answer(earlier, run, found.compared, mains, report))
 
 
 def save(run: Path, request: GapRequest, found: GapComparison, seconds: float) -> dict[str, Any]:

@@ -74,6 +74,10 @@ class GapState:
         """Return the same state with other effects."""
         return replace(self, effects={name: dict(values) for name, values in effects.items()})
 
+    def without(self, name: str) -> "GapState":
+        """Return the same state without one of its effects."""
+        return self.with_effects({other: values for other, values in self.effects.items() if other != name})
+
     def restricted(self, whole: GapSweeps, part: GapSweeps) -> "GapState":
         """Return the state of some sweeps of a campaign.
 

@@ -213,8 +213,7 @@ class _Neighbours:
 
     def state_without(self, name: str) -> GapState:
         """State of the twin with one effect switched off."""
-        state = self.at.fit.state
-        return replace(state, effects={other: v for other, v in state.effects.items() if other != name})
+        return self.at.fit.state.without(name)
 
     def gains(self, baseline: Imperfect) -> dict[str, float]:
         """Log evidence of each effect over the set without it, nats."""

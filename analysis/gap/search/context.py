@@ -103,8 +103,8 @@ class SearchContext:
         Other effects were fitted before that one was added: where a fit to them is known, but better values are
         found from here, it had ended beside the solution, and the effect had only helped it on.
         """
-        rest = {other: dict(values) for other, values in whole.effects.items() if other != name}
-        start, names = whole.with_effects(rest), tuple(rest)
+        start = whole.without(name)
+        names = tuple(start.effects)
         known, first = self.fits.known(names), self.fits.first_without(names, name)
         if known is None or not first:
             return self.fit(start, names, roughly=roughly)

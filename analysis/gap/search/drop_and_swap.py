@@ -77,11 +77,7 @@ def dropped(context: SearchContext, baseline: GapFit, fit: GapFit, name: str, *,
     -------
     GapFit
     """
-    return context.fit_without(fit.state, name, roughly=roughly) if _without(fit, name) else baseline
-
-
-def _without(fit: GapFit, name: str) -> dict[str, Values]:
-    return {other: dict(values) for other, values in fit.state.effects.items() if other != name}
+    return context.fit_without(fit.state, name, roughly=roughly) if len(fit.state.effects) > 1 else baseline
 
 
 @dataclass(frozen=True)
@@ -130,9 +126,8 @@ class _Few:
     @classmethod
     def without(cls, context: SearchContext, baseline: GapFit, fit: GapFit, name: str) -> "_Few | None":
         """Leave one effect out; None where all sweeps are to be asked."""
-        rest = _without(fit, name)
         few, _ = context.at_few_temperatures(fit.state)
-        if not rest or few is context or not context.far(baseline):
+        if len(fit.state.effects) == 1 or few is context or not context.far(baseline):
             return None
         whole = few.fit(fit.state.restricted(context.sweeps, few.sweeps), tuple(fit.state.effects))
         there = few.fit_without(whole.state, name, roughly=True)
@@ -150,7 +145,7 @@ class _Few:
 
         From where they stand without the effect, far off, a fit does not find its way.
         """
-        effects, most = {**_without(self.whole, name), **added}, BEHIND * self.whole.total
+        effects, most = {**self.whole.state.without(name).effects, **added}, BEHIND * self.whole.total
         names, start = tuple(effects), self.whole.state.with_effects(effects)
         fit = self.context.attempt(start, names, enough=most, enough_held=most)
         return Refit.of(self.context, self.rest, names, fit)

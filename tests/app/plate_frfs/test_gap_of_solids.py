@@ -7,7 +7,7 @@ is added, (I + R D)^-1 R is that of both. Noise is the same at all lines, as tha
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +77,7 @@ class Solid:
     shapes: NDArray[np.float64]
     higher: NDArray[np.float64]
     places: NDArray[np.float64]
-    mass: float = field(default=0.0)
+    mass: float
 
     @classmethod
     def read(cls, name: str) -> "Solid":
