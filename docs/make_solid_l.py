@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sparse
 import scipy.sparse.linalg as linear
-from solid_cases import EDGE, body, grid, lines, middle, sector
+from solid_cases import l_blocks, lines, middle
 from solid_plate import Block, Layer, Mesh, Solid, meshed, solved
 
 from analysis.arrays import Real, Whole
@@ -24,7 +24,6 @@ THICKNESS, SPACING = 0.004, 0.025
 CORNER = (0.18, 0.14)
 AROUND_CORNER = np.array([-6.0, -3.0, -1.5, -0.6, 0.0, 0.6, 1.5, 3.0, 6.0]) * 1e-3
 """Ends of the cells about the inner corner, m from it."""
-HOLE = (0.30, 0.07)
 POINTS = np.array([
     (0.03, 0.04),  # where the hammer strikes
     (0.15, 0.27), (0.37, 0.11), (0.09, 0.13),  # accelerometers
@@ -78,17 +77,7 @@ def blocks(layers: int, refinement: int) -> list[Block]:
     """Return the blocks of the L, so many layers thick when they are refined."""
     x = lines((0.0, 0.40), THICKNESS, SPACING, sorted((*(CORNER[0] + AROUND_CORNER), 0.25, 0.35, *SPOT[0])))
     y = lines((0.0, 0.30), THICKNESS, SPACING, sorted((0.02, 0.12, *(CORNER[1] + AROUND_CORNER), *SPOT[1])))
-    edge, found = EDGE * THICKNESS, []
-    for block in grid(x, y, THICKNESS):
-        at = middle(block)
-        if abs(at[0] - HOLE[0]) < 0.05 and abs(at[1] - HOLE[1]) < 0.05:
-            for quarter in range(4):
-                across = block.cells[0]
-                ring = sector(HOLE, quarter, 0.03, 0.03 + edge, None)
-                square = sector(HOLE, quarter, 0.03 + edge, 0.0, 0.05)
-                found += [Block(place, (1, across), body(THICKNESS)) for place in (ring, square)]
-        elif at[1] < CORNER[1] or at[0] < CORNER[0]:
-            found.append(block)
+    found = l_blocks(x, y, THICKNESS)
     low, high = np.array(SPOT).T
     inside = [bool((low < middle(one)).all() and (middle(one) < high).all()) for one in found]
     half, cells = 0.5 * THICKNESS, layers / refinement

@@ -120,28 +120,36 @@ def sector(center: tuple[float, float], quarter: int, inner: float, outer: float
     return lambda s, t: place(t, s)
 
 
+HOLE = (0.30, 0.07)
+"""Middle of the hole of the L, m; a square of 0.1 m around it is meshed in quarters."""
+
+
+def l_blocks(x: list[tuple[float, int]], y: list[tuple[float, int]], h: float) -> list[Block]:
+    """Return the blocks of the L over the pieces of both axes."""
+    e, blocks = EDGE * h, []
+    for block in grid(x, y, h):
+        at = middle(block)
+        if abs(at[0] - HOLE[0]) < 0.05 and abs(at[1] - HOLE[1]) < 0.05:
+            for quarter in range(4):
+                blocks.append(Block(sector(HOLE, quarter, 0.03, 0.03 + e, None), (1, block.cells[0]), body(h)))
+                blocks.append(Block(sector(HOLE, quarter, 0.03 + e, 0.0, 0.05), (1, block.cells[0]), body(h)))
+        elif at[1] < 0.14 or at[0] < 0.18:
+            blocks.append(block)
+    return blocks
+
+
 def l_with_hole() -> SolidCase:
     """Return the L of aluminium with a round hole."""
     h, spacing, e = 0.004, 0.033, EDGE * 0.004
     x = lines((0.0, 0.40), h, spacing, (0.18 - e, 0.18, 0.25, 0.35))
     y = lines((0.0, 0.30), h, spacing, (0.02, 0.12, 0.14 - e, 0.14))
-    center = (0.30, 0.07)
-    blocks = []
-    for block in grid(x, y, h):
-        at = middle(block)
-        if abs(at[0] - center[0]) < 0.05 and abs(at[1] - center[1]) < 0.05:
-            for quarter in range(4):
-                blocks.append(Block(sector(center, quarter, 0.03, 0.03 + e, None), (1, block.cells[0]), body(h)))
-                blocks.append(Block(sector(center, quarter, 0.03 + e, 0.0, 0.05), (1, block.cells[0]), body(h)))
-        elif at[1] < 0.14 or at[0] < 0.18:
-            blocks.append(block)
     corners = [[0.0, 0.0], [0.40, 0.0], [0.40, 0.14], [0.18, 0.14], [0.18, 0.30], [0.0, 0.30]]
     plate = {
         "outline": {"kind": "polygon", "points": corners},
-        "hole": [{"kind": "circle", "center": center, "radius": 0.03}],
+        "hole": [{"kind": "circle", "center": HOLE, "radius": 0.03}],
         "thickness": h,
     }
-    return SolidCase("l-with-hole", plate, ALUMINIUM, tuple(blocks), 14)
+    return SolidCase("l-with-hole", plate, ALUMINIUM, tuple(l_blocks(x, y, h)), 14)
 
 
 def step_of_thickness() -> SolidCase:
