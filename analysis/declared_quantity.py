@@ -109,6 +109,7 @@ KINDS = {
     "sensitivity": "sensitivities",
     "transducer_place": "places of transducers",
     "transducer_mass": "masses of transducers",
+    "transducer_contact": "contact areas of transducers",
     "attachment_place": "places of attachments",
     "plate_shear": "transverse shear",
     "plate_theory": "plate theory",

@@ -37,6 +37,9 @@ class Tolerances(Declared):
         Of a force's or a motion sensor's centre along x and along y, m.
     transducer_mass : float
         Of an accelerometer that is not laid aside weightless, with what holds it, kg.
+    transducer_contact : float
+        Of the area over which a force acts, or an accelerometer averages, as a share: a base that does not bend
+        does not average as a disc does, and a tip rarely touches with all of its face. 1 is as far as a point.
     attachment_place : float
         Of a string's or a cable's point along x and along y, m: felt where an effect acts there.
     sensitivity : float
@@ -74,6 +77,7 @@ class Tolerances(Declared):
     input_capacitance: Share = 0.05
     transducer_place: Distance = 5e-4
     transducer_mass: Annotated[float, Field(ge=0.0, le=0.01, description="kg")] = 5e-5
+    transducer_contact: Annotated[float, Field(ge=0.0, le=3.0)] = 1.0
     attachment_place: Distance = 5e-4
     sensitivity: Share = 0.02
     oven_offset: Annotated[float, Field(ge=0.0, le=10.0, description="K")] = 0.3
@@ -98,8 +102,8 @@ class Tolerances(Declared):
 ALLOWED = {
     "plate": ("thickness", "mass", "length_x", "length_y"),
     "patch": ("center", "size", "thickness"),
-    "drive": ("point",),
-    "sensor": ("point", "mass"),
+    "drive": ("point", "radius"),
+    "sensor": ("point", "mass", "radius"),
     "acquisition": ("input_resistance", "input_capacitance"),
 }
 """Keys of each table that may be declared with a tolerance of their own."""

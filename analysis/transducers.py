@@ -39,6 +39,11 @@ class Drive(Sparse):
     mass: Mass = 0.0
 
     @property
+    def contact_radius(self) -> float:
+        """Of the disc on which it acts, m."""
+        return self.radius
+
+    @property
     def footprint(self) -> Footprint:
         """Where it acts."""
         return Footprint(self.point, self.radius, -1.0 if self.side == "top" else 1.0, self.mass)
@@ -86,6 +91,12 @@ class Sensor(Sparse):
             )
         return self
 
+    @property
+    def contact_radius(self) -> float:
+        """Of the disc over which it averages, m: as declared, else that of a usual base, or a laser's point."""
+        usual = BASE_RADIUS if self.kind == "acceleration" else 0.0
+        return usual if self.radius is None else self.radius
+
     def places(self, plate: Plate) -> tuple[Point, ...]:
         """Where it measures, m; of a grid, x slowest."""
         if self.point is not None:
@@ -105,8 +116,7 @@ class Sensor(Sparse):
 
     def channels(self, plate: Plate) -> tuple[Channel, ...]:
         """Return its outputs; those of many points are numbered from 1."""
-        usual = BASE_RADIUS if self.kind == "acceleration" else 0.0
-        radius = usual if self.radius is None else self.radius
+        radius = self.contact_radius
         along = 1.0 if self.side == "top" else -1.0
         return tuple(
             Channel(

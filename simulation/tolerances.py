@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Real
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
+from analysis.transducers import Drive, Sensor
 from analysis.twin_model import NO_EFFECTS, Effects
 from simulation.effects.effect import Effect, isotropic
 from simulation.sheet_tolerances import sheet_tolerances
@@ -161,6 +162,7 @@ def _of_instruments(experiment: Experiment) -> Iterator[Effect]:
     yield from _sensitivities(experiment)
     placed = (*experiment.inputs, *experiment.outputs)
     feet = [channel for channel in placed if channel.footprint is not None]
+    yield from _contacts(experiment, [channel.id for channel in feet])
     if len(feet) > MOST_PLACED:  # a scan: its points are known by their grid
         return
     for k, channel in enumerate(feet):
@@ -178,6 +180,25 @@ def _of_instruments(experiment: Experiment) -> Iterator[Effect]:
                 f"mass of {channel.id}",
                 {"heavier": ("kg", given.of(f"sensor.{channel.id}.mass", given.transducer_mass))},
                 _added_to("added_mass", np.arange(len(feet)) == k, "heavier"),
+            )
+
+
+def _contacts(experiment: Experiment, feet: Sequence[str]) -> Iterator[Effect]:
+    """Discs over which forces act and motions are felt: one of every instrument, with all its points."""
+    given = experiment.tolerances
+    placed: list[tuple[str, Drive | Sensor, list[str]]] = [
+        *(("drive", one, [one.id]) for one in experiment.drive[:MOST_PLACED]),
+        *(("sensor", one, [point.id for point in one.channels(experiment.plate)]) for one in experiment.sensor),
+    ]
+    for table, one, own in placed:
+        radius, place = one.contact_radius, f"{table}.{one.id}.radius"
+        if radius > 0.0:  # a laser's spot is a point
+            share = 2.0 * given.own[place] / radius if place in given.own else given.transducer_contact
+            yield from _quantity(
+                f"transducer_contact {one.id}",
+                f"contact area of {one.id}",
+                {"larger": ("1", share)},
+                _added_to("contact", np.isin(feet, own), "larger"),
             )
 
 

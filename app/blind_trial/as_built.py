@@ -18,6 +18,9 @@ from app.files.simulation_section import Laws
 CAREFUL = Tolerances()
 """Of a workshop whose tolerances nobody declares."""
 
+LEAST_AREA = 0.1
+"""Of a contact, over the declared one: under less a Mindlin plate gives way without bound."""
+
 Transducer = TypeVar("Transducer", Drive, Sensor)
 
 
@@ -128,6 +131,9 @@ def _transducer(one: Transducer, rng: np.random.Generator) -> Transducer:
     found: dict[str, Any] = {"point": _moved(one.point, CAREFUL.transducer_place, rng)}
     if one.mass:
         found["mass"] = max(one.mass + rng.normal(0.0, CAREFUL.transducer_mass), 0.0)
+    area = max(1.0 + rng.normal(0.0, CAREFUL.transducer_contact), LEAST_AREA)
+    if radius := one.contact_radius:
+        found["radius"] = radius * area**0.5
     return one.model_copy(update=found)
 
 

@@ -55,12 +55,12 @@ def with_sensors(twin: Twin[EffectPlate], points: Sequence[Point]) -> Twin[Effec
     along_y = np.array(
         [deflection_at(ops, x, y + SLOPE_STEP) - deflection_at(ops, x, y - SLOPE_STEP) for x, y in points]
     )
-    slopes = np.array([along_x, along_y]) / (2.0 * SLOPE_STEP)
+    slopes = np.array([along_x, along_y, np.zeros_like(rows)]) / (2.0 * SLOPE_STEP)  # points have no area
     size = ops.size
     wider = replace(
         ops,
         footprints=np.vstack([ops.footprints.reshape(-1, size), rows]),
-        footprint_slopes=np.concatenate([ops.footprint_slopes.reshape(2, -1, size), slopes], axis=1),
+        footprint_slopes=np.concatenate([ops.footprint_slopes.reshape(3, -1, size), slopes], axis=1),
     )
     experiment = with_sensors_declared(twin.experiment, points)
     known: Mapping[str, Effect] = tolerances(experiment, ops.movable)

@@ -130,8 +130,9 @@ class EffectOperators:
         with the patch's own mass, and ``moved_fixed``, its stiffness, (P, 3, q, q) likewise.
     moved_coupling : (P, 3, q) ndarray
         Likewise, of its own coupling.
-    footprint_slopes : (2, S, r) ndarray
-        Derivatives of `footprints` by shifts along x and y, 1/m; ``deflection_slopes`` (2, K, r) of `deflection`.
+    footprint_slopes : (3, S, r) ndarray
+        Derivatives of `footprints` by shifts along x and y, 1/m, and by the share by which their area is larger;
+        ``deflection_slopes`` (2, K, r) of `deflection`, by shifts.
     momentum : (r, r) ndarray
         Change of the mass by the momentum of the mean deflection, see `simulation.shell.theory_error`, for a
         share c of 1.
@@ -188,7 +189,7 @@ class EffectOperators:
     moved_mass: Real = field(default_factory=lambda: np.zeros((0, 3, 0, 0)))
     moved_fixed: Real = field(default_factory=lambda: np.zeros((0, 3, 0, 0)))
     moved_coupling: Real = field(default_factory=lambda: np.zeros((0, 3, 0)))
-    footprint_slopes: Real = field(default_factory=lambda: np.zeros((2, 0, 0)))
+    footprint_slopes: Real = field(default_factory=lambda: np.zeros((3, 0, 0)))
     deflection_slopes: Real = field(default_factory=lambda: np.zeros((2, 0, 0)))
     momentum: Real = field(default_factory=lambda: np.zeros((0, 0)))
     angle: float = 0.0

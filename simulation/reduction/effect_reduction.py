@@ -41,7 +41,12 @@ from simulation.state.extreme_states import (
     laws_within,
     offset_states,
 )
-from simulation.state.patch_departures import footprint_slopes, patch_departures, patches_as_declared
+from simulation.state.patch_departures import (
+    footprint_slopes,
+    patch_departures,
+    patches_as_declared,
+    shift_slopes,
+)
 from simulation.state.plate_state import PlateState
 from simulation.state.sensor_offset import OFFSET_RANGE, can_move, offset_energies, unmoved
 from simulation.state.sheet_departures import ABOUT, SHEETS, Sheet
@@ -398,7 +403,7 @@ def project(
     return EffectOperators(
         **stacks,
         footprint_slopes=footprint_slopes(full, footprints, vectors),
-        deflection_slopes=footprint_slopes(full, attached, vectors),
+        deflection_slopes=shift_slopes(full, attached, vectors),
         angle=full.shell.sheet.angle,
         damping=vectors.T @ (full.damping @ vectors),
         capacitance=model.capacitance,

@@ -34,6 +34,8 @@ class Departures:
         Natural logarithm of a factor on each output.
     place_x, place_y : float or (S,) ndarray
         Shift of each transducer's footprint, m.
+    contact : float or (S,) ndarray
+        Share by which the area of each footprint is larger; -1 for a point.
     added_mass : float or (S,) ndarray
         On each footprint, kg.
     attached_x, attached_y : float or (K,) ndarray
@@ -65,6 +67,7 @@ class Departures:
     log_sensitivity: Any = 0.0
     place_x: Any = 0.0
     place_y: Any = 0.0
+    contact: Any = 0.0
     added_mass: Any = 0.0
     attached_x: Any = 0.0
     attached_y: Any = 0.0

@@ -9,6 +9,7 @@ and without them it is ten times too large: responses are linear in the moves, s
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -19,6 +20,7 @@ from simulation.reduction.effect_projection import weighed_energies
 from simulation.reduction.patch_projection import declared_patch
 from simulation.reduction.projector import Projector
 from simulation.shell.footprints import footprint_points
+from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
 from simulation.state.sensor_offset import Zone, around
 from simulation.state.state_matrices import FullPlate
@@ -108,6 +110,28 @@ def _stacked(parts: Sequence[Real], empty: Real, most: int) -> Real:
 
 
 def footprint_slopes(full: FullPlate, footprints: Sequence[Footprint], vectors: Real) -> Real:
+    """Differentiate the mean deflection over footprints by their shifts and their areas.
+
+    That over a disc of radius a is w + a**2 lap(w) / 8 at its middle, but for a**4: linear in its area. What it is
+    more than the deflection of the middle is the derivative by a share of the area, and a share of -1 is a point.
+
+    Parameters
+    ----------
+    footprints : sequence of S Footprint
+    vectors : (n, r) ndarray
+
+    Returns
+    -------
+    (3, S, r) ndarray
+        Along x and y, 1/m, and by the share.
+    """
+    middles = [replace(one, radius=0.0) for one in footprints]
+    more = footprint_rows(full.shell.space, footprints) - footprint_rows(full.shell.space, middles)
+    by_area = full.unknowns.rows(csr_matrix(more), W) @ vectors
+    return np.concatenate([shift_slopes(full, footprints, vectors), by_area[None]])
+
+
+def shift_slopes(full: FullPlate, footprints: Sequence[Footprint], vectors: Real) -> Real:
     """Differentiate the mean deflection over footprints by their shifts.
 
     Parameters

@@ -68,8 +68,8 @@ class DeclaredPlate:
 
     @cached_property
     def footprint_slopes(self) -> Real:
-        """Zeros: footprints are where they are declared."""
-        return np.zeros((2, *self.reduced.footprints.shape))
+        """Zeros: footprints are as declared."""
+        return np.zeros((3, *self.reduced.footprints.shape))
 
     @cached_property
     def deflection_slopes(self) -> Real:

@@ -80,7 +80,7 @@ class ReducedPlate(LoadedPlate, Protocol):
 
     @property
     def footprint_slopes(self) -> Real:
-        """Derivatives of `footprints` by shifts along x and y, (2, S, r), 1/m."""
+        """Derivatives of `footprints` by shifts along x and y, 1/m, and by a share of their area, (3, S, r)."""
         ...
 
     def require(self, state: PlateState) -> None:

@@ -1,7 +1,7 @@
 """Transducers on a reduced plate: where they act, what they weigh, and what their departures change."""
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -20,8 +20,8 @@ class Transducers:
     ----------
     rows : (S, r) ndarray
         Mean deflection over each, where it is.
-    slopes : (2, S, r) ndarray
-        Derivatives of the rows by shifts along x and y, 1/m.
+    slopes : (3, S, r) ndarray
+        Derivatives of the rows by shifts along x and y, 1/m, and by the share by which the areas are larger.
     masses : (S,) ndarray, kg
     """
 
@@ -31,13 +31,13 @@ class Transducers:
 
     @classmethod
     def of(cls, rows: Real, slopes: Real, masses: Real, away: Departures) -> Self:
-        """Move and load footprints as their departures say; to first order of the shift, of some 0.3 mm.
+        """Move, widen and load footprints as their departures say; to first order of the shift, of some 0.3 mm.
 
         Parameters
         ----------
         rows : (S, r) ndarray
             As declared.
-        slopes : (2, S, r) ndarray
+        slopes : (3, S, r) ndarray
         masses : (S,) ndarray, kg
             As declared.
 
@@ -45,7 +45,7 @@ class Transducers:
         -------
         Transducers
         """
-        shift = np.array([np.broadcast_to(np.real(one), len(rows)) for one in (away.place_x, away.place_y)])
+        shift = np.array([np.broadcast_to(np.real(one), len(rows)) for one in _changes(away)])
         moved = rows + np.einsum("as,asr->sr", shift, slopes) if shift.any() else rows
         return cls(moved, slopes, masses + np.real(away.added_mass))
 
@@ -70,11 +70,11 @@ class TransducerSlopes:
         """Differentiate by the parameter whose imaginary step of `COMPLEX_STEP` gave `stepped`."""
         local, away, here = self.plate.by(stepped), stepped.departures, self.transducers
         count = len(here.rows)
-        steps = (away.place_x, away.place_y, away.added_mass)
-        x, y, heavier = (np.broadcast_to(np.imag(one) / COMPLEX_STEP, count) for one in steps)
-        if not (x.any() or y.any() or heavier.any()):
+        steps = (*_changes(away), away.added_mass)
+        *moved, heavier = (np.broadcast_to(np.imag(one) / COMPLEX_STEP, count) for one in steps)
+        if not (np.any(moved) or heavier.any()):
             return local
-        rows = x[:, None] * here.slopes[0] + y[:, None] * here.slopes[1]
+        rows = np.einsum("as,asr->sr", moved, here.slopes)
         half = (rows.T * here.masses) @ here.rows
         mass = local.mass + half + half.T + (here.rows.T * heavier) @ here.rows
         return replace(local, mass=mass, coupling=np.hstack([local.coupling, rows.T]))
@@ -82,3 +82,8 @@ class TransducerSlopes:
     def by_along_moves(self, stepped: PlateState) -> Composite:
         """Differentiate likewise what the moves of patches change."""
         return self.plate.by_along_moves(stepped)
+
+
+def _changes(away: Departures) -> tuple[Any, Any, Any]:
+    """Return what changes the rows, in the order of `Transducers.slopes`."""
+    return away.place_x, away.place_y, away.contact

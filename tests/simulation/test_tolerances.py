@@ -162,7 +162,7 @@ CHANGES = [
     ("plate_mass", {"share": 0.01}, {"plate": {"mass": 1.01}}, 0.02),
     ("plate_length_x", {"longer": 1e-3}, {"plate": {"length_x": 1e-3}}, 0.06),
     ("patch_place A1", {"dx": -5e-4, "dy": 3e-4}, {"place": (0, -5e-4, 3e-4)}, 0.03),
-    ("patch_place S1", {"dx": 1e-4, "dy": 2e-4}, {"place": (1, 1e-4, 2e-4)}, 0.03),
+    ("patch_place S1", {"dx": 1e-4, "dy": 2e-4}, {"place": (1, 1e-4, 2e-4)}, 0.06),
     ("patch_size S1", {"wider": 4e-4}, {"size": (1, 4e-4)}, 0.05),
     ("patch_thickness A1", {"share": 0.01}, {"thicker": (0, float(np.exp(0.01)))}, 0.02),
     ("patch_thickness S1", {"share": 0.01}, {"thicker": (1, float(np.exp(0.01)))}, 0.04),
@@ -170,6 +170,8 @@ CHANGES = [
     ("input_resistance", {"share": float(np.log(1.1))}, {"inputs": 1.1}, 0.01),
     ("transducer_mass acc", {"heavier": 2e-4}, {"mass": 2e-4}, 0.01),
     ("transducer_place acc", {"dx": 3e-4, "dy": -2e-4}, {"at": (3e-4, -2e-4)}, 0.03),
+    ("transducer_contact acc", {"larger": 0.5625 - 1.0}, {"radius": 0.003}, 0.05),
+    ("transducer_contact acc", {"larger": -1.0}, {"radius": 0.0}, 0.1),
 ]
 
 
@@ -222,6 +224,8 @@ def changed(experiment, change):
     table["acquisition"]["input_resistance"] *= change.get("inputs", 1.0)
     sensor = [dict(one) for one in table["sensor"]]
     sensor[0]["mass"] += change.get("mass", 0.0)
+    if "radius" in change:
+        sensor[0]["radius"] = change["radius"]
     dx, dy = change.get("at", (0.0, 0.0))
     sensor[0]["point"] = (sensor[0]["point"][0] + dx, sensor[0]["point"][1] + dy)
     return Experiment.model_validate({**table, "patch": patch, "sensor": sensor})

@@ -5,7 +5,7 @@ import copy
 import numpy as np
 import pytest
 
-from app.blind_trial.as_built import CAREFUL, as_built, as_it_is, as_read
+from app.blind_trial.as_built import CAREFUL, LEAST_AREA, as_built, as_it_is, as_read
 from app.blind_trial.experiments import draw_experiments
 from app.blind_trial.nuisances import NUISANCES, draw_nuisances
 from app.blind_trial.plates import PlateKind, draw_plate
@@ -30,6 +30,10 @@ def test_what_is_built_scatters_about_the_declaration_as_a_careful_workshop_does
     else:
         np.testing.assert_allclose(deviation(lambda k: k.drives[0].point), CAREFUL.transducer_place, rtol=0.15)
         np.testing.assert_allclose(deviation(lambda k: k.sensors[0].mass), CAREFUL.transducer_mass, rtol=0.15)
+        areas = [(one.sensors[0].contact_radius / declared.sensors[0].contact_radius) ** 2 for one in built]
+        assert min(areas) == pytest.approx(LEAST_AREA)
+        np.testing.assert_allclose(np.median(areas), 1.0, atol=0.25)
+        assert all(one.sensors[1].radius is None for one in built)  # a laser's spot
     assert all(one.inputs == declared.inputs and one.band == declared.band for one in built)
 
 
