@@ -1,14 +1,9 @@
 """Where the fit of a large change begins.
 
 A change that moves resonances by more than their widths is not linear: amplitudes and places by derivatives of the
-healthy panel are then wrong. Over resonances as wide as the change moves them it is. A response known over
-frequency is made so by convolution with Cauchy's kernel of half-width d,
-
-    (S h)(f) = ∫ h(g) d / π / ((f - g)² + d²) dg = h(f - j d),
-
-the response at a complex frequency, that of a panel with more damping. Recording, responses and derivatives go
-through the same S, so that nothing is approximated but that the change is linear. Noise matters no longer beside a
-large change; what the twin does not know does, a share of the response.
+healthy panel are then wrong. Over resonances as wide as the change moves them it is (`analysis.gap.data.widened`):
+nothing is approximated but that the change is linear. Noise matters no longer beside a large change; what the twin
+does not know does, a share of the response.
 
 Places lie closer here than in the search of small changes: near a nodal line of the strongest modes a place half
 the distance of two sites away looks different.
@@ -21,6 +16,7 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.checked_fields import check_shapes
+from analysis.gap.data.widened import cauchy_kernel
 from analysis.health.baseline import HealthBaseline
 from analysis.health.candidates import DEPOLARIZATION, ChangeCandidate
 from analysis.health.expected import ExpectedResponse
@@ -57,8 +53,7 @@ class BroadRecording:
     def of(cls, recording: DatedRecording) -> "BroadRecording":
         """Widen the resonances of a recording."""
         frequency = recording.nodes.frequency
-        half = WIDENED * frequency[:, None]
-        kernel = half / np.pi / ((frequency[:, None] - frequency) ** 2 + half**2) * np.gradient(frequency)
+        kernel = cauchy_kernel(frequency, WIDENED)
         widened = _values(recording) @ kernel.T
         scale = TWIN_ERROR * np.sqrt((np.abs(widened) ** 2).mean(axis=-1, keepdims=True))
         return cls(recording, kernel, scale)

@@ -6,6 +6,7 @@
 ``groups``             sweeps at one nominal temperature, which share the laws there
 ``law_smoothness``     how the laws run on from the groups' temperatures
 ``line_weights``       weights of whitened numbers, along and across a direction
+``widened``            the same sweeps with wider resonances, for fits that begin far from the data
 ``numerical_floor``    check that the twin's discretisation error is small enough
 ``sweeps``             the prepared campaign as one value
 ``preparation``        from FRFs to that value

@@ -152,10 +152,9 @@ class SearchContext:
 
     def at_few_temperatures(self, start: GapState) -> tuple["SearchContext", GapState]:
         """Return a context for a few temperatures, itself if there are no more, and a state of all there."""
-        groups = self.some_groups()
-        if len(groups) == len(self.sweeps.groups.reference):
+        if self.few:
             return self, start
-        part = self.of(self.sweeps.only_groups(groups))
+        part = self.of(self.sweeps.only_groups(self.some_groups()))
         few = replace(part, fits=self.fits_at_few, settled=SETTLED_AT_FEW)
         return few, start.restricted(self.sweeps, few.sweeps)
 
@@ -230,6 +229,11 @@ class SearchContext:
         if self.z(fit) > (Z_NAMED if fit.state.effects else Z_FLOOR):
             return False
         return self.excess(fit) <= self.allowed(fit) or max(whiteness(self.sweeps, fit.residual)) <= WHITENESS
+
+    @property
+    def few(self) -> bool:
+        """Whether its temperatures are so few that candidates are fitted to all of them at once."""
+        return len(self.some_groups()) == len(self.sweeps.groups.reference)
 
     def some_groups(self, wanted: int = COARSE_TEMPERATURES) -> list[int]:
         """Return about as many groups as wanted, evenly spread, the first and the last among them."""

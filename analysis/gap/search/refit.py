@@ -1,7 +1,8 @@
 """Full fits of candidates: first at a few temperatures, then, if the gain is large enough, at all."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Self
 
 import numpy as np
@@ -20,6 +21,8 @@ from analysis.gap.thresholds import (
     PREDICTION_MARGIN,
     REFIT_SHARE,
 )
+
+NO_STARTS: Mapping[tuple[str, ...], GapState] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -92,7 +95,10 @@ def first_order(context: SearchContext, screening: ScoreTest, candidate: Candida
 
 
 def refit(
-    context: SearchContext, base: GapFit, sets: Sequence[tuple[tuple[str, ...], dict[str, Values]]]
+    context: SearchContext,
+    base: GapFit,
+    sets: Sequence[tuple[tuple[str, ...], dict[str, Values]]],
+    starts: Mapping[tuple[str, ...], GapState] = NO_STARTS,
 ) -> list[Refit]:
     """Fit each set of effects, first at a few temperatures.
 
@@ -106,6 +112,8 @@ def refit(
         From which all start.
     sets : sequence of (tuple of str, dict of str to Values)
         Effects of each set, and the start values of those that `base` lacks.
+    starts : mapping
+        Of some sets, whole states from which their fits to a few temperatures begin instead.
 
     Returns
     -------
@@ -125,7 +133,8 @@ def refit(
     for place, (names, added) in enumerate(sets):
         enough = min(-2.0 * (reference.log_evidence + REFIT_SHARE * best), NEAR_IT * left, BEHIND * least)
         beaten = left < np.inf or (far and least < np.inf)
-        start, margin = started_from(reference, names, added), NEAR_MARGIN if beaten else PREDICTION_MARGIN
+        start = starts[names] if names in starts else started_from(reference, names, added)
+        margin = NEAR_MARGIN if beaten else PREDICTION_MARGIN
         fit = few.attempt(start, names, enough=enough, margin=margin, enough_held=BEHIND * least_held)
         if fit.held is not None:
             least_held = min(least_held, fit.held.objective)

@@ -11,6 +11,7 @@ from analysis.gap.search.observability import Observability, observability
 from analysis.gap.search.refit import Refit, absent, at_few_temperatures, refit
 from analysis.gap.search.relocation import best_image, relocated
 from analysis.gap.search.score_test import ScoreTest
+from analysis.gap.search.widened_search import widened_starts
 from analysis.gap.thresholds import (
     EXPLAINED,
     LEAST_SHARE,
@@ -171,10 +172,15 @@ def _climb(
     steps: list[Step] = []
     path = [(fit, screening)]
     while len(fit.state.effects) < MOST_EFFECTS:
-        candidates = [c for c in screening.candidates() if c.effects[0] not in blind]
-        worth = [c for c in candidates if c.gain >= context.least_gain()][:REFITTED]
         on = tuple(fit.state.effects)
-        refits = refit(context, fit, [((*on, *c.effects), absent(context, screening, c)) for c in worth])
+        if wide := widened_starts(context, fit, blind):
+            candidates = [one.candidate for one in wide]
+            starts = {one.effects: one.state for one in wide}
+            refits = refit(context, fit, [(names, {}) for names in starts], starts)
+        else:
+            candidates = [c for c in screening.candidates() if c.effects[0] not in blind]
+            worth = [c for c in candidates if c.gain >= context.least_gain()][:REFITTED]
+            refits = refit(context, fit, [((*on, *c.effects), absent(context, screening, c)) for c in worth])
         best = next((r for r in refits if r.fit and r.plausible and r.gain >= context.least_gain(r.fit)), None)
         if best is None or best.fit is None:
             steps.append(Step(tuple(candidates), tuple(refits), on, 0.0, False))

@@ -1,0 +1,58 @@
+"""Fits of effects that move resonances far begin near the solution, and with the right effect first."""
+
+import numpy as np
+import pytest
+
+from analysis.gap.data.preparation import prepare
+from analysis.gap.fitting.state import starting_state
+from analysis.gap.search.context import SearchContext
+from analysis.gap.search.widened_search import widened_starts
+
+FEW = (5.0, 20.0, 35.0, 50.0)
+
+
+@pytest.fixture
+def begun(toy, pool):
+    """Return a function: effects of the world -> context and fit without effects."""
+
+    def begin(effects, **others):
+        frf, protocol = toy.record(effects=effects, temperatures=FEW, **others)
+        updated = toy.updated(frf)
+        sweeps, noise = prepare(frf, protocol, updated)
+        context = SearchContext(toy.Plate(), sweeps, noise, pool)
+        return context, context.fit(starting_state(updated, sweeps.groups), ())
+
+    return begin
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("mass", {"grams": 9.0}),
+        ("damage", {"loss": 0.4, "x": 0.21}),
+        ("stretch", {"delta_e": 0.2, "delta_g": -0.1}),
+    ],
+)
+def test_the_right_effect_is_first_and_its_fit_begins_near_it(begun, name, values):
+    context, fit = begun({name: values})
+    assert context.far(fit)
+    first = widened_starts(context, fit, ())[0]
+    assert first.effects == (name,)
+    for parameter, value in values.items():
+        assert first.state.effects[name][parameter] == pytest.approx(value, rel=0.1)
+
+
+def test_near_the_data_and_at_part_of_the_lines_there_is_none(begun):
+    context, fit = begun({"mass": {"grams": 0.05}})
+    assert not context.far(fit)
+    assert widened_starts(context, fit, ()) == []
+    context, fit = begun({"mass": {"grams": 9.0}})
+    half = np.arange(context.sweeps.rows.shape[-1]) % 2 == 0
+    part = context.of(context.sweeps.masked(half))
+    assert part.far(fit)
+    assert widened_starts(part, fit, ()) == []
+
+
+def test_effects_that_the_data_do_not_show_are_left_out(begun):
+    context, fit = begun({"mass": {"grams": 9.0}})
+    assert all("mass" not in one.effects for one in widened_starts(context, fit, ("mass",)))
