@@ -182,10 +182,15 @@ class SearchContext:
         """Loss factor of every sweep, (T,)."""
         return np.asarray(np.exp(state.laws[self.sweeps.groups.of_sweep, 2]))
 
-    def score_test(self, fit: GapFit) -> ScoreTest:
-        """Score test of all candidates at `fit`; where it leaves much at some temperatures, scaled to all."""
+    def score_test(self, fit: GapFit, *, for_rivals: bool = False) -> ScoreTest:
+        """Score test of all candidates at `fit`; where it leaves much at some temperatures, scaled to all.
+
+        For the rivals of strong effects, known to leave nothing: at as few temperatures as far from the data.
+        """
         part = self.sweeps
-        if self.excess(fit) >= SCREENED * self.sweeps.numbers:
+        if for_rivals:
+            part = part.only_groups(self.some_groups(SCREENED_FAR))
+        elif self.excess(fit) >= SCREENED * self.sweeps.numbers:
             part = part.only_groups(self.some_groups(SCREENED_FAR if self.far(fit) else COARSE_TEMPERATURES))
         if part.count == self.sweeps.count:
             return score_test(self.model, self.sweeps, fit, self.executor)

@@ -150,7 +150,7 @@ def _climb_from_far(
     def at_all(fit: GapFit) -> tuple[GapFit, ScoreTest]:
         start = baseline.state.corrected(context.sweeps, begun.state, fit.state, few.sweeps)
         full = context.fit(start, tuple(fit.state.effects))
-        return full, context.score_test(full)
+        return full, context.score_test(full, for_rivals=context.agrees(full))
 
     reached = path[-1][0]
     if not reached.state.effects:
