@@ -27,11 +27,11 @@ from analysis.gap.imperfect.naming import BesideDiscrepancy, Surety, beside_disc
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect, PlainTwin, Verdict
 from analysis.gap.search.confidence import against, equivalents, probability
 from analysis.gap.search.confounding import signal_cosine, tangent_cosines
-from analysis.gap.search.context import SearchContext
+from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.held_out import HeldOut, held_out, splits
 from analysis.gap.search.signatures import Signature, signatures
 from analysis.gap.search.stepwise import SearchResult, stepwise_search
-from analysis.gap.thresholds import Z_FLOOR
+from analysis.gap.thresholds import EXPLAINED, Z_FLOOR
 from analysis.gap.verdict import Judgement, judge
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
@@ -102,7 +102,9 @@ def find_gap(
     judgement = judge(context, found, tried[0] if tried else None)
     conclusion = _concluded(context, found, tried, judgement)
     if judgement.verdict == "unknown":
-        conclusion = _beside(context, baseline, beside_discrepancy(context, baseline))
+        most = context.far(baseline) and explained(context, baseline, found.fit) >= EXPLAINED
+        known = found.fit if most and tried and tried[0].holds else None
+        conclusion = _beside(context, baseline, beside_discrepancy(context, baseline, known))
     notes = [*noise.notes, *(floor.notes if floor is not None else ()), conclusion.reason]
     if float(np.exp(conclusion.final.state.laws[:, 2].min())) < sharpest(updated.material):
         notes.append("some resonances are sharper than the nodes resolve; the residual may show it")

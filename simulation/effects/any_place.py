@@ -17,13 +17,15 @@ CLOSER_SITES = 4 * SITES
 
 
 def coordinates(experiment: Experiment) -> tuple[Parameter, Parameter]:
-    """Return ``x`` and ``y``, m: uniformly likely within the box around the plate."""
+    """Return ``x`` and ``y``, m: uniformly likely within the box around the plate, its edges included.
+
+    A spring at an edge, kept half a thickness inside, left 13 % more than noise on 4 mm of polypropylene.
+    """
     plate, starts = experiment.plate, sites(experiment, SITES)
     low, high = plate.bounds
     middle = 0.5 * np.add(low, high)
     x, y = starts[np.hypot(*(starts - middle).T).argmin()]
-    rim = 0.5 * plate.thickness
-    return _coordinate("x", low[0] + rim, high[0] - rim, x), _coordinate("y", low[1] + rim, high[1] - rim, y)
+    return _coordinate("x", low[0], high[0], x), _coordinate("y", low[1], high[1], y)
 
 
 def sites(experiment: Experiment, count: int) -> Real:

@@ -67,7 +67,7 @@ class BesideDiscrepancy:
     reason: str
 
 
-def beside_discrepancy(context: SearchContext, baseline: GapFit) -> BesideDiscrepancy:
+def beside_discrepancy(context: SearchContext, baseline: GapFit, known: GapFit | None = None) -> BesideDiscrepancy:
     """Search beside a discrepancy, and decide what is named.
 
     Parameters
@@ -76,6 +76,9 @@ def beside_discrepancy(context: SearchContext, baseline: GapFit) -> BesideDiscre
         Of all sweeps, unweighted.
     baseline : GapFit
         Without effects.
+    known : GapFit, optional
+        With effects that explain most of a gap, from which the search goes on: where resonances are off by more
+        than their widths, what twin and data differ by is no scatter, and nothing would stand out of it.
 
     Returns
     -------
@@ -83,7 +86,8 @@ def beside_discrepancy(context: SearchContext, baseline: GapFit) -> BesideDiscre
     """
     part, begun = at_few_temperatures(context, baseline)
     few = context.of(part.sweeps)
-    found = ImperfectSearch(few, begun).run()
+    near = None if known is None else at_few_temperatures(context, known)[1]
+    found = ImperfectSearch(few, begun, near).run()
     context.report("beside a discrepancy", 0.8)
     before = over_all_sweeps(context, baseline.state, found.baseline)
     if not found.final.effects:

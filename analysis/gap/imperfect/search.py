@@ -125,13 +125,15 @@ class ImperfectSearch:
         Unweighted.
     """
 
-    def __init__(self, plain: SearchContext, baseline: GapFit) -> None:
+    def __init__(self, plain: SearchContext, baseline: GapFit, known: GapFit | None = None) -> None:
+        """Fit the twin without effects beside what it leaves, and `known`, with effects, from which to go on."""
         self.plain = plain
         self._baseline = settled_from_first_order(plain, baseline)
+        self._begun = self._baseline if known is None else settled_from_first_order(plain, known)
 
     def run(self) -> ImperfectResult:
         """Add effects while there is evidence for one more, then leave out and exchange each."""
-        at = self._baseline
+        at = self._begun
         near = _Neighbours.of(self.plain, at)
         blind = near.blind()
         while len(at.effects) < MOST_EFFECTS:
