@@ -94,7 +94,7 @@ def _compensated(path: Path) -> str:
     error, loss = found.relative_error[place].max(), found.largest_loss[place]
     return (
         f"the networks lose at most {loss:.2g} of contrast, relative error at most {error:.1g} % of energy; "
-        f"best here: {found.best}, recommended: {found.recommended}"
+        f"loses least: {found.best}, recommended: {found.recommendation}"
     )
 
 
