@@ -166,7 +166,11 @@ def _write(path, samples, rate=RATE, **words):
 @pytest.mark.parametrize(
     ("make", "temperature", "said"),
     [
-        (lambda p: _write(p, np.zeros(100), 44_100), "20", "sampled at 44100 Hz; the filters run at 4000 Hz"),
+        (
+            lambda p: _write(p, np.zeros(100), 44_100),
+            "20",
+            "make filters of its rate: flexura focus RUN --sample-r",
+        ),
         (
             lambda p: _write(p, np.append(np.zeros(900), np.nan), subtype="FLOAT"),
             "20",
