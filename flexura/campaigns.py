@@ -236,7 +236,14 @@ def update_modes(
 
 
 def _loaded(campaign: File | AnyCampaign) -> AnyCampaign:
-    return campaign if isinstance(campaign, AnyCampaign) else load(campaign)
+    if isinstance(campaign, AnyCampaign):
+        return campaign
+    if not isinstance(campaign, str | PathLike):
+        raise TypeError(
+            f"takes a campaign, as flexura.load(folder) gives it, or its folder, not {type(campaign).__name__}: "
+            "the plate and how it was measured stand there only; FRFs of other programs: plate.toml"
+        )
+    return load(campaign)
 
 
 def _path(file: File | None) -> Path | None:

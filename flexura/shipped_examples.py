@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from app.files.shipped import shipped
+from app.files.shipped import shipped, shipped_names
 
 
 def example(name: str) -> Path:
@@ -14,6 +14,6 @@ def example(name: str) -> Path:
     folder = shipped("")
     found = (folder / name).resolve()
     if not name or not found.is_relative_to(folder.resolve()) or not found.exists():
-        there = sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []
-        raise ValueError(f"no example {name!r}; there are: {', '.join(there) or 'none, in this installation'}")
+        there = ", ".join(shipped_names()) or "none, in this installation"
+        raise ValueError(f"no example {name!r}; there are: {there}")
     return found

@@ -195,6 +195,17 @@ class Compensation:
         return self.methods[int(np.argmin(np.where(fair, self.size, np.inf)))] if fair.any() else self.best
 
     @property
+    def recommendation(self) -> str:
+        """The recommended method and the reason, in words."""
+        place = self.methods.index(self.recommended)
+        if self.largest_loss[place] > FAIR_LOSS:
+            return f"{self.recommended}, of which none loses at most {FAIR_LOSS:g}: it loses least"
+        return (
+            f"{self.recommended}, of least memory ({self.size[place] / 1e3:.0f} kB) among those that nowhere lose "
+            f"more than {FAIR_LOSS:g}"
+        )
+
+    @property
     def best(self) -> str:
         """Method of the smallest largest loss of contrast."""
         return self.methods[int(np.argmin(self.largest_loss))]

@@ -109,7 +109,8 @@ def find_gap(
     if float(np.exp(conclusion.final.state.laws[:, 2].min())) < sharpest(updated.material):
         notes.append("some resonances are sharper than the nodes resolve; the residual may show it")
     notes += doubts(conclusion.final.declared_quantities(model.tolerance_cards))
-    notes += [f"{o.effect} is not observable with this data: {o.needs}" for o in found.seen if not o.observable]
+    unseen = [o.effect for o in found.seen if not o.observable]  # `observability` says what each needs
+    notes += [f"not observable with this data: {', '.join(unseen)}"] if unseen else []
     alone = () if judgement.verdict == "none" else signatures(context, found)
     report("done", 1.0)
     return _report(updated, context, found, conclusion, alone, tuple(notes), clock() - begun)

@@ -71,7 +71,9 @@ class AcquisitionProtocol:
         """How far the ramp goes meanwhile, K."""
         return self.sweep_seconds * self.programme.ramp_rate / 60.0
 
-    def seconds(self, temperature: float, leg: int = 0, *, ramping: bool = False) -> float:
+    def seconds(
+        self, temperature: float, leg: int = 0, *, ramping: bool = False, start: float | None = None
+    ) -> float:
         """Estimate the time to the end, s, lags of oven and plate left aside.
 
         Parameters
@@ -82,6 +84,8 @@ class AcquisitionProtocol:
             The leg under way.
         ramping : bool
             Whether its ramp has begun; otherwise the way to its start and the soak come first.
+        start : float, optional
+            Where the ramp of the leg under way is begun again, degrees Celsius; else at the leg's start.
 
         Returns
         -------
@@ -91,9 +95,10 @@ class AcquisitionProtocol:
         programme, total, here = self.programme, 0.0, temperature
         for one in self.legs[leg:]:
             if not (ramping and one.number == leg):
-                total += 60.0 * abs(one.start - here) / programme.to_start
+                begin = start if start is not None and one.number == leg else one.start
+                total += 60.0 * abs(begin - here) / programme.to_start
                 total += max(programme.soak_before, programme.settling.lasting)
-                here = one.start
+                here = begin
             total += 60.0 * abs(one.end - here) / programme.ramp_rate
             here = one.end
         return total + programme.soak_after

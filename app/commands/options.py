@@ -149,6 +149,7 @@ FILTER_OPTIONS = (
         help="Least squares of the field, or a cut inverse FFT as in the paper (default: the panel's).",
     ),
     click.option("--taps", type=int, help="Length of a filter, 16 to 16384 (default: the panel's)."),
+    click.option("--sample-rate", type=float, help="Hz that the filters run at (default: the panel's)."),
     click.option(
         "--delay", type=int, help="Modelling delay, samples (default: the panel's, else what suits the taps)."
     ),
@@ -175,8 +176,9 @@ def filter_options(verb: Verb) -> Verb:
 
     @functools.wraps(verb)
     def designing(*args: Any, **options: Any) -> object:
-        names = ("aim", "zone", "design", "taps", "delay", "outside_weight", "thermometer_error", "level")
-        given = {name: options.pop(name) for name in names}
+        kinds = ("aim", "zone", "design")
+        numbers = ("taps", "sample_rate", "delay", "outside_weight", "thermometer_error", "level")
+        given = {name: options.pop(name) for name in (*kinds, *numbers)}
         return verb(*args, filters=given, **options)
 
     for option in reversed(FILTER_OPTIONS):

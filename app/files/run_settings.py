@@ -50,6 +50,7 @@ class FocusOptions(Declared):
     zone: Annotated[str | None, Field(max_length=40, description="of listeners")] = None
     design: Literal["field", "inverse-fft"] | None = None
     taps: Annotated[int | None, Field(ge=16, le=16_384)] = None
+    sample_rate: Annotated[float | None, Field(ge=1_000.0, le=400_000.0, description="Hz")] = None
     delay: Annotated[int | None, Field(ge=0, description="samples")] = None
     outside_weight: Annotated[float | None, Field(ge=1.0, le=1e4)] = None
     thermometer_error: Annotated[float | None, Field(ge=0.0, le=30.0, description="degrees Celsius")] = None

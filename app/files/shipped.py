@@ -1,6 +1,8 @@
 """Where the examples lie that come with the project: in a clone, or where its wheel put them."""
 
+import re
 import sysconfig
+from itertools import dropwhile, takewhile
 from pathlib import Path
 
 CLONE = Path(__file__).resolve().parents[2] / "examples"
@@ -21,7 +23,7 @@ def shipped_names() -> list[str]:
 
 
 def described(name: str) -> str:
-    """Return what an example says of itself: its first line of words, or that of its README or declaration."""
+    """Return what an example says of itself: its first sentence, or that of its README or declaration."""
     path = shipped(name)
     if path.is_dir():
         inside = sorted(path.iterdir(), key=lambda one: (one.name != "README.md", one.suffix != ".toml", one.name))
@@ -30,4 +32,6 @@ def described(name: str) -> str:
         return ""
     lines = path.read_text(encoding="utf-8").splitlines()
     words = (line.strip().lstrip('#"%[]').strip() for line in lines if not line.startswith("# %% [markdown]"))
-    return next((line for line in words if line and not line.startswith(("markdown", "format"))), "")
+    said = dropwhile(lambda line: not line or line.startswith(("markdown", "format")), words)
+    paragraph = " ".join(takewhile(bool, said))
+    return re.split(r"(?<=\.)\s", paragraph, maxsplit=1)[0].rstrip('"')

@@ -43,6 +43,8 @@ pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; font-size: 0.8rem 
 }
 @media screen and (max-width: 68rem) {
   table { display: block; overflow-x: auto }
+  tr > :first-child:nth-last-child(n+5) ~ td:not(.n) { min-width: 7rem }
+  tr > :first-child:nth-last-child(n+5) ~ td:last-child:not(.n) { min-width: 24rem }
   figure { overflow-x: auto } figure img { width: auto !important; max-width: none }
 }
 @media (min-width: 96rem) {

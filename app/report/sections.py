@@ -17,6 +17,7 @@ from app.report.panel_sections import compensation_section, focusing_section, ra
 from app.report.plate_sections import identification_section, measurement_section, updating_section
 from app.report.summary import summary, worth_of
 from app.summaries.briefing import briefing
+from app.summaries.sweeps_said import span, sweeps
 
 PANEL_RESULTS = ("filters.h5", "compensation.h5", "radiation.h5", "studies.h5")
 """Results that are made from laws."""
@@ -137,7 +138,7 @@ def sections(run: Path, report: Progress, part: Callable[[Path, str], Part] = pa
     report("report", 1.0)
     temperature = frf.temperature
     extent = extent_of(found)
-    subtitle = f"{len(temperature)} sweeps, {temperature.min():z.1f} to {temperature.max():z.1f} °C"
+    subtitle = f"{sweeps(len(temperature))}, {span(temperature, 'z.1f')} °C"
     if len(temperature) == 1:
         subtitle = f"1 sweep at {temperature[0]:z.1f} °C"
     if extent is not None:

@@ -16,7 +16,8 @@ def along_the_way(moments: Sequence[TraceMoment]) -> Figure:
     figure, (above, below) = panels(2, 1, height=5.0, sharex=True, height_ratios=(1, 2))
     time = [m.time for m in moments]
     above.plot(time, [m.temperature for m in moments], color=MEASURED, label="panel")
-    above.step(time, [m.filters for m in moments], color=BAND, where="post", lw=0.9, label="filters in use")
+    # Straight from moment to moment: filters change more often, and a step held that long would look like a lag.
+    above.plot(time, [m.filters for m in moments], color=BAND, lw=0.9, label="filters in use")
     above.set(ylabel="temperature [°C]", title="sound through filters that follow the temperature")
     for color, name, ways in (
         (BAND, "filters follow", [m.following for m in moments]),

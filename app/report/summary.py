@@ -14,6 +14,7 @@ from app.summaries.briefing import Worth
 from app.summaries.effect_words import found_words, titles_of
 from app.summaries.gap import chi2_before_and_after, concluded
 from app.summaries.sheet import sheet_words
+from app.summaries.sweeps_said import span, sweeps
 
 
 def summary(run: Path) -> dict[str, str]:
@@ -32,7 +33,7 @@ def summary(run: Path) -> dict[str, str]:
 def _measured(path: Path) -> str:
     experiment, frf = load_frf(path)
     t = frf.temperature
-    return f"{experiment.title}: {len(t)} sweeps, {t.min():.0f} to {t.max():.0f} °C, {len(frf.channels)} sensor(s)"
+    return f"{experiment.title}: {sweeps(len(t))}, {span(t, 'z.0f')} °C, {len(frf.channels)} sensor(s)"
 
 
 def _identified(path: Path) -> str:
@@ -94,7 +95,7 @@ def _compensated(path: Path) -> str:
     error, loss = found.relative_error[place].max(), found.largest_loss[place]
     return (
         f"the networks lose at most {loss:.2g} of contrast, relative error at most {error:.1g} % of energy; "
-        f"best here: {found.best}, recommended: {found.recommended}"
+        f"loses least: {found.best}, recommended: {found.recommendation}"
     )
 
 

@@ -39,6 +39,10 @@ class WrittenReport:
     amiss: tuple[str, ...]
     figures: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        """Figures, size, what was not run, and where it is, in one line."""
+        return f"<WrittenReport: {self.line()}>"
+
     def record(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
         return {

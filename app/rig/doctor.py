@@ -126,15 +126,19 @@ def require_port(experiment: AcquiredExperiment | HammerExperiment, file: Path) 
 
 
 def _needed(experiment: AcquiredExperiment | HammerExperiment | None, folder: Path) -> tuple[float, str]:
-    """Return the bytes that a campaign still needs, as doctor and acquire both say it, and what for."""
+    """Return the bytes that a campaign still needs, as doctor and acquire both say it, and the words behind."""
     if experiment is None:
-        return ENOUGH_BYTES, "for a campaign of some size"
+        return ENOUGH_BYTES, "are enough for most campaigns; flexura doctor EXPERIMENT.toml says what yours needs"
     if isinstance(experiment, HammerExperiment):
         wanted = len(experiment.mallet.places) * experiment.hammer.hits * len(experiment.temperatures)
         left = max(wanted - len(list((folder / HITS).glob("*.h5"))), 0)
-        return left * _hit_bytes(experiment) + (SPARE_DISK if left else 0.0), f"for the {left} hits to be made"
+        return left * _hit_bytes(experiment) + (
+            SPARE_DISK if left else 0.0
+        ), f"needed for the {left} hits to be made"
     left = experiment.protocol.count - (len(sweep_paths(folder)) if is_campaign_folder(folder) else 0)
-    return left * sweep_bytes(experiment) + (SPARE_DISK if left else 0.0), f"for the {left} sweeps to be made"
+    return left * sweep_bytes(experiment) + (
+        SPARE_DISK if left else 0.0
+    ), f"needed for the {left} sweeps to be made"
 
 
 def _nearest(folder: Path) -> Path:
@@ -147,7 +151,7 @@ def look_at_disk(experiment: AcquiredExperiment | HammerExperiment | None, folde
     there = _nearest(folder)
     free = shutil.disk_usage(there).free
     needed, what = _needed(experiment, folder)
-    seen = f"{free / 1e6:.0f} MB free at {there}, {needed / 1e6:.0f} MB needed {what}"
+    seen = f"{free / 1e6:.0f} MB free at {there}, {needed / 1e6:.0f} MB {what}"
     if not there.is_dir():
         return Finding("disk", FindingState.BAD, f"{there} is a file", "choose another folder with --out")
     if not os.access(there, os.W_OK):

@@ -24,7 +24,7 @@ from app.sound.listeners import PARTS, HeardFiles, ListenersOfPanel
 from app.sound.trace import Trace
 
 MOST_LOOKS = 60
-"""Times that the field is looked at, at most."""
+"""Times that the field is looked at, at most, and once more at the end."""
 LOOK_INTERVAL = 1.0
 """Seconds between two looks, at least."""
 
@@ -159,7 +159,7 @@ class _Work:
         report: Progress,
     ) -> None:
         """Filter a whole file, and what rings after it."""
-        block, written, looked = self.renderer.block, 0, -np.inf
+        block, written, looks = self.renderer.block, 0, 0
         spacing = max(LOOK_INTERVAL, sound.seconds / MOST_LOOKS)
         recent: list[Real] = []
         for samples in _padded(sound, block, frames):
@@ -174,9 +174,11 @@ class _Work:
                 files.take(out, first, listeners.state(now, temperature))
             written += out.shape[1]
             recent.append(samples)
-            if now - looked >= spacing and now < sound.seconds:
+            last = written - out.shape[1] < sound.frames <= written
+            # None in the last half of an interval: the end itself is looked at, whatever the length is.
+            if looks == 0 or looks * spacing <= now < sound.seconds - 0.5 * spacing or last:
                 trace.look(now, temperature, self.renderer.temperature, np.concatenate(recent), self._tilt())
-                recent, looked = [], now
+                recent, looks = [], looks + 1
                 report("Sound", min(now / sound.seconds, 1.0))
         if self.heard is not None:
             self.heard[0].finish()

@@ -78,7 +78,7 @@ class CompensatedPanel:
         t, loss = found.temperature, found.largest_loss
         line = (
             f"CompensatedPanel: {len(found.training_temperature)} training temperatures, {t[0]:g} to {t[-1]:g} "
-            f"°C: the networks lose at most {loss[0]:.2g} of contrast; recommended: {found.recommended}"
+            f"°C: the networks lose at most {loss[0]:.2g} of contrast; recommended: {found.recommendation}"
         )
         return as_text(line, self.notes)
 

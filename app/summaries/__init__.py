@@ -21,6 +21,7 @@
 ``effect_words``         effects found, in units that people use
 ``briefing``             a run in words: the plate, what its twin lacked, what to do next
 ``duration``             a time in words
+``sweeps_said``          numbers of sweeps and ranges of values in words
 ``display``              a result as a script prints it and as a notebook shows it
 =======================  ===============================================================
 """

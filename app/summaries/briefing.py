@@ -188,6 +188,7 @@ def _material(twin: TwinOfRun, *, open_: bool = False) -> tuple[str, ...]:
             rows = np.flatnonzero(found.settled)[:MOST_ESTIMATES]
             said = [_constants(found.temperature[n], found.material, found.sigma, n) for n in rows.tolist()]
         said.append("Laws of E, ν and η over temperature need estimates at 3 temperatures or more.")
+    said.append("E is Young's modulus (stiffness), ν Poisson's ratio, η the loss factor (damping).")
     if open_:
         said.append("Part of what is missing is in these values: their true errors are larger.")
     return tuple(said)
@@ -198,7 +199,7 @@ def _constants(temperature: float, value: Material, sigma: MaterialSigma, n: int
     modulus = roughly(value.youngs_modulus[n] / 1e9, sigma.youngs_modulus[n] / 1e9, "GPa")
     ratio = roughly(value.poisson_ratio[n], sigma.poisson_ratio[n])
     loss = roughly(100 * value.loss_factor[n], 100 * sigma.loss_factor[n], "%")
-    return f"At {temperature:z.0f}{FIXED}°C: E {modulus}, ν {ratio}, η {loss}."
+    return f"At {temperature:z.0f}{FIXED}°C: E{FIXED}{modulus}, ν{FIXED}{ratio}, η{FIXED}{loss}."
 
 
 def _how_sure(effect: Record, record: Record) -> str:
@@ -226,7 +227,7 @@ def _worth(best: BestTwin, record: Record, worth: Worth | None) -> list[str]:
         said.append(_change(best.twin.laws, plain))
     left = record["unexplained"]["share"]
     if left is not None:
-        said.append(f"{_share(1.0 - left)} of the gap is explained{_held_out(record)}.")
+        said.append(f"{_first(_share(1.0 - left))} of the gap is explained{_held_out(record)}.")
     if worth is not None:
         said.append(f"Filters gain up to {worth.contrast:.3f} of contrast (at {worth.temperature:.0f}{FIXED}°C).")
     return said

@@ -209,14 +209,14 @@ def summary(found: Compensation, target: Path, seconds: float) -> str:
         return (
             f"{len(found.training_temperature)} temperatures measured; left out one by one from {t[0]:g} to "
             f"{t[-1]:g} °C, the networks lose at most {found.largest_loss[0]:.2g} of contrast (relative error "
-            f"{_percent(_largest(found, 0))} % of energy); best here: {found.best}, "
-            f"recommended: {found.recommended}; {seconds:.1f} s; {target}"
+            f"{_percent(_largest(found, 0))} % of energy); loses least: {found.best}, "
+            f"recommended: {found.recommendation}; {seconds:.1f} s; {target}"
         )
     return (
         f"{len(found.training_temperature)} training temperatures, judged at {len(t)} from {t[0]:g} to {t[-1]:g} "
         f"°C: the networks lose at most {found.largest_loss[0]:.2g} of contrast (relative error "
-        f"{_percent(_largest(found, 0))} % of energy); best here: {found.best}, "
-        f"recommended: {found.recommended}; {seconds:.1f} s; {target}"
+        f"{_percent(_largest(found, 0))} % of energy); loses least: {found.best}, "
+        f"recommended: {found.recommendation}; {seconds:.1f} s; {target}"
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from analysis.identification.modes import Modes
 from analysis.identification.tracked_modes import TrackedModes
+from app.summaries.sweeps_said import span, sweeps
 from app.summaries.table import Table
 
 FIELDS = (
@@ -76,7 +77,7 @@ def headline(tracked: TrackedModes) -> str:
     """Return sweeps, modes and the misfit in one line."""
     counts, t = [int(modes.real.sum()) for modes in tracked.modes], tracked.temperature
     return (
-        f"{len(counts)} sweeps, {t.min():z.1f} to {t.max():z.1f} °C, {min(counts)} to {max(counts)} modes each, "
+        f"{sweeps(len(counts))}, {span(t, 'z.1f')} °C, {span(counts, '.0f')} modes each, "
         f"misfit at most {100 * tracked.misfit.max():.2f} %"
     )
 
@@ -86,7 +87,7 @@ def summary(tracked: TrackedModes, seconds: float) -> str:
     counts = [int(modes.real.sum()) for modes in tracked.modes]
     unsure = sum(modes.confirmation.count("unconfirmed") for modes in tracked.modes)
     return (
-        f"{len(counts)} sweeps, {min(counts)} to {max(counts)} modes each ({unsure} of {sum(counts)} unconfirmed) "
+        f"{sweeps(len(counts))}, {span(counts, '.0f')} modes each ({unsure} of {sum(counts)} unconfirmed) "
         f"in {seconds:.1f} s, misfit at most {100 * tracked.misfit.max():.2f} %"
     )
 

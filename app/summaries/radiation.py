@@ -101,12 +101,12 @@ def table(panel: Panel, found: Radiation) -> Table:
     zones = found.following.zones is not None
     who = ", ".join(name for name, loud in zip(found.names, found.loud, strict=True) if loud)
     heard = ["ripple", "dB", "line"]
-    motion = ["contrast", "worst"]
+    motion = ["mean", "worst"]
     between = ["zones dB", "bound"] if zones else []
     first = [*motion, *heard] if panel.filters.aim == "field" else [*between, *heard, *motion]
     rest = between if panel.filters.aim == "field" else []
     unit = "V" if panel.patch else "N"
-    headings = ("°C", *first, *rest, "area", "share", f"peak {unit}", "SPL", "ripple", "contrast")
+    headings = ("°C", *first, *rest, "area", "share", f"peak {unit}", "SPL", "ripple", "mean")
     sound, kept = found.following, found.kept
     lines, contrast, bound = found.line_levels(sound), sound.zones, found.zone_bound
     rows = []
@@ -135,8 +135,8 @@ def table(panel: Panel, found: Radiation) -> Table:
         f"sound at {who}, {panel.sound.mounting}; aim: {panel.filters.aim}",
         headings,
         tuple(rows),
-        "ripple: half the span of third-octave levels, dB of the sound wanted; line: softest; share: of the power "
-        "from the target; SPL: dB re 20 µPa of the band at rated drive; "
+        "mean, worst: contrast; ripple: half the span of third-octave levels, dB of the sound wanted; "
+        "line: softest; share: of the power from the target; SPL: dB re 20 µPa of the band at rated drive; "
         f"right: with the filters of {found.reference_temperature:g} °C",
     )
 

@@ -23,6 +23,7 @@ from app.summaries.sheet import (
     sheet_tables,
     sheet_words,
 )
+from app.summaries.sweeps_said import span, sweeps
 from app.summaries.table import Table
 from app.summaries.with_sigma import with_sigma
 
@@ -163,14 +164,9 @@ def headline(updated: Updated) -> str:
     m, t = updated.material, updated.temperature
     e, nu, eta = m.youngs_modulus / 1e9, m.poisson_ratio, 100 * m.loss_factor
     ratio = float((updated.misfit / updated.noise_floor).max())
-    constants = (
-        f"E {e.min():.3f} to {e.max():.3f} GPa, ν {nu.min():.3f} to {nu.max():.3f}, "
-        f"η {eta.min():.2f} to {eta.max():.2f} %"
-    )
+    constants = f"E {span(e, '.3f')} GPa, ν {span(nu, '.3f')}, η {span(eta, '.2f')} %"
     said = constants if updated.sheet is None else sheet_words(updated.sheet)
-    return (
-        f"{len(t)} sweeps, {t.min():z.1f} to {t.max():z.1f} °C: {said}, misfit at most {ratio:.2f} times the noise"
-    )
+    return f"{sweeps(len(t))}, {span(t, 'z.1f')} °C: {said}, misfit at most {ratio:.2f} times the noise"
 
 
 def summary(updated: Updated, run: Path, seconds: float, unit: str, pairing: Pairing | None = None) -> str:
@@ -188,7 +184,7 @@ def summary(updated: Updated, run: Path, seconds: float, unit: str, pairing: Pai
     ratio = float((updated.misfit / updated.noise_floor).max())
     no_fit = "no fit: " if pairing is not None and not pairing.fits else ""
     return (
-        f"{no_fit}{len(updated.temperature)} sweeps updated in {seconds:.1f} s, gain {updated.gain:.3f} {unit}, "
+        f"{no_fit}{sweeps(len(updated.temperature))} updated in {seconds:.1f} s, gain {updated.gain:.3f} {unit}, "
         f"misfit at most {ratio:.2f} times the noise; results in {run}"
     )
 

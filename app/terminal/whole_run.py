@@ -19,7 +19,7 @@ def stage_line(stage: str, state: StageRecord) -> str:
 
 
 def show(record: RunRecord) -> None:
-    """Print what was found, how sure it is, and what to do next."""
+    """Print what was found, how sure it is, what to do next, and which stages have no result."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
@@ -32,6 +32,11 @@ def show(record: RunRecord) -> None:
     table.add_column(overflow="fold")
     for what, said in record.found:
         table.add_row(Text(what), Text(said))
+    missing = [
+        f"{stage}: {one.said}" for stage, one in record.stages.items() if one.state in ("failed", "not run")
+    ]
+    if missing:
+        table.add_row(Text("not made"), Text("\n".join(missing)))
     console.print(table)
 
 

@@ -150,15 +150,18 @@ def panel_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> PanelTwin:
     """
     grid = Grid.of(panel)
     box = panel.box
-    for constants in _materials(laws):
-        if not (box.clip(np.array(constants)) == np.array(constants)).all():
-            e, nu, eta = constants
-            raise ResultFileError(
-                f"the laws ask the panel for E {e:.4g} Pa, nu {nu:.4g}, eta {eta:.4g}, outside the panel's "
-                f"twin: youngs_modulus {list(box.youngs_modulus)}, "
-                f"poisson_ratio {list(box.poisson_ratio)}, "
-                f"loss_factor {list(box.loss_factor)}; widen [twin] in the panel's file"
-            )
+    ranges = {
+        "youngs_modulus": box.youngs_modulus,
+        "poisson_ratio": box.poisson_ratio,
+        "loss_factor": box.loss_factor,
+    }
+    left = [
+        f"{key} of the laws is {min(values):.4g} to {max(values):.4g}, [twin] has [{low:g}, {high:g}]"
+        for values, (key, (low, high)) in zip(zip(*_materials(laws), strict=True), ranges.items(), strict=True)
+        if min(values) < low or max(values) > high
+    ]
+    if left:
+        raise ResultFileError(f"outside the panel's twin: {'; '.join(left)}; widen [twin] in the panel's file")
     return PanelTwin.of(panel_reduction(panel, grid, report), grid, panel.footprints, len(panel.drive))
 
 

@@ -38,6 +38,12 @@ class Chart(pyqtgraph.PlotWidget):
     x, y : str
         Labels with units.
     theme : Theme
+
+    Attributes
+    ----------
+    least : (float, float) or None
+        What `fit` shows of y whatever the curves are: of a coherence 0 to 1, because a good one, from 0.99997 to
+        0.99999, would look as a bad one does.
     """
 
     def __init__(self, name: str, title: str, x: str, y: str, theme: Theme) -> None:
@@ -45,6 +51,7 @@ class Chart(pyqtgraph.PlotWidget):
         self.name, self.theme = name, theme
         self.labels = (x, y)
         self.map: Map | None = None
+        self.least: tuple[float, float] | None = None
         self.setObjectName(name)
         self.setTitle(title)
         for side, label in (("bottom", x), ("left", y)):
@@ -189,6 +196,8 @@ class Chart(pyqtgraph.PlotWidget):
             if self.plotItem.vb.linkedView(axis - 1) is not None:
                 continue
             values = np.concatenate([np.empty(0), *(curve[axis] for curve in curves)])
+            if axis == 2 and self.least is not None:
+                values = np.append(values, self.least)
             if axis == 1 and self.log_x:
                 values = np.log10(values[values > 0.0])
             values = values[np.isfinite(values)]

@@ -12,7 +12,7 @@ from app.files.events import seconds
 from app.summaries.duration import duration
 from app.watch.course import set_point_line
 from app.watch.watched import Watched
-from app.watch.words import plain
+from app.watch.words import ended_by, plain
 
 Standing = Literal["not begun", "running", "pausing", "paused", "silent", "stopped", "complete", "gone"]
 UNDER_WAY = ("not begun", "running", "pausing", "paused")
@@ -180,7 +180,7 @@ def status_of(watched: Watched, name: str, now: float) -> CampaignStatus:
     ends = sorted(end for leg in programme.legs for end in programme.ends(leg)) if programme is not None else []
     if ends and last is not None:
         ends = sorted((*ends, watched.readings[0].air_c))
-    ending = next((str(e.get("purpose", "")) for e in reversed(watched.events_of("oven"))), "")
+    ended = next((str(e.get("purpose", "")) for e in reversed(watched.events_of("oven"))), "")
     return CampaignStatus(
         name=name,
         folder=plain(watched.folder),
@@ -208,7 +208,7 @@ def status_of(watched: Watched, name: str, now: float) -> CampaignStatus:
         unsafe=unsafe,
         clipping=_clipping(watched) if state in UNDER_WAY else (),
         trouble=plain(watched.trouble or "") if state in (*UNDER_WAY, "silent") else "",
-        ending=plain(ending) if state == "stopped" else "",
+        ending=plain(ended_by(ended)) if state == "stopped" else "",
     )
 
 

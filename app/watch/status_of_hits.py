@@ -5,7 +5,7 @@ from typing import Any
 from app.files.folder_lock import is_being_written
 from app.watch.status import CampaignStatus, Standing, at_rest
 from app.watch.watched_hits import WatchedHits
-from app.watch.words import plain
+from app.watch.words import ended_by, plain
 from drivers.hammer.progress import ACCEPTED, REJECTED
 
 
@@ -70,7 +70,7 @@ def _standing(watched: WatchedHits, missing: int, rest: str, purpose: str) -> tu
         return "silent", ""  # its process is gone without a word, and nobody has said that the oven is at rest
     if missing == _given_up(watched):
         return "complete", ""
-    return "stopped", "" if purpose == "the end" else purpose
+    return "stopped", "" if purpose == "the end" else ended_by(purpose)
 
 
 def _given_up(watched: WatchedHits) -> int:

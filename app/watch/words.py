@@ -11,7 +11,14 @@ CONTROL = dict.fromkeys((*range(32), *range(127, 160), 8232, 8233), " ") | dict.
 """Characters that would move a terminal's cursor, break a line of a message, or turn its direction."""
 LONGEST_SENTENCE = 600
 """Characters of a sentence that came from a file."""
-DOES = {"approach": "on the way to the leg's start", "leg": "the leg's ramp", "paused": "for a pause"}
+DOES = {"approach": "to settle there", "leg": "the leg's ramp", "paused": "for a pause"}
+SIGNALS = {
+    "SIGINT": "Ctrl-C",
+    "SIGTERM": "kill",
+    "SIGHUP": "its terminal was closed",
+    "SIGBREAK": "Ctrl-Break",
+}
+"""What people did, by the signal that the program got."""
 
 
 def plain(text: object) -> str:
@@ -28,6 +35,22 @@ def local(date: str) -> str:
 def said_at(date: str, *, simulated: bool) -> str:
     """Return a date as `local` has it; of a simulated rig the time of day of its own clock, with that word."""
     return f"{date[11:19]} simulated" if simulated else local(date)
+
+
+def ended_by(purpose: str) -> str:
+    """Say why a campaign ended.
+
+    Parameters
+    ----------
+    purpose : str
+        Of the log's last event of the oven: ``the end``, or class and text of the exception.
+    """
+    if purpose == "the end":
+        return "the campaign has ended"
+    kind, _, what = purpose.partition(": ")
+    if kind == "RigInterrupted":
+        return f"{SIGNALS.get(what, what)}; the same command continues it"
+    return what if kind == "RigStopped" else purpose
 
 
 def in_words(event: Mapping[str, Any]) -> str:
@@ -80,7 +103,7 @@ def _oven(event: Mapping[str, Any]) -> str:
         return f"oven: ramp to {event['target']:g} °C{rate}, {DOES.get(purpose, purpose)}".rstrip(", ")
     if event["command"] == "hold":
         return f"oven: held, {DOES.get(purpose, purpose)}".rstrip(", ")
-    why = "the campaign has ended" if purpose == "the end" else purpose
+    why = ended_by(purpose)
     unsafe = event.get("unsafe") or ()
     if unsafe:
         return f"NOT AT REST: {_joined(unsafe)}; {why}".rstrip("; ")

@@ -179,7 +179,8 @@ def _run_legs(
         def watch(stage: str, reading: Reading, ramping: bool, run: LegRun = run, later: int = later) -> bool:
             temperature = station.watched(reading)
             leg_under_way = run.leg.number + (stage == LAST_SOAK)  # then the leg itself is finished
-            seconds = protocol.seconds(temperature, leg_under_way, ramping=ramping)
+            start = run.start if leg_under_way == run.leg.number else None
+            seconds = protocol.seconds(temperature, leg_under_way, ramping=ramping, start=start)
             done = total - later - len(run.todo)
             observer(Moment(stage, temperature, done, total, seconds, station.date(), reading))
             return paused()

@@ -32,6 +32,8 @@ class LegRun(Approach):
     leg : Leg
     todo : list of SweepSetPoint
         What is left.
+    start : float
+        Where the ramp begins, or is begun again, degrees Celsius.
     """
 
     def __init__(
@@ -45,6 +47,7 @@ class LegRun(Approach):
         super().__init__(station, protocol)
         self.leg = leg
         self.todo = list(todo)
+        self.start = leg.start
         self._sweeping = sweeping
         self._failures: dict[int, int] = {}
         self._begun_anew = False
@@ -68,6 +71,7 @@ class LegRun(Approach):
     def _begin(self, watch: Watcher, start: float) -> None:
         """Bring the plate to `start` and start the ramp there."""
         programme = self._protocol.programme
+        self.start = start
         self.settle(watch, start, programme.to_start, programme.soak_before, f"way to {start:g} °C")
         self._ramp = (self.leg.end, programme.ramp_rate, "leg")
         self._station.ramp(*self._ramp)

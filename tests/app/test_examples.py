@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import flexura
 from app.files import shipped
 
 Flexura = Callable[..., tuple[int, str, str]]
@@ -25,6 +26,16 @@ def test_they_are_listed_with_what_they_are(run_flexura: Flexura) -> None:
     assert set(found) == {p.name for p in (ROOT / "examples").iterdir() if not p.name.startswith((".", "_"))}
     assert all(len(about) > 8 for about in found.values()), found
     assert "Seven sweeps" in found["simulated-rig.toml"]
+    # whole sentences, however the lines are broken in the file; a heading ends without a full stop
+    assert found["exciter.toml"].endswith("a patch and a patch with a charge amplifier; all simulated.")
+    assert found["quick-panel.toml"].endswith("so that it is reduced in seconds.")
+    assert found["pp-plate"] == "A polypropylene plate from 0 to 60 °C"
+
+
+def test_the_library_names_the_same_examples() -> None:
+    with pytest.raises(ValueError, match="no example 'none'") as raised:
+        flexura.example("none")
+    assert str(raised.value).endswith(", ".join(shipped.shipped_names()))
 
 
 def test_a_file_and_a_folder_are_copied_and_nothing_is_overwritten(

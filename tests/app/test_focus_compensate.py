@@ -287,7 +287,9 @@ def test_laws_outside_the_twin_s_box_leave_no_folder_behind(tmp_path, panel, wor
     stiff = replace(laws(), coefficients=laws().coefficients + np.log([[10.0], [1.0], [1.0]]))
     run, out = write_laws(tmp_path / "stiff", stiff), tmp_path / "new" / "results"
     refused = flex(*words, run, "--panel", panel, "--out", out)
-    assert "outside the panel's twin" in refused.output
+    assert "outside the panel's twin: youngs_modulus of the laws is" in refused.output
+    assert "poisson_ratio" not in refused.output  # only what has to be widened
+    assert "loss_factor" not in refused.output
     assert not out.parent.exists()
 
 
@@ -321,6 +323,24 @@ def test_a_panel_file_s_faults_are_told_in_its_own_words(run, panel, old, new, s
     assert result.exit_code != 0
     assert said in result.output
     assert "panel.toml" in result.output or "widen" in said
+
+
+def test_filters_of_another_sample_rate_drive_the_panel_alike_and_go_on_with_it(run, panel, tmp_path):
+    """As long in time, they have the same frequency responses, whatever the rate, up to what taps cannot reach."""
+    held = []
+    for rate, taps, delay in ((4_000, 64, 32), (6_000, 96, 48)):
+        out = tmp_path / str(rate)
+        words = ("--panel", panel, "--sample-rate", rate, "--taps", taps, "--delay", delay, "--out", out)
+        assert flex("focus", run, *words).exit_code == 0
+        declared, found, _ = load_focusing(out / "filters.h5")
+        assert declared.filters.sample_rate == rate
+        lines = np.arange(120.0, 280.0, 10.0)
+        held.append((found.bank.response(lines), found.direct.contrast))
+        assert flex("export", out, "--to", "c").exit_code == 0
+        assert f"SAMPLE_RATE {rate}.0f" in (out / "flexura_filters.h").read_text()
+    (slow, contrast), (fast, same) = held
+    np.testing.assert_allclose(fast, slow, atol=0.03 * np.abs(slow).max())
+    np.testing.assert_allclose(same.mean(axis=1), contrast.mean(axis=1), atol=0.01)
 
 
 def test_filters_of_laws_that_lack_nothing_lose_nothing(panel):

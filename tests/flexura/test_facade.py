@@ -81,6 +81,12 @@ def test_what_cannot_be_drawn_is_told(frf: Frf) -> None:
         flexura.plot(frf, channel=1)
 
 
+def test_frfs_alone_are_no_campaign_and_the_message_says_what_is(frf: Frf) -> None:
+    for stage in (flexura.identify, flexura.update, flexura.gap):
+        with pytest.raises(TypeError, match=r"takes a campaign, as flexura\.load\(folder\) gives it, .* not Frf"):
+            stage(frf)
+
+
 def test_a_figure_of_the_whole_plate_takes_no_channel(campaign: Campaign) -> None:
     with pytest.raises(ValueError, match="figure 'plate' of Campaign shows no single sensor"):
         flexura.plot(campaign, channel=0)

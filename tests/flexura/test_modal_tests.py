@@ -29,6 +29,7 @@ def test_a_test_is_identified_as_by_the_verb(declared: Path, tmp_path: Path) -> 
     report = flexura.report(tmp_path / "run", progress=False)
     assert report.target == tmp_path / "run" / "report.html"
     assert report.target.stat().st_size == report.size
+    assert repr(report).startswith(f"<WrittenReport: report of {len(report.figures)} figures, ")
 
 
 def test_frfs_are_values_that_may_be_changed(declared: Path) -> None:

@@ -59,7 +59,8 @@ def read(path: Path) -> Columns:
         described.append((name, data))
     if not values:
         raise ValueError(
-            "no time response (data set 58, function type 1); for FRFs type: flexura identify FILE.uff"
+            "no time response (data set 58, function type 1); for the modes and shapes of FRFs type: "
+            "flexura identify FILE.uff --shared-poles --out RUN"
         )
     columns = Columns(values, channels=channels, aliases={a: n for a, n in by_place.items() if a not in values})
     for name, data in described:

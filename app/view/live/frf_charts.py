@@ -55,6 +55,7 @@ class CoherenceChart(Chart):
         super().__init__("live-coherence", "", "frequency [Hz]", "coherence", theme)
         self._before = self.curve([], [], "before", theme.muted)
         self._last = self.curve([], [], "last", theme.measured, width=1.6)
+        self.least = (0.0, 1.0)
         self.setYRange(0.0, 1.02, padding=0.0)
 
     def show_campaign(self, watched: Watched, channel: int) -> None:

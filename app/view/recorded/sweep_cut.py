@@ -37,6 +37,7 @@ class SweepCut:
         self.below = Chart("phase-at-temperature", "", FREQUENCY, "", theme)
         self.coherence = Chart("coherence", "", FREQUENCY, "coherence", theme)
         self._trust = self.coherence.curve([], [], "coherence", theme.measured)
+        self.coherence.least = (0.0, 1.0)
         self.coherence.setYRange(0.0, 1.0, padding=0.05)
         self._curves = {
             name: (

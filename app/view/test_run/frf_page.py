@@ -63,6 +63,7 @@ class TestFrfPage(QWidget):
         self.above = Chart("test-frf", "", FREQUENCY, "", theme)
         self.below = Chart("test-frf-below", "", FREQUENCY, "", theme)
         self.coherence = Chart("test-coherence", "coherence", FREQUENCY, "", theme)
+        self.coherence.least = (0.0, 1.0)
         self.nyquist = NyquistChart("test-nyquist", {REBUILT: theme.identified}, theme)
         self._lay_out()
         self._modes: list[pyqtgraph.InfiniteLine] = []

@@ -78,6 +78,9 @@ def test_the_recommended_method_is_the_smallest_that_loses_nothing_worth_mention
     fair = studied.largest_loss <= 0.005
     assert studied.recommended in np.array(studied.methods)[fair]
     assert studied.size[studied.methods.index(studied.recommended)] == studied.size[fair].min()
+    memory = f"of least memory ({studied.size[fair].min() / 1e3:.0f} kB)"
+    reason = f"{memory} among those that nowhere lose more than 0.005"
+    assert studied.recommendation == f"{studied.recommended}, {reason}"
     count, actuators, taps = studied.filters.taps.shape
     assert studied.size[studied.methods.index("linear")] == 4 * count * actuators * taps
     network = studied.trained.networks

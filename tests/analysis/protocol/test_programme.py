@@ -59,6 +59,8 @@ def test_time_left_of_the_papers_cycle(protocol_of: Callable[..., AcquisitionPro
         3 * 3600.0
     )  # 150 min of ramp, and soaks that make it three hours
     assert protocol.seconds(30.0, 0, ramping=True) == pytest.approx(75 * 60.0 + 900.0)
+    # a ramp that is begun again at 40 °C: the soak before it, what is left of the leg, and the soak behind
+    assert protocol.seconds(40.0, 0, start=40.0) == pytest.approx(900.0 + 50 * 60.0 + 900.0)
 
 
 def test_is_declared_as_a_recorded_campaign(protocol_of: Callable[..., AcquisitionProtocol]) -> None:

@@ -168,9 +168,12 @@ def test_more_sweeps_are_taken_in(fresh: RunOnce, run_flexura: Run, tmp_path: Pa
 
 def test_a_stage_that_fails_leaves_the_others_alone(fresh: RunOnce, run_flexura: Run) -> None:
     words = (*fresh.words, "--without", "gap", "--set", "identify.band=[700, 800]")
-    status, _, message = run_flexura(*words)
+    status, out, message = run_flexura(*words)
     assert status == 1
     said = said_of(message)
+    row = out.partition("not made")[2]
+    assert "identify:" in row
+    assert "0 frequency lines" in row
     assert said["identify"].startswith("FAILED: ")
     assert "700 800: 0 frequency lines; at least 8 are needed" in said["identify"]
     assert "Traceback" not in message

@@ -38,6 +38,11 @@ const sizes = [...document.querySelectorAll('body *')]
   .map((one) => parseFloat(getComputedStyle(one).fontSize));
 return Math.min(...sizes);
 """
+TALLEST = """
+return Math.max(0, ...[...document.querySelectorAll('tbody tr')].filter((row) => row.cells.length >= 5)
+  .map((row) => row.getBoundingClientRect().height));
+"""
+"""Height of the tallest row of a table that is wider than a telephone and scrolls, px."""
 FIGURES = "return [...document.querySelectorAll('figure img')].map((i) => [i.src, i.width / i.naturalWidth])"
 
 
@@ -85,6 +90,7 @@ def test_a_report_is_read_on_every_screen(
             assert browser.run("return document.documentElement.scrollWidth") <= width
             assert browser.run(OVERFLOWING) == []
             assert browser.run(SMALLEST) >= LEAST
+            assert browser.run(TALLEST) <= 100.0  # three lines of a reason
             for source, share in browser.run(FIGURES):
                 if source.startswith("data:image/svg"):
                     assert share * smallest_letters(source) >= LEAST - 0.1, width

@@ -8,16 +8,20 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from matplotlib.cbook import STEP_LOOKUP_MAP
 from scipy.io import wavfile
 
 import flexura as library
+from analysis.rendering.field import FieldContrast
 from app.files.bad_file import ResultFileError
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_panel
 from app.files.laws_file import load_laws
 from app.main import flexura
 from app.report.players import players
+from app.report.sound import along_the_way
 from app.sound.listeners import ListenersOfPanel
+from app.sound.trace import TraceMoment
 from app.twins.panel_twin import panel_twin
 
 soundfile = pytest.importorskip("soundfile")
@@ -67,8 +71,9 @@ def test_filters_follow_and_the_field_shows_what_it_is_worth(small_run, sound, t
     assert (tmp_path / "noise-rendered.png").read_bytes().startswith(b"\x89PNG")
     with (tmp_path / "noise-rendered.csv").open(encoding="utf-8") as file:
         rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
-    assert len(rows) == 5
-    assert [row["time_s"] for row in rows] == pytest.approx(np.arange(5), abs=0.1)
+    assert [row["time_s"] for row in rows] == pytest.approx([*range(5), 5.0 + 123 / RATE], abs=0.02)
+    assert rows[-1]["temperature_c"] == pytest.approx(55.0, abs=0.2)
+    assert "5.0 s at 5.0 to 5" in result.stderr  # 55 less what rises within the last block
     for row in rows:
         assert row["temperature_c"] == pytest.approx(5.0 + 50.0 * row["time_s"] / (5.0 + 123 / RATE), abs=0.01)
         assert abs(row["temperature_c"] - row["filters_c"]) < 0.75  # a step, and what passes during a fade
@@ -76,6 +81,34 @@ def test_filters_follow_and_the_field_shows_what_it_is_worth(small_run, sound, t
     assert rows[0]["contrast_mean"] == rows[0]["kept_mean"]
     assert rows[-1]["contrast_mean"] > rows[-1]["kept_mean"] + 0.05
     assert "times real time" in result.stderr
+
+
+@pytest.mark.parametrize("seconds", [0.4, 1.2, 59.7])
+def test_beginning_and_end_of_a_sound_are_looked_at_and_none_in_between_twice(small_run, tmp_path, seconds):
+    noise = 0.3 * np.random.default_rng(5).standard_normal(round(seconds * RATE))
+    soundfile.write(tmp_path / "some.wav", noise, RATE)
+    result = flex("render", tmp_path / "some.wav", small_run.folder, "--temperature", "5:55", "--json")
+    assert result.exit_code == 0, result.output
+    time = np.array([moment["time_s"] for moment in json.loads(result.stdout)["moments"]])
+    assert (time[0], time[-1]) == (0.0, pytest.approx(seconds, abs=512 / RATE + 1e-9))
+    assert len(time) <= 62
+    assert len(time) == 2 or np.diff(time).min() > 0.35
+    for path in small_run.folder.glob("some-rendered.*"):
+        path.unlink()
+
+
+def test_the_picture_s_filters_lag_no_more_than_those_looked_at():
+    """A step held from one moment to the next would seem to lag by what the panel warms in a second."""
+    same = FieldContrast(0.9, 0.8, 0.85)
+    moments = [TraceMoment(t, 20.0 + 6.0 * t, 19.8 + 6.0 * t, same, same) for t in np.arange(4.0)]
+    above = along_the_way(moments).axes[0]
+    panel, filters = above.lines
+    fine = np.linspace(0.0, 3.0, 61)
+    drawn = []
+    for line in (panel, filters):
+        x, y = STEP_LOOKUP_MAP[line.get_drawstyle()](*line.get_data())
+        drawn.append(np.interp(fine, x, y))
+    assert np.abs(drawn[0] - drawn[1]).max() == pytest.approx(0.2)
 
 
 def test_the_result_says_what_it_was_made_from_and_is_the_same_again(small_run, sound, tmp_path):
@@ -133,7 +166,11 @@ def _write(path, samples, rate=RATE, **words):
 @pytest.mark.parametrize(
     ("make", "temperature", "said"),
     [
-        (lambda p: _write(p, np.zeros(100), 44_100), "20", "sampled at 44100 Hz; the filters run at 4000 Hz"),
+        (
+            lambda p: _write(p, np.zeros(100), 44_100),
+            "20",
+            "make filters of its rate: flexura focus RUN --sample-r",
+        ),
         (
             lambda p: _write(p, np.append(np.zeros(900), np.nan), subtype="FLOAT"),
             "20",

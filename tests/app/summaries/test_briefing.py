@@ -50,6 +50,7 @@ def test_a_gap_that_is_explained(tmp_path: Path) -> None:
         "At 20 °C: E 2.5",
         "95 %",
         "E changes by +5.0 to +5.0 %",
+        "E is Young's modulus (stiffness), ν Poisson's ratio, η the loss factor (damping).",
         "99.99 % of the gap is explained; of data that were not fitted, 99.99 %.",
         "Filters gain up to 0.012 of contrast (at 60 °C).",
         "Nothing beyond the noise.",

@@ -239,6 +239,17 @@ def test_poles_and_residues_are_drawn_in_the_band_that_was_identified(
     assert page.cut.above.plotItem.titleLabel.text.endswith("on the way up")
 
 
+def test_a_good_coherence_is_not_drawn_as_a_bad_one(window: RecordedWindow) -> None:
+    """That of this run is 0.999 everywhere."""
+    chart = frf_page(window).cut.coherence
+    for _ in range(2):
+        low, high = chart.viewRange()[1]
+        assert (low, high) == pytest.approx((0.0, 1.0), abs=0.1)
+        assert low <= 0.0
+        assert high >= 1.0
+        window.reset()
+
+
 def test_the_coherence_has_the_frequencies_of_the_cut_above(window: RecordedWindow, qtbot: Any) -> None:
     page = frf_page(window)
     page._waterfall.setXRange(300.0, 400.0, padding=0.0)

@@ -68,9 +68,24 @@ def test_a_rig_in_trouble_has_the_time_that_it_needs_to_overcome_it(campaign: Ca
 def test_a_campaign_that_is_continued_runs_before_its_first_ramp(campaign: Campaign) -> None:
     folder = campaign("again", more=[AT_REST])
     found = status(folder)
-    assert (found.state, found.exit_status, found.ending) == ("stopped", 1, "RigStopped: a door was opened")
+    assert (found.state, found.exit_status, found.ending) == ("stopped", 1, "a door was opened")
     add(folder, {"event": "resumed", "finished": 1})
     assert status(folder).state == "running"
+
+
+@pytest.mark.parametrize(
+    ("logged", "said"),
+    [
+        ("RigInterrupted: SIGINT", "Ctrl-C; the same command continues it"),
+        ("RigInterrupted: SIGTERM", "kill; the same command continues it"),
+        ("RigInterrupted: the console was closed", "the console was closed; the same command continues it"),
+        ("OSError: no space", "OSError: no space"),
+    ],
+)
+def test_why_a_campaign_ended_is_said_in_the_words_of_people(campaign: Campaign, logged: str, said: str) -> None:
+    found = status(campaign("ended", more=[{**AT_REST, "purpose": logged}]))
+    assert (found.ending, found.line.partition("; 1 of 6")[0]) == (said, f"stopped: {said}")
+    assert in_words({**AT_REST, "purpose": logged}) == f"oven at rest, drive at 0 V: {said}"
 
 
 def test_what_is_not_at_rest_comes_before_everything(campaign: Campaign, finished: Path) -> None:
@@ -156,7 +171,7 @@ def test_the_verb_says_it_with_its_exit_status(campaign: Campaign, finished: Pat
     folder = campaign("stopped", more=[AT_REST])
     code, out, err = run_flexura("status", str(folder))
     assert (code, err) == (1, "")
-    assert out.startswith("stopped: stopped: RigStopped: a door was opened; 1 of 6 sweeps")
+    assert out.startswith("stopped: stopped: a door was opened; 1 of 6 sweeps")
     code, out, _ = run_flexura("status", str(finished), str(folder), "--json")
     assert code == 1
     assert [one["state"] for one in json.loads(out)] == ["complete", "stopped"]

@@ -2,9 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from datetime import datetime
 from typing import Any
 
+import pytest
+
 from drivers.ni.simulated.faults import Faults
+from drivers.rig.campaign import Moment
+from drivers.rig.errors import RigStopped
 from drivers.rig.rig import nothing_to_restore
 
 
@@ -70,3 +75,24 @@ def test_missed_sweeps_are_fetched_when_asked_for(world: Any, killed_at: Callabl
     assert [(step, number) for step, number, _ in world.store.aside] == [
         (s, n) for s in range(3) for n in (1, 2, 3)
     ]
+
+
+def test_the_time_left_is_that_from_where_the_ramp_begins_again(world_of: Callable[..., Any]) -> None:
+    """It was that of the whole leg until the soak before the ramp was over."""
+    world = world_of(programme={"highest": 40.0})
+
+    def stopping(moment: Moment) -> None:
+        if moment.done == 6:
+            raise RigStopped("a door was opened", "close it")
+
+    with pytest.raises(RigStopped):
+        world.run(observer=stopping)
+    world.renew()
+    moments: list[Moment] = []
+    assert world.run(observer=moments.append).missing == 0
+    first, last = moments[0], moments[-1]
+    took = (datetime.fromisoformat(last.date) - datetime.fromisoformat(first.date)).total_seconds()
+    assert first.stage.startswith("way to")
+    assert first.seconds_left - last.seconds_left == pytest.approx(took, rel=0.3)
+    whole = world.protocol.seconds(first.temperature)
+    assert first.seconds_left < 0.75 * whole

@@ -371,7 +371,33 @@ def test_the_buffers_of_the_target_play_what_was_rendered(tmp_path, loopback, ch
     for temperatures in ((31.3, 31.3), (12.0, 48.0)):
         done = checked(program, tmp_path, sound, rendered(counts, *temperatures), *temperatures)
         assert done.returncode == 0, done.stdout + done.stderr
-        assert len(re.findall(r"channel \d: error -\d+\.\d dB of the rendered drive\n", done.stdout)) == 3
+        said = r"channel \d: error -\d+\.\d dB of the rendered drive, 0\.\d+ counts rms\n"
+        assert len(re.findall(said, done.stdout)) == 3
+
+
+def test_a_quiet_sound_agrees_to_the_rounding_of_its_drive(tmp_path, loopback, rng):
+    """Rounding leaves 1/sqrt(12) of a count rms, which is more than -50 dB of a drive of less than 91 counts."""
+    program, rendered = loopback
+    counts = np.round(400.0 * rng.standard_normal(20_000)).astype(np.int16)
+    drive = rendered(counts, 20.0, 20.0)
+    done = checked(program, tmp_path, counts, drive, 20.0)
+    said = re.findall(r"error (-\d+\.\d) dB .*, (\d\.\d+) counts", done.stdout)
+    found = [(float(decibels), float(rms)) for decibels, rms in said]
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert all(decibels > -50.0 for decibels, _ in found)
+    assert [rms for _, rms in found] == pytest.approx([12.0**-0.5] * 3, abs=0.02)
+    exchanged = checked(program, tmp_path, counts, drive[[1, 0, 2]], 20.0)
+    assert (exchanged.returncode, exchanged.stdout.count("NOT what was rendered")) == (1, 2)
+    late = checked(program, tmp_path, counts, np.roll(drive, 1, axis=1), 20.0)
+    assert late.returncode == 1
+
+
+def test_of_a_sound_that_is_too_quiet_nothing_is_said(tmp_path, loopback, rng):
+    program, rendered = loopback
+    counts = np.round(3.0 * rng.standard_normal(20_000)).astype(np.int16)
+    done = checked(program, tmp_path, counts, rendered(counts, 20.0, 20.0), 20.0)
+    assert (done.returncode, done.stdout.count("too quiet to tell")) == (2, 3)
+    assert "30 are needed: play a louder sound" in done.stderr
 
 
 def test_the_loop_back_check_sees_what_is_wrong(tmp_path, loopback, rng):
@@ -431,3 +457,14 @@ def test_two_panels_in_one_program_of_cpp(tmp_path, shipments):
     done = subprocess.run([str(tmp_path / "program")], capture_output=True, text=True, check=True)
     actuators, taps = shipments["linear"].filters.banks.shape[0], shipments["network"].filters.banks.shape[2]
     assert done.stdout == f"{actuators} {taps}\n"
+
+
+@pytest.mark.skipif(GXX is None, reason="needs g++")
+@pytest.mark.parametrize("fixed_point", [False, True])
+def test_a_compiler_of_cpp_takes_the_code_as_well(tmp_path, tilted, fixed_point):
+    """Some tool chains compile every file as C++, where C has words that C++ has not."""
+    written = write_c(tilted, tmp_path, fixed_point, example=fixed_point, tilt=True)
+    strict = ["-std=c++11", "-Wall", "-Wextra", "-Werror"]
+    for source in (path for path in written if path.suffix == ".c"):
+        command = [GXX, "-x", "c++", *strict, "-c", str(source), "-o", str(tmp_path / "as_cpp.o")]
+        subprocess.run(command, check=True)
