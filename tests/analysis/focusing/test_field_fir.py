@@ -129,6 +129,18 @@ def test_no_actuator_is_driven_beyond_its_rating_and_the_field_is_kept_where_one
     assert peak_drive(taps)[others].max() > 0.6 * peak[others].max()
 
 
+def test_the_inverse_fft_is_only_turned_down_to_the_ratings(plain):
+    settings = plain.panel.filters.model_copy(update={"design": "inverse-fft"})
+    panel, forms = plain.panel.model_copy(update={"filters": settings}), forms_at(plain)
+    wanted = invert(forms, settings.tolerance).filters[0]
+    exact = inverse_fft(wanted[None], np.zeros(1), settings, settings.middle).taps[0]
+    free = TapDesign.of(panel, settings.middle)
+    assert free.fit is None
+    for share in (0.4, 2.0):
+        held = TapDesign(panel, free.delay, share * peak_drive(exact), None)
+        np.testing.assert_allclose(held.taps(forms, wanted), min(share, 1.0) * exact, rtol=1e-12)
+
+
 def test_a_bank_s_own_response_is_fitted_back(rng):
     taps = np.zeros((2, 3, 48))
     taps[:, :, 14:34] = (
