@@ -90,7 +90,7 @@ SECONDS_BEYOND, TIMES_BEYOND = 20.0, 4.0
 """Processor time allowed: so many times what all tests take unchanged, and so many seconds more (an import)."""
 NOT_IMPORTED = 71
 """Exit status of a process in which the mutant was not imported."""
-WALL_FACTOR = 20.0
+WALL_FACTOR = 5.0
 """Wall time allowed, over processor time: a mutant may wait for ever, and the machine may be busy."""
 
 

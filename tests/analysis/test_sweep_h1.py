@@ -54,3 +54,12 @@ def test_noise_of_the_response_is_told_where_the_drive_dips() -> None:
     for part in (dip, ~dip):
         np.testing.assert_allclose(stated[part].mean() / real[part].mean(), 1.0, atol=0.15)
     np.testing.assert_allclose(stated[dip] / np.median(stated), 100.0, rtol=0.05)
+
+
+def test_no_coherence_is_above_one() -> None:
+    """Without noise it is 1, and rounding puts half of the lines above."""
+    rng = np.random.default_rng(7)
+    drive = white(rng, 3, np.ones(SAMPLES // 2 + 1))
+    found = sweep_h1(sweep_of(drive, 0.7 * drive), slice(20, 480), np.zeros(460, dtype=bool), ("S1",))
+    assert found.coherence.max() <= 1.0
+    np.testing.assert_allclose(found.coherence, 1.0, rtol=1e-9)
