@@ -305,3 +305,28 @@ def test_who_commands_is_asked_with_every_reading_a_second_apart(world: World) -
         oven.temperature()  # at once: not asked again
         world.parts.clock.sleep(1.0)
     assert thermostat.said == ["changed", "temperature", "temperature"] * 5
+
+
+def test_people_are_told_of_a_line_that_hangs_once_the_campaign_is_to_end(world: World) -> None:
+    """A question is on its way for 50 s, the request to end comes after 10; 20 s count as hung."""
+    clock, told = world.parts.clock, []
+    begun = clock.now()
+
+    class Slow(Thermostat):
+        def temperature(self) -> float:
+            clock.sleep(50.0)
+            return super().temperature()
+
+    def asked_to_end() -> None:
+        if clock.now() > begun + 10.0:
+            raise KeyboardInterrupt
+
+    def tell(what: str) -> None:
+        told.append((clock.now() - begun, what))
+
+    oven = SupervisedOven(Slow([20.0]), world.protocol.limits, clock, asked_to_end, tell=tell)
+    oven.begin()
+    oven.temperature()
+    ((after, what),) = told
+    assert after == pytest.approx(supervision.HANGS, abs=1.5)
+    assert "NOT AT REST: the oven: its line is blocked by an earlier request" in what
