@@ -113,18 +113,22 @@ def test_more_weight_outside_buys_contrast_and_costs_level(plain):
     assert levels[0] > levels[1] > levels[2]
 
 
-def test_no_actuator_is_driven_beyond_its_rating_and_the_field_is_kept_where_one_is_weak(plain):
-    """One patch rated at half of what it would take: pricing its volts keeps more level than turning all down."""
+@pytest.mark.parametrize("share", [0.9, 0.5, 0.2])
+def test_no_actuator_is_driven_beyond_its_rating_and_the_field_is_kept_where_one_is_weak(plain, share):
+    """One patch rated at a share of what it would take: pricing its volts keeps more level than turning all down.
+
+    The price is raised in steps that do not overshoot: most of the rating is used.
+    """
     forms, settings = forms_at(plain), plain.panel.filters
     wanted = invert(forms.weighted(settings.kappa), settings.tolerance).filters[0]
     free = TapDesign.of(plain.panel, settings.middle)
     peak = peak_drive(free.taps(forms, wanted))
     limits = np.full(6, np.inf)
-    limits[2] = 0.5 * peak[2]
+    limits[2] = share * peak[2]
     held = TapDesign(plain.panel, free.delay, limits, free.fit)
     taps = held.taps(forms, wanted)
     assert np.all(peak_drive(taps) <= limits * (1.0 + 1e-9))
-    assert peak_drive(taps)[2] > 0.7 * limits[2]
+    assert peak_drive(taps)[2] > 0.85 * limits[2]
     others = np.arange(6) != 2
     assert peak_drive(taps)[others].max() > 0.6 * peak[others].max()
 
