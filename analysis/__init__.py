@@ -3,7 +3,7 @@
 =====================  ============================================================================
 ``experiment``         the plate, its patches, the electronics and the protocol, as declared
 ``declared``           what every declared value has in common
-``tolerances``         how exactly what is declared is known
+``tolerances``         how exactly what is declared is known: lengths, patches, wiring, the thermometer
 ``declared_quantity``  what a fit found about it, and the budget of a standard deviation
 ``plate``, ``patch``   each of these by itself: ``outline``, ``support``, ``curvature``, ``layout``
 ``supported_edges``    what supports hold along the edges

@@ -4,7 +4,7 @@
 ``automatic``              identification of FRFs with common poles: search, model order, status
 ``settings``               limits of the search, residual terms, mains frequency
 ``errors_at_peaks``        variance that errors at the peaks and differences between FRFs add
-``finishing``              final model order, last fit on all lines, status of every pole
+``finishing``              final model order by `order`, last fit on all lines, status of every pole
 ``peak_picking``           the paper's own recipe: local peaks, then wide-band refinement
 ``tracking``               modes of all sweeps, tracked over temperature
 ``tracks_without_twin``    tracks found in the sweeps themselves
@@ -41,7 +41,7 @@
 ``normal_equations``       the triangular factor of a weighted least-squares problem
 ``pole_search``            least squares over the poles
 ``vector_fitting``         start poles without an initial guess
-``order``                  backward elimination and residual terms by BIC
+``order``                  how many poles: backward elimination by BIC; residual terms
 ``bic``                    the criterion, and its penalty for one pole
 ``resolution``             pairs of poles that the frequency resolution cannot separate
 ``principal_frfs``         a few sums of many FRFs, on which the poles are searched

@@ -11,7 +11,7 @@
 ``advice``            what may be run but makes results worse
 ``drive_comparison``  gain, delay and correlation of a drive as recorded and as played
 ``clocks``            how much faster the clock that played was than the one that recorded
-``acceptance``        what is wrong with a sweep just recorded
+``acceptance``        what is wrong with a sweep just recorded: overload, drive, silence, coherence
 ``shot``              one short sweep before a campaign: wiring, levels, noise and hum
 ====================  ====================================================================
 """

@@ -3,7 +3,7 @@
 ==============  ===================================================================
 ``bands``       signals at the low rate that the band needs
 ``listening``   one stretch of drive and response: temperature, its standard deviation
-``tracking``    readings on end: a Kalman filter of temperature and rate
+``tracking``    readings on end: a Kalman filter of temperature and rate, and where it begins
 ``simulated``   what a patch answers while the temperature moves, with noise
 ==============  ===================================================================
 """

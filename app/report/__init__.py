@@ -7,7 +7,7 @@
 ``sections``        all of it, stage by stage
 ``plate_sections``  measurement, identification and updated twin on it
 ``panel_sections``  focusing and compensation on it
-``summary``         one line per stage
+``summary``         one line per stage, below the sentences of `app.summaries.briefing`
 ``origin``          where results came from, and which are out of date
 ``style``           how figures look
 ``declared``        a plate as declared

@@ -7,7 +7,7 @@
 ``words``            events in sentences, times of day where the reader is
 ``status``           how a campaign stands, in fields and in a line, with its exit status
 ``status_of_hits``   the same of a hammer test, with what to do next
-``charts``           what the page draws: temperatures, last FRF, levels, log
+``charts``           what the page shows, as JSON: temperatures, last FRF, levels, log
 ``news``             what people are told, and how often at most
 ``secrets``          addresses of messages and the page's token: environment, or files of mode 600
 ``notifiers``        Apprise and commands, in processes that are ended if they hang
@@ -19,6 +19,6 @@
 ``beside``           that process, started by ``flexura acquire``
 ===================  ==================================================================================
 
-``page.html``, ``page.css`` and ``page.js`` are the page. The window of `app.view.live` reads the folder through
-``watched``, too.
+``page.html``, ``page.css`` and ``page.js`` are the page; ``page.js`` draws what ``charts`` returns. The window of
+`app.view.live` reads the folder through ``watched``, too.
 """

@@ -4,7 +4,7 @@
 ``modules``               sample rates, range and resolution of the input modules
 ``output_modules``        range, resolution and update rates of the output modules
 ``thermocouple_modules``  channels and pace of the thermocouple modules
-``cards``                 what a rig asks of its cards
+``cards``                 what a rig asks of its cards; which channels of a record clip
 ``input_wiring``          which terminal reads what
 ``wiring``                which terminal is connected to what, an output among them
 ``task_setup``            tasks of the driver, set up as the wiring says

@@ -5,7 +5,7 @@ Qt. On a simulated rig, whose time is virtual, the same supervision runs inside 
 
 ================  =====================================================================
 ``guard``         its state machine: what follows from which event in which state
-``rest_watch``    whether an oven that was switched off is seen to cool
+``rest_watch``    whether an oven that was switched off is seen to cool; `drivers.rig.rest` asks it, too
 ``supervision``   an oven that is polled, and brought to rest after a fault
 ``frames``        lines between the campaign's process and the watchdog's
 ``process``       the watchdog's process

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.noise_power import SMOOTHING_LINES, noise_power
+from analysis.noise_power import SMOOTHING_LINES, noise_parts, noise_power
 
 
 @pytest.mark.parametrize("lines", [8, 30, 41, 500])
@@ -23,3 +23,18 @@ def test_a_power_that_falls_by_thirty_decades_keeps_its_digits() -> None:
     padded = np.pad(power, half, mode="edge")
     exact = np.array([padded[line : line + SMOOTHING_LINES].mean() for line in range(600)])
     np.testing.assert_allclose(found, exact, rtol=1e-12)
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.3, 30.0])
+def test_noise_of_the_drive_is_told_from_that_of_the_response(beta: float) -> None:
+    """A resonance ten lines wide: beta |H|^2 of the power is the drive's, the rest the response's own."""
+    rng, lines = np.random.default_rng(2), np.arange(2000)
+    h = 1.0 / (1.0 + 1j * (lines - 1000.0) / 5.0)
+    wanted = 1.0 + beta * np.abs(h) ** 2
+    smooth, shape = noise_parts(2.0 * wanted * rng.exponential(1.0, 2000), h, np.zeros(2000, dtype=bool))
+    np.testing.assert_allclose(shape[:500], 1.0, atol=0.01)
+    assert np.median(smooth) == pytest.approx(2.0, rel=0.1)
+    at_peak = slice(995, 1006)
+    if beta > 1.0:  # ratios of 1.8 are tried
+        np.testing.assert_allclose(np.log(shape[at_peak] / wanted[at_peak]), 0.0, atol=np.log(1.8))
+    np.testing.assert_allclose(np.mean((smooth * shape / wanted)[at_peak]), 2.0, rtol=0.4)

@@ -113,20 +113,36 @@ def test_more_weight_outside_buys_contrast_and_costs_level(plain):
     assert levels[0] > levels[1] > levels[2]
 
 
-def test_no_actuator_is_driven_beyond_its_rating_and_the_field_is_kept_where_one_is_weak(plain):
-    """One patch rated at half of what it would take: pricing its volts keeps more level than turning all down."""
+@pytest.mark.parametrize("share", [0.9, 0.5, 0.2])
+def test_no_actuator_is_driven_beyond_its_rating_and_the_field_is_kept_where_one_is_weak(plain, share):
+    """One patch rated at a share of what it would take: pricing its volts keeps more level than turning all down.
+
+    The price is raised in steps that do not overshoot: most of the rating is used.
+    """
     forms, settings = forms_at(plain), plain.panel.filters
     wanted = invert(forms.weighted(settings.kappa), settings.tolerance).filters[0]
     free = TapDesign.of(plain.panel, settings.middle)
     peak = peak_drive(free.taps(forms, wanted))
     limits = np.full(6, np.inf)
-    limits[2] = 0.5 * peak[2]
+    limits[2] = share * peak[2]
     held = TapDesign(plain.panel, free.delay, limits, free.fit)
     taps = held.taps(forms, wanted)
     assert np.all(peak_drive(taps) <= limits * (1.0 + 1e-9))
-    assert peak_drive(taps)[2] > 0.7 * limits[2]
+    assert peak_drive(taps)[2] > 0.85 * limits[2]
     others = np.arange(6) != 2
     assert peak_drive(taps)[others].max() > 0.6 * peak[others].max()
+
+
+def test_the_inverse_fft_is_only_turned_down_to_the_ratings(plain):
+    settings = plain.panel.filters.model_copy(update={"design": "inverse-fft"})
+    panel, forms = plain.panel.model_copy(update={"filters": settings}), forms_at(plain)
+    wanted = invert(forms, settings.tolerance).filters[0]
+    exact = inverse_fft(wanted[None], np.zeros(1), settings, settings.middle).taps[0]
+    free = TapDesign.of(panel, settings.middle)
+    assert free.fit is None
+    for share in (0.4, 2.0):
+        held = TapDesign(panel, free.delay, share * peak_drive(exact), None)
+        np.testing.assert_allclose(held.taps(forms, wanted), min(share, 1.0) * exact, rtol=1e-12)
 
 
 def test_a_bank_s_own_response_is_fitted_back(rng):

@@ -8,6 +8,9 @@ SETTINGS = Filters(
     taps=256, sample_rate=8_000.0, transform_length=4_096, delay=128, band=(300.0, 1_200.0), edges=(100.0, 1_500.0)
 )
 
+UP_TO_NYQUIST = SETTINGS.model_copy(update={"band": (300.0, 3_999.0), "edges": (100.0, 3_999.0)})
+"""To line 2047 of 2048."""
+
 
 def spread(spectrum):
     return np.asarray(spectrum, dtype=complex)[None, :, None]
@@ -17,6 +20,11 @@ def test_the_taper_is_one_in_the_band_half_midway_and_zero_outside():
     frequency = np.array([0.0, 99.0, 100.0, 200.0, 300.0, 700.0, 1_200.0, 1_350.0, 1_500.0, 1_600.0])
     gain = taper(frequency, SETTINGS)
     np.testing.assert_allclose(gain, [0, 0, 0, 0.5, 1, 1, 1, 0.5, 0, 0], atol=1e-15)
+
+
+def test_a_band_without_edges_ends_with_full_gain():
+    sharp = SETTINGS.model_copy(update={"edges": SETTINGS.band})
+    np.testing.assert_array_equal(taper(np.array([299.9, 300.0, 1_200.0, 1_200.1]), sharp), [0, 1, 1, 0])
 
 
 def test_a_pure_delay_becomes_the_tapered_band_pulse_at_its_time():
@@ -55,14 +63,15 @@ def test_the_response_is_the_transform_of_the_taps():
     np.testing.assert_allclose(bank.response(frequency)[0, :, 0], exact, atol=1e-14)
 
 
-def test_energies_obey_parseval(rng):
-    frequency = SETTINGS.frequency
+@pytest.mark.parametrize("settings", [SETTINGS, UP_TO_NYQUIST], ids=["narrow", "up to Nyquist"])
+def test_energies_obey_parseval(rng, settings):
+    frequency = settings.frequency
     filters = rng.normal(size=(1, len(frequency), 2)) + 1j * rng.normal(size=(1, len(frequency), 2))
-    shares = energy(filters, SETTINGS, 128)
+    shares = energy(filters, settings, 128)
     np.testing.assert_allclose(shares.before + shares.inside + shares.after, 1.0)
-    spectrum = np.abs(filters[0] * taper(frequency, SETTINGS)[:, None]) ** 2
+    spectrum = np.abs(filters[0] * taper(frequency, settings)[:, None]) ** 2
     whole = 2.0 / 4_096 * spectrum.sum(axis=0)
-    bank = inverse_fft(filters, np.zeros(1), SETTINGS, 128)
+    bank = inverse_fft(filters, np.zeros(1), settings, 128)
     np.testing.assert_allclose(shares.inside[0], (bank.taps[0] ** 2).sum(axis=-1) / whole, rtol=1e-10)
     np.testing.assert_allclose(
         shares.pre_ringing[0], (bank.taps[0, :, :128] ** 2).sum(axis=-1) / whole, rtol=1e-10

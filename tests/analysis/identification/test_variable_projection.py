@@ -107,6 +107,18 @@ def test_estimates_scatter_as_the_hessian_says() -> None:
     assert total / 40 == pytest.approx(1.0, abs=4 * np.sqrt(2 / 240))
 
 
+def test_a_fit_takes_half_a_unit_of_misfit_for_every_parameter() -> None:
+    """Of 3 poles, 6 residues and 4 residual terms, 22 parameters in all: chi-square of 22, over 100 draws."""
+    total, rng = 0.0, np.random.default_rng(6)
+    clean = two_responses()
+    for _ in range(100):
+        noise = clean.deviation / np.sqrt(2) * (rng.normal(size=(2, 301)) + 1j * rng.normal(size=(2, 301)))
+        found = fit(Lines(FREQUENCY, clean.h + noise, clean.deviation), POLES, REAL_E_F, tolerance=1e-9)
+        total += float((np.abs(noise / clean.deviation) ** 2).sum()) - found.projection.misfit
+        assert found.parameters == 3 * 2 + 2 * (3 * 2 + 2)
+    assert 2.0 * total / 100 == pytest.approx(found.parameters, abs=3.0 * np.sqrt(2 * 22 / 100))
+
+
 def test_a_model_of_nothing_leaves_all_and_says_nothing(capfd: pytest.CaptureFixture[str]) -> None:
     """LAPACK writes a line of its own to the terminal where it is given an empty matrix."""
     frequency = np.linspace(10.0, 20.0, 30)

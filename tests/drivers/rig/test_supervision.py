@@ -15,6 +15,8 @@ from drivers.rig import approach
 from drivers.rig.errors import RigStopped
 from drivers.rig.rest import bring_to_rest
 from drivers.watchdog import supervision
+from drivers.watchdog.guard import State
+from drivers.watchdog.rest_watch import RestRule
 from drivers.watchdog.supervision import SupervisedOven
 
 World = Any
@@ -242,3 +244,89 @@ def test_one_wrong_answer_about_the_set_point_ends_nothing(world: World) -> None
     with pytest.raises(RigStopped, match="somebody else commands the oven: its set-point is 99 °C"):
         oven.check()
     assert "safe" in thermostat.said
+
+
+def test_its_state_is_known_to_whoever_asks_until_it_is_at_rest(world_of: Callable[..., World]) -> None:
+    """It is told to rest at 60 °C, and cools by 3 K a minute."""
+    world = world_of(limits={"hottest": 70.0})
+    clock = world.parts.clock
+
+    class Cooling(Thermostat):
+        def temperature(self) -> float:
+            super().temperature()
+            return 60.0 if "safe" not in self.said else 60.0 - 0.05 * (clock.now() - off[0])
+
+        def safe(self) -> None:
+            super().safe()
+            off.append(clock.now())
+
+    off: list[float] = []
+    oven = SupervisedOven(Cooling([0.0]), world.protocol.limits, clock, lambda: None, RestRule(22.0))
+    oven.begin()
+    clock.sleep(30.0)
+    assert oven.state is State.WATCHING
+    oven.safe()
+    assert oven.state is State.COOLING
+    clock.sleep(60.0)
+    assert oven.state is State.AT_REST
+    with pytest.raises(RigStopped, match="the oven is at rest: it takes no command"):
+        oven.ramp_to(40.0, 1.0)
+
+
+def test_a_command_that_expires_is_renewed_where_the_oven_has_such(world: World) -> None:
+    """By the supervision at every look, and by a simulated rig that restores its state; other ovens have none."""
+
+    class Forgetful(Thermostat):
+        def renew(self) -> None:
+            self.said.append("renew")
+
+    plain, forgetful = Thermostat([20.0]), Forgetful([20.0])
+    for thermostat in (plain, forgetful):
+        oven = watched(world, thermostat)
+        oven.renew()
+        oven.end()
+    assert forgetful.said == ["renew"]
+    assert plain.said == []
+    oven = watched(world, forgetful)
+    world.parts.clock.sleep(5.5)
+    assert forgetful.said.count("renew") == 1 + 5
+
+
+def test_who_commands_is_asked_with_every_reading_a_second_apart(world: World) -> None:
+    class Asked(Thermostat):
+        def changed(self) -> str:
+            self.said.append("changed")
+            return ""
+
+    thermostat = Asked([20.0])
+    oven = watched(world, thermostat)
+    for _ in range(5):
+        oven.temperature()
+        oven.temperature()  # at once: not asked again
+        world.parts.clock.sleep(1.0)
+    assert thermostat.said == ["changed", "temperature", "temperature"] * 5
+
+
+def test_people_are_told_of_a_line_that_hangs_once_the_campaign_is_to_end(world: World) -> None:
+    """A question is on its way for 50 s, the request to end comes after 10; 20 s count as hung."""
+    clock, told = world.parts.clock, []
+    begun = clock.now()
+
+    class Slow(Thermostat):
+        def temperature(self) -> float:
+            clock.sleep(50.0)
+            return super().temperature()
+
+    def asked_to_end() -> None:
+        if clock.now() > begun + 10.0:
+            raise KeyboardInterrupt
+
+    def tell(what: str) -> None:
+        told.append((clock.now() - begun, what))
+
+    oven = SupervisedOven(Slow([20.0]), world.protocol.limits, clock, asked_to_end, tell=tell)
+    oven.begin()
+    oven.temperature()
+    ((after, what),) = told
+    assert after == pytest.approx(supervision.HANGS, abs=1.5)
+    assert "NOT AT REST: the oven: its line is blocked by an earlier request" in what

@@ -63,3 +63,11 @@ def test_an_oven_that_cannot_be_read_is_not_at_rest() -> None:
     assert watch.see(29.0, None) is None
     assert watch.see(31.0, None) is Event.OVERDUE
     assert "cannot be read" in watch.words(31.0, None)
+
+
+def test_a_heater_that_gives_way_too_slowly_is_no_oven_that_cools() -> None:
+    """0.2 K in every `window` of 75 s, 1.6 K in all: only what happens within the window counts."""
+    watch = RestWatch(RULE, 0.0)
+    seen = [watch.see(float(second), 60.0 - 0.2 * second / RULE.window) for second in range(0, 601, 3)]
+    assert set(seen[:-1]) == {None}
+    assert seen[-1] is Event.OVERDUE

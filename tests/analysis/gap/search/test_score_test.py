@@ -1,15 +1,17 @@
 """One pass predicts what a full fit of each candidate would bring."""
 
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 import pytest
 
+from analysis.effect_card import Parameter
 from analysis.gap.fitting.fit import fit_gap
-from analysis.gap.search.candidate import solve_inside
+from analysis.gap.search.candidate import Column, solve_inside
 from analysis.gap.search.confounding import signal_cosine, tangent_cosines
 from analysis.gap.search.observability import observability
-from analysis.gap.search.score_test import score_test
+from analysis.gap.search.score_test import ScoreTest, score_test
 
 TEMPERATURES = (10.0, 14.0, 18.0, 22.0, 26.0)
 
@@ -109,3 +111,99 @@ def test_look_alikes_are_told_from_strangers(toy, pool):
     at = score_test(plate, sweeps, fit, pool)
     assert signal_cosine(at, "taper", "draught") == pytest.approx(table[0, 1], abs=0.02)
     assert signal_cosine(at, "taper", "feedthrough") < 0.3
+
+
+COLUMNS = (
+    Column("on", 0, Parameter("amount", "1", 0.0, 9.0, 0.5), 0.3, {"place": 0.9}),
+    Column("on", 0, Parameter("place", "1", 0.0, 1.0, 0.2, shape=True, typical=0.7), 0.9, {"place": 0.9}),
+    Column("also on", 0, Parameter("amount", "1", 0.0, 9.0, 0.1), -0.05, {}),
+    Column("off", 0, Parameter("one", "1", -9.0, 9.0, 1.0), 0.0, {}),
+    Column("off", 0, Parameter("two", "1", -9.0, 9.0, 1.0), 0.0, {}),
+)
+
+
+@pytest.fixture
+def linear(rng):
+    """Tangents (40, 5) and residual (40,) of a twin that is linear in its parameters, and their score test."""
+    tangents, left = rng.standard_normal((40, 5)), rng.standard_normal(40)
+    exact = 3.0 * rng.standard_normal((40, 5))  # with temperatures known exactly
+    screening = ScoreTest(
+        columns=COLUMNS,
+        active=("on", "also on"),
+        matrix=tangents.T @ tangents,
+        read=exact.T @ exact,
+        raw=4.0 * exact.T @ exact,
+        gradient=tangents.T @ left,
+    )
+    return tangents, left, screening
+
+
+def lowest(tangents, left, effects, steps):
+    """Return half the sum of squares and priors at `steps` of the last two columns, at the best of `effects`."""
+    known = [i for i, c in enumerate(COLUMNS) if c.effect in effects]
+    cards = [COLUMNS[i].card for i in known]
+    sigma = np.array([card.sigma for card in cards])
+    expected = np.array([card.typical for card in cards]) - [COLUMNS[i].at for i in known]
+    rows = np.concatenate([tangents[:, known], np.diag(1.0 / sigma)])
+    wanted = np.concatenate([left - tangents[:, 3:] @ steps, expected / sigma])
+    return 0.5 * np.linalg.lstsq(rows, wanted, rcond=None)[1][0]
+
+
+@pytest.mark.parametrize("effects", [("on",), ("on", "also on")])
+def test_effects_are_eliminated_at_their_best_under_their_priors(linear, rng, effects):
+    """The prior is about zero for an amplitude and about its typical value for a shape."""
+    tangents, left, screening = linear
+    matrix, gradient = (part[..., 3:] for part in screening.given(effects))
+    np.testing.assert_allclose(screening.given(effects)[0], screening.given(effects)[0].T, rtol=1e-12)
+    for steps in rng.standard_normal((3, 2)):
+        change = lowest(tangents, left, effects, steps) - lowest(tangents, left, effects, np.zeros(2))
+        assert 0.5 * steps @ matrix[3:] @ steps - gradient @ steps == pytest.approx(change, rel=1e-9)
+    known = replace(screening, matrix=screening.read).given(effects)[0]
+    np.testing.assert_allclose(screening.kept(effects), known, rtol=1e-12)
+
+
+def test_an_effect_put_back_leaves_its_signal_in_the_residual_and_its_shape_out(linear):
+    tangents, left, screening = linear
+    back = screening.without("on")
+    assert [(c.effect, c.card.name, c.at) for c in back.columns] == [
+        ("on", "amount", 0.0), ("also on", "amount", -0.05), ("off", "one", 0.0), ("off", "two", 0.0)
+    ]  # fmt: skip
+    assert back.active == ("also on",)
+    assert back.inactive == ("on", "off")
+    rest = [0, 2, 3, 4]
+    np.testing.assert_allclose(back.gradient, tangents[:, rest].T @ (left + 0.3 * tangents[:, 0]), rtol=1e-12)
+    for name in ("matrix", "read", "raw"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(screening, name)[np.ix_(rest, rest)])
+
+
+def test_data_four_times_over_weigh_four_times_as_much(linear):
+    tangents, left, screening = linear
+    again = screening.scaled(4.0)
+    np.testing.assert_allclose(again.matrix, np.tile(tangents, (4, 1)).T @ np.tile(tangents, (4, 1)), rtol=1e-12)
+    np.testing.assert_allclose(again.gradient, np.tile(tangents, (4, 1)).T @ np.tile(left, 4), rtol=1e-12)
+    for name in ("read", "raw"):
+        np.testing.assert_allclose(getattr(again, name), 4.0 * getattr(screening, name), rtol=1e-12)
+    assert again.columns is screening.columns
+
+
+def test_a_prior_that_counts_a_quarter_is_twice_as_wide(toy, pool):
+    """As of declared quantities, where lines state more noise than they have; effects keep their priors."""
+
+    @dataclass
+    class Tolerant(toy.Plate):
+        @property
+        def tolerance_cards(self):
+            return {"mass": toy.cards["mass"]}
+
+        @property
+        def cards(self):
+            return {name: toy.cards[name] for name in ("taper", "feedthrough")}
+
+    sweeps, _ = toy.prepared(temperatures=(18.0, 26.0))
+    fit = fit_gap(
+        Tolerant(), sweeps, toy.start(sweeps.groups).with_effects({"taper": {"tx": 0.0}}), ("taper",), pool
+    )
+    for trusted in (1.0, 0.25):
+        there = replace(fit, free=replace(fit.free, trusted=trusted))
+        sigmas = {c.effect: c.card.sigma for c in score_test(Tolerant(), sweeps, there, pool).columns}
+        assert sigmas == {"mass": pytest.approx(1.0 / np.sqrt(trusted)), "taper": 0.02, "feedthrough": 0.01}
