@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 TOLERANCES = 3.0
 """Departure, in tolerances, from which a declaration is called wrong: one careful declaration in 400 is."""
+WAYS = {"dx": " along x", "dy": " along y", "along": " (first side)", "across": " (second side)"}
+"""How the parameters of a quantity that has two are told apart."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class DeclaredQuantity:
     def sentence(self) -> str:
         """What was found, in words and in people's units."""
         factor, unit = {"m": (1e3, "mm"), "kg": (1e3, "g"), "K": (1.0, "K")}.get(self.unit, (100.0, "%"))
-        along = {"dx": " along x", "dy": " along y"}.get(self.parameter, "")
+        along = WAYS.get(self.parameter, "")
         if self.unit == "log":
             factors = (float(np.exp(one)) for one in (self.value, self.tolerance))
             times, factor_of = (f"{one:.3g}" for one in factors)

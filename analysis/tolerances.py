@@ -27,7 +27,7 @@ class Tolerances(Declared):
     thickness, mass : float
         Of the plate, as a share.
     patch_place, patch_size : float
-        Of a patch's centre along x and along y, and of both its sides, m.
+        Of a patch's centre along x and along y, and of each of its sides, m.
     patch_thickness, patch_modulus, strain_constant, permittivity : float
         Of each patch, as a share; the strain constant is d31. Ceramics of one name, and their bonds, differ by
         more in stiffness than any thickness is wrong by.

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Real
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
+from analysis.patch import Patch
 from analysis.transducers import Drive, Sensor
 from analysis.twin_model import NO_EFFECTS, Effects
 from simulation.effects.effect import Effect, isotropic
@@ -91,13 +92,12 @@ def _of_the_plate(experiment: Experiment) -> Iterator[Effect]:
     for kind, value in (("thickness", plate.thickness), ("mass", plate.mass)):
         share = given.of(f"plate.{kind}", getattr(given, kind) * value) / value
         yield from _quantity(f"plate_{kind}", f"{kind} of the plate", {"share": ("1", share)}, _scaled(kind))
-    sides = [float(np.sqrt(patch.area)) for patch in experiment.patch]
     for axis, length in (("x", plate.length_x), ("y", plate.length_y)):
         yield from _quantity(
             f"plate_length_{axis}",
             f"length of the plate along {axis}",
             {"longer": ("m", given.of(f"plate.length_{axis}", given.length))},
-            _stretched(f"stretch_{axis}", length, sides),
+            _stretched(axis, length, experiment.patch),
         )
     yield from _oven(experiment)
 
@@ -122,6 +122,7 @@ def _of_patches(experiment: Experiment, movable: Real) -> Iterator[Effect]:
     for k, patch in enumerate(experiment.patch):
         name = patch.id
         centre = given.of(f"patch.{name}.center", given.patch_place)
+        size = given.of(f"patch.{name}.size", given.patch_size)
         thickness = given.of(f"patch.{name}.thickness", given.patch_thickness * patch.thickness) / patch.thickness
         if movable[k]:
             yield from _quantity(
@@ -133,8 +134,8 @@ def _of_patches(experiment: Experiment, movable: Real) -> Iterator[Effect]:
             yield from _quantity(
                 f"patch_size {name}",
                 f"sides of patch {name}",
-                {"wider": ("m", given.of(f"patch.{name}.size", given.patch_size))},
-                _enlarged(k, count, float(np.sqrt(patch.area))),
+                dict.fromkeys(SIDES if patch.diameter is None else ROUND, ("m", size)),
+                _enlarged(k, count, patch),
             )
         shares = {
             "patch_thickness": (f"thickness of patch {name}", thickness),
@@ -251,6 +252,8 @@ def _of_the_theory(experiment: Experiment) -> Iterator[Effect]:
         )
 
 
+SIDES, ROUND = ("along", "across"), ("wider",)
+"""What of a patch may be larger: its first side and its second; of a round one, its diameter."""
 MOST_PLACED = 12
 """Number of transducers up to which each has a place of its own to be wrong."""
 
@@ -301,21 +304,32 @@ def _added_to(attribute: str, places: NDArray[np.bool_], key: str) -> Change:
     return change
 
 
-def _stretched(attribute: str, length: float, sides: Sequence[float]) -> Change:
-    """Stretch the plate with its patches, which keep their size: the mean of both sides is as much smaller."""
-    longer = _scaled(attribute, 1.0 / length, "longer")
+def _stretched(axis: str, length: float, patches: Sequence[Patch]) -> Change:
+    """Stretch the plate with its patches, which keep their size: they are as much smaller along that axis."""
+    longer = _scaled(f"stretch_{axis}", 1.0 / length, "longer")
+    turn = np.array([0.0 if axis == "x" else 90.0]) - [patch.angle for patch in patches]
+    share = np.array([np.cos(np.deg2rad(turn)), np.sin(np.deg2rad(turn))]) ** 2
+    smaller = share * np.reshape([patch.size for patch in patches], (-1, 2)).T
 
     def change(away: Any, values: Mapping[str, Any]) -> dict[str, Any]:
-        smaller = 0.5 * np.array(sides) * (values["longer"] / length)
-        return {**longer(away, values), "wider": away.wider - smaller if sides else away.wider}
+        lost = smaller * (values["longer"] / length)
+        sides = {name: getattr(away, name) - one for name, one in zip(SIDES, lost, strict=True)}
+        return {**longer(away, values), **(sides if patches else {})}
 
     return change
 
 
-def _enlarged(place: int, count: int, side: float) -> Change:
-    wider = _added_to("wider", np.arange(count) == place, "wider")
-    area = _scaled_of("patch_area", place, count, 2.0 / side, "wider")
-    return lambda away, values: {**wider(away, values), **area(away, values)}
+def _enlarged(place: int, count: int, patch: Patch) -> Change:
+    """Make a patch larger, along each of its sides or, where it is round, along both."""
+    here = np.arange(count) == place
+
+    def change(away: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+        larger = [values.get(name, values.get(ROUND[0])) for name in SIDES]
+        area = sum(more / side for more, side in zip(larger, patch.size, strict=True))
+        sides = {name: getattr(away, name) + here * more for name, more in zip(SIDES, larger, strict=True)}
+        return {**sides, "patch_area": away.patch_area * np.exp(here * area)}
+
+    return change
 
 
 def _moved(along_x: str, along_y: str, place: int, count: int) -> Change:

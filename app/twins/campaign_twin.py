@@ -130,9 +130,10 @@ def placed(experiment: Experiment, declared: Effects) -> tuple[Experiment, Effec
         found = {
             name: _rounded(declared.get(f"{name} {patch.id}", {}), step) for name, step in PATCH_STEPS.items()
         }
-        place, wider = found["patch_place"], found["patch_size"].get("wider", 0.0)
+        place, size = found["patch_place"], found["patch_size"]
+        along, across = (size.get(name, size.get("wider", 0.0)) for name in ("along", "across"))
         thicker = found["patch_thickness"].get("share", 0.0)
-        moves = (place.get("dx", 0.0), place.get("dy", 0.0), wider)
+        moves = (place.get("dx", 0.0), place.get("dy", 0.0), along, across)
         if max(map(abs, moves)) < FAR_MOVED:
             continue
         table = patch.model_dump(exclude_none=True) | {
@@ -140,9 +141,9 @@ def placed(experiment: Experiment, declared: Effects) -> tuple[Experiment, Effec
             "thickness": patch.thickness * float(np.exp(thicker)),
         }
         if patch.diameter is None:
-            table["size"] = (patch.size[0] + wider, patch.size[1] + wider)
+            table["size"] = (patch.size[0] + along, patch.size[1] + across)
         else:
-            table |= {"diameter": patch.diameter + wider}
+            table |= {"diameter": patch.diameter + along}
             del table["size"]
         try:
             patches[k] = Patch.model_validate(table)

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.arrays import Numbers, Real
 from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE, EffectOperators, monomials
-from simulation.state.departures import Departures
+from simulation.state.departures import MOVES, Departures
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import PlateState
 
@@ -36,7 +36,7 @@ class Coefficients:
         Factor on the stiffness of each patch that moves.
     columns : (P,) ndarray
         Factor on the coupling of each patch.
-    moves : (P, 3) ndarray
+    moves : (P, 4) ndarray
         Of each patch along x, along y, and of its sides, m: `composed` leaves them out.
     momentum : float
     patch_loss : (1 + 2 terms,) ndarray
@@ -117,7 +117,7 @@ class Coefficients:
             patch_mass=thicker + patches * (area - 1.0),
             columns=patches * away.strain_constant * away.patch_modulus * (1.0 - state.debonded),
             momentum=away.momentum * np.mean(density * h**3 * nu / (60.0 * (1.0 - nu))),
-            moves=np.array([patches * one for one in (away.shift_x, away.shift_y, away.wider)]).T,
+            moves=np.array([patches * getattr(away, name) for name in MOVES]).T,
             patch_loss=state.patch_loss * held,
         )
 
@@ -224,7 +224,7 @@ class PatchMoves:
         ----------
         c : Coefficients
             Its moduli act in the middle of the plate.
-        moves : (P, 3) ndarray
+        moves : (P, 4) ndarray
         """
         m = self._zones.shape[2]
         plate, plate_loss, fixed, mass = (np.zeros((m, m)) for _ in range(4))

@@ -124,11 +124,11 @@ class EffectOperators:
         1 for patches with room around them, else 0.
     patch_zone : (P, q, r) ndarray
         Coordinates -> the motions that the cells under and around each patch can make, for its moves.
-    moved_plane : (P, 3, 4, q, q) ndarray
+    moved_plane : (P, 4, 4, q, q) ndarray
         Derivative of the in-plane energies of Q11, Q22, Q12 and Q66, for a modulus of 1 Pa and the nominal
-        thickness, by a patch's shift along x, along y, and by its sides, 1/m; ``moved_shear``, ``moved_mass``
-        with the patch's own mass, and ``moved_fixed``, its stiffness, (P, 3, q, q) likewise.
-    moved_coupling : (P, 3, q) ndarray
+        thickness, by a patch's shift along x and y, and by its first and second side, 1/m; ``moved_shear``,
+        ``moved_mass`` with the patch's own mass, and ``moved_fixed``, its stiffness, (P, 4, q, q) likewise.
+    moved_coupling : (P, 4, q) ndarray
         Likewise, of its own coupling.
     footprint_slopes : (3, S, r) ndarray
         Derivatives of `footprints` by shifts along x and y, 1/m, and by the share by which their area is larger;
@@ -184,11 +184,11 @@ class EffectOperators:
     thicker_coupling: Real = field(default_factory=lambda: np.zeros((0, 0)))
     movable: Real = field(default_factory=lambda: np.zeros(0))
     patch_zone: Real = field(default_factory=lambda: np.zeros((0, 0, 0)))
-    moved_plane: Real = field(default_factory=lambda: np.zeros((0, 3, 4, 0, 0)))
-    moved_shear: Real = field(default_factory=lambda: np.zeros((0, 3, 0, 0)))
-    moved_mass: Real = field(default_factory=lambda: np.zeros((0, 3, 0, 0)))
-    moved_fixed: Real = field(default_factory=lambda: np.zeros((0, 3, 0, 0)))
-    moved_coupling: Real = field(default_factory=lambda: np.zeros((0, 3, 0)))
+    moved_plane: Real = field(default_factory=lambda: np.zeros((0, 4, 4, 0, 0)))
+    moved_shear: Real = field(default_factory=lambda: np.zeros((0, 4, 0, 0)))
+    moved_mass: Real = field(default_factory=lambda: np.zeros((0, 4, 0, 0)))
+    moved_fixed: Real = field(default_factory=lambda: np.zeros((0, 4, 0, 0)))
+    moved_coupling: Real = field(default_factory=lambda: np.zeros((0, 4, 0)))
     footprint_slopes: Real = field(default_factory=lambda: np.zeros((3, 0, 0)))
     deflection_slopes: Real = field(default_factory=lambda: np.zeros((2, 0, 0)))
     momentum: Real = field(default_factory=lambda: np.zeros((0, 0)))

@@ -16,7 +16,9 @@ LEAST_ROOM = 0.4
 """Share of the free distance that must remain."""
 
 
-def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float], wider: float = 0.0) -> ShapeSpace:
+def moved_space(
+    shell: ShellPlate, patch: int, shift: tuple[float, float], larger: tuple[float, float] = (0.0, 0.0)
+) -> ShapeSpace:
     """Space over the mesh with one patch moved, or enlarged; functions and their numbers stay.
 
     Integrals depend smoothly on the shift. Cells under other patches, and their matrices, do not change.
@@ -27,8 +29,8 @@ def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float], wider
         Index among the plate's patches.
     shift : (float, float)
         m.
-    wider : float
-        Of its sides, m; of a patch that is no square, of the root of its area, all sides by the same share.
+    larger : (float, float)
+        Along its first side and along its second, m.
 
     Raises
     ------
@@ -47,7 +49,7 @@ def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float], wider
     others = walls + neighbours
     room = min(float(other.distance(own.polygon).min()) for other in others)
     room = min(room, min(float(own.distance(other.polygon).min()) for other in others))
-    if np.hypot(*shift) + abs(wider) > (1.0 - LEAST_ROOM) * room:
+    if np.hypot(*shift) + max(map(abs, larger)) > (1.0 - LEAST_ROOM) * room:
         raise ValueError(f"patch {shell.patches[patch].id!r} moved by {shift} m has not the room around it")
     rigid = min(RIGID_SHARE * room, plate.thickness)
     near = np.maximum(_outside(own, mesh.points) - rigid, 0.0)
@@ -57,7 +59,10 @@ def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float], wider
     share = np.maximum(0.0, np.minimum(far / np.maximum(near + far, 1e-12), 1.0 - near / LARGEST_REACH))
     share = np.where(near == 0.0, 1.0, share)
     low, high = own.bounds
-    stretched = wider / np.sqrt(own.area) * (mesh.points - 0.5 * np.add(low, high))
+    angle = np.deg2rad(shell.patches[patch].angle)
+    axes = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    along = (mesh.points - 0.5 * np.add(low, high)) @ axes.T
+    stretched = (np.divide(larger, shell.patches[patch].size) * along) @ axes
     moved = shell.space.moved(share[:, None] * (np.asarray(shift) + stretched))
     for here, there in zip(shell.space.groups, moved.groups, strict=True):
         if len(here.dx) and (there.dx < 0.2 * here.dx).any():

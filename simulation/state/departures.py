@@ -25,9 +25,9 @@ class Departures:
         Of the plate, which was weighed: its mass does not follow its thickness and its lengths.
     patch_thickness, patch_modulus, strain_constant, permittivity, patch_area : float or (P,) ndarray
         Of each patch; the modulus is a factor on all its stiffness, the strain constant is d31. The area is for
-        its capacitance alone, and follows `wider`.
-    shift_x, shift_y, wider : float or (P,) ndarray
-        Of each patch's centre, and of its sides, m.
+        its capacitance alone, and follows its sides.
+    shift_x, shift_y, along, across : float or (P,) ndarray
+        Of each patch's centre, and of its first and second side, m.
     resistance, capacitance : float
         Of the inputs.
     log_sensitivity : float or (K,) ndarray
@@ -61,7 +61,8 @@ class Departures:
     patch_area: Any = 1.0
     shift_x: Any = 0.0
     shift_y: Any = 0.0
-    wider: Any = 0.0
+    along: Any = 0.0
+    across: Any = 0.0
     resistance: Any = 1.0
     capacitance: Any = 1.0
     log_sensitivity: Any = 0.0
@@ -120,7 +121,7 @@ class Departures:
         return any(np.iscomplexobj(getattr(self, name)) for name in OF_THE_PLATE)
 
 
-MOVES = ("shift_x", "shift_y", "wider")
+MOVES = ("shift_x", "shift_y", "along", "across")
 """Departures that move borders of patches: the mesh moves with them."""
 OF_THE_PLATE = (
     *MOVES,

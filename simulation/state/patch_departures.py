@@ -31,8 +31,8 @@ WEAKEST_MOTION = 3e-5
 """Motions weaker than this share of the strongest are left out: derivatives by moves are good to 1 or 2 %. A
 ceramic is so much stiffer than a plastic plate that with 3e-4 those by its sides were wrong by 12 %."""
 KINDS = {"bending": 1, "membrane": 1, "shear": 1, "mass": 1}
-WAYS = ((MOVE_STEP, 0.0, 0.0), (0.0, MOVE_STEP, 0.0), (0.0, 0.0, MOVE_STEP))
-"""Along x, along y, and wider on both sides, m."""
+WAYS = MOVE_STEP * np.eye(4)
+"""Moved along x and y, larger along its first side and along its second, m."""
 
 
 def patch_departures(p: Projector, executor: Executor) -> dict[str, Real]:
@@ -56,7 +56,10 @@ def _all_patches(p: Projector, found: Sequence[dict[str, Real]]) -> dict[str, Re
 def _of_patch(p: Projector, patch: int, executor: Executor) -> dict[str, Real]:
     """Return one patch's entries, over the q motions of the cells around it."""
     try:
-        sides = [[p.full.moved_by(sign * x, sign * y, patch, sign * w) for sign in (1, -1)] for x, y, w in WAYS]
+        sides = [
+            [p.full.moved_by(sign * x, sign * y, patch, (sign * a, sign * b)) for sign in (1, -1)]
+            for x, y, a, b in WAYS.tolist()
+        ]
         cells = Zone.of(p.full, patch).elements
     except ValueError:  # no room for it, or another patch on the opposite face
         sides, cells = [], p.full.shell.under[patch]

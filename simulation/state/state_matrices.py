@@ -74,7 +74,9 @@ class FullPlate:
         """Return xi and zeta of all points of quadrature; of a moved sensor's, see `moved_by`."""
         return self.shell.plate.normalised(self.shell.space.points)
 
-    def moved_by(self, dx: float, dy: float, patch: int | None = None, wider: float = 0.0) -> "FullPlate":
+    def moved_by(
+        self, dx: float, dy: float, patch: int | None = None, larger: tuple[float, float] = (0.0, 0.0)
+    ) -> "FullPlate":
         """Return the plate with one patch moved by (dx, dy) m, or enlarged.
 
         Parameters
@@ -83,8 +85,8 @@ class FullPlate:
             m.
         patch : int, optional
             The first sensor unless given.
-        wider : float
-            Of its sides, m.
+        larger : (float, float)
+            Along its first side and along its second, m.
 
         Raises
         ------
@@ -92,7 +94,7 @@ class FullPlate:
             If there is no space for it.
         """
         moving = self.moved if patch is None else patch
-        return replace(self, shell=self.shell.on(moved_space(self.shell, moving, (dx, dy), wider)))
+        return replace(self, shell=self.shell.on(moved_space(self.shell, moving, (dx, dy), larger)))
 
     def matrices(
         self, state: PlateState, *, loss: bool = True, footprints: Sequence[Footprint] = ()

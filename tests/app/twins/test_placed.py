@@ -19,19 +19,19 @@ def experiment() -> Experiment:
 def test_patches_that_moved_far_are_placed_in_rounded_steps(experiment: Experiment) -> None:
     found = {
         "patch_place A1": {"dx": -4.21e-4, "dy": 1.1e-5},
-        "patch_size A1": {"wider": 1.4e-4},
+        "patch_size A1": {"along": 1.4e-4, "across": -0.9e-4},
         "patch_thickness A1": {"share": 0.021},
         "patch_place S1": {"dx": 1.0e-4, "dy": -1.0e-4},
     }
     about, made_at = placed(experiment, found)
     assert made_at == {
         "patch_place A1": {"dx": -4e-4, "dy": 0.0},
-        "patch_size A1": {"wider": 1.5e-4},
+        "patch_size A1": {"along": 1.5e-4, "across": -1e-4},
         "patch_thickness A1": {"share": 0.02},
     }
     before, after = experiment.patch[0], about.patch[0]
     assert after.center == pytest.approx((before.center[0] - 4e-4, before.center[1]), abs=1e-12)
-    assert after.size == pytest.approx([side + 1.5e-4 for side in before.size], abs=1e-12)
+    assert after.size == pytest.approx((before.size[0] + 1.5e-4, before.size[1] - 1e-4), abs=1e-12)
     assert after.loop.bounds[0][0] == pytest.approx(before.loop.bounds[0][0] - 4e-4 - 0.75e-4, abs=1e-9)
     assert about.patch[1] == experiment.patch[1]
 
