@@ -21,6 +21,8 @@ from analysis.gap.data.sweeps import GapSweeps
 PLACES_PER_HALF_WIDTH = 4.0
 """Number of frequencies within a half-width at which the widened response is taken: between two of them h changes
 by less than what the twin does not know."""
+WIDEST = 1e-3
+"""Lowest frequency at which it is taken, over the highest: a band that begins at 0 Hz has no end of widths."""
 
 
 def cauchy_kernel(frequency: Real, width: float, places: Real | None = None) -> Real:
@@ -90,7 +92,8 @@ def widened(sweeps: GapSweeps, width: float, twin_error: float) -> GapSweeps:
 
 
 def _places(nodes: Nodes, width: float) -> Real:
-    low, high = nodes.frequency[0], nodes.frequency[-1]
+    high = float(nodes.frequency[-1])
+    low = max(float(nodes.frequency[0]), WIDEST * high)
     count = int(np.ceil(PLACES_PER_HALF_WIDTH * np.log(high / low) / width)) + 1
     return np.geomspace(low, high, max(count, 2))
 

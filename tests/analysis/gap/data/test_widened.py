@@ -1,5 +1,7 @@
 """Wider resonances: the response at a complex frequency, of recordings and of the twin alike."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -50,3 +52,9 @@ def test_a_change_of_a_share_counts_as_much_at_all_widths(sweeps):
         widths = np.log(sharp.nodes.frequency[-1] / sharp.nodes.frequency[0]) / width
         chi2 = (np.abs(there) ** 2).sum(axis=-1)
         np.testing.assert_allclose(chi2, widths * (0.01 / ERROR) ** 2, rtol=0.05)
+
+
+def test_a_band_from_zero_has_an_end(sweeps):
+    sharp, _ = sweeps
+    nodes = replace(sharp.nodes, frequency=np.concatenate([[0.0], sharp.nodes.frequency[1:]]))
+    assert np.isfinite(widened(replace(sharp, nodes=nodes), WIDTH, ERROR).compressed[0].kernel).all()
