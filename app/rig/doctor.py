@@ -125,20 +125,16 @@ def require_port(experiment: AcquiredExperiment | HammerExperiment, file: Path) 
         )
 
 
-def _needed(experiment: AcquiredExperiment | HammerExperiment | None, folder: Path) -> tuple[float, str]:
-    """Return the bytes that a campaign still needs, as doctor and acquire both say it, and the words behind."""
-    if experiment is None:
-        return ENOUGH_BYTES, "are enough for most campaigns; flexura doctor EXPERIMENT.toml says what yours needs"
+def _needed(experiment: AcquiredExperiment | HammerExperiment, folder: Path) -> tuple[float, str]:
+    """Return the bytes that a campaign still needs, as doctor and acquire both say it, and what for."""
     if isinstance(experiment, HammerExperiment):
         wanted = len(experiment.mallet.places) * experiment.hammer.hits * len(experiment.temperatures)
         left = max(wanted - len(list((folder / HITS).glob("*.h5"))), 0)
-        return left * _hit_bytes(experiment) + (
-            SPARE_DISK if left else 0.0
-        ), f"needed for the {left} hits to be made"
-    left = experiment.protocol.count - (len(sweep_paths(folder)) if is_campaign_folder(folder) else 0)
-    return left * sweep_bytes(experiment) + (
-        SPARE_DISK if left else 0.0
-    ), f"needed for the {left} sweeps to be made"
+        size, what = _hit_bytes(experiment), f"for the {left} hits to be made"
+    else:
+        left = experiment.protocol.count - (len(sweep_paths(folder)) if is_campaign_folder(folder) else 0)
+        size, what = sweep_bytes(experiment), f"for the {left} sweeps to be made"
+    return left * size + (SPARE_DISK if left else 0.0), what
 
 
 def _nearest(folder: Path) -> Path:
@@ -150,7 +146,13 @@ def look_at_disk(experiment: AcquiredExperiment | HammerExperiment | None, folde
     """Look whether a folder's disk has room for an experiment's campaign."""
     there = _nearest(folder)
     free = shutil.disk_usage(there).free
-    needed, what = _needed(experiment, folder)
+    needed, what = (
+        ENOUGH_BYTES,
+        "are enough for most campaigns; flexura doctor EXPERIMENT.toml says what yours needs",
+    )
+    if experiment is not None:
+        needed, words = _needed(experiment, folder)
+        what = f"needed {words}"
     seen = f"{free / 1e6:.0f} MB free at {there}, {needed / 1e6:.0f} MB {what}"
     if not there.is_dir():
         return Finding("disk", FindingState.BAD, f"{there} is a file", "choose another folder with --out")

@@ -94,7 +94,7 @@ def test_the_library_does_the_same(tmp_path: Path) -> None:
     table = write(tmp_path / "modes.csv", "temperature,frequency,sigma_frequency\n" + "\n".join(rows) + "\n")
     found = flexura.update_modes(write(tmp_path / "plate.toml", PLATE), table, out=tmp_path / "run")
     assert found.fitted.updated.material.poisson_ratio[0] == pytest.approx(0.3, abs=0.004)
-    assert "1 sweeps" in repr(found)
+    assert "1 sweep, 20.0 °C" in repr(found)
     assert (tmp_path / "run" / "laws.h5").is_file()
 
 
