@@ -146,11 +146,10 @@ def look_at_disk(experiment: AcquiredExperiment | HammerExperiment | None, folde
     """Look whether a folder's disk has room for an experiment's campaign."""
     there = _nearest(folder)
     free = shutil.disk_usage(there).free
-    needed, what = (
-        ENOUGH_BYTES,
-        "are enough for most campaigns; flexura doctor EXPERIMENT.toml says what yours needs",
-    )
-    if experiment is not None:
+    if experiment is None:
+        needed = ENOUGH_BYTES
+        what = "are enough for most campaigns; flexura doctor EXPERIMENT.toml says what yours needs"
+    else:
         needed, words = _needed(experiment, folder)
         what = f"needed {words}"
     seen = f"{free / 1e6:.0f} MB free at {there}, {needed / 1e6:.0f} MB {what}"

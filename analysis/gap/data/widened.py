@@ -81,8 +81,7 @@ def widened(sweeps: GapSweeps, width: float, twin_error: float) -> GapSweeps:
     error = twin_error * np.sqrt(PLACES_PER_HALF_WIDTH)  # neighbours tell the same
     found = []
     for one in sweeps.compressed:
-        plain = {name: getattr(one, name) for name in CompressedSweep.__dataclass_fields__}
-        wide = WidenedSweep(**plain, kernel=kernel, scale=np.ones((len(one.coefficients), 1)))
+        wide = WidenedSweep(**vars(one), kernel=kernel, scale=np.ones((len(one.coefficients), 1)))
         size = np.sqrt((np.abs(wide.whitened(one.coefficients)) ** 2).mean(axis=-1, keepdims=True))
         found.append(replace(wide, scale=error * size))
     shape = (*sweeps.rows.shape[:2], places.size)

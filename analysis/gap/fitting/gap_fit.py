@@ -180,6 +180,11 @@ class GapFit:
         return float(self.chi2.sum() + self.readings.sum()) + self.smoothness + self.declared
 
     @property
+    def objective(self) -> float:
+        """What the fit made least: `total`, and what the priors of the effects' parameters add."""
+        return self.total + self.prior
+
+    @property
     def determined(self) -> float:
         """Number of the campaign's unknowns that data determine, rather than priors; 4 of them laws and gain."""
         shares = np.linalg.solve(self.information + np.diag(self.free.precision), self.information)
@@ -202,4 +207,4 @@ class GapFit:
         """Laplace's approximation, up to a constant common to all sets of effects on the same sweeps."""
         scaled = np.eye(len(self.information)) + self.information / self.free.precision[:, None]
         occam = float(np.linalg.slogdet(scaled)[1]) if len(self.information) else 0.0
-        return -0.5 * (self.total + self.prior + occam)
+        return -0.5 * (self.objective + occam)

@@ -69,10 +69,10 @@ def widened_starts(context: SearchContext, fit: GapFit, blind: Sequence[str]) ->
         names = (*on, *candidate.effects)
         start = begun.state.with_effects({**begun.state.effects, **absent(context, screening, candidate)})
         there = _fitted(wide, start, names)
-        found.append(WidenedStart(candidate, names, there.state, there.total + there.prior))
+        found.append(WidenedStart(candidate, names, there.state, there.objective))
         context.report("wider resonances", (place + 1) / len(worth[:REFITTED]))
     found.sort(key=lambda one: one.left)
-    return [one for one in found if one.left <= BEHIND * found[0].left and one.left < begun.total + begun.prior]
+    return [one for one in found if one.left <= BEHIND * found[0].left and one.left < begun.objective]
 
 
 def _fitted(wide: SearchContext, start: GapState, effects: Sequence[str]) -> GapFit:
