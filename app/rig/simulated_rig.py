@@ -21,7 +21,7 @@ from app.files.simulation_section import Simulation
 from app.rig.heated_plate import NAME, PlateBehindAir
 from app.rig.plate_transfer import PlateTransfer, TwinTransfer
 from app.rig.simulated_plate import TwinPlate
-from app.twins.campaign_twin import campaign_twin, effect_twin
+from app.twins.campaign_twin import OFFSET, campaign_twin, effect_twin
 from drivers.ni.modules import KNOWN, InputModule
 from drivers.ni.output_modules import KNOWN_OUTPUTS
 from drivers.ni.simulated.surroundings import DrivenPlate, Module
@@ -69,7 +69,8 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Progress) 
     uneven = behind is not None and simulation.heat is not None and any(simulation.heat.uneven)
     if simulation.effects or uneven:
         gradient = {NAME: behind.effect} if behind is not None and uneven else {}
-        twin = effect_twin(recorded, report, also=gradient)
+        # without offsets it is the twin of `flexura gap`, which is kept
+        twin = effect_twin(recorded, report, also=gradient, offset=OFFSET in simulation.effects)
         hidden = {**simulation.effects, **{name: {"share": 1.0} for name in gradient}}
         transfer = transfer_with_effects(twin, hidden, laws, file)
         _require_answerable(experiment, transfer, file)

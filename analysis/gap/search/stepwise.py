@@ -173,12 +173,13 @@ def _climb(
     path = [(fit, screening)]
     while len(fit.state.effects) < MOST_EFFECTS:
         on = tuple(fit.state.effects)
-        if wide := widened_starts(context, fit, blind):
+        candidates = [c for c in screening.candidates() if c.effects[0] not in blind]
+        wide = [] if _foreseen(context, fit, candidates) else widened_starts(context, fit, blind)
+        if wide:
             candidates = [one.candidate for one in wide]
             starts = {one.effects: one.state for one in wide}
             refits = refit(context, fit, [(names, {}) for names in starts], starts)
         else:
-            candidates = [c for c in screening.candidates() if c.effects[0] not in blind]
             worth = [c for c in candidates if c.gain >= context.least_gain()][:REFITTED]
             refits = refit(context, fit, [((*on, *c.effects), absent(context, screening, c)) for c in worth])
         best = next((r for r in refits if r.fit and r.plausible and r.gain >= context.least_gain(r.fit)), None)
@@ -199,6 +200,11 @@ def _climb(
         screening = context.score_test(fit)
         path.append((fit, screening))
     return steps, path
+
+
+def _foreseen(context: SearchContext, fit: GapFit, candidates: Sequence[Candidate]) -> bool:
+    """Whether one candidate explains enough of the gap to first order already: fits then begin near enough."""
+    return bool(candidates) and 2.0 * candidates[0].gain >= EXPLAINED * context.excess(fit)
 
 
 def _pair(

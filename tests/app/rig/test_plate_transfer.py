@@ -142,11 +142,15 @@ def test_softening_follows_the_level_and_the_plain_plate_does_not(twin: Twin[Eff
     assert difference(ratio(hard, 2.0 * drive, temperature), ratio(hard, drive, temperature)) < 1e-9
 
 
+ASKED: list[dict[str, object]] = []
+"""How `hidden` asked for the twin, the last time last."""
+
+
 def hidden(
     twin: Twin[EffectPlate], monkeypatch: pytest.MonkeyPatch, effects: dict[str, dict[str, float]]
 ) -> TwinPlate:
     """Return the plate of the example's rig, with other effects, its laws within the small twin's range."""
-    monkeypatch.setattr(rig, "effect_twin", lambda *_, **__: twin)
+    monkeypatch.setattr(rig, "effect_twin", lambda *_, **asked: ASKED.append(asked) or twin)
     found = read_acquired_experiment(EXAMPLE)
     assert found.simulation is not None
     values = {"youngs_modulus": 2.7e9 * np.exp(-0.005 * TABLE), "poisson_ratio": 0.36 + 0.0005 * TABLE}
@@ -164,6 +168,7 @@ def test_the_rig_hangs_the_plate_with_its_effects_on_the_cards(
 ) -> None:
     plate = hidden(twin, monkeypatch, {"point_mass": {"mass": 0.002}})
     assert plate.gain == 13.7
+    assert ASKED[-1]["offset"] is False  # the twin that `flexura gap` makes, and keeps
     drive = drive_signal(SWEEP, 1.0, RATE)
     found = ratio(plate, drive, np.full(drive.size, 20.0)) / plate.gain
     laws = plate.transfer.laws  # type: ignore[attr-defined]

@@ -5,6 +5,7 @@ import pytest
 
 from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.state import starting_state
+from analysis.gap.search import stepwise
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.widened_search import widened_starts
 
@@ -56,3 +57,19 @@ def test_near_the_data_and_at_part_of_the_lines_there_is_none(begun):
 def test_effects_that_the_data_do_not_show_are_left_out(begun):
     context, fit = begun({"mass": {"grams": 9.0}})
     assert all("mass" not in one.effects for one in widened_starts(context, fit, ("mass",)))
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "widens"), [("mass", {"grams": 1.0}, False), ("damage", {"loss": 0.4, "x": 0.21}, True)]
+)
+def test_the_search_widens_only_what_first_order_does_not_foresee(begun, monkeypatch, name, values, widens):
+    """Both are far from noise; the mass hardly moves resonances, so that derivatives tell its size."""
+    context, fit = begun({name: values})
+    assert context.far(fit)
+    asked = []
+    monkeypatch.setattr(stepwise, "widened_starts", lambda *given: asked.append(given) or widened_starts(*given))
+    found = stepwise.stepwise_search(context, fit)
+    assert found.effects == (name,)
+    for parameter, value in values.items():
+        assert found.fit.state.effects[name][parameter] == pytest.approx(value, rel=0.02)
+    assert bool(asked) == widens
