@@ -113,6 +113,7 @@ KINDS = {
     "transducer_mass": "masses of transducers",
     "transducer_contact": "contact areas of transducers",
     "attachment_place": "places of attachments",
+    "place_contact": "contact of undeclared attachments",
     "plate_shear": "transverse shear",
     "plate_theory": "plate theory",
     "sheet_moduli": "ratios of moduli",

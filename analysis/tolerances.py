@@ -42,6 +42,9 @@ class Tolerances(Declared):
         does not average as a disc does, and a tip rarely touches with all of its face. 1 is as far as a point.
     attachment_place : float
         Of a string's or a cable's point along x and along y, m: felt where an effect acts there.
+    place_contact : float
+        Of how the plate gives way under something that nobody declared, natural logarithm: it depends on the area
+        that is held, 0.7 is a factor of two. Felt where an effect acts at such a place.
     sensitivity : float
         Of a motion sensor with all its points, as a share; that of the drive is the gain, which is always free.
     oven_offset : float
@@ -79,6 +82,7 @@ class Tolerances(Declared):
     transducer_mass: Annotated[float, Field(ge=0.0, le=0.01, description="kg")] = 5e-5
     transducer_contact: Annotated[float, Field(ge=0.0, le=3.0)] = 1.0
     attachment_place: Distance = 5e-4
+    place_contact: Logarithm = 0.7
     sensitivity: Share = 0.02
     oven_offset: Annotated[float, Field(ge=0.0, le=10.0, description="K")] = 0.3
     oven_slope: Annotated[float, Field(ge=0.0, le=0.1)] = 0.005

@@ -50,7 +50,9 @@ def depart(
     return state.with_(departures=Departures(**vars(away)))
 
 
-def tolerances(experiment: Experiment, movable: Real, made_at: Effects = NO_EFFECTS) -> dict[str, Effect]:
+def tolerances(
+    experiment: Experiment, movable: Real, made_at: Effects = NO_EFFECTS, *, attachable: bool = False
+) -> dict[str, Effect]:
     """Return the declared quantities that are not exact, by name.
 
     Parameters
@@ -59,12 +61,15 @@ def tolerances(experiment: Experiment, movable: Real, made_at: Effects = NO_EFFE
         1 for patches that have room around them to be moved, see `EffectOperators.movable`.
     made_at : mapping
         Values of declared quantities about which the twin was made, where these are not the declared ones.
+    attachable : bool
+        Whether something undeclared may be attached anywhere, see `EffectOperators.places`.
     """
     parts = (
         _of_the_plate(experiment),
         _of_patches(experiment, movable),
         _of_instruments(experiment),
         _of_attachments(experiment),
+        _of_undeclared(experiment) if attachable else (),
         _of_the_theory(experiment),
         sheet_tolerances(experiment),
     )
@@ -230,6 +235,15 @@ def _of_attachments(experiment: Experiment) -> Iterator[Effect]:
             {"dx": ("m", tolerance), "dy": ("m", tolerance)},
             _moved("attached_x", "attached_y", k, len(places)),
         )
+
+
+def _of_undeclared(experiment: Experiment) -> Iterator[Effect]:
+    yield from _quantity(
+        "place_contact",
+        "compliance under an undeclared attachment",
+        {"share": ("1", experiment.tolerances.place_contact)},
+        _scaled("place_compliance"),
+    )
 
 
 def _of_the_theory(experiment: Experiment) -> Iterator[Effect]:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 FORMAT = "flexura-effect-operators/1"
-METHOD = 29
+METHOD = 30
 """Raised whenever the same declaration would give other operators."""
 SCALARS = ("offset_range", "cell", "thickness", "angle", "place_spacing", "error", "plain_error", "dropped")
 PLAIN = (

@@ -91,7 +91,7 @@ def effect_twin(
     operators = cached_operators(about, box, report, fineness=fineness, basis=basis, near=near, offset=offset)
     if not operators.offset_range:
         known = {name: effect for name, effect in known.items() if name != OFFSET}
-    quantities = tolerances(experiment, operators.movable, made_at)
+    quantities = tolerances(experiment, operators.movable, made_at, attachable=bool(len(operators.places)))
     if MODULI in quantities:  # the moduli of a declared orthotropic sheet are free already
         known = {name: effect for name, effect in known.items() if name != "orthotropy"}
     return Twin.of(experiment, EffectPlate(operators), known, quantities)

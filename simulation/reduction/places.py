@@ -6,6 +6,7 @@ bring them into the space. What is left of the answer at a place to a force ther
 computed for places over the plate, and counts as a compliance in series, see `simulation.state.attached`.
 """
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.reduction.energy_decomposition import middle
 from simulation.shell.factors import factorize
-from simulation.shell.footprints import attached_discs
+from simulation.shell.footprints import LARGEST_RADIUS_SHARE, LEAST_RADIUS, attached_discs
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
 from simulation.shell.shortest_wave import shortest_wave
@@ -26,8 +27,11 @@ from simulation.state.plate_state import PlateState
 from simulation.state.state_matrices import FullPlate
 
 SPACING_OVER_WAVE = 0.05
-"""Spacing of the places over the shortest bending wave: deflections between them are good to 2e-4 of their
-rms, to 2e-3 at edges."""
+"""Spacing of the places over the shortest bending wave: deflections between them are good to 2e-4 of their rms."""
+CORNER = 0.3
+"""Angle, rad, from which two sides of a loop meet at a corner; sides along its curves meet at less."""
+ROOM = 1.01
+"""Distance of places from edges, over what the smallest disc needs."""
 PATTERNS = 4
 """Number of random patterns: a mode that one of them hardly excites is excited by the others."""
 MOST_PLACES_SOLVED = 300
@@ -39,13 +43,47 @@ STIFFNESS_SHIFT = 0.3
 
 
 def places(plate: Plate, spacing: float) -> Real:
-    """Places (G, 2) in the middle of equal cells that cover a plate, m; no cell is longer than `spacing`, m."""
+    """Places (G, 2) on a plate, at most `spacing` apart, m: in the middle of equal cells, and beside all edges."""
     low, high = np.array(plate.bounds)
     counts = np.maximum(np.ceil((high - low) / spacing), 6).astype(int)
     x, y = (low[k] + (np.arange(n) + 0.5) * (high - low)[k] / n for k, n in enumerate(counts))
     grid = np.array([(a, b) for a in x for b in y])
-    away = np.min([loop.distance(grid) for loop in (plate.loop, *plate.hole_loops)], axis=0)
-    return np.asarray(grid[plate.contains(grid) & (away > 0.5 * plate.thickness)])
+    least = LEAST_RADIUS / LARGEST_RADIUS_SHARE * plate.thickness
+    edges = [_beside(plate.loop.polygon, spacing, ROOM * least)]
+    edges += [_beside(loop.polygon, spacing, -ROOM * least) for loop in plate.hole_loops]
+    return np.vstack([_with_room(plate, grid, 0.5 * plate.thickness), _with_room(plate, np.vstack(edges), least)])
+
+
+def _with_room(plate: Plate, points: Real, room: float) -> Real:
+    """Those of points (K, 2) that are on the plate and further than `room` from its edges."""
+    away = np.min([loop.distance(points) for loop in (plate.loop, *plate.hole_loops)], axis=0)
+    return np.asarray(points[plate.contains(points) & (away > room)])
+
+
+def _beside(polygon: Real, spacing: float, away: float) -> Real:
+    """Points (K, 2) at `away` to the left of a loop (V, 2), to the right where negative, about `spacing` apart.
+
+    Its corners are among them: within a thickness or two of edges the local compliance is up to five times that
+    inside.
+    """
+    sides = np.roll(polygon, -1, axis=0) - polygon
+    length = np.hypot(*sides.T)
+    normal = np.stack([-sides[:, 1], sides[:, 0]], axis=1) / length[:, None]
+    before = np.roll(normal, 1, axis=0)
+    corner = (normal * before).sum(axis=1) < np.cos(CORNER)
+    along = np.concatenate([[0.0], np.cumsum(length)])
+    ends = np.unique([0.0, *along[:-1][corner], along[-1]])
+    at = np.concatenate(
+        [np.linspace(a, b, max(1, round((b - a) / spacing)), endpoint=False) for a, b in pairwise(ends)]
+    )
+    here = np.searchsorted(along, at, side="right") - 1
+    inward = normal[here]
+    turns = corner[here] & (at == along[here])
+    inward[turns] += before[here[turns]]
+    size = np.maximum((inward**2).sum(axis=1), 0.1)  # at a cusp there is no room
+    inward *= (np.where(turns, 2.0, 1.0) / size)[:, None]
+    share = ((at - along[here]) / length[here])[:, None]
+    return np.asarray(polygon[here] + share * sides[here] + away * inward)
 
 
 def deflections(full: FullPlate, at: Real) -> csr_matrix:

@@ -40,6 +40,8 @@ class Departures:
         On each footprint, kg.
     attached_x, attached_y : float or (K,) ndarray
         Shift of each point where a string or a cable is attached, m.
+    place_compliance : float
+        Of the plate where something is attached that nobody declared, see `simulation.state.attached`.
     modulus_x, modulus_y, in_plane_shear, shear_x, shear_y : float
         Of an orthotropic sheet in its own axes: E_x, E_y, the shear modulus in the plane, and those of the planes
         xz and yz.
@@ -72,6 +74,7 @@ class Departures:
     added_mass: Any = 0.0
     attached_x: Any = 0.0
     attached_y: Any = 0.0
+    place_compliance: Any = 1.0
     momentum: Any = 0.0
     modulus_x: Any = 1.0
     modulus_y: Any = 1.0

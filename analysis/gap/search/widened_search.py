@@ -16,7 +16,15 @@ from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.refit import absent
 from analysis.gap.search.score_test import score_test
-from analysis.gap.thresholds import BEHIND, REFITTED, WIDENED, WIDENED_ERROR
+from analysis.gap.thresholds import (
+    BEHIND,
+    LEAVES_NOISE,
+    MOVED_ELSEWHERE,
+    REFITTED,
+    SITES_REFITTED,
+    WIDENED,
+    WIDENED_ERROR,
+)
 
 
 @dataclass(frozen=True)
@@ -63,14 +71,25 @@ def widened_starts(context: SearchContext, fit: GapFit, blind: Sequence[str]) ->
     held = fit.state if fit.held is None else fit.held.state
     begun = _fitted(wide, replace(held, declared={}).with_tolerances(context.model.tolerance_cards), on)
     screening = score_test(context.model, wide.sweeps, begun, context.executor)
-    worth = [c for c in screening.candidates() if c.effects[0] not in blind and c.gain > 0.0]
-    found = []
-    for place, candidate in enumerate(worth[:REFITTED]):
+    worth = [c for c in screening.candidates() if c.effects[0] not in blind and c.gain > 0.0][:REFITTED]
+
+    def begin(candidate: Candidate) -> WidenedStart:
         names = (*on, *candidate.effects)
         start = begun.state.with_effects({**begun.state.effects, **absent(context, screening, candidate)})
         there = _fitted(wide, start, names)
-        found.append(WidenedStart(candidate, names, there.state, there.objective))
-        context.report("wider resonances", (place + 1) / len(worth[:REFITTED]))
+        return WidenedStart(candidate, names, there.state, there.objective)
+
+    found = []
+    for place, candidate in enumerate(worth):
+        found.append(begin(candidate))
+        context.report("wider resonances", (place + 1) / len(worth))
+    found.sort(key=lambda one: one.left)
+    enough = LEAVES_NOISE * wide.sweeps.numbers
+    for place, one in enumerate(found[:MOVED_ELSEWHERE]):
+        sites = sorted(screening.at_sites(one.candidate.effects[0]), key=lambda c: -c.gain)[:SITES_REFITTED]
+        for candidate in sites[1:]:
+            if min(known.left for known in found) > enough:
+                found[place] = min(found[place], begin(candidate), key=lambda known: known.left)
     found.sort(key=lambda one: one.left)
     return [one for one in found if one.left <= BEHIND * found[0].left and one.left < begun.objective]
 

@@ -231,12 +231,17 @@ def away(effect: Mapping[str, Any], place: tuple[float, float]) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("plate", "stiffness"), [(ALUMINIUM, 2000.0), (PLASTIC, 500.0)], ids=["aluminium", "plastic"]
+    ("plate", "stiffness"),
+    [(ALUMINIUM, 2000.0), (PLASTIC, 500.0), (PLASTIC, 3000.0)],
+    ids=["aluminium", "plastic", "strong on plastic"],
 )
 def test_a_spring_at_an_edge_where_nothing_is_declared(
     plate: Plate, stiffness: float, tmp_path: Path, run_flexura: Run
 ) -> None:
-    """At a corner: a search that ended half a thickness inside left more than noise on plastic."""
+    """At a corner: a search that ended half a thickness inside left more than noise on plastic.
+
+    The strong one was found from the fifth site only, and was 1.6 % weak with the compliance of the inside.
+    """
     hidden = Added(stiffness=stiffness, loss=0.1)
     found = compared(recorded(tmp_path / "l", plate, {EDGE: hidden}, 1), run_flexura)
     (effect,) = found["effects"]
