@@ -8,8 +8,9 @@ when it is first asked for, so that ``import flexura`` costs little. See ``docs/
 ``modal_tests``       `frfs_of_test`, `identify_test`: a structure at one temperature
 ``files_out``         `report`, `export_filters`, `export_sweeps`
 ``whole_run``         `run`: all of it, and the report
-``panels``            `focus`, `compensate`: filters that follow the temperature; `health`: what has changed
-``sound``             `render`, `thermometer`: what a panel plays, and how warm it is by its own patches
+``panels``            `focus`, `compensate`: filters that follow the temperature; `health`: what has changed;
+                      `study`: the paper's figures
+``sound``             `radiation`, `render`, `thermometer`: what is heard of a panel, what it plays, how warm it is
 ``forward_twin``      `twin`: material and effects in, FRFs, derivatives, modes and matrices out
 ``um_bridge``         the same served to samplers and optimisers elsewhere: `serve`
 ``panel_files``       laws, twin files, panels and run folders that these two take
@@ -32,9 +33,9 @@ if TYPE_CHECKING:
     from flexura.files_out import export_filters, export_sweeps, report
     from flexura.forward_twin import twin
     from flexura.modal_tests import frfs_of_test, identify_test
-    from flexura.panels import compensate, focus, health
+    from flexura.panels import compensate, focus, health, study
     from flexura.shipped_examples import example
-    from flexura.sound import render, thermometer
+    from flexura.sound import radiation, render, thermometer
     from flexura.um_bridge import serve
     from flexura.whole_run import run
 
@@ -52,10 +53,12 @@ __all__ = [
     "identify_test",
     "load",
     "plot",
+    "radiation",
     "render",
     "report",
     "run",
     "serve",
+    "study",
     "thermometer",
     "twin",
     "update",
@@ -72,6 +75,7 @@ _MODULES = {
     "focus": "panels",
     "compensate": "panels",
     "health": "panels",
+    "study": "panels",
     "plot": "figures",
     "run": "whole_run",
     "example": "shipped_examples",
@@ -82,6 +86,7 @@ _MODULES = {
     "export_sweeps": "files_out",
     "twin": "forward_twin",
     "serve": "um_bridge",
+    "radiation": "sound",
     "render": "sound",
     "thermometer": "sound",
 }

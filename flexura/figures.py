@@ -1,6 +1,7 @@
 """Figures of results, as on the report's page."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from inspect import signature
 from typing import Any
 
@@ -10,13 +11,16 @@ from analysis.campaign import Campaign
 from analysis.frf import Frf
 from analysis.frf_campaign import AnyCampaign, FrfCampaign
 from app.files.gap_file import GapFigures
-from app.report import focusing, gap, health, identified, measured, style, updated
+from app.report import focusing, gap, health, identified, measured, radiation, studies, style, updated
 from app.report.declared import picture, pieces_of_experiment
 from app.stages.compensate import CompensatedPanel
 from app.stages.focus import FocusedPanel
 from app.stages.gap import GapComparison
 from app.stages.health import WatchedPanel
 from app.stages.identify import IdentifiedCampaign
+from app.stages.radiation import RadiatingPanel
+from app.stages.study import FIGURES as STUDIED
+from app.stages.study import StudiedPanel
 from app.stages.update import Updating
 
 
@@ -26,7 +30,8 @@ def plot(value: Any, kind: str | None = None, *, channel: int | None = None) -> 
     Parameters
     ----------
     value : Campaign, FrfCampaign, Frf or result of a stage
-        IdentifiedCampaign, Updating, GapComparison, FocusedPanel, CompensatedPanel or WatchedPanel.
+        IdentifiedCampaign, Updating, GapComparison, FocusedPanel, CompensatedPanel, WatchedPanel, RadiatingPanel
+        or StudiedPanel.
     kind : str, optional
         Which of its figures, see `FIGURES`; the first where it is left out.
     channel : int, optional
@@ -82,6 +87,14 @@ def _of_gap(draw: Callable[[GapFigures], Figure]) -> Callable[[GapComparison], F
     return lambda found: draw(GapFigures.of(found.report, found.corrected.nodes))
 
 
+def _studied(name: str, found: StudiedPanel) -> Figure:
+    """Return a figure of the paper; ValueError for one that was not asked for."""
+    made = {one.name: one.figure for one in studies.pictures(found.studies)}
+    if name not in made:
+        raise ValueError(f"figure {name!r} was not computed; these were: {', '.join(made)}")
+    return made[name]
+
+
 FIGURES: Mapping[type, Mapping[str, Callable[..., Figure]]] = {
     Campaign: {"plate": _plate},
     FrfCampaign: {"plate": _plate},
@@ -111,5 +124,7 @@ FIGURES: Mapping[type, Mapping[str, Callable[..., Figure]]] = {
         "errors": lambda found: focusing.relative_errors(found.compensation),
     },
     WatchedPanel: {"trend": lambda found: health.trend(found.report)},
+    RadiatingPanel: {"levels": lambda found: radiation.levels(found.radiation)},
+    StudiedPanel: {f"study-{figure}": partial(_studied, f"study-{figure}") for figure in STUDIED},
 }
 """Figures of each kind of value, by name; the first is drawn where none is named."""

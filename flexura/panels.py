@@ -1,4 +1,4 @@
-"""Filters of a panel that follow the temperature, and what has changed on it since a baseline."""
+"""Filters of a panel that follow the temperature, the paper's figures, and what has changed since a baseline."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +14,7 @@ from app.files.run_folder import writable_folder
 from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
 from app.stages import health as health_stage
+from app.stages import study as study_stage
 from app.stages.panel_inputs import checked_device, measured_panel, weather_for
 from app.stages.panel_laws import range_of, within
 from flexura.campaigns import File, computing
@@ -242,7 +243,7 @@ def health(
     baseline : path
         Run folder of ``flexura update``, of the panel when it was healthy.
     rate : float
-        False alarms per date, at most: above 0, up to 0.1.
+        False alarms per date, at most: 1e-9 to 0.1.
     mains : float
         Hz; for dates that are campaign folders.
     out : path, optional
@@ -252,18 +253,63 @@ def health(
 
     Raises
     ------
-    ValueError
-        For a rate outside what is allowed, and no dates.
     app.files.bad_file.ResultFileError, app.files.campaign_error.CampaignFileError
-        For a baseline that is none, a date of another panel, and what cannot be read.
+        For a rate outside what is allowed, no dates, a baseline that is none, a date of another panel, and what
+        cannot be read.
     """
-    if not 0.0 < rate <= 0.1:
-        raise ValueError(f"rate is {rate:g}; allowed: above 0, up to 0.1 false alarms per date")
-    if not dates:
-        raise ValueError("no dates; one or more wanted")
+    request = health_stage.HealthRequest(
+        baseline=Path(baseline), dates=tuple(Path(one) for one in dates), rate=rate, mains=mains
+    )
     folder = None if out is None else writable_folder(Path(out), "out")
     with computing(shown=progress) as report:
-        found = health_stage.compute(Path(baseline), [Path(one) for one in dates], report, rate=rate, mains=mains)
+        found = health_stage.compute(request, report)
     if folder is not None:
-        health_stage.save(folder, found, rate)
+        health_stage.save(folder, found)
     return found
+
+
+def study(
+    figure: str | int,
+    run: File | None = None,
+    *,
+    panel: File | None = None,
+    as_paper: bool = False,
+    seed: int = 0,
+    out: File | None = None,
+    progress: bool | None = None,
+) -> study_stage.StudiedPanel:
+    """Compute a figure of the paper on focusing, or all, for a panel, as ``flexura study``.
+
+    Parameters
+    ----------
+    figure : str or int
+        4, 13 to 19, or ``all``.
+    run : path, optional
+        Run folder with laws; the current folder where it is left out.
+    panel : path, optional
+        Panel file; that of the run's filters.h5 where it is left out.
+    as_paper : bool
+        Whether networks are fed, scaled, started and split, and filters designed, as in the paper.
+    seed : int
+        Of all that is random.
+    out : path, optional
+        Folder for studies.h5; that of the laws where it is left out.
+    progress : bool, optional
+        Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
+
+    Raises
+    ------
+    analysis.compensation.evidence_collapse.EvidenceCollapseError
+        Where the networks are refused.
+    app.files.bad_file.ResultFileError, app.files.campaign_error.CampaignFileError
+        For a figure that the paper does not have, and laws and panels that cannot be used.
+    """
+    request = study_stage.StudyRequest(
+        figure=str(figure),
+        run=None if run is None else Path(run),
+        panel=None if panel is None else Path(panel),
+        as_paper=as_paper,
+        seed=seed,
+    )
+    with computing(shown=progress) as report:
+        return study_stage.compute(request, None if out is None else Path(out), report)

@@ -1,9 +1,11 @@
-"""What a panel plays, and what its own patches say of its temperature."""
+"""What a panel plays, what is heard of it, and what its own patches say of its temperature."""
 
 from pathlib import Path
 
+from app.stages import radiation as radiation_stage
 from app.stages import render as render_stage
 from app.stages import thermometer as thermometer_stage
+from app.stages.radiation import RadiatingPanel, RadiationRequest
 from app.stages.render import USUAL_BLOCK, RenderedSound, RenderRequest
 from app.stages.thermometer import MeasuredTemperatures, ThermometerRequest
 from flexura.campaigns import File, computing
@@ -66,6 +68,50 @@ def render(
     )
     with computing(shown=progress) as report:
         return render_stage.compute(request, Path(run if out is None else out), report)
+
+
+def radiation(
+    run: File,
+    *,
+    panel: File | None = None,
+    transfers: File | None = None,
+    twin: File | None = None,
+    out: File | None = None,
+    progress: bool | None = None,
+) -> RadiatingPanel:
+    """Compute what listeners hear of a panel with its filters, over temperature, as ``flexura radiation``.
+
+    Parameters
+    ----------
+    run : path
+        Run folder with filters.h5 and laws, or that file.
+    panel : path, optional
+        Panel file whose ``[sound]`` is taken; the filters' own where it is left out.
+    transfers : path, optional
+        Measured transfers, from which the filters were made, in place of laws and a twin.
+    twin : path, optional
+        Twin file whose laws are taken.
+    out : path, optional
+        Folder for radiation.h5; that of the filters where it is left out.
+    progress : bool, optional
+        Draw progress bars on the error stream, where that is a terminal, or in a notebook; None: in a notebook.
+
+    Raises
+    ------
+    app.files.bad_file.ResultFileError
+        For options that exclude each other, files that cannot be used, and a grid or points too coarse for the
+        wavelength.
+    app.files.campaign_error.CampaignFileError
+        For a twin file that cannot be used.
+    """
+    request = RadiationRequest(
+        run=Path(run),
+        panel=None if panel is None else Path(panel),
+        transfers=None if transfers is None else Path(transfers),
+        twin=None if twin is None else Path(twin),
+    )
+    with computing(shown=progress) as report:
+        return radiation_stage.compute(request, None if out is None else Path(out), report)
 
 
 def thermometer(

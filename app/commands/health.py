@@ -74,8 +74,9 @@ def command(
     from app.terminal.tables import show
 
     with run_folder(baseline, out or baseline) as folder, output.progress() as report:
-        found = health.compute(baseline, dates, report, rate=rate, mains=mains)
-        record = health.save(folder, found, rate)
+        request = health.HealthRequest(baseline=baseline, dates=dates, rate=rate, mains=mains)
+        found = health.compute(request, report)
+        record = health.save(folder, found)
     target = folder / health.HEALTH
     if picture:
         from app.report.health import trend

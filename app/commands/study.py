@@ -1,7 +1,5 @@
 """``flexura study``: the figures of the paper's section 5, and its Fig. 4, on a panel."""
 
-import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,13 +10,10 @@ from app.commands.options import PANEL, RUN_WITH_LAWS, filter_options, out_folde
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
-    from analysis.compensation.settings import Training
     from app.files.studies_file import Studies
 
 FIGURES = ("4", "13", "14", "15", "16", "17", "18", "19")
-SPACINGS_OF = {"14": 5.0, "15": 5.0, "16": 5.0, "17": 5.0, "18": 5.0, "19": 8.0}
-"""Widest spacing of training temperatures in figures with networks, °C."""
-
+"""As of `app.stages.study`, which takes too long to import for ``--help``."""
 EXAMPLES = """\b
 Examples:
   flexura study all plate-run
@@ -57,73 +52,29 @@ def command(
     each figure; `flexura report` shows them. Exit status 1 where the networks are refused.
     """
     from analysis.compensation.evidence_collapse import EvidenceCollapseError
-    from analysis.compensation.settings import Training
-    from app.files.campaign_inputs import extent_settings
-    from app.files.provenance import provenance, sha256
-    from app.files.run_folder import run_folder
-    from app.stages.panel_inputs import panel_for
-    from app.stages.panel_laws import laws_for, range_of
+    from app.stages.study import StudyRequest, compute
     from app.summaries.campaign_extent import led
 
-    if as_paper and filters["design"] is not None:
-        raise click.UsageError("--as-paper sets --design itself: leave one of them out")
-    started = time.perf_counter()
-    origin = laws_for(run, None, "study")
-    laws_path, beside = origin.path, origin.folder
-    declared, panel_path = panel_for(panel, beside, filters | ({"design": "inverse-fft"} if as_paper else {}))
-    declared, notes = origin.on(declared)
-    laws = declared.plate.grown(origin.laws)
-    low, high = range_of(declared, laws, laws_path, origin.extent)
-    training = Training(seed=seed)
-    wanted = FIGURES if figure == "all" else (figure,)
-    _check_spacing(wanted, training, (low, high), laws_path)
-
-    from app.files.studies_file import save_studies
-    from app.report.studies import rows
-    from app.stages.study import run_studies
-    from app.twins.panel_twin import panel_twin
-
-    with run_folder(beside, out or beside) as folder, output.progress() as report:
-        model = panel_twin(declared, laws, report)
+    request = StudyRequest(figure=figure, run=run, panel=panel, as_paper=as_paper, seed=seed, changes=filters)
+    with output.progress() as report:
         try:
-            found = run_studies(
-                wanted, model, declared, laws, training.as_paper() if as_paper else training, report
-            )
+            found = compute(request, out, report)
         except EvidenceCollapseError as error:
             output.failure(f"refused: {error}")
             raise click.exceptions.Exit(1) from error
-        inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
-        settings = {"figures": list(wanted), "as_paper": as_paper, "panel": declared.model_dump(mode="json")}
-        settings |= extent_settings(origin.extent)
-        save_studies(folder / "studies.h5", declared, found, provenance(inputs, settings, seed))
-        drawn = _draw(found, figure, folder)
-    numbers = rows(found)
+        drawn = _draw(found.studies, figure, found.file.parent)
+
+    from app.report.studies import rows
+
+    numbers = rows(found.studies)
     output.result(
         lambda: [{"quantity": r.quantity, "paper": r.paper, "ours": r.ours} for r in numbers],
         lambda: show(numbers),
     )
-    for note in notes:
+    for note in found.notes:
         output.note(note)
-    said = f"{drawn} figures, {len(numbers)} numbers; {time.perf_counter() - started:.1f} s"
-    output.summary(f"{led(origin.extent)}{said}; {folder / 'studies.h5'}")
-
-
-def _check_spacing(wanted: Sequence[str], training: "Training", span: tuple[float, float], laws: Path) -> None:
-    """Raise ResultFileError if the laws' range is too narrow for the networks of a requested figure."""
-    from analysis.focusing.temperatures import spaced
-    from app.files.bad_file import ResultFileError
-
-    spacing = max((SPACINGS_OF[one] for one in wanted if one in SPACINGS_OF), default=None)
-    if spacing is None:
-        return
-    low, high = span
-    try:
-        training.check_temperatures(len(spaced(low, high, spacing)))
-    except ValueError as error:
-        raise ResultFileError(
-            f"{laws}: {low:g} to {high:g} °C give too few temperatures {spacing:g} °C apart to train "
-            "networks on; take laws of a wider range, or figures 4 and 13"
-        ) from error
+    said = f"{drawn} figures, {len(numbers)} numbers; {found.seconds:.1f} s"
+    output.summary(f"{led(found.extent)}{said}; {found.file}")
 
 
 def _draw(found: "Studies", figure: str, folder: Path) -> int:

@@ -36,7 +36,7 @@
 ``panel_inputs``           panel, method and processor for `focus` and `compensate`
 ``panel_laws``             material laws of a panel's plate, and their range
 ``measured_plate``         a panel that is the plate that was measured
-``study``                  the paper's figures on focusing for a panel
+``study``                  the paper's figures on focusing for a panel; ``study_figures``: their data, one by one
 ``uncorrected_filters``    performance of filters designed without a named effect
 =========================  ================================================================
 """

@@ -22,7 +22,7 @@ from analysis.progress import Progress
 from analysis.twin_model import Effects
 from analysis.updated import Updated
 from app.files.atomic import write_json
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.best_twin import best_twin
 from app.files.campaign import load_campaign
 from app.files.frf_file import load_frf
@@ -36,6 +36,40 @@ from app.twins.campaign_model import campaign_model
 HEALTH = "health.json"
 FALSE_ALARM_RATE = 1e-3
 """False alarms per date: of a panel that is asked every week, one in twenty years."""
+RATES = (1e-9, 0.1)
+"""Lowest and highest that may be asked for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class HealthRequest:
+    """Dates that are judged against a baseline, as typed or declared.
+
+    Attributes
+    ----------
+    baseline : Path
+        Run folder of ``flexura update``, of the panel when it was healthy.
+    dates : tuple of Path
+        Run folders with frf.h5, campaign folders, or folders of sound, in order of time.
+    rate : float
+        False alarms per date, at most.
+    mains : float
+        Hz.
+    """
+
+    baseline: Path
+    dates: tuple[Path, ...]
+    rate: float = FALSE_ALARM_RATE
+    mains: float = 50.0
+
+    def __post_init__(self) -> None:
+        """Raise UnsuitedOptionError for no dates, and a rate outside what is allowed."""
+        if not self.dates:
+            raise UnsuitedOptionError("no dates; name one or more")
+        low, high = RATES
+        if not low <= self.rate <= high:
+            raise UnsuitedOptionError(
+                f"--rate {self.rate:g}: allowed are {low:g} to {high:g} false alarms per date"
+            )
 
 
 @dataclass(frozen=True)
@@ -135,34 +169,25 @@ def later_date(folder: Path, mains: float) -> LaterDate | LaterSound:
     return LaterDate(name, folder, campaign.experiment, frf, declared, inputs)
 
 
-def compute(
-    run: Path, dates: Sequence[Path], report: Progress, *, rate: float = FALSE_ALARM_RATE, mains: float = 50.0
-) -> WatchedPanel:
+def compute(request: HealthRequest, report: Progress) -> WatchedPanel:
     """Judge dates in turn against a baseline.
 
     Parameters
     ----------
-    run : Path
-        Run folder of `flexura update`, of the panel when it was healthy.
-    dates : sequence of Path
-        In order of time.
     report : callable
         Called with a stage's name and the share of it done.
-    rate : float
-        False alarms per date, at most.
-    mains : float
-        Hz.
 
     Raises
     ------
     ResultFileError, CampaignFileError
         For a baseline that is none, a date of another panel, and whatever cannot be read.
     """
+    run = request.baseline
     best = best_twin(run, "health")
     experiment, frf = load_frf(run_file(run, "frf.h5", "health"))
     laws = best.twin.needed_laws
     updated = best.twin.updated
-    later = [later_date(one, mains) for one in dates]
+    later = [later_date(one, request.mains) for one in request.dates]
     for one in later:
         if isinstance(one, LaterDate):
             _require_comparable(one, experiment, frf)
@@ -194,7 +219,7 @@ def compute(
         twins.append(baseline.linearised(float(temperature)))
     report("baseline", 1.0)
     watch = HealthWatch(
-        baseline, self_check(baseline, twins), rate, baseline, [baseline.completed(one) for one in twins]
+        baseline, self_check(baseline, twins), request.rate, baseline, [baseline.completed(one) for one in twins]
     )
     notes = list(best.notes)
     for number, one in enumerate(later):
@@ -211,22 +236,21 @@ def compute(
     return WatchedPanel(watch.report(), tuple(dict.fromkeys(notes)), hashes)
 
 
-def save(run: Path, found: WatchedPanel, rate: float) -> dict[str, Any]:
+def save(run: Path, found: WatchedPanel) -> dict[str, Any]:
     """Write health.json and return what it holds.
 
     Parameters
     ----------
     run : Path
         Folder for it.
-    rate : float
-        As computed.
 
     Raises
     ------
     OSError
         Where it cannot be written.
     """
-    record = {**found.record(), "notes": list(found.notes), "provenance": provenance(found.inputs, {"rate": rate})}
+    made = provenance(found.inputs, {"rate": found.report.rate})
+    record = {**found.record(), "notes": list(found.notes), "provenance": made}
     write_json(run / HEALTH, record)
     return record
 

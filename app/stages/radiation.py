@@ -1,99 +1,158 @@
 """Radiation stage: the sound of a panel with the filters of a run, computed and saved."""
 
-from collections.abc import Mapping
+import json
+import time
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from analysis.campaign_extent import CampaignExtent
-from analysis.focusing.fir import FirBank
-from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.panel import Panel
-from analysis.focusing.radiated import Radiation, radiate, radiate_measured
-from analysis.material import MaterialLaws
 from analysis.progress import Progress
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.campaign_inputs import extent_settings
-from app.files.provenance import provenance
-from app.files.radiation_file import save_radiation
-from app.twins.panel_twin import panel_twin
+from app.files.filter_files import load_focusing
+from app.files.panel_file import panel_of_text, read_panel
+from app.files.provenance import provenance, sha256
+from app.files.run_folder import run_file, run_folder
+from app.files.transfers_file import transfer_files
+from app.stages.panel_inputs import measured_panel
+from app.stages.panel_laws import laws_for
+from app.summaries.campaign_extent import extent_record, led
+
+if TYPE_CHECKING:  # a run is told to be of another kind before what computes is imported
+    from analysis.focusing.radiated import Radiation
 
 RADIATION = "radiation.h5"
 
 
-def compute(panel: Panel, laws: MaterialLaws, bank: FirBank, reference: float, report: Progress) -> Radiation:
-    """Compute the sound of a panel whose plate obeys laws.
+@dataclass(frozen=True, kw_only=True)
+class RadiationRequest:
+    """Filters whose sound is computed, as typed or declared.
 
-    Parameters
-    ----------
-    laws : MaterialLaws
-        As measured; thermal expansion of the panel's plate is added here.
-    reference : float
-        Temperature of the filters that are kept, degrees Celsius.
-    report : callable
-        Called with a stage's name and the share of it done.
-
-    Raises
-    ------
-    ResultFileError
-        For a grid too coarse for the wavelength, and laws that leave the panel's twin.
-    """
-    laws = panel.plate.grown(laws)
-    model = panel_twin(panel, laws, report)
-    try:
-        return radiate(model, panel, laws, bank, reference, report)
-    except ValueError as error:
-        raise ResultFileError(f"the panel's grid: {error}") from error
-
-
-def compute_measured(measured: MeasuredPanel, bank: FirBank, reference: float, report: Progress) -> Radiation:
-    """Compute the sound of a panel from its measured transfers.
-
-    Parameters
-    ----------
-    reference : float
-        Temperature of the filters that are kept, degrees Celsius.
-    report : callable
-        Called with a stage's name and the share of it done.
-
-    Raises
-    ------
-    ResultFileError
-        For points too coarse for the wavelength, and filters of other temperatures.
-    """
-    try:
-        return radiate_measured(measured, bank, reference, report)
-    except ValueError as error:
-        raise ResultFileError(f"the measured transfers: {error}") from error
-
-
-def save(
-    run: Path,
-    panel: Panel,
-    found: Radiation,
-    inputs: Mapping[str, str],
-    extent: CampaignExtent | None = None,
-) -> Path:
-    """Write radiation.h5.
-
-    Parameters
+    Attributes
     ----------
     run : Path
-        Run folder.
-    inputs : mapping
-        SHA-256 of every input file, by its name.
-    extent : CampaignExtent, optional
-        Of the campaign that the laws are from, where that was not complete.
+        Run folder with filters.h5, or that file.
+    panel : Path or None
+        Panel file whose ``[sound]`` is taken; None for the filters' own.
+    transfers : Path or None
+        Measured transfers, from which the filters were made, in place of laws and a twin.
+    twin : Path or None
+        Twin file whose laws are taken.
+    """
 
-    Returns
-    -------
-    Path
-        File written.
+    run: Path
+    panel: Path | None = None
+    transfers: Path | None = None
+    twin: Path | None = None
+
+    def __post_init__(self) -> None:
+        """Raise UnsuitedOptionError for options that exclude each other."""
+        if self.transfers is not None and self.twin is not None:
+            raise UnsuitedOptionError("--transfers takes the place of laws and of --twin: leave one of them out")
+
+
+@dataclass(frozen=True)
+class RadiatingPanel:
+    """Result of the radiation stage.
+
+    Attributes
+    ----------
+    panel : Panel
+        With the listeners, air and mounting that were computed.
+    radiation : Radiation
+    file : Path
+        radiation.h5.
+    seconds : float
+        It took.
+    extent : CampaignExtent or None
+        Of the campaign that the laws come from.
+    notes : tuple of str
+        For people.
+    """
+
+    panel: Panel
+    radiation: "Radiation"
+    file: Path
+    seconds: float
+    extent: CampaignExtent | None = None
+    notes: tuple[str, ...] = field(default=(), repr=False)
+
+    def record(self) -> dict[str, Any]:
+        """Return what ``--json`` prints."""
+        from app.summaries.radiation import record
+
+        return record(self.panel, self.radiation, self.seconds) | extent_record(self.extent)
+
+    def __repr__(self) -> str:
+        """Say in one line what is heard."""
+        from app.summaries.radiation import summary
+
+        return f"{led(self.extent)}{summary(self.panel, self.radiation, self.file, self.seconds)}"
+
+
+def compute(request: RadiationRequest, out: Path | None, report: Progress) -> RadiatingPanel:
+    """Compute the sound of a panel, and write radiation.h5.
+
+    Parameters
+    ----------
+    out : Path or None
+        Folder for the file; None for that of the filters.
+    report : callable
+        Called with a stage's name and the share of it done.
 
     Raises
     ------
-    OSError
-        Where it cannot be written.
+    ResultFileError, CampaignFileError
+        For files that cannot be used, a grid or points too coarse for the wavelength, laws that leave the panel's
+        twin, and transfers at other temperatures than the filters.
     """
-    target = run / RADIATION
-    settings = {"panel": panel.model_dump(mode="json"), **extent_settings(extent)}
-    save_radiation(target, panel, found, provenance(inputs, settings))
-    return target
+    started = time.perf_counter()
+    run = request.run
+    filters = run if run.is_file() else run_file(run, "filters.h5", "radiation")
+    declared, focusing, _ = load_focusing(filters)
+    inputs = {filters.name: sha256(filters)}
+    if request.panel is not None:
+        declared, inputs[request.panel.name] = _with_sound(declared, request.panel), sha256(request.panel)
+    origin = measured = None
+    if request.transfers is None:
+        origin = laws_for(run, request.twin, "radiation")
+        inputs[origin.path.name] = sha256(origin.path)
+    else:
+        measured = measured_panel(declared, request.transfers, ())
+        inputs |= {path.name: sha256(path) for path in transfer_files(request.transfers)}
+
+    from analysis.focusing.radiated import radiate, radiate_measured
+    from app.files.radiation_file import save_radiation
+    from app.summaries.radiation import notes
+    from app.twins.panel_twin import panel_twin
+
+    reference, extent = focusing.reference_temperature, None if origin is None else origin.extent
+    with run_folder(filters.parent, out or filters.parent) as folder:
+        try:
+            if measured is not None:
+                found = radiate_measured(measured, focusing.bank, reference, report)
+            elif origin is not None:
+                laws = declared.plate.grown(origin.laws)
+                model = panel_twin(declared, laws, report)
+                found = radiate(model, declared, laws, focusing.bank, reference, report)
+        except ValueError as error:
+            about = "panel's grid" if measured is None else "measured transfers"
+            raise ResultFileError(f"the {about}: {error}") from error
+        settings = {"panel": declared.model_dump(mode="json"), **extent_settings(extent)}
+        save_radiation(folder / RADIATION, declared, found, provenance(inputs, settings))
+    said = (*(() if origin is None else origin.notes), *notes(declared, found))
+    return RadiatingPanel(declared, found, folder / RADIATION, time.perf_counter() - started, extent, said)
+
+
+def _with_sound(panel: Panel, path: Path) -> Panel:
+    """Return a panel with the listeners, air and mounting of another panel's file.
+
+    Raises
+    ------
+    ResultFileError
+        Where the file cannot be read, or lacks listeners of the zone that the filters play to.
+    """
+    sound = read_panel(path).sound.model_dump(mode="json")
+    return panel_of_text(json.dumps(panel.model_dump(mode="json") | {"sound": sound}), str(path))

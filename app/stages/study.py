@@ -1,124 +1,153 @@
-"""The paper's studies on a panel, computed figure by figure."""
+"""Study stage: the data of the paper's figures on a panel, computed and saved."""
 
 import time
-from collections.abc import Sequence
-from functools import partial
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from analysis.compensation.direct_filters import DirectFilters, direct_filters
-from analysis.compensation.network import InputMap
-from analysis.compensation.parameter_studies import study_networks
-from analysis.compensation.rivals import rigidity
+from analysis.campaign_extent import CampaignExtent
 from analysis.compensation.settings import Training
-from analysis.compensation.study import compensate
-from analysis.focusing.over_temperature import focus
-from analysis.focusing.panel import Panel
-from analysis.focusing.played import play_methods
-from analysis.focusing.temperatures import covered, spaced
-from analysis.material import MaterialLaws
+from analysis.focusing.temperatures import spaced
 from analysis.progress import Progress
-from app.files.studies_file import Studies, Surfaces
-from app.stages.panel_inputs import workers
-from app.twins.panel_twin import PanelTwin
+from app.files.bad_file import ResultFileError, UnsuitedOptionError
+from app.files.campaign_inputs import extent_settings
+from app.files.provenance import provenance, sha256
+from app.files.run_folder import run_folder
+from app.stages.panel_inputs import panel_for
+from app.stages.panel_laws import laws_for, range_of
 
-NODES = tuple(range(6, 17))
-SPACINGS = (2.0, 5.0, 8.0)
-MOST_NODES = 14
-"""Hidden nodes where spacings are compared, and the spacings of training temperatures, K (Fig. 19)."""
-SHOWN = np.array([0.0, 20.0, 40.0, 60.0])
-"""Temperatures of Fig. 13, degrees Celsius."""
-OF_NETWORKS = {"14", "15", "16", "17"}
-CHOICES = {
-    "18": ("nodes", [(nodes, 5.0) for nodes in NODES]),
-    "19": ("spacings", [(MOST_NODES, spacing) for spacing in SPACINGS]),
-}
-"""Studies of networks by figure: name, and hidden nodes with the spacing of training temperatures, K."""
+if TYPE_CHECKING:  # a run is told to be of another kind before what computes is imported
+    from app.files.studies_file import Studies
+
+STUDIES = "studies.h5"
+FIGURES = ("4", "13", "14", "15", "16", "17", "18", "19")
+SPACINGS_OF = {"14": 5.0, "15": 5.0, "16": 5.0, "17": 5.0, "18": 5.0, "19": 8.0}
+"""Widest spacing of training temperatures in figures with networks, K."""
 
 
-def run_studies(
-    figures: Sequence[str],
-    model: PanelTwin,
-    panel: Panel,
-    laws: MaterialLaws,
-    training: Training,
-    report: Progress,
-) -> Studies:
-    """Compute the data of figures of the paper.
+@dataclass(frozen=True, kw_only=True)
+class StudyRequest:
+    """Figures of the paper that are made, as typed or declared.
+
+    Attributes
+    ----------
+    figure : str
+        Its number in the paper, or ``all``.
+    run : Path or None
+        Run folder or laws file; None for the current folder.
+    panel : Path or None
+        Panel file; None for that of the run's filters.
+    as_paper : bool
+        Whether networks are fed, scaled, started and split, and filters designed, as in the paper.
+    seed : int
+        Of all that is random.
+    changes : mapping
+        Filter settings that replace those of the panel, by key; None leaves one as it is.
+    """
+
+    figure: str
+    run: Path | None = None
+    panel: Path | None = None
+    as_paper: bool = False
+    seed: int = 0
+    changes: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Raise UnsuitedOptionError for a figure that is none, a negative seed, and two designs at once."""
+        if self.figure not in (*FIGURES, "all"):
+            raise UnsuitedOptionError(f"figure {self.figure}: allowed are {', '.join(FIGURES)} and all")
+        if self.seed < 0:
+            raise UnsuitedOptionError(f"--seed {self.seed}: allowed are 0 and more")
+        if self.as_paper and self.changes.get("design") is not None:
+            raise UnsuitedOptionError("--as-paper sets --design itself: leave one of them out")
+
+    @property
+    def figures(self) -> tuple[str, ...]:
+        """Numbers of all figures that are made."""
+        return FIGURES if self.figure == "all" else (self.figure,)
+
+
+@dataclass(frozen=True)
+class StudiedPanel:
+    """Result of the study stage.
+
+    Attributes
+    ----------
+    studies : Studies
+        With None for figures that were not asked for.
+    file : Path
+        studies.h5.
+    seconds : float
+        It took.
+    extent : CampaignExtent or None
+        Of the campaign that the laws come from.
+    notes : tuple of str
+        For people.
+    """
+
+    studies: "Studies"
+    file: Path
+    seconds: float
+    extent: CampaignExtent | None = None
+    notes: tuple[str, ...] = field(default=(), repr=False)
+
+
+def compute(request: StudyRequest, out: Path | None, report: Progress) -> StudiedPanel:
+    """Compute the data of figures, and write studies.h5.
 
     Parameters
     ----------
-    figures : sequence of str
-        Their numbers: 4, 13 to 19.
-    laws : MaterialLaws
-        Of the panel's plate.
+    out : Path or None
+        Folder for the file; None for that of the laws.
     report : callable
-        Called with the stage's name and the share done.
-
-    Returns
-    -------
-    Studies
-        With None for figures not requested.
+        Called with a stage's name and the share of it done.
 
     Raises
     ------
+    ResultFileError, CampaignFileError
+        For laws and panels that cannot be used, and laws of too few degrees to train networks on.
     EvidenceCollapseError
         Where the networks of Figs. 15 to 17 are refused.
     """
-    found: dict[str, Any] = {}
-    low, high = covered(laws, panel.filters.operating_range)
-    if "4" in figures:
-        plate = panel.illustration
-        found["played"] = play_methods(
-            model, panel, (plate.youngs_modulus, plate.poisson_ratio, plate.loss_factor)
-        )
-        report("Methods", 1.0)
-    if "13" in figures:
-        inside = SHOWN[(low <= SHOWN) & (high >= SHOWN)]
-        shown = inside if inside.size else np.array([low, high])
-        found["fixed"] = focus(model, panel, laws, shown, report=report, workers=workers())
-    everywhere = spaced(low, high, 0.25)
-    if (OF_NETWORKS | set(CHOICES)) & set(figures):
-        direct = direct_filters(model, panel, laws, everywhere, report=report, workers=workers())
-    if OF_NETWORKS & set(figures):
-        compensation = compensate(
-            model,
-            panel,
-            laws,
-            5.0,
-            training,
-            time.thread_time,
-            report=report,
-            workers=workers(),
-            known=direct,
-        )
-        found["compensation"] = compensation
-        here = spaced(low, high, 1.0)
-        taps = compensation.trained.networks.taps(here)
-        found["surfaces"] = Surfaces(here, taps, compensation.filters.sample_rate)
-    if set(CHOICES) & set(figures):
-        found |= _study_networks(figures, panel, laws, direct, training, report)
-    return Studies(**found)
+    started = time.perf_counter()
+    origin = laws_for(request.run, None, "study")
+    design = {"design": "inverse-fft"} if request.as_paper else {}
+    declared, panel_path = panel_for(request.panel, origin.folder, {**request.changes, **design})
+    declared, notes = origin.on(declared)
+    laws = declared.plate.grown(origin.laws)
+    training = Training(seed=request.seed)
+    _require_spacing(request, training, range_of(declared, laws, origin.path, origin.extent), origin.path)
+
+    from app.files.studies_file import save_studies
+    from app.stages.study_figures import run_studies
+    from app.twins.panel_twin import panel_twin
+
+    with run_folder(origin.folder, out or origin.folder) as folder:
+        model = panel_twin(declared, laws, report)
+        training = training.as_paper() if request.as_paper else training
+        found = run_studies(request.figures, model, declared, laws, training, report)
+        inputs = {path.name: sha256(path) for path in (origin.path, panel_path)}
+        settings = {
+            "figures": list(request.figures),
+            "as_paper": request.as_paper,
+            "panel": declared.model_dump(mode="json"),
+            **extent_settings(origin.extent),
+        }
+        save_studies(folder / STUDIES, declared, found, provenance(inputs, settings, request.seed))
+    return StudiedPanel(found, folder / STUDIES, time.perf_counter() - started, origin.extent, tuple(notes))
 
 
-def _study_networks(
-    figures: Sequence[str],
-    panel: Panel,
-    laws: MaterialLaws,
-    direct: DirectFilters,
-    training: Training,
-    report: Progress,
-) -> dict[str, Any]:
-    """Train networks of several sizes and training temperatures, and compare each with the direct filters."""
-    lines = panel.filters.frequency[panel.filters.in_band(panel.filters.frequency)]
-    temperature = direct.bank.temperature
-    inputs = InputMap.of(
-        temperature, temperature if training.feed == "temperature" else rigidity(laws, temperature)
-    )
-    found: dict[str, Any] = {}
-    for figure, (name, choices) in CHOICES.items():
-        if figure in figures:
-            progress = partial(report, f"Networks, {name}")
-            found[name] = study_networks(direct.bank, direct.forms, lines, choices, training, inputs, progress)
-    return found
+def _require_spacing(request: StudyRequest, training: Training, span: tuple[float, float], laws: Path) -> None:
+    """Raise ResultFileError if the laws' range is too narrow for the networks of a requested figure."""
+    spacing = max((SPACINGS_OF[one] for one in request.figures if one in SPACINGS_OF), default=None)
+    if spacing is None:
+        return
+    low, high = span
+    try:
+        training.check_temperatures(len(spaced(low, high, spacing)))
+    except ValueError as error:
+        raise ResultFileError(
+            f"{laws}: {low:g} to {high:g} °C give too few temperatures {spacing:g} °C apart to train "
+            "networks on; take laws of a wider range, or figures 4 and 13"
+        ) from error

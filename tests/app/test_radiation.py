@@ -8,6 +8,7 @@ import pytest
 
 from analysis.focusing.measured import MeasuredTransfers
 from analysis.focusing.responses import responses
+import flexura
 from analysis.radiation.radiator import Radiator
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing
@@ -67,6 +68,9 @@ def test_focus_for_a_listener_and_what_it_hears(run, panel):
     assert (run / "radiation.png").is_file()
     with h5py.File(run / "radiation.h5") as file:
         assert set(read_stamp(file)["inputs"]) == {"filters.h5", "laws.h5"}
+    heard = flexura.radiation(run, out=run.parent / "library")
+    assert heard.record() | {"seconds": 0.0} == printed | {"seconds": 0.0}
+    assert flexura.plot(heard).axes
     shown = flex("radiation", run)
     assert "sound at ear, baffle; aim: listeners" in shown.stdout
     items, _ = part_of(run, "radiation.h5")

@@ -6,8 +6,12 @@ import h5py
 import numpy as np
 import pytest
 
+import flexura
+from app.commands import study as verb
+from app.files.bad_file import ResultFileError
 from app.files.studies_file import load_studies
 from app.report.studies import pictures, rows
+from app.stages import study as stage
 from tests.app.test_focus_compensate import flex, laws, panel, run, write_laws  # noqa: F401
 
 
@@ -24,6 +28,28 @@ def test_one_figure_is_made_and_its_numbers_stand_beside_the_paper(run, panel): 
     np.testing.assert_allclose(found.played.total, found.played.expected, atol=5e-3)
     with h5py.File(run / "studies.h5") as file:
         assert [name for name in file if name != "provenance"] == ["played"]
+
+
+def test_the_library_makes_the_same_figure_as_the_verb(run, panel, tmp_path):  # noqa: F811
+    assert flex("study", "4", run, "--panel", panel).exit_code == 0
+    found = flexura.study(4, run, panel=panel, out=tmp_path / "out")
+    said = load_studies(run / "studies.h5")
+    np.testing.assert_array_equal(found.studies.played.total, said.played.total)
+    assert found.file == tmp_path / "out" / "studies.h5"
+    assert flexura.plot(found, "study-4").axes
+    with pytest.raises(ValueError, match=r"'study-18' was not computed; these were: study-4"):
+        flexura.plot(found, "study-18")
+
+
+def test_what_the_verb_offers_is_what_the_stage_makes():
+    assert verb.FIGURES == stage.FIGURES
+    for wrong, said in (
+        ({"figure": "12"}, "figure 12: allowed are 4, 13"),
+        ({"figure": "4", "seed": -1}, "--seed -1"),
+        ({"figure": "4", "as_paper": True, "changes": {"design": "inverse-fft"}}, "sets --design itself"),
+    ):
+        with pytest.raises(ResultFileError, match=said):
+            stage.StudyRequest(**wrong)
 
 
 @pytest.mark.slow

@@ -231,7 +231,7 @@ def test_the_commands_of_a_page_run_from_top_to_bottom(
             text=True,
             check=False,
         )
-        printed = f"{done.stdout}\n{done.stderr}"
+        printed = f"{done.stdout}\n{done.stderr}".replace("\xa0", " ")  # a value stays beside its unit
         assert done.returncode == 0, f"{block}\n{printed}"
         for line in map(str.strip, shown.splitlines()):
             assert re.search(".*".join(map(re.escape, line.split("..."))), printed), f"{line}\n{printed}"
