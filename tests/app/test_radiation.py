@@ -6,9 +6,9 @@ import h5py
 import numpy as np
 import pytest
 
+import flexura
 from analysis.focusing.measured import MeasuredTransfers
 from analysis.focusing.responses import responses
-import flexura
 from analysis.radiation.radiator import Radiator
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing
