@@ -92,6 +92,8 @@ class EffectCard:
         Values of the shapes from which a search starts; one empty mapping where there is no shape.
     closer_sites : tuple of mapping
         Places closer together, for changes too large to be searched from `sites`; empty where those do.
+    after : str
+        Effect that must be on before this one is a candidate: its first of two alike; empty for all others.
     replaces : str
         Declared quantity that this effect is beyond its tolerance; empty for all others.
     title : str
@@ -111,6 +113,7 @@ class EffectCard:
     title: str = ""
     phrase: str = ""
     closer_sites: tuple[Values, ...] = ()
+    after: str = ""
 
     def __post_init__(self) -> None:
         names = [p.name for p in self.parameters]

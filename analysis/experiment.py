@@ -17,7 +17,7 @@ from analysis.patch import Patch
 from analysis.plate import Plate
 from analysis.sweep_timing import DriveKind, SweepTiming, sweep_timing
 from analysis.tolerances import Tolerances
-from analysis.transducers import Drive, Sensor
+from analysis.transducers import MOST_POINTS, Drive, Sensor
 
 LEAST_LINES = 20
 """Frequency lines of a record within the band: of fewer nothing is judged, and no resonance is seen."""
@@ -129,7 +129,7 @@ class Experiment(Sparse):
     date: Date | None = None
     plate: Plate
     patch: tuple[Patch, ...] = ()
-    drive: Annotated[tuple[Drive, ...], Field(max_length=100)] = ()
+    drive: Annotated[tuple[Drive, ...], Field(max_length=MOST_POINTS)] = ()
     sensor: Annotated[tuple[Sensor, ...], Field(max_length=100)] = ()
     string: tuple[Attachment, ...] = ()
     cable: tuple[Attachment, ...] = ()

@@ -14,6 +14,8 @@ from analysis.geometry.fault import GeometryError
 from analysis.plate import Plate
 from analysis.plate_parts import check_disc
 
+MOST_POINTS = 5000
+"""Points of one instrument: a laser's, or those at which a hammer hits, each with a force of its own."""
 Name = Annotated[str, Field(min_length=1, max_length=32)]
 Radius = Annotated[float, Field(ge=0.0, le=0.05, description="m")]
 Mass = Annotated[float, Field(ge=0.0, le=1.0, description="kg")]
@@ -68,7 +70,7 @@ class Sensor(Sparse):
     id: Name
     kind: Motion
     point: Point | None = None
-    points: Annotated[tuple[Point, ...] | None, Field(min_length=1, max_length=5000)] = None
+    points: Annotated[tuple[Point, ...] | None, Field(min_length=1, max_length=MOST_POINTS)] = None
     grid: tuple[Annotated[int, Field(ge=1, le=200)], Annotated[int, Field(ge=1, le=200)]] | None = None
     margin: Annotated[float, Field(ge=0.0, le=1.0, description="m")] = 0.005
     radius: Radius | None = None

@@ -14,7 +14,7 @@ from analysis.protocol.programme import Programme, Rate, Settling
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.sweep import SweepSettings
 from analysis.tolerances import Tolerances
-from analysis.transducers import Drive, Name, Radius, Side
+from analysis.transducers import MOST_POINTS, Drive, Name, Radius, Side
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.experiment_toml import AcquiredSensor, RigKind, far_limits
 from app.files.instrument_sections import OvenSection, UnknownInstrument, instrument_sections
@@ -26,7 +26,7 @@ from drivers.thermometers.settings import ThermometerSettings
 
 KIND = "hammer"
 MOST_SIMULATED = 100
-"""Points that a simulated hammer can hit: as many forces as a declaration of a plate can have."""
+"""Points that a simulated hammer can hit: its twin answers to a force at each."""
 
 
 class HammerDrive(Sparse):
@@ -35,7 +35,7 @@ class HammerDrive(Sparse):
     id: Name
     sensitivity: Annotated[float, Field(ge=1e-6, le=10.0, description="V/N, of the force sensor")]
     point: Point | None = None
-    points: Annotated[tuple[Point, ...] | None, Field(min_length=2, max_length=5000)] = None
+    points: Annotated[tuple[Point, ...] | None, Field(min_length=2, max_length=MOST_POINTS)] = None
     radius: Radius = 0.002
     side: Side = "top"
 

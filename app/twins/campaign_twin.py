@@ -18,6 +18,7 @@ from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
 from app.files.effect_cache import cached_departures, cached_operators
 from simulation.effects.effect import Effect
 from simulation.effects.library import library
+from simulation.effects.second import seconds
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.reduction.sufficient_fineness import RequiredError, sufficient_fineness
 from simulation.shell.footprints import attached_discs
@@ -81,7 +82,8 @@ def effect_twin(
     ValueError
         For a user's effects that cannot be loaded.
     """
-    known: Mapping[str, Effect] = library(experiment, folder) | dict(also or {})
+    effects = library(experiment, folder)
+    known: Mapping[str, Effect] = effects | seconds(effects) | dict(also or {})
     box = material_box(experiment.plate.material)
     fixed = {f"patch_place {one.id}" for one in experiment.sensors[:1]} if offset else ()
     about, made_at = placed(experiment, {name: one for name, one in declared.items() if name not in fixed})

@@ -56,7 +56,9 @@ class LocalPlate:
             mass = mass + load.mass * np.outer(row, row)
         whole = Composite(whole.plate, whole.plate_loss, stiffness, mass, whole.coupling)
         storage = float(np.mean(state.storage))
-        seats = [np.real(Seat.of(ops, one, state).row) for one in state.attached if one.acts]
+        # off the plate is refused also what does not act: a fit that lets its place go there could not go on
+        rows = [(one, np.real(Seat.of(ops, one, state).row)) for one in state.attached]
+        seats = [row for one, row in rows if one.acts]
         local = local_basis(ops, whole, storage, reach, np.array(seats).T if seats else None)
         return cls(local.vectors, _restricted(whole, local, storage), _small(ops.normal, local.vectors), ops)
 

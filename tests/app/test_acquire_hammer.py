@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 from app.files.campaign_error import CampaignFileError
 from app.files.events import read_events
-from app.files.hammer_experiment import HammerExperiment, read_hammer_experiment
+from app.files.hammer_experiment import HammerExperiment, read_hammer_experiment, require_simulated
 from app.files.hdf5_file import opened_hdf5
 from app.files.modal_test_toml import read_modal_test
 from app.main import flexura
@@ -305,6 +305,24 @@ def test_bad_input_is_told_without_a_traceback(tmp_path: Path) -> None:
     assert "--test-shot" in done.output
     assert done.exit_code == 2
     assert not (tmp_path / "out").exists()
+
+
+def test_a_grid_of_more_than_a_hundred_points_is_one_of_many_forces(tmp_path: Path) -> None:
+    """The plate that is hit had a hundred forces at most: a real rig's grid ended in a traceback."""
+    text = EXAMPLE.read_text(encoding="utf-8")
+    start, end = text.index("points = ["), text.index("[0.02, 0.17], [0.1, 0.165], [0.22, 0.17],")
+    grid = [[x, y] for x in np.linspace(0.02, 0.22, 12).tolist() for y in np.linspace(0.02, 0.17, 12).tolist()]
+    rest = text[end:].split("]\n", 1)[1]
+    many = tmp_path / "many.toml"
+    hidden = "\n[simulation.effects.air_loading]\nmass = 0.01\n"
+    many.write_text(f"{text[:start]}points = {grid}\n{rest}", encoding="utf-8")
+    declared = read_hammer_experiment(many)
+    assert [drive.id for drive in declared.struck().drive] == [f"hammer{n}" for n in range(1, 145)]
+    with pytest.raises(CampaignFileError, match="at most 100 on the simulated rig"):
+        require_simulated(declared, many)
+    many.write_text(f"{text[:start]}points = {grid}\n{rest}{hidden}", encoding="utf-8")
+    with pytest.raises(CampaignFileError, match=r"simulation.effects.air_loading"):
+        read_hammer_experiment(many)
 
 
 @pytest.mark.slow

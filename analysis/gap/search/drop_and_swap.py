@@ -179,7 +179,7 @@ def relative_evidence(
     rest = frozenset(fit.state.effects) - {name}
     relative = {}
     for other, gain in contest.items():
-        if other == name or other in blind:
+        if other == name or other in blind or context.model.cards[other].after == name:
             continue
         known = context.fits.known(rest | {other})
         relative[other] = known.log_evidence - fit.log_evidence if known else gain - contest[name]

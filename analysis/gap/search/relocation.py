@@ -98,9 +98,19 @@ def best_image(context: SearchContext, fit: GapFit, name: str) -> GapFit:
     for place in places:
         start = replace(reference.state, effects={**reference.state.effects, name: place})
         enough = -2.0 * best.log_evidence
-        trial = fit_gap(
-            few.model, few.sweeps, start, on, few.executor, target=few.settled, enough=enough, margin=NEAR_MARGIN
-        )
+        try:
+            trial = fit_gap(
+                few.model,
+                few.sweeps,
+                start,
+                on,
+                few.executor,
+                target=few.settled,
+                enough=enough,
+                margin=NEAR_MARGIN,
+            )
+        except ValueError:  # an image off the plate, in a notch of its outline
+            continue
         best = trial if trial.settled and trial.log_evidence > best.log_evidence else best
     if best is reference:
         return fit

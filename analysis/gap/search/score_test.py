@@ -177,7 +177,7 @@ def score_test(
     executor : Executor
         Sweeps are linearised on it.
     effects : sequence of str, optional
-        Candidates; all effects that are off by default.
+        Candidates; by default all effects that are off, but for a second one whose first is off, too.
 
     Returns
     -------
@@ -204,7 +204,8 @@ def score_test(
         for p in cards[name].parameters
     ]
     for name, card in model.cards.items():
-        if name not in on and (effects is None or name in effects):
+        wanted = not card.after or card.after in on if effects is None else name in effects
+        if name not in on and wanted:
             columns += [
                 Column(name, place, p, 0.0, site) for place, site in enumerate(card.sites) for p in card.amplitudes
             ]

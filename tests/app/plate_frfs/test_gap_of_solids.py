@@ -20,7 +20,7 @@ Run = Callable[..., tuple[int, str, str]]
 STORED = Path(__file__).with_name("solid_l.npz")
 SPOT = (0.09, 0.215)
 """Middle of the weaker square."""
-HAMMER, SENSORS, CABLE, STRINGS, INNER, EDGE = 0, (1, 2, 3), 4, (5, 6), 7, 8
+HAMMER, SENSORS, CABLE, STRINGS, INNER, EDGE, SECOND = 0, (1, 2, 3), 4, (5, 6), 7, 8, 9
 """Points of the stored modes; of the last two nothing is declared."""
 ACCELEROMETER = 1.2e-3
 """Mass of each, kg, declared."""
@@ -269,6 +269,23 @@ def test_a_resonator_where_nothing_is_declared(
     assert values(effect)["mass"][0] == pytest.approx(mass, rel=0.02)
     assert values(effect)["resonance"][0] == pytest.approx(resonance, rel=2e-3)
     assert away(effect, tuple(Solid.read(plate.modes).places[INNER])) < 5e-3
+
+
+@pytest.mark.slow
+def test_two_masses_where_nothing_is_declared(tmp_path: Path, run_flexura: Run) -> None:
+    """One of them was named a resonator far above the band, and the other was a third too light."""
+    masses, places = {INNER: 3e-3, SECOND: 2e-3}, Solid.read("aluminium").places
+    hidden = {point: Added(mass=mass) for point, mass in masses.items()}
+    found = compared(recorded(tmp_path / "l", ALUMINIUM, hidden, 1), run_flexura)
+    assert found["verdict"] == "explained"
+    effects = {effect["name"]: effect for effect in found["effects"]}
+    assert set(effects) == {"mass_at_place", "second_mass_at_place"}
+    for point, mass in masses.items():
+        nearest = min(effects.values(), key=lambda one: away(one, tuple(places[point])))
+        assert away(nearest, tuple(places[point])) < 5e-3
+        value, sigma = values(nearest)["mass"]
+        assert abs(value - mass) < 3.0 * sigma
+        assert value == pytest.approx(mass, rel=0.03)
 
 
 @pytest.mark.slow

@@ -10,6 +10,8 @@ from analysis.effect_card import Parameter
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.search.candidate import Column, solve_inside
 from analysis.gap.search.confounding import signal_cosine, tangent_cosines
+from analysis.gap.search.context import SearchContext
+from analysis.gap.search.drop_and_swap import relative_evidence
 from analysis.gap.search.observability import observability
 from analysis.gap.search.score_test import ScoreTest, score_test
 
@@ -207,3 +209,26 @@ def test_a_prior_that_counts_a_quarter_is_twice_as_wide(toy, pool):
         there = replace(fit, free=replace(fit.free, trusted=trusted))
         sigmas = {c.effect: c.card.sigma for c in score_test(Tolerant(), sweeps, there, pool).columns}
         assert sigmas == {"mass": pytest.approx(1.0 / np.sqrt(trusted)), "taper": 0.02, "feedthrough": 0.01}
+
+
+def test_a_second_is_a_candidate_once_its_first_is_on_and_no_rival_of_it(toy, pool):
+    class Twice(toy.Plate):
+        @property
+        def cards(self):
+            return {
+                **super().cards,
+                "second_damage": replace(toy.cards["damage"], name="second_damage", after="damage"),
+            }
+
+    there = {"loss": 0.2, "x": 0.22}
+    sweeps, noise = toy.prepared(temperatures=TEMPERATURES, effects={"damage": there})
+    plate = Twice()
+    base = fit_gap(plate, sweeps, toy.start(sweeps.groups), (), pool)
+    assert "second_damage" not in score_test(plate, sweeps, base, pool).inactive
+    fit = fit_gap(plate, sweeps, base.state.with_effects({"damage": there}), ("damage",), pool)
+    last = score_test(plate, sweeps, fit, pool)
+    assert "second_damage" in last.inactive
+    context = SearchContext(plate, sweeps, noise, pool)
+    rivals = relative_evidence(context, fit, last, "damage", ())
+    assert "mass" in rivals
+    assert "second_damage" not in rivals
