@@ -8,8 +8,8 @@ from analysis.experiment import Experiment
 from simulation.effects.effect import Effect
 
 TWICE = ("mass_at_place", "spring_at_place")
-"""Effects of which a plate may have two. Without a second mass a resonator far above the band stood for it: 3 g and
-2 g on an aluminium L were named a resonator of 2.2 g at 1680 Hz, and 2.1 g."""
+"""Effects of which a plate may have two. Without a second mass a resonator far above the band stood for it: on an
+aluminium L 3 g and 2 g were named a resonator of 2.2 g at 1680 Hz, and 2.1 g."""
 
 
 def seconds(library: Mapping[str, Effect]) -> dict[str, Effect]:
