@@ -1,5 +1,6 @@
 """Frequency response functions of a campaign: coherence and variance per line, and which lines to leave out."""
 
+import hashlib
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -11,7 +12,8 @@ from analysis.campaign import Campaign
 from analysis.channel import transfer_unit
 from analysis.checked_fields import check_ascending, check_finite, check_range, check_shapes
 from analysis.estimation.ringing import ringing
-from analysis.frf_campaign import AnyCampaign, FrfCampaign, FrfSweep
+from analysis.experiment import Experiment
+from analysis.frf_campaign import AnyCampaign, FrfCampaign, FrfSweep, Noise
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.local_rational import rough_power
 from analysis.mains import mains_lines, other_fundamentals
@@ -221,6 +223,39 @@ class Frf(Labelled):
             repeats_dof=None if self.repeats_dof is None else self.repeats_dof[kept],
             shift=None if self.shift is None else self.shift[kept],
         )
+
+    def on(self, experiment: Experiment, name: str = "FRFs as values") -> FrfCampaign:
+        """Return them as a campaign of a declared plate, whose variances are stated: what stages take.
+
+        Lines of `excluded` are found again, as for FRFs that were read; how far frequencies moved over the repeats
+        is not kept. Raises ValueError where channels or inputs are not those that `experiment` declares, in order.
+        """
+        declared = tuple(one.id for one in experiment.outputs), tuple(one.id for one in experiment.inputs)
+        if self.channels != declared[0] or (self.sources or declared[1][:1]) != declared[1]:
+            drives = ", ".join(self.sources) or "one input"
+            raise ValueError(
+                f"FRFs of {', '.join(self.channels)} driven by {drives}; the plate declares "
+                f"{', '.join(declared[0])} driven by {', '.join(declared[1])}"
+            )
+        stated: tuple[Noise, ...] = ("variance",) * len(self.channels)
+        dof = np.zeros(len(self.temperature), dtype=int) if self.repeats_dof is None else self.repeats_dof
+        sweeps = tuple(
+            FrfSweep(
+                temperature=float(self.temperature[s]),
+                h=self.h[s],
+                noise=stated,
+                variance=self.variance[s],
+                coherence=self.coherence[s],
+                direction="up" if self.direction[s] == "up" else "down",
+                level=float(self.level[s]),
+                source=int(self.driven_by[s]),
+                repeats_dof=int(dof[s]),
+            )
+            for s in range(len(self.temperature))
+        )
+        values = (self.temperature, self.frequency, self.h, self.variance)
+        digest = hashlib.sha256(b"".join(np.ascontiguousarray(one).tobytes() for one in values)).hexdigest()
+        return FrfCampaign(name, experiment, self.frequency, sweeps, {name: digest}, self.notes, self.at_rest)
 
     def turned(self, inverted: Sequence[str], source: int = 0) -> "Frf":
         """Return the FRFs with the sign of `inverted` channels turned in sweeps of an input, and a note on it."""

@@ -238,6 +238,11 @@ def update_modes(
 def _loaded(campaign: File | AnyCampaign) -> AnyCampaign:
     if isinstance(campaign, AnyCampaign):
         return campaign
+    if isinstance(campaign, Frf):
+        raise TypeError(
+            "an Frf does not know its plate: give frf.on(experiment), where flexura.load(folder).experiment "
+            "declares the plate and its transducers"
+        )
     if not isinstance(campaign, str | PathLike):
         raise TypeError(
             f"takes a campaign, as flexura.load(folder) gives it, or its folder, not {type(campaign).__name__}: "

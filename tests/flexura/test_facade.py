@@ -1,5 +1,6 @@
 """The library: what the functions give is what the verbs save, prints in a line, and can be drawn."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -83,8 +84,24 @@ def test_what_cannot_be_drawn_is_told(frf: Frf) -> None:
 
 def test_frfs_alone_are_no_campaign_and_the_message_says_what_is(frf: Frf) -> None:
     for stage in (flexura.identify, flexura.update, flexura.gap):
-        with pytest.raises(TypeError, match=r"takes a campaign, as flexura\.load\(folder\) gives it, .* not Frf"):
+        with pytest.raises(TypeError, match=r"an Frf does not know its plate: give frf\.on\(experiment\)"):
             stage(frf)
+        with pytest.raises(TypeError, match=r"takes a campaign, as flexura\.load\(folder\) gives it, .* not list"):
+            stage([frf])
+
+
+def test_frfs_go_back_into_a_stage_with_their_plate(
+    campaign: Campaign, frf: Frf, identified: tuple[Path, IdentifiedCampaign]
+) -> None:
+    given = frf.on(campaign.experiment)
+    again = flexura.frf(given)
+    for name in ("temperature", "level", "frequency", "h", "variance", "coherence", "repeats_dof", "excluded"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(frf, name), err_msg=name)
+    found = flexura.identify(given, band=(150.0, 230.0))
+    for ours, theirs in zip(found.tracked.modes, identified[1].tracked.modes, strict=True):
+        np.testing.assert_allclose(ours.poles, theirs.poles, rtol=1e-9)
+    with pytest.raises(ValueError, match=r"FRFs of other driven by one input; the plate declares S1 driven by A1"):
+        replace(frf, channels=("other",)).on(campaign.experiment)
 
 
 def test_a_figure_of_the_whole_plate_takes_no_channel(campaign: Campaign) -> None:
