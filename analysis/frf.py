@@ -237,7 +237,7 @@ class Frf(Labelled):
                 f"FRFs of {', '.join(self.channels)} driven by {drives}; the plate declares "
                 f"{', '.join(declared[0])} driven by {', '.join(declared[1])}"
             )
-        stated: tuple[Noise, ...] = ("variance",) * len(self.channels)
+        stated: tuple[Noise, ...] = tuple("variance" for _ in self.channels)
         dof = np.zeros(len(self.temperature), dtype=int) if self.repeats_dof is None else self.repeats_dof
         sweeps = tuple(
             FrfSweep(
