@@ -7,8 +7,8 @@ import warnings
 from collections.abc import Callable
 
 
-def killed(run: Callable[[], object], after: float) -> bool:
-    """Fork, run there, and send SIGKILL after so many seconds; False if it was done before."""
+def killed(run: Callable[[], object], after: float, begun: Callable[[], bool] = lambda: True) -> bool:
+    """Fork, run there, and send SIGKILL so many seconds after it has begun; False if it was done before."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # of forking where threads are about: none runs here
         child = os.fork()
@@ -18,6 +18,8 @@ def killed(run: Callable[[], object], after: float) -> bool:
         except BaseException:  # noqa: BLE001 (nothing may come back into the test's own process)
             os._exit(9)
         os._exit(0)
+    while not begun() and os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None:
+        time.sleep(0.01)
     time.sleep(after)
     os.kill(child, signal.SIGKILL)
     status = os.waitpid(child, 0)[1]

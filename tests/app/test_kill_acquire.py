@@ -64,6 +64,10 @@ def files(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in (folder / "sweeps").glob("*.h5")}
 
 
+def any_finished(folder: Path) -> bool:
+    return any((folder / "sweeps").glob("*.h5"))
+
+
 @pytest.fixture(scope="module")
 def undisturbed(experiment: AcquiredExperiment, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
     folder = tmp_path_factory.mktemp("undisturbed") / "campaign"
@@ -91,8 +95,10 @@ def hunted(
             number += 1
             finished: dict[str, bytes] = {}
             for _ in range(4):  # killed, taken up, killed again
-                was_killed = killed(partial(acquire, experiment, folder), rng.uniform(0.0, 0.8 * seconds))
-                now = files(folder) if folder.exists() else {}
+                # every second campaign is left alone until its first sweep is finished
+                begun = partial(any_finished, folder) if number % 2 else lambda: True
+                was_killed = killed(partial(acquire, experiment, folder), rng.uniform(0.0, 0.8 * seconds), begun)
+                now = files(folder)
                 struck += was_killed and bool(now)
                 assert finished.items() <= now.items(), "a finished sweep was lost or altered"
                 finished = now
