@@ -178,8 +178,10 @@ def _run(
                 raise
             if not isinstance(error, RigStopped | RigInterrupted | OSError | CampaignFileError):
                 traceback.print_exception(error)
-            return broken_off(error, session.unsafe, folder, requests.number)
-        return completed(outcome, session.unsafe or (), folder, time.perf_counter() - started)
+            with session.told_if_it_hangs():
+                return broken_off(error, session.unsafe, folder, requests.number)
+        with session.told_if_it_hangs():
+            return completed(outcome, session.unsafe or (), folder, time.perf_counter() - started)
 
 
 def _advise(declared: "AcquiredExperiment", kind: "RigKind", output: Output) -> None:

@@ -79,7 +79,8 @@ def acquire_campaign(
                 watched.observe(moment)
 
             outcome = run_campaign(session, experiment.protocol, store, look, paused=watched.paused, again=again)
-        write_index(folder)
+        with session.told_if_it_hangs():
+            write_index(folder)
     return outcome
 
 

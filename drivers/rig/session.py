@@ -2,7 +2,8 @@
 
 import logging
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any, Self
 
@@ -23,8 +24,8 @@ from drivers.watchdog.supervision import SupervisedOven
 
 Log = Callable[[Mapping[str, Any]], None]
 
-LOGGED_WITHIN = 30.0
-"""A line of the log that takes longer, s, is on a disk that hangs."""
+WRITTEN_WITHIN = 30.0
+"""A line of the log, or a campaign's index, that takes longer, s, is on a disk that hangs."""
 STANDS_STILL = "the campaign has stood still since it left the rig. Is its folder out of reach, a network share?"
 NAP = 0.5
 """Longest wait between two checks for a request to end, s."""
@@ -172,20 +173,27 @@ class Session:
             return None
 
     def _tell(self, why: str, since: tuple[float, str] | None) -> None:
-        """Log the rig's final state; an error here, such as a full disk, must not hide the session's own error.
+        """Log the rig's final state; an error here, such as a full disk, must not hide the session's own error."""
+        try:
+            with self.told_if_it_hangs():
+                time, date = since or (self.now, self.rig.date().isoformat())
+                left = {"event": "oven", "command": "safe", "time": time, "date": date}
+                self._log({**left, "purpose": why, "unsafe": list(self.unsafe or ())})
+        except Exception as error:  # noqa: BLE001 (see above)
+            log.warning("how the rig was left could not be logged: %s", error)
 
-        Nor must a disk that hangs: what is not at rest is then told from another thread.
+    @contextmanager
+    def told_if_it_hangs(self) -> Iterator[None]:
+        """Context manager for what is written after the rig was left, which no watchdog looks after.
+
+        Where a disk hangs, another thread says so, and how the rig was left.
         """
-        unsafe = list(self.unsafe or ())
-        rest = f"NOT AT REST: {'; '.join(unsafe)}" if unsafe else "it is at rest"
-        still = threading.Timer(LOGGED_WITHIN, log.warning, ("%s; the rig: %s", STANDS_STILL, rest))
+        unsafe = "; ".join(self.unsafe or ())
+        rest = f"NOT AT REST: {unsafe}" if unsafe else "it is at rest"
+        still = threading.Timer(WRITTEN_WITHIN, log.warning, ("%s; the rig: %s", STANDS_STILL, rest))
         still.daemon = True
         still.start()
         try:
-            time, date = since or (self.now, self.rig.date().isoformat())
-            left = {"event": "oven", "command": "safe", "time": time, "date": date}
-            self._log({**left, "purpose": why, "unsafe": unsafe})
-        except Exception as error:  # noqa: BLE001 (see above)
-            log.warning("how the rig was left could not be logged: %s", error)
+            yield
         finally:
             still.cancel()
