@@ -1,6 +1,7 @@
 """The oven is watched whatever its user does: files that hang, a pause without end, a program stuck."""
 
 import threading
+import time
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
@@ -11,7 +12,7 @@ from drivers.clock import SystemClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.settings import open_oven
 from drivers.ovens.simulated.memory import MemoryTransport
-from drivers.rig import approach
+from drivers.rig import approach, session
 from drivers.rig.errors import RigStopped
 from drivers.rig.rest import bring_to_rest
 from drivers.watchdog import supervision
@@ -330,3 +331,20 @@ def test_people_are_told_of_a_line_that_hangs_once_the_campaign_is_to_end(world:
     ((after, what),) = told
     assert after == pytest.approx(supervision.HANGS, abs=1.5)
     assert "NOT AT REST: the oven: its line is blocked by an earlier request" in what
+
+
+def test_a_disk_that_hangs_after_the_rig_was_left_is_told_by_another_thread(
+    world: World, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The log's last line, the index, the closing words: of eight hangs there seven said nothing."""
+    left = session.Session(world.rig, world.protocol.limits)
+    left.unsafe = ("the oven: it regulates",)
+    with left.told_if_it_hangs():
+        pass  # at once, as always
+    assert not caplog.messages
+    monkeypatch.setattr(session, "WRITTEN_WITHIN", 0.05)
+    with left.told_if_it_hangs():
+        time.sleep(0.5)
+    (said,) = caplog.messages
+    assert "has stood still since it left the rig" in said
+    assert "NOT AT REST: the oven: it regulates" in said
