@@ -3,7 +3,14 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+)
 
 Coordinate = Annotated[float, Field(ge=-1000.0, le=1000.0, description="m")]
 Point = tuple[Coordinate, Coordinate]
@@ -14,6 +21,19 @@ TEMPERATURES = (-80.0, 200.0)
 """Degrees Celsius: a room's temperature in kelvin lies outside, and is refused."""
 Temperature = Annotated[float, Field(ge=TEMPERATURES[0], le=TEMPERATURES[1], description="degrees Celsius")]
 Degrees = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, counter-clockwise")]
+LONGEST_NAME, LONGEST_PATH = 255, 1000
+"""Bytes that file systems allow to a name; to names of folders and a file together, with room for those above."""
+
+
+def _possible(name: str) -> str:
+    longest = max(len(part.encode()) for part in name.split("/"))
+    if longest > LONGEST_NAME or len(name.encode()) > LONGEST_PATH:
+        raise ValueError(f"a name of {longest} bytes; no file can have one of more than {LONGEST_NAME}")
+    return name
+
+
+FileName = Annotated[str, Field(min_length=1), AfterValidator(_possible)]
+"""Beside the declaration, or in a folder there. A name that no file can have would be an error of the system."""
 
 
 class Declared(BaseModel):

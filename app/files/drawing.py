@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, TypeVar
 import numpy as np
 from pydantic import Field, ValidationError
 
-from analysis.declared import Declared
+from analysis.declared import Declared, FileName
 from analysis.geometry.chain import closed_loops
 from analysis.geometry.curves import Curve, moved
 from analysis.geometry.fault import GeometryError
@@ -27,7 +27,7 @@ class Drawing(Declared):
     """An outline in a file: ``kind = "drawing"``."""
 
     kind: Literal["drawing"]
-    file: Annotated[str, Field(min_length=5, max_length=255, description="a .dxf or .svg file")]
+    file: Annotated[FileName, Field(min_length=5, description="a .dxf or .svg file")]
     unit: Annotated[Literal["mm", "cm", "m", "in"] | None, Field(description="default: the file's, else mm")] = (
         None
     )

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from analysis.declared import Declared
+from analysis.declared import Declared, FileName
 from app.files.exodus_mesh import ENDINGS as EXODUS
 from app.files.isolation import run_isolated
 from app.files.parsed_text import parse_json
@@ -27,7 +27,7 @@ class MeshFile(Declared):
     `groups` gives names to groups that the file calls otherwise, such as the numbers of Nastran's properties.
     """
 
-    file: Annotated[str, Field(min_length=3, max_length=255, description="a mesh's file, such as plate.msh")]
+    file: Annotated[FileName, Field(min_length=3, description="a mesh's file, such as plate.msh")]
     unit: Literal["mm", "cm", "m", "in"] = "m"
     groups: Annotated[dict[str, str], Field(default_factory=dict, max_length=1000)]
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from analysis.channel import Quantity
-from analysis.declared import Declared, Temperature
+from analysis.declared import Declared, FileName, Temperature
 from analysis.estimation.estimators import Estimator
 from analysis.estimation.impacts import HammerTest
 from analysis.estimation.quantities import Calibration, calibration
@@ -58,7 +58,7 @@ class ChannelOfFile(Declared):
 class RecordOfTest(Declared):
     """One file, or one `group` of a file's channels; `at` names the places of channels that were moved for it."""
 
-    file: str
+    file: FileName
     group: str = ""
     at: Annotated[dict[str, Place], Field(default_factory=dict)]
 

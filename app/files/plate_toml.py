@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.declared import Declared, Temperature
+from analysis.declared import Declared, FileName, Temperature
 from app.files.campaign_error import CampaignFileError
 from app.files.settings_toml import checked, read_table
 
@@ -27,7 +27,7 @@ class FrfsOfPlate(Declared):
     Where they are left out, `pattern` finds them in the names of files and FRFs.
     """
 
-    file: Annotated[str, Field(min_length=1, description="name or pattern, such as frfs/*.uff")]
+    file: Annotated[FileName, Field(description="name or pattern, such as frfs/*.uff")]
     temperature: Temperature | Where | None = None
     direction: Where = "up"
     level: Level | Where | None = None
@@ -58,7 +58,7 @@ class ModesOfPlate(Declared):
     is that of a hysteretic mode, sqrt(Re k) / 2 pi.
     """
 
-    file: Annotated[str | None, Field(min_length=1, description="CSV beside the declaration")] = None
+    file: Annotated[FileName | None, Field(description="CSV beside the declaration")] = None
     temperature: Temperature | None = None
     frequency: Annotated[Numbers | None, Field(description="Hz")] = None
     sigma_frequency: Annotated[Sigma | None, Field(description="Hz")] = None
