@@ -27,8 +27,10 @@ LONGEST_NAME, LONGEST_PATH = 255, 1000
 
 def _possible(name: str) -> str:
     longest = max(len(part.encode()) for part in name.split("/"))
-    if longest > LONGEST_NAME or len(name.encode()) > LONGEST_PATH:
-        raise ValueError(f"a name of {longest} bytes; no file can have one of more than {LONGEST_NAME}")
+    whole = len(name.encode())
+    for what, seen, most in (("a name", longest, LONGEST_NAME), ("a path", whole, LONGEST_PATH)):
+        if seen > most:
+            raise ValueError(f"{what} of {seen} bytes; no file can have more than {most}")
     return name
 
 
