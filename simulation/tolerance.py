@@ -32,4 +32,6 @@ class Tolerance(Effect):
         """Return the attributes of departures that these values change."""
         if self.change is None:
             raise ValueError("this quantity is no departure")
-        return self.change(away, {name: value - self.made_at.get(name, 0.0) for name, value in values.items()})
+        if self.made_at:
+            values = {name: value - self.made_at.get(name, 0.0) for name, value in values.items()}
+        return self.change(away, values)

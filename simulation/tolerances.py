@@ -304,8 +304,9 @@ def _scaled(attribute: str, factor: float = 1.0, key: str = "share") -> Change:
 
 
 def _scaled_of(attribute: str, place: int, count: int, factor: float, key: str) -> Change:
+    unit = np.arange(count) == place
+
     def change(away: Any, values: Mapping[str, Any]) -> dict[str, Any]:
-        unit = np.arange(count) == place
         return {attribute: getattr(away, attribute) * np.exp(unit * (factor * values[key]))}
 
     return change

@@ -1,5 +1,6 @@
 """Derivatives of the recorded signals by any parameter of a plate's state: material and effects."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -12,8 +13,11 @@ from simulation.state.plate_state import SPECTRA
 from simulation.twin.local_solution import LocalSolution
 from simulation.twin.reading import SignalReading
 from simulation.twin.reduced_plate import CompositeSlopes
-from simulation.twin.sensitivity import ModalSensitivity, TransferSensitivity
+from simulation.twin.sensitivity import ModalSensitivity, Step, TransferSensitivity
 from simulation.twin.strain_energy import EnergySlopes, StateOf
+
+TOGETHER = 32
+"""Parameters by which is differentiated at once: each holds four matrices of the plate, a megabyte."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +87,20 @@ class Derivatives:
 
     def by(self, state_of: StateOf) -> Complex:
         """Differentiate the outputs, (K, F), by the parameter that has an imaginary step in `state_of`."""
+        (found,) = self.by_each([state_of])
+        return found
+
+    def by_each(self, states_of: Sequence[StateOf]) -> Iterator[Complex]:
+        """Differentiate the outputs by each of some parameters: together, in a third of the time."""
+        for first in range(0, len(states_of), TOGETHER):
+            steps = [self._step(one) for one in states_of[first : first + TOGETHER]]
+            changes = self.sensitivity.by_each(steps)
+            for (_, stepped), change in zip(steps, changes, strict=True):
+                yield self.reading.change(change, stepped)
+
+    def _step(self, state_of: StateOf) -> Step:
         stepped = state_of(self.energy)
         moved = self.slopes.by(stepped)
         if self.by_energy:
             stepped = state_of(self.energy + 1j * COMPLEX_STEP * self.by_energy.by(moved, stepped))
-        return self.reading.change(self.sensitivity.by(moved, stepped), stepped)
+        return moved, stepped

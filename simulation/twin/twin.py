@@ -123,7 +123,7 @@ class Twin(InstrumentedPlate[Plate]):
         """Linearise at lines inside the certified band or outside."""
         on = [*effects, *(name for name, _, _ in tangents)]
         energy = self.settled_energy(here, laws, effects, on, lines)
-        vicinity = Vicinity(self.states, here, laws, effects, lines)
+        vicinity = Vicinity(self.states, here, laws, effects, lines, energy)
         state = vicinity.state(energy)
         self.plate.require(state)
         solved = self.solved(state, lines)

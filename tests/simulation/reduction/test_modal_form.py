@@ -65,6 +65,24 @@ def test_derivatives_equal_their_definition(system):
         assert np.abs(slope - truth).max() < 1e-9 * np.abs(truth).max()
 
 
+def test_derivatives_by_many_parameters_at_once_are_those_one_by_one(system):
+    """With two dashpots, by the stiffness and by the columns; those of the columns against a difference."""
+    k, a, b = system
+    dashpots = 30.0 * np.random.default_rng(4).standard_normal((14, 2))
+    form = ModalForm.of(k, dashpots)
+    slopes = ModalSlopes.of(form, a, b, F)
+    changes = np.array([k.real, np.diag(np.arange(14.0)), k.imag])
+    together = slopes.with_dashpots(slopes.by_stiffness(changes))
+    for change, found in zip(changes, together, strict=True):
+        assert np.abs(found - slopes.by(change)).max() < 1e-12 * np.abs(found).max()
+    da, db = np.random.default_rng(5).standard_normal((14, 2)), np.random.default_rng(6).standard_normal((14, 3))
+    moved = slopes.with_dashpots(slopes.by_columns(np.array([da, 0 * da]), np.array([db, db])))
+    for found, left in zip(moved, (da, 0 * da), strict=True):
+        ahead, behind = (form.compliance(a + s * left, b + s * db, F) for s in (1e-3, -1e-3))
+        expected = (ahead - behind) / 2e-3
+        assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
+
+
 @pytest.mark.parametrize("split", [0.0, 1e-12, 1e-8, 1e-5])
 def test_derivatives_hold_where_poles_meet(split):
     """A square plate has double modes; patches and temperature bring others arbitrarily close."""
