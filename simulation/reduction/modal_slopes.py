@@ -83,10 +83,6 @@ class ModalSlopes:
         """Return a' Z**-1 b, (I, J, F)."""
         return connected(self.whole, self.form.count, self.frequency)
 
-    def by(self, change: Real) -> Complex:
-        """Differentiate `compliance`, (I, J, F), for the derivative `change` (r, r) of the stiffness."""
-        return np.asarray(self.with_dashpots(self.by_stiffness(change[None]))[0])
-
     def with_dashpots(self, slopes: Complex) -> Complex:
         """Return derivatives of `compliance`, (D, I, J, F), from those of `whole`, (D, I + q, J + q, F)."""
         return connected_derivatives(self.whole, slopes, self.form.count, self.frequency)

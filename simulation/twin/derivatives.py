@@ -85,13 +85,11 @@ class Derivatives:
             by_energy = EnergySlopes.of(solved, transfer.instruments.source, state, follower, scale)
         return cls(reading, slopes, sensitivity, energy, by_energy)
 
-    def by(self, state_of: StateOf) -> Complex:
-        """Differentiate the outputs, (K, F), by the parameter that has an imaginary step in `state_of`."""
-        (found,) = self.by_each([state_of])
-        return found
-
     def by_each(self, states_of: Sequence[StateOf]) -> Iterator[Complex]:
-        """Differentiate the outputs by each of some parameters: together, in a third of the time."""
+        """Differentiate the outputs, (K, F), by each parameter that has an imaginary step in one of `states_of`.
+
+        Together they take a third of the time.
+        """
         for first in range(0, len(states_of), TOGETHER):
             steps = [self._step(one) for one in states_of[first : first + TOGETHER]]
             changes = self.sensitivity.by_each(steps)
