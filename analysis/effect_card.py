@@ -94,6 +94,9 @@ class EffectCard:
         Places closer together, for changes too large to be searched from `sites`; empty where those do.
     after : str
         Effect that must be on before this one is a candidate: its first of two alike; empty for all others.
+    form : float
+        Share of the effect's signal by which a real one may differ from the formula, which only sketches its form
+        (round spots for damage of any outline): what is left of that share is no further effect.
     replaces : str
         Declared quantity that this effect is beyond its tolerance; empty for all others.
     title : str
@@ -114,6 +117,7 @@ class EffectCard:
     phrase: str = ""
     closer_sites: tuple[Values, ...] = ()
     after: str = ""
+    form: float = 0.0
 
     def __post_init__(self) -> None:
         names = [p.name for p in self.parameters]

@@ -6,7 +6,7 @@ own and `verification` checks the requirements on every effect. By what they cha
 - temperature over the plate: `thermal_lag`, `thermal_gradient`, `thermal_crown`, `draught_gradient`
 - shape: `thickness_taper`, `thickness_crown`, `sensor_offset`
 - stiffness and mass: `orthotropy`, `transverse_shear`, `modulus_gradient`, `density_gradient`, `local_damage`,
-  `annealing`, `amplitude_softening`
+  `damage_size`, `annealing`, `amplitude_softening`
 - loss: `loss_orthotropy`, `poisson_loss`, `damping_dispersion`, `viscoelastic_dispersion`, `fractional_viscosity`,
   `relaxation`
 - patches: `bond_shear_lag`, `patch_debond`, `patch_loss`, `permittivity_drift`, `depolarization`

@@ -14,6 +14,9 @@ from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, Disc, PlateState
 
 RADIUS = 0.012  # m
+FORM = 0.3
+"""A square of 30 mm in solid aluminium or plastic leaves 5 % of what the best round spot explains, 22 % of the
+signal: two masses of some hundredths of a gram, or a crowned thickness, were named for it."""
 
 
 def card(experiment: Experiment) -> EffectCard:
@@ -37,6 +40,7 @@ def card(experiment: Experiment) -> EffectCard:
         sites=tuple({"x": float(x), "y": float(y)} for x, y in sites),
         title="spot that has lost stiffness",
         phrase="a spot 24 mm across has lost {loss} of its stiffness, at x {x}, y {y}",
+        form=FORM,
     )
 
 

@@ -1,10 +1,11 @@
-"""A second of two alike: two masses, or two springs, that nobody declared."""
+"""Candidates only beside another effect: a second of two alike, and the size of a damaged spot."""
 
 from collections.abc import Mapping
 from dataclasses import replace
 
 from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
+from simulation.effects import damage_size
 from simulation.effects.effect import Effect
 
 TWICE = ("mass_at_place", "spring_at_place")
@@ -13,8 +14,9 @@ aluminium L 3 g and 2 g were named a resonator of 2.2 g at 1680 Hz, and 2.1 g.""
 
 
 def seconds(library: Mapping[str, Effect]) -> dict[str, Effect]:
-    """Return the seconds of those effects of a library of which a plate may have two, by name."""
-    return {f"second_{name}": _second(library[name], name) for name in TWICE if name in library}
+    """Return what is a candidate once an effect of a library is on, by name."""
+    twice = {f"second_{name}": _second(library[name], name) for name in TWICE if name in library}
+    return twice | ({"damage_size": damage_size.EFFECT} if "local_damage" in library else {})
 
 
 def _second(first: Effect, name: str) -> Effect:

@@ -135,7 +135,7 @@ def coverage(ops: EffectOperators, disc: Disc) -> Numbers:
 
     The part of a disc outside the plate or in a hole is ignored.
     """
-    place, reach = np.real([disc.x, disc.y]), disc.radius + np.sqrt(ops.cell)
+    place, reach = np.real([disc.x, disc.y]), float(np.real(disc.radius)) + np.sqrt(ops.cell)
     near = np.flatnonzero((np.abs(ops.strain_points - place) < reach).all(axis=1))
     here = _share(ops.strain_points[near], ops.cell, disc)
     share = np.zeros(len(ops.strain_points), here.dtype)

@@ -150,7 +150,7 @@ class Disc:
 
     x: Any
     y: Any
-    radius: float
+    radius: Any
     loss: Any
 
 

@@ -214,9 +214,20 @@ class SearchContext:
         """Error of the twin by moved patches, see `FreeParameters.moved_error`."""
         return fit.free.moved_error(fit.free.read(fit.state.on))
 
+    def form_gain(self, fit: GapFit, added: str = "") -> float:
+        """Gain that another effect, `added`, may owe to the form of those of a fit, nats: `EffectCard.form`."""
+        total = 0.0
+        for name in fit.state.effects:
+            form, others = self.model.cards[name].form, tuple(one for one in fit.state.effects if one != name)
+            without = self.fits.known(others) if form and name != added else None
+            if without is not None and not (added and self.model.cards[added].after == name):
+                total += form**2 * max(0.0, fit.log_evidence - without.log_evidence)
+        return total
+
     def allowed(self, fit: GapFit) -> float:
-        """chi2 that the twin's own error may cause, that by moved patches included."""
-        return self.sweeps.allowed + self.moved_error(fit) ** 2 * self.sweeps.power
+        """chi2 that the twin's own error may cause, that by moved patches and by the form of effects included."""
+        moved = self.moved_error(fit) ** 2 * self.sweeps.power
+        return self.sweeps.allowed + moved + 2.0 * self.form_gain(fit)
 
     def overstated(self, fit: GapFit) -> float:
         """As `GapSweeps.overstated`, with the error by moved patches."""

@@ -182,7 +182,7 @@ def _climb(
         else:
             worth = [c for c in candidates if c.gain >= context.least_gain()][:REFITTED]
             refits = refit(context, fit, [((*on, *c.effects), absent(context, screening, c)) for c in worth])
-        best = next((r for r in refits if r.fit and r.plausible and r.gain >= context.least_gain(r.fit)), None)
+        best = next((r for r in refits if _is_worth(context, fit, r)), None)
         if best is None or best.fit is None:
             steps.append(Step(tuple(candidates), tuple(refits), on, 0.0, False))
             break
@@ -200,6 +200,13 @@ def _climb(
         screening = context.score_test(fit)
         path.append((fit, screening))
     return steps, path
+
+
+def _is_worth(context: SearchContext, before: GapFit, found: Refit) -> bool:
+    """Whether an effect gains enough beside those before it, whose form may cause a part of the gain."""
+    if found.fit is None or not found.plausible:
+        return False
+    return found.gain >= context.least_gain(found.fit) + context.form_gain(before, found.effects[-1])
 
 
 def _foreseen(context: SearchContext, fit: GapFit, candidates: Sequence[Candidate]) -> bool:

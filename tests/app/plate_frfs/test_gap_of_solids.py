@@ -304,8 +304,8 @@ def test_a_mass_and_a_spring_at_once(tmp_path: Path, run_flexura: Run) -> None:
 
 @pytest.mark.slow
 def test_a_weak_spot(tmp_path: Path, run_flexura: Run) -> None:
-    """A square of 30 mm, a fifth less stiff; the library's spots are round, which takes a second effect."""
+    """A square of 30 mm, a fifth less stiff; the library's spots are round, which is no second effect."""
     found = compared(recorded(tmp_path / "l", WEAK, {}, 1), run_flexura)
     assert (found["verdict"], found["effects"][0]["name"]) == ("explained", "local_damage")
     assert away(found["effects"][0], SPOT) < 5e-3
-    assert all(away(one, SPOT) < 15e-3 for one in found["effects"])
+    assert [one["name"] for one in found["effects"][1:]] in ([], ["damage_size"])

@@ -123,7 +123,7 @@ def test_without_loss_nothing_is_lost(ops):
     assert with_spots(ops, nothing(), state()).plate is not None
 
 
-@pytest.mark.parametrize("moved", ["x", "y", "loss"])
+@pytest.mark.parametrize("moved", ["x", "y", "loss", "radius"])
 def test_derivatives_follow_the_spot(ops, moved):
     varied = replace(
         ops, strain=ops.strain * (1.0 + 20.0 * ops.strain_points[:, :1] + 9.0 * ops.strain_points[:, 1:])
