@@ -5,11 +5,9 @@
 ``declared``           what every declared value has in common
 ``tolerances``         how exactly what is declared is known: lengths, patches, wiring, the thermometer
 ``declared_quantity``  what a fit found about it, and the budget of a standard deviation
-``plate``, ``patch``   each of these by itself: ``outline``, ``support``, ``curvature``, ``layout``
-``supported_edges``    what supports hold along the edges
+``plate``, ``patch``   each of these by itself: ``outline``, ``support``, ``layout``
 ``plate_parts``        whether parts of a plate fit together
-``plate_material``     material of a plate, isotropic or orthotropic, and its range
-``material_kinds``     ranges of E, nu and eta of common materials, by name
+``plate_material``     material of a plate, isotropic or orthotropic, and ranges of common ones by name
 ``sheet_orthotropy``   orthotropic sheets, as declared
 ``sheet_material``     their moduli and losses by direction, as estimated
 ``foreign_mesh``       a mesh made elsewhere
@@ -21,16 +19,13 @@
 ``frf_campaign``       FRFs of other programs in place of recorded sweeps
 ``measured_modes``     natural frequencies and damping over temperature
 ``campaign_extent``    how many of its sweeps are there
-``h1``                 H1 of synchronous repeats
-``sweep_h1``           the same of one sweep at all outputs
+``h1``                 H1 of synchronous repeats, its noise, and how far resonances move over the repeats
 ``noise_power``        power of the noise of an FRF at each line
 ``local_rational``     the same without repeats, from roughness along frequency
 ``estimation``         H1, H2, Hv and hammer tests: signals of any test to FRFs
 ``frf``                FRFs of a campaign, coherence and variance per line
 ``labelled``           arrays with named axes, for xarray and pandas
-``phase``              phase of an FRF as a curve that can be drawn
-``drawn_lines``        curves with gaps, without points to which no line leads
-``repeat_shift``       how far resonances move over the repeats of a sweep
+``drawn_curves``       curves as they can be drawn: the phase of an FRF, lines with gaps
 ``chosen_actuator``    sweeps of one of several actuators
 ``mains``              lines that mains hum takes
 ``grid_frequency``     what is accepted as its frequency
@@ -61,7 +56,6 @@
 ``thermometry``        a panel as its own thermometer
 ``arrays``             types of arrays
 ``checked_fields``     shape, finiteness, range and order of a value's fields
-``median_deviation``   a standard deviation that a few outliers do not move
 ``scatter``            scatter of numbers that are known with different errors
 ``progress``           type of a progress callable
 =====================  ============================================================================

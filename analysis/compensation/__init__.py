@@ -9,7 +9,6 @@
 ``knots``               placement of training temperatures
 ``law_band``            contrast under the uncertainty of the material laws
 ``tilted``              contrast if one side of the panel is warmer than the other
-``burden``              memory and multiplications of every method
 ``outcome``             result of the comparison
 ``parameter_studies``   error of networks over number of nodes and temperature spacing
 ``network``             trained networks: temperature in, taps out, clamped to their range
@@ -21,7 +20,6 @@
 ``tensors``             arrays of numpy on the processor, tensors of torch on other devices
 ``linearised``          parameters and outputs of the networks, linearised
 ``schur_complement``    solution of their normal equations, block by block
-``interpolation``       interpolation: linear, cubic spline, equal reduced frequency
 ``low_rank``            a mean and a few principal filters
 ``leave_one_out``       error at a training temperature that is left out
 ``relative_error``      paper eq. (13)

@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.compensation.burden import burdens
 from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
 from analysis.compensation.low_rank import LowRankBank
-from analysis.compensation.outcome import NETWORK, Compensation, Trained
+from analysis.compensation.outcome import NETWORK, Compensation, Trained, burdens
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.rivals import plain_rivals
 from analysis.compensation.settings import FEWEST_TRAINING_TEMPERATURES, Training

@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
-from analysis.compensation.burden import burdens
 from analysis.compensation.direct_filters import DirectFilters, direct_filters
 from analysis.compensation.knots import PlacedTemperatures, check_places, place_temperatures
 from analysis.compensation.law_band import ContrastBand, law_band
 from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
 from analysis.compensation.low_rank import LowRankBank
 from analysis.compensation.network import InputMap
-from analysis.compensation.outcome import METHODS, NETWORK, Compensation, Trained
+from analysis.compensation.outcome import METHODS, NETWORK, Compensation, Trained, burdens
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.rivals import rigidity, rivals
 from analysis.compensation.settings import Training

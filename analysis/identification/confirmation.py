@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
-from analysis.identification.bic import pole_penalty, support
 from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
-from analysis.identification.order import eliminate
+from analysis.identification.order import eliminate, pole_penalty, support
 from analysis.identification.pole_search import fit
 from analysis.identification.principal_frfs import MANY, principal_frfs
 

@@ -10,12 +10,11 @@ from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.errors_at_peaks import variance_factors
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
-from analysis.identification.missing import add_missing, residual
+from analysis.identification.missing import add_missing, residual, split
 from analysis.identification.modes import Modes
 from analysis.identification.order import choose_terms, covariance, eliminate, relative_deviations
 from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.settings import Settings
-from analysis.identification.splitting import split
 from analysis.identification.status import judge
 
 LEAST_FALL_OF_MISFIT = 2e-2

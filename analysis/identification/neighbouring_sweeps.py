@@ -7,12 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
-from analysis.identification.bic import bic, misfit_worth, support
 from analysis.identification.confirmation import same_mode, weighed
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
-from analysis.identification.order import ROUGH_FALL_OF_MISFIT, attempt
+from analysis.identification.order import ROUGH_FALL_OF_MISFIT, attempt, bic, misfit_worth, support
 from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.resolution import COINCIDENT_DISTANCE
 from analysis.identification.tracked_modes import TrackedModes

@@ -9,8 +9,7 @@
 ``drive``             the voltage to be played
 ``objections``        why a protocol cannot be run on the hardware at hand
 ``advice``            what may be run but makes results worse
-``drive_comparison``  gain, delay and correlation of a drive as recorded and as played
-``clocks``            how much faster the clock that played was than the one that recorded
+``drive_comparison``  a drive as recorded beside the drive as played; how much faster one clock is than the other
 ``acceptance``        what is wrong with a sweep just recorded: overload, drive, silence, coherence
 ``shot``              one short sweep before a campaign: wiring, levels, noise and hum
 ====================  ====================================================================

@@ -26,10 +26,9 @@ from analysis.updated import Updated
 from analysis.updating.corrected_twin import corrected_twin, fit_twin
 from analysis.updating.drift import sweep_laws, to_first_order
 from analysis.updating.laws import laws_of_sweeps
-from analysis.updating.outlier_sweeps import outlier_sweeps
 from analysis.updating.polarity import polarity_corrected
 from analysis.updating.sheet_start import sheet_start
-from analysis.updating.update import update
+from analysis.updating.update import outlier_sweeps, update
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.pairing_json import pairing_record

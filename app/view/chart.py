@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt, SignalInstance
 from PySide6.QtWidgets import QSizePolicy
 
 from analysis.arrays import Real
-from analysis.drawn_lines import in_lines
+from analysis.drawn_curves import in_lines
 from app.view.log_axis import LogAxis
 from app.view.map import Map
 from app.view.theme import Color, Theme

@@ -7,7 +7,7 @@ from numpy.polynomial.legendre import leggauss
 
 from analysis.arrays import Mask, Real, Whole
 from analysis.plate import Plate
-from analysis.supported_edges import SupportedEdge
+from analysis.support import SupportedEdge
 from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges
 from simulation.shell.lobatto import lobatto
 from simulation.shell.rigidity import THX, THY, U, V, W

@@ -4,7 +4,7 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from analysis.drawn_lines import in_lines
+from analysis.drawn_curves import in_lines
 from analysis.identification.tracked_modes import TrackedModes
 from app.summaries.mode_rows import NUMBERS, READ_AS, SWEEP_HEADINGS, shown_poles, sweep_rows
 from app.summaries.with_sigma import with_sigma

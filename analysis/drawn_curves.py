@@ -1,4 +1,4 @@
-"""Phase of an FRF as a curve that can be drawn."""
+"""Curves as they can be drawn: the phase of an FRF, and lines with gaps."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,3 +29,16 @@ def drawn_phase(frequency: Real, h: Complex, deviation: ArrayLike = 0.0) -> tupl
     leaps = np.flatnonzero(np.abs(np.diff(phase)) > 180.0) + 1
     between = 0.5 * (frequency[leaps] + frequency[leaps - 1])
     return np.insert(frequency, leaps, between), np.insert(phase, leaps, np.nan)
+
+
+def in_lines(values: Real) -> Real:
+    """Return values along the first axis, of any shape, without those alone between gaps (NaN).
+
+    No line leads to those, so that the range of a plot of lines must not reach for them: of a tracked mode they
+    often belong to another mode.
+    """
+    known = np.isfinite(values)
+    beside = np.zeros_like(known)
+    beside[1:] |= known[:-1]
+    beside[:-1] |= known[1:]
+    return np.where(known & beside, values, np.nan)
