@@ -21,8 +21,8 @@ from app.files.instrument_sections import OvenSection, UnknownInstrument, instru
 from app.files.settings_toml import checked, read_table
 from app.files.simulation_section import Simulation
 from drivers.hammer.trigger import TriggerSettings
-from drivers.ni.input_wiring import InputWiring
-from drivers.thermometers.settings import ThermometerSettings
+from drivers.ni.wiring import InputWiring
+from drivers.thermometers.thermometer import ThermometerSettings
 
 KIND = "hammer"
 MOST_SIMULATED = 100

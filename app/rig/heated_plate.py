@@ -17,8 +17,7 @@ from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
 from app.files.simulation_section import HeatInOven
 from simulation.effects.effect import Effect
-from simulation.heat.heat_model import HeatModel
-from simulation.heat.marching import settled
+from simulation.heat.heat_model import HeatModel, settled
 from simulation.shell.shell_plate import ShellPlate
 from simulation.state.plate_state import Circumstances, PlateState
 

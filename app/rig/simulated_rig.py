@@ -22,10 +22,8 @@ from app.rig.heated_plate import NAME, PlateBehindAir
 from app.rig.plate_transfer import PlateTransfer, TwinTransfer
 from app.rig.simulated_plate import TwinPlate
 from app.twins.campaign_twin import OFFSET, campaign_twin, effect_twin
-from drivers.ni.modules import KNOWN, InputModule
-from drivers.ni.output_modules import KNOWN_OUTPUTS
+from drivers.ni.modules import KNOWN, KNOWN_OUTPUTS, NI_9211, NI_9213, InputModule
 from drivers.ni.simulated.surroundings import DrivenPlate, Module
-from drivers.ni.thermocouple_modules import NI_9211, NI_9213
 from drivers.ni.wiring import Wiring
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.simulated import SimulatedParts, simulated_parts

@@ -5,8 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from drivers.checks.faulty_line import FaultyLine
-from drivers.checks.oven_checks import OvenOnTrial, oven_checks
-from drivers.checks.thermometer_checks import ThermometerOnTrial, thermometer_checks
+from drivers.checks.instrument_checks import OvenOnTrial, ThermometerOnTrial, oven_checks, thermometer_checks
 from drivers.checks.trial import CheckVerdict, NotChecked, verdicts
 from drivers.clock import Clock, SystemClock, VirtualClock
 from drivers.ovens.error import Fault, OvenError
@@ -19,7 +18,7 @@ from drivers.ovens.simulated.controller import Controller
 from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.simulated.thermal import Chamber
-from drivers.thermometers.settings import ThermometerSettings
+from drivers.thermometers.thermometer import ThermometerSettings
 
 TEMPERATURE_MOVE = 15.0
 """A simulated oven is sent so far from where it is, K."""

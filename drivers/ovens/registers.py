@@ -12,10 +12,8 @@ from drivers.clock import Clock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Transport
 from drivers.ovens.line_settings import LineSettings
-from drivers.ovens.modbus import ModbusUnit, WordOrder
-from drivers.ovens.modbus_frames import Framing
-from drivers.ovens.points import not_taken
-from drivers.ovens.units import RateUnit, TemperatureUnit, factors
+from drivers.ovens.modbus import Framing, ModbusUnit, WordOrder
+from drivers.ovens.points import RateUnit, TemperatureUnit, factors, not_taken
 
 T = TypeVar("T")
 

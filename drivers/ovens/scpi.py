@@ -10,10 +10,20 @@ from drivers.clock import Clock
 from drivers.ovens.line import Transport
 from drivers.ovens.mapped_oven import COARSEST, MappedOven, require_rest
 from drivers.ovens.oven import Oven
-from drivers.ovens.phrases import RatePhrase, RunPhrase, StatusPhrase, TemperaturePhrase, TemperatureQuery
 from drivers.ovens.points import Points, no_status
 from drivers.ovens.settings import OvenSettings
-from drivers.ovens.text_protocol import TextLine, TextSetting, TextSwitch, TextValue, require_good
+from drivers.ovens.text_protocol import (
+    RatePhrase,
+    RunPhrase,
+    StatusPhrase,
+    TemperaturePhrase,
+    TemperatureQuery,
+    TextLine,
+    TextSetting,
+    TextSwitch,
+    TextValue,
+    require_good,
+)
 
 if TYPE_CHECKING:  # simulated ovens need numpy, which the watchdog's process does without
     from drivers.ovens.simulated.controller import Controller

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from drivers.clock import VirtualClock
 from drivers.ni.cards import Cards
-from drivers.ni.input_wiring import InputWiring
 from drivers.ni.simulated.surroundings import DrivenPlate, Module, Surroundings
-from drivers.ni.wiring import Wiring
+from drivers.ni.wiring import InputWiring, Wiring
 from drivers.ovens.expiry import Expiring
 from drivers.ovens.oven import Oven
 from drivers.ovens.settings import OvenSettings, open_oven
@@ -30,8 +29,7 @@ from drivers.rig.rig import Rig
 from drivers.soundcard.card import SoundCards
 from drivers.soundcard.settings import SoundCard
 from drivers.soundcard.simulated import SimulatedSound, simulated_sound
-from drivers.thermometers.settings import ThermometerSettings
-from drivers.thermometers.thermometer import Thermometer
+from drivers.thermometers.thermometer import Thermometer, ThermometerSettings
 from drivers.watchdog.rest_watch import RestRule
 from drivers.watchdog.supervision import PERIOD, QUIET
 

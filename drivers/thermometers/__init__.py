@@ -1,10 +1,7 @@
 """Thermometers on the plate that are no thermocouple of the cards.
 
 ===============  =======================================================
-``thermometer``  what every thermometer can do
-``settings``     the declared thermometer, and where its kinds are found
-``points``       a thermometer of which only its values are known
-``modbus_map``   the kind made of declared registers
-``scpi``         the kind made of declared queries
+``thermometer``  what every thermometer can do and declares, and where its kinds are found
+``declared_thermometer``  the kinds made of declared registers or queries
 ===============  =======================================================
 """

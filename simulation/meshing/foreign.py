@@ -7,9 +7,8 @@ import numpy as np
 from analysis.arrays import Real, Whole
 from analysis.foreign_mesh import ForeignMesh
 from analysis.geometry.fault import GeometryError, at
-from simulation.meshing.mesher import LEAST_RATIO, Border
+from simulation.meshing.mesher import LEAST_RATIO, Border, jacobian_ratio
 from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges, PlateMesh, edges_of
-from simulation.meshing.quality import jacobian_ratio
 from simulation.shell.lobatto import lobatto
 
 PLATE = "plate"

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.arrays import Real
-from simulation.meshing.arrangement import HalfEdge
-from simulation.meshing.corners import Corner
+from simulation.meshing.arrangement import Corner, HalfEdge
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@
 ``lobatto``         hierarchical functions of one variable
 ``cells``           functions of the reference quadrilateral and triangle
 ``mapping``         places in curved cells, and back
-``cell_group``      functions and points of quadrature on all cells of one shape
 ``space``           function space over a mesh, and its integrals
 ``rigidity``        strains of a shell, and cells' matrices from section rigidities
 ``curved_surface``  strains of a curved plate in its tangent plane
@@ -15,14 +14,11 @@
 ``points``          supports at points
 ``plate_borders``   borders and mesh of a declared plate
 ``shell_plate``     a declared plate on a mesh: sections and matrices of every cell
-``unknowns``        selection and order of the unknowns
-``dissection``      nested dissection: elimination order for sparse factors
+``unknowns``        selection of the unknowns, and their order for sparse factors: nested dissection
 ``factors``         sparse factorization
 ``condensation``    static condensation of interior functions of cells
-``choice``          selection of the functions that a plate's responses need
-``shortest_wave``   shortest bending wave, which sets the size of cells
-``fineness``        mesh, degree and tolerance of that selection
-``assembly``        assembly of the matrices from a declaration
+``fineness``        mesh, degree and tolerance, by the shortest bending wave
+``assembly``        assembly of the matrices, with all functions or with those that the responses need
 ``shell_model``     the assembled plate, with responses by direct solution
 ``moving``          a mesh deformed so that a patch is at another place
 ``piezo_material``  constants of piezoceramics, and those of a thin poled patch

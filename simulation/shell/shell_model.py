@@ -43,7 +43,7 @@ class ShellModel:
     capacitance : (P,) ndarray
         Cp of every patch at zero in-plane strain, F.
     dropped : float
-        See `simulation.shell.choice.Choice`: estimate of the energy missing in the responses.
+        See `simulation.shell.assembly.Choice`: estimate of the energy missing in the responses.
     """
 
     shell: ShellPlate

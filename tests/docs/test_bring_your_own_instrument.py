@@ -15,11 +15,11 @@ from pydantic import BaseModel
 
 from app.files.allowed_values import keys_at
 from drivers.ovens.modbus_map import ModbusMapOven
-from drivers.ovens.phrases import Phrase, RunPhrase, StatusPhrase
 from drivers.ovens.registers import Number, RunRegister, StatusRegister
 from drivers.ovens.scpi import ScpiOven
 from drivers.ovens.settings import oven_settings
-from drivers.thermometers.settings import THERMOMETERS
+from drivers.ovens.text_protocol import Phrase, RunPhrase, StatusPhrase
+from drivers.thermometers.thermometer import THERMOMETERS
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "guide" / "bring-your-own-instrument.md").read_text(encoding="utf-8")

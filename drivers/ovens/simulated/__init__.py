@@ -7,7 +7,6 @@
 ``modbus_server``   the far end of Modbus RTU
 ``eurotherm``       Eurotherm 2400 and 3500
 ``f4t``             Watlow F4T
-``f4t_profiles``    profiles of the Watlow F4T
 ``votsch``          Vötsch and Weiss, ASCII-2
 ``espec``           Espec P-300
 ``memory``          a line inside the process, in virtual time

@@ -9,8 +9,8 @@ from drivers.ovens.simulated.modbus_map import CELSIUS, PER_MINUTE
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
 if TYPE_CHECKING:
-    from drivers.ovens.phrases import Phrase, Query
     from drivers.ovens.scpi import ScpiOven
+    from drivers.ovens.text_protocol import Phrase, Query
 
 
 class SimulatedScpi(LineController):

@@ -32,9 +32,7 @@ from app.view.opening import window_of
 from app.view.recorded.window import RecordedWindow
 from app.view.theme import DARK, LIGHT
 from app.watch.watched import Watched
-from drivers.ni.modules import NI_9234
-from drivers.ni.output_modules import NI_9260
-from drivers.ni.thermocouple_modules import NI_9211
+from drivers.ni.modules import NI_9211, NI_9234, NI_9260
 from drivers.rig.campaign import Outcome, unobserved
 from drivers.rig.errors import RigStopped
 from drivers.rig.session import Session

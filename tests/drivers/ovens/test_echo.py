@@ -8,7 +8,7 @@ from drivers.ovens.line import Line, Timing, up_to
 from drivers.ovens.simulated.controller import Delivery
 from drivers.ovens.simulated.disturbance import flipped, halved, late, noisy, silenced
 from drivers.ovens.simulated.memory import MemoryTransport
-from drivers.thermometers.settings import THERMOMETERS
+from drivers.thermometers.thermometer import THERMOMETERS
 
 
 class Echoing:

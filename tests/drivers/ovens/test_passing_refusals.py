@@ -6,8 +6,7 @@ import pytest
 from drivers.clock import VirtualClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import PASSING, Line, Timing
-from drivers.ovens.modbus import ModbusUnit
-from drivers.ovens.modbus_frames import crc16
+from drivers.ovens.modbus import ModbusUnit, crc16
 from drivers.ovens.simulated.controller import Delivery
 from drivers.ovens.simulated.disturbance import untouched
 from drivers.ovens.simulated.f4t import SimulatedF4T

@@ -19,10 +19,8 @@ from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.set_points import SweepSetPoint
 from analysis.protocol.sweep import SweepSettings
 from drivers.ni.cards import Record, go_on
-from drivers.ni.modules import NI_9234
-from drivers.ni.output_modules import NI_9260
+from drivers.ni.modules import NI_9211, NI_9234, NI_9260
 from drivers.ni.simulated.surroundings import Module
-from drivers.ni.thermocouple_modules import NI_9211
 from drivers.ni.wiring import Wiring
 from drivers.ovens.settings import oven_settings
 from drivers.ovens.simulated.disturbance import Disturbed
@@ -31,7 +29,7 @@ from drivers.rig.campaign import Outcome, run_campaign
 from drivers.rig.rig import Rig
 from drivers.rig.session import Session
 from drivers.rig.simulated import simulated_parts
-from drivers.thermometers.settings import ThermometerSettings
+from drivers.thermometers.thermometer import ThermometerSettings
 
 LIGHT = Chamber(plate_capacity=180.0)
 """A plate that lags 30 s behind the air."""

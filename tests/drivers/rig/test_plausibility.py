@@ -20,8 +20,7 @@ from drivers.ovens.simulated.disturbance import Disturbed
 from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.rig.errors import RigStopped
-from drivers.rig.plausibility import CheckedSensor, require_agreement, require_celsius
-from drivers.rig.readings import Reading
+from drivers.rig.readings import CheckedSensor, Reading, require_agreement, require_celsius
 
 World = Any
 

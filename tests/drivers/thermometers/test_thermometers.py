@@ -10,7 +10,7 @@ from drivers.ovens.error import OvenError
 from drivers.ovens.simulated.disturbance import Disturbed, silenced
 from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.thermometers.settings import THERMOMETERS
+from drivers.thermometers.thermometer import THERMOMETERS
 
 DECLARED: dict[str, dict[str, Any]] = {
     "modbus-map": {

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from simulation.verification.cases import PUBLISHED
 from simulation.verification.markdown import left_out, modes, percent, section, summary
-from simulation.verification.published import PUBLISHED
 from simulation.verification.report import NotCovered, compare, compare_all, convergence_order
 
 FV12 = next(case for case in PUBLISHED if case.name == "fv12")

@@ -1,16 +1,21 @@
-"""What every driver of an oven has to bear."""
+"""What every driver of an oven or a thermometer has to bear.
+
+What a bad line may not do to a driver that reads a temperature is the same for both.
+"""
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
+import numpy as np
+
 from drivers.checks.faulty_line import FaultyLine, LineFault
-from drivers.checks.line_checks import FAULTS, Reader
 from drivers.checks.trial import Check, Failed, NotChecked
 from drivers.clock import Clock
 from drivers.ovens.error import OvenError
 from drivers.ovens.oven import Oven, OvenLimits
+from drivers.thermometers.thermometer import Thermometer
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,89 @@ class OvenOnTrial:
     reach: float
     at_rest: Callable[[], bool]
     lock: Callable[[bool], None]
+
+
+FAULTS = (
+    (LineFault.SILENCE, math.inf, "a dead line must end a campaign, not be taken for a temperature"),
+    (LineFault.GARBAGE, math.inf, "noise on the cable must never pass for a temperature"),
+    (LineFault.LATE, 2, "an answer after its time-out must not be taken for the next one's"),
+    (LineFault.STALE, 3, "bytes left over from an earlier question must not answer this one"),
+    (LineFault.ECHO, math.inf, "many RS-485 adapters return each question before its answer"),
+    (LineFault.ERROR, math.inf, "a refusal must be reported, not read as a number"),
+    (LineFault.GONE, math.inf, "a pulled cable is reported, and the driver works again once it is back"),
+)
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A driver on a line that can be made to fail.
+
+    Attributes
+    ----------
+    read : callable
+        Returns the temperature, degrees Celsius.
+    truth : callable
+        What it may return, degrees Celsius.
+    tolerance : float
+        K.
+    line : FaultyLine
+    clock : Clock
+    """
+
+    read: Callable[[], float]
+    truth: Callable[[], float]
+    tolerance: float
+    line: FaultyLine
+    clock: Clock
+
+    def right(self) -> None:
+        """Raise Failed unless the temperature reads right."""
+        self._hold(self.read())
+
+    def bears(self, fault: LineFault, questions: float = math.inf, times: int = 4) -> None:
+        """Bring a fault on the line, read, then mend the line and read once more.
+
+        Parameters
+        ----------
+        questions : float
+            How many questions meet the fault; infinite: all until the line is mended.
+        times : int
+            Temperatures read under the fault, a second apart.
+
+        Raises
+        ------
+        Failed
+            If a temperature is wrong, an OvenError has no advice, a reading hides a lasting fault, or
+            the fault goes on once the line is mended.
+        NotChecked
+            If the driver has asked nothing over this line.
+        """
+        if self.line.questions == 0:
+            raise NotChecked("the driver does not use the line it is given")
+        self.line.fail(fault, questions)
+        reported = 0
+        for _ in range(times):
+            try:
+                self._hold(self.read())
+            except OvenError as error:
+                reported += 1
+                if not error.advice:
+                    raise Failed(f"its error has no advice: {error}") from error
+            self.clock.sleep(1.0)
+        lasting = fault in (LineFault.SILENCE, LineFault.GARBAGE, LineFault.GONE, LineFault.ERROR)
+        if math.isinf(questions) and lasting and reported < times:
+            raise Failed(f"{fault} all the time, and still {times - reported} of {times} temperatures came back")
+        self.line.mend()
+        self.clock.sleep(2.0)
+        try:
+            self.right()
+        except OvenError as error:
+            raise Failed(f"the line works again, and it reports: {error}") from error
+
+    def _hold(self, value: float) -> None:
+        truth = self.truth()
+        if not abs(value - truth) <= self.tolerance:
+            raise Failed(f"it returned {value:.2f} °C; {truth:.2f} ± {self.tolerance:g} °C is true")
 
 
 def oven_checks(trial: OvenOnTrial) -> list[Check]:
@@ -241,3 +329,64 @@ COMMANDS = (
     ("rests after Ctrl-C in a question", "the answer still owed must not spoil the rest", _interrupted),
     ("rests without any answer", "a broken wire may still carry the commands", _rests_unanswered),
 )
+
+
+@dataclass(frozen=True)
+class ThermometerOnTrial:
+    """A thermometer that checks may ask; attributes as of `OvenOnTrial`."""
+
+    open: Callable[[FaultyLine], Thermometer]
+    line: Callable[[], FaultyLine]
+    clock: Clock
+    truth: Callable[[], float]
+    tolerance: float
+
+
+def thermometer_checks(trial: ThermometerOnTrial) -> list[Check]:
+    """Return all checks, the plainest first."""
+    checks = [
+        Check("reads the temperature", "sweeps are triggered by it", partial(_opened, trial, _thermometer_reads))
+    ]
+    checks += [
+        Check(str(fault), why, partial(_opened, trial, _thermometer_bears, fault, questions))
+        for fault, questions, why in FAULTS
+    ]
+    return [
+        *checks,
+        Check("closes twice, then reports it", "every way out closes it", lambda: _thermometer_closes(trial)),
+    ]
+
+
+def _opened(trial: ThermometerOnTrial, what: Callable[..., None], *more: object) -> None:
+    line = trial.line()
+    thermometer = trial.open(line)
+
+    def mean() -> float:
+        readings = thermometer.temperatures()
+        if readings.ndim != 1 or readings.size == 0:
+            raise Failed(f"temperatures of shape {readings.shape}; (T,) with T >= 1 allowed")
+        return float(np.mean(readings))
+
+    try:
+        what(Reader(mean, trial.truth, trial.tolerance, line, trial.clock), *more)
+    finally:
+        thermometer.close()
+
+
+def _thermometer_reads(reader: Reader) -> None:
+    reader.right()
+
+
+def _thermometer_bears(reader: Reader, fault: LineFault, questions: float = math.inf) -> None:
+    reader.bears(fault, questions)
+
+
+def _thermometer_closes(trial: ThermometerOnTrial) -> None:
+    thermometer = trial.open(trial.line())
+    thermometer.close()
+    thermometer.close()
+    try:
+        thermometer.temperatures()
+    except OvenError:
+        return
+    raise Failed("closed, it still returns temperatures; ThermometerError required")

@@ -1,4 +1,4 @@
-"""Recorded signals of a plate with effects: outputs per unit of the input, and their derivatives."""
+"""Recorded signals of a plate with effects: outputs per unit of the input, and derivatives by any parameter."""
 
 from dataclasses import dataclass
 from typing import Any, Self
@@ -8,10 +8,14 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
 from simulation.reduction.composition import COMPLEX_STEP
+from simulation.reduction.modal_slopes import ModalSlopes
 from simulation.state.departures import Departures
-from simulation.state.plate_state import PlateState
+from simulation.state.plate_state import SPECTRA, PlateState
 from simulation.twin.instruments import Instruments
 from simulation.twin.local_solution import LocalSolution
+from simulation.twin.reduced_plate import CompositeSlopes
+from simulation.twin.sensitivity import ModalSensitivity, TransferSensitivity
+from simulation.twin.strain_energy import EnergySlopes, StateOf
 from simulation.twin.transfer import Transfer
 
 
@@ -107,3 +111,77 @@ class SignalReading:
 def _capacitance(declared: Real, away: Departures) -> Any:
     """Capacitance (P,) of patches with other permittivities, areas and thicknesses, F."""
     return declared * (away.permittivity * away.patch_area / away.patch_thickness)
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """Derivatives of the outputs at one state.
+
+    Attributes
+    ----------
+    reading : SignalReading
+        What is differentiated.
+    slopes : CompositeSlopes
+        Of the plate's matrices.
+    sensitivity : TransferSensitivity or ModalSensitivity
+        Of the transfer by these.
+    energy : (F,) ndarray
+        Relative strain energy of the state.
+    by_energy : EnergySlopes or None
+        Derivatives of that energy; None if no effect depends on it.
+    """
+
+    reading: SignalReading
+    slopes: CompositeSlopes
+    sensitivity: TransferSensitivity | ModalSensitivity
+    energy: Real
+    by_energy: EnergySlopes | None
+
+    @classmethod
+    def of(
+        cls,
+        slopes: CompositeSlopes,
+        solved: LocalSolution,
+        reading: SignalReading,
+        state_of: StateOf,
+        energy: Real,
+        scale: float,
+    ) -> Self:
+        """Prepare derivatives at a solved state.
+
+        Parameters
+        ----------
+        slopes : CompositeSlopes
+            Of the plate's matrices at the state, in the coordinates of `solved`.
+        solved : LocalSolution
+            Of the state at `energy`.
+        reading : SignalReading
+            Of it.
+        state_of : callable
+            (F,) relative strain energy -> PlateState.
+        energy : (F,) ndarray
+        scale : float
+            Relative energies per J/V2.
+        """
+        state, transfer = solved.state, reading.transfer
+        sensitivity: TransferSensitivity | ModalSensitivity
+        if solved.modal is None:
+            sensitivity = TransferSensitivity.of(solved, state, reading.drive, reading.sense)
+        else:
+            ports, instruments = solved.composite.coupling, transfer.instruments
+            seen, driving = ports[:, list(instruments.seen)], ports[:, list(instruments.driving)]
+            modal = ModalSlopes.of(solved.modal, seen, driving, solved.frequency, solved.sums)
+            sensitivity = ModalSensitivity(solved, state, transfer, modal)
+        follower = state_of(energy + 1j * COMPLEX_STEP)
+        by_energy = None
+        if any(np.imag(getattr(follower, name)).any() for name in (*SPECTRA, "log_gain", "phase")):
+            by_energy = EnergySlopes.of(solved, transfer.instruments.source, state, follower, scale)
+        return cls(reading, slopes, sensitivity, energy, by_energy)
+
+    def by(self, state_of: StateOf) -> Complex:
+        """Differentiate the outputs, (K, F), by the parameter that has an imaginary step in `state_of`."""
+        stepped = state_of(self.energy)
+        moved = self.slopes.by(stepped)
+        if self.by_energy:
+            stepped = state_of(self.energy + 1j * COMPLEX_STEP * self.by_energy.by(moved, stepped))
+        return self.reading.change(self.sensitivity.by(moved, stepped), stepped)
