@@ -3,11 +3,8 @@
 ====================  ===================================================================
 ``options``           options that several verbs share
 ``output``            stdout for results; stderr for progress, notes and the closing line
-``training_options``  options of the training of networks
 ``bad_input``         one message and exit status 2
-``fault_picture``     picture of a declaration with a geometric error
 ``demo``              the whole chain on three campaigns
-``demo_truth``        true laws and effects of the demo's plates, compared with the results
 ``acquire``           run an experiment on a rig
 ``acquire_hammer``      the same where hits are recorded
 ``run``               all stages, from files to the report
@@ -29,7 +26,6 @@
 ``report``            one HTML page
 ``view``              windows
 ``watch``             a web page of running campaigns, messages
-``telling``           which campaigns are watched, and how people are told
 ``status``            how campaigns stand, in a line
 ``doctor``            this computer
 ``check_instrument``  an instrument's driver

@@ -65,10 +65,10 @@ def command(
         return
     from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign
+    from app.files.disk_room import room_of
     from app.files.pairing_json import pairing_record
-    from app.files.room import room_of
     from app.files.run_folder import run_folder
-    from app.summaries.campaign_extent import extent_record, led
+    from app.summaries.numbers import extent_record, led
     from app.summaries.pairing import pairing_tables
     from app.summaries.update import budget_lines, gains_text, notes, record, summary, tables_of
     from app.terminal.tables import show

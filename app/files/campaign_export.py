@@ -22,7 +22,7 @@ from analysis.frf import Frf
 from app.files.atomic import atomic_path, write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaign_kind import EXPORTS
-from app.files.uff58_text import DOUBLE_REAL, frf_text
+from app.files.uff58 import DOUBLE_REAL, frf_text
 from app.files.uff_campaign import campaign_frfs, campaign_points
 from app.files.uff_geometry import geometry_text
 

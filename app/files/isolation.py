@@ -109,7 +109,7 @@ def hold_memory(most: int) -> None:
 def _read_through(path: Path) -> None:
     import h5py  # here: readers of other formats need no HDF5 in their process
 
-    from app.files.hdf5_contents import require_plain
+    from app.files.hdf5_file import require_plain
 
     with h5py.File(path) as file:
         require_plain(file, path.stat().st_size)

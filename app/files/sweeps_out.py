@@ -23,7 +23,7 @@ from app.files.campaign_kind import DECLARATION
 from app.files.tdms_layout import TdmsLayout
 from app.files.tdms_sweep import PLATE
 from app.files.toml_text import toml_text
-from app.files.uff58_text import time_text
+from app.files.uff58 import time_text
 from app.files.uff_campaign import campaign_points, direction_of
 from app.files.uff_geometry import geometry_text
 

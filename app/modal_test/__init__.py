@@ -2,7 +2,6 @@
 
 ======================  ==================================================================
 ``declared_test``       files and channels of a declaration to FRFs
-``sample_rates``        the rate that all places in a file agree on
 ``signals``             columns of a file to checked signals in SI units
 ``given_frfs``          FRFs that a file holds as such, checked
 ``frf_set``             FRFs of a structure, with where they were measured
@@ -12,9 +11,6 @@
 ``saved``               the files of it
 ``new_declaration``     a declaration to start from
 ``guessed_channels``    roles, units and sensitivities of its channels
-``guessed_unnamed``     those of columns without names
-``guessed_kind``        kind of test and segments, by its drive
-``guessed_places``      nodes and directions of its channels
 ``edit_journal``        the journal of those changes: undo, redo
 ``edits``               modes dropped or added by hand, and the record of it
 ``points_table``        places of nodes from a table

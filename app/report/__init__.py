@@ -18,13 +18,10 @@
 ``pairing``         measured modes beside those of the twin
 ``gap``             figures of the gap
 ``gap_section``     the section on the gap
-``described``       what an unknown cause acts like: its part of that section
 ``focusing``        contrast and spot error (paper Figs. 4, 13, 15 and 17)
 ``paper``           our figures beside the paper's
 ``modal_test``      a test at many places
-``players``         sound at a listener, to be played on the page
 ``radiation``       sound at listeners, its direction, and what of the panel radiates
-``weather``         filters while the panel's temperatures move
 ``sound``           contrast along a piece of sound, readings of the thermometer
 ``health``          a panel's health over its dates
 ``studies``         figures of the paper's studies, our numbers beside the paper's

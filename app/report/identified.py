@@ -8,7 +8,7 @@ from analysis.frf import Frf
 from analysis.identification.tracked_modes import TrackedModes
 from app.report.page import PageTable
 from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
-from app.summaries.mode_rows import NUMBERS, SWEEP_HEADINGS, sweep_rows
+from app.summaries.modes import NUMBERS, SWEEP_HEADINGS, sweep_rows
 
 REFERENCE_TEMPERATURE = 25.4
 """Temperature of the paper's Fig. 10 to which frequencies are referred, degrees Celsius."""

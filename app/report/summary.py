@@ -13,8 +13,8 @@ from app.files.modes_file import load_modes
 from app.summaries.briefing import Worth
 from app.summaries.effect_words import found_words, titles_of
 from app.summaries.gap import chi2_before_and_after, concluded
+from app.summaries.numbers import span, sweeps
 from app.summaries.sheet import sheet_words
-from app.summaries.sweeps_said import span, sweeps
 
 
 def summary(run: Path) -> dict[str, str]:

@@ -28,7 +28,7 @@ from app.files.campaign_inputs import extent_settings
 from app.files.compensation_file import save_compensation
 from app.files.provenance import provenance
 from app.stages.panel_inputs import workers
-from app.summaries.display import as_text
+from app.summaries.table import as_text
 from app.twins.panel_twin import panel_twin
 
 if TYPE_CHECKING:

@@ -31,8 +31,8 @@ from app.modal_test.frf_set import said_of_coherence, said_of_reference
 from app.stages.drift_notes import untimed
 from app.stages.identify_options import Wanted
 from app.stages.temperature_notes import resonance_notes
-from app.summaries.display import as_html, as_text
 from app.summaries.modes import headline, modes_record, tables
+from app.summaries.table import as_html, as_text
 
 
 @dataclass(frozen=True)

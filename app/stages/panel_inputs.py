@@ -77,7 +77,7 @@ def weather_for(path: Path, panel: Panel, method: Method) -> Weather:
     CampaignFileError
         For what is wrong in the file itself.
     """
-    from app.files.weather_file import read_weather
+    from app.files.panel_file import read_weather
     from app.twins.weather_fields import check_thermometers
 
     if method != "stif":

@@ -42,8 +42,8 @@ from app.stages.pairing import (
     with_reason,
 )
 from app.stages.temperature_notes import label_notes, recorded_notes
-from app.summaries.display import as_html, as_text
 from app.summaries.pairing import pairing_tables
+from app.summaries.table import as_html, as_text
 from app.summaries.update import headline, notes, tables_of
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
 from app.twins.campaign_twin import campaign_twin, placed, tolerant_twin, twin_is_built

@@ -2,17 +2,14 @@
 
 =======================  ===============================================================
 ``table``                a table of words, as a value
-``campaign_extent``      how many sweeps an incomplete campaign has, in a line and as JSON
 ``modes``                modes as JSON, as tables and in one line
-``mode_rows``            modes of one sweep as rows of words
-``with_sigma``           a value as far as its standard deviation lets it be known
+``numbers``              a value as far as its standard deviation lets it be known
 ``update``               estimates of model updating as JSON, as a table and in one line
 ``sheet``                constants of an orthotropic sheet likewise
 ``pairing``              paired modes as a table
 ``focusing``             focusing over temperature as JSON, as a table, notes and one line
 ``compensation``         methods of compensation as JSON, as a table and in one line
 ``radiation``            sound at listeners as JSON, as a table, notes and one line
-``weather``              filters in a weather as JSON, as a table and a note
 ``thermometer``          readings of the thermometer as JSON and in one line
 ``health``                what has changed on a panel as JSON, as tables and in one line
 ``gap``                  tables and sentences from gap.json
@@ -20,8 +17,5 @@
 ``description``          what no effect explains, in sentences
 ``effect_words``         effects found, in units that people use
 ``briefing``             a run in words: the plate, what its twin lacked, what to do next
-``duration``             a time in words
-``sweeps_said``          numbers of sweeps and ranges of values in words
-``display``              a result as a script prints it and as a notebook shows it
 =======================  ===============================================================
 """

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from app.summaries.with_sigma import FIXED, roughly
+from app.summaries.numbers import FIXED, roughly
 
 Record = Mapping[str, Any]
 LEAST_NATS = 6.0

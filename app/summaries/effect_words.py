@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from analysis.effect_card import PEOPLES
-from app.summaries.with_sigma import roughly
+from app.summaries.numbers import roughly
 
 Record = Mapping[str, Any]
 USUAL = {"kg": "g", "m": "mm"}

@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from app.summaries.effect_words import title, titles_of
+from app.summaries.numbers import with_sigma
 from app.summaries.pairing import no_fit_words, pairing_tables
 from app.summaries.plan import plan_table
 from app.summaries.table import Table
-from app.summaries.with_sigma import with_sigma
 
 Record = Mapping[str, Any]
 

@@ -13,6 +13,5 @@
 ``campaign_progress``    the bar of a running campaign
 ``campaign_ending``      how an acquired campaign ended: record, line, exit status
 ``whole_run``            stages of a run as they are done, and the table at the end
-``notebook``             progress as a notebook shows it
 =======================  ===============================================================
 """

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.progress import Progress
-from app.files.room import memory_left
+from app.files.disk_room import memory_left
 from app.terminal.worker_processes import worker_processes
 
 USUAL_PROCESSES = 2

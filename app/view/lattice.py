@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
 from analysis.plate import Plate
-from app.view.map import Map
+from app.view.chart import Map
 
 CELLS_IN_ONE = 6
 """Cells of a picture in one of the lattice."""

@@ -1,18 +1,18 @@
-"""A moving field, drawn in perspective from behind to the front."""
+"""A moving field, drawn in perspective from behind to the front, until somebody wants it to stand still."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import pyqtgraph
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt, QTimer
 from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPolygonF
+from PySide6.QtWidgets import QPushButton, QWidget
 
 from analysis.arrays import Real
-from app.view.chart import Chart
+from app.view.chart import Chart, Map
 from app.view.lattice import filled, widened
-from app.view.map import Map
 from app.view.theme import Theme, two_sided
 
 AZIMUTH, ELEVATION = np.radians(-32.0), np.radians(38.0)
@@ -218,3 +218,41 @@ def _densely(corners: Real, steps: int = 48) -> Real:
         for start, end, count in zip(corners, ends, counts, strict=True)
     ]
     return np.vstack([*sides, corners[:1]])
+
+
+FRAME_INTERVAL = 33
+"""Milliseconds from one picture to the next."""
+
+
+class Movement(QTimer):
+    """Asks for the next picture.
+
+    Parameters
+    ----------
+    parent : QWidget
+    advance : callable
+        Shows it.
+    button : QPushButton, optional
+        Starts and stops the movement, and says which of both it would do.
+    """
+
+    def __init__(self, parent: QWidget, advance: Callable[[], None], button: QPushButton | None = None) -> None:
+        super().__init__(parent)
+        self.setInterval(FRAME_INTERVAL)
+        self.timeout.connect(advance)
+        self._button = button
+        if button is not None:
+            button.clicked.connect(self.toggle)
+
+    def toggle(self) -> None:
+        """Let the pictures move, or stand still."""
+        self.go(not self.isActive())
+
+    def go(self, moving: bool) -> None:
+        """Let them do one of both."""
+        if moving:
+            self.start()
+        else:
+            self.stop()
+        if self._button is not None:
+            self._button.setText("Still" if moving else "Move")

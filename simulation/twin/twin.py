@@ -1,10 +1,10 @@
 """The digital twin: transfer from one input to all outputs, with or without effects, and derivatives.
 
 Each parameter's derivative starts from a complex step of one sweep's state. The transfer is linear in the moves of
-patches, H = H0 + D m for moves m, so that a derivative of H is that of H0 plus that of D times m. The latter is the
-slope, along the moves, of the derivatives of a plate whose matrices follow them: a difference of two plates a small share
-of the moves apart. Without it a fit that moves patches by tenths of a millimetre has derivatives that are wrong by
-some per cent, takes three times the steps, and ends beside its minimum.
+patches, H = H0 + D m for moves m, so that a derivative of H is that of H0 plus that of D times m. The latter is
+the slope, along the moves, of the derivatives of a plate whose matrices follow them: a difference of two plates a
+small share of the moves apart. Without it a fit that moves patches by tenths of a millimetre has derivatives that
+are wrong by some per cent, takes three times the steps, and ends beside its minimum.
 """
 
 from collections.abc import Sequence

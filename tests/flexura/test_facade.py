@@ -56,7 +56,7 @@ def test_values_print_in_a_few_lines(
 
 
 def test_notes_stand_below_the_line_and_are_escaped() -> None:
-    from app.summaries.display import as_html, as_text
+    from app.summaries.table import as_html, as_text
 
     assert as_text("Thing: 3", ["first", "second"]) == "<Thing: 3>\n  first\n  second"
     assert "<p>a &lt; b</p>" in as_html("", [], ["a < b"])

@@ -7,9 +7,8 @@ from analysis.arrays import Real
 from analysis.compensation.outcome import Compensation
 from analysis.focusing.aim import Aim
 from analysis.focusing.over_temperature import Focusing
-from app.view.chart import Chart
+from app.view.chart import Chart, Map
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
-from app.view.map import Map
 from app.view.map_chart import MapChart
 from app.view.theme import Theme, one_sided
 

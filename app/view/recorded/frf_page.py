@@ -1,24 +1,21 @@
 """Measured FRFs over temperature, cut along both, with what was identified and updated laid over."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from analysis.arrays import Real
 from analysis.chosen_actuator import sweeps_of_modes
 from analysis.frf import Frf
 from analysis.identification.modes import Modes
-from app.view.chart import Chart
-from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
-from app.view.frequency_axis import FrequencyAxis
-from app.view.map import Map
+from app.view.chart import Chart, Map
+from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors, FrequencyAxis
 from app.view.map_chart import MapChart
 from app.view.nyquist import LEFT_AXIS_WIDTH, NyquistChart, around
-from app.view.parts import decibels
-from app.view.recorded.frf_choices import FrfChoices
+from app.view.parts import PartsChoice, decibels
 from app.view.recorded.overlays import Answer, Computed, answers
 from app.view.recorded.results import Results
 from app.view.recorded.sweep_cut import DEVIATION, SweepCut
@@ -134,6 +131,77 @@ def readout(frf: Frf, row: int, channel: int, line: int, more: Sequence[tuple[st
 OVER_MAP = (255, 255, 255, 170)
 """Colour of lines on a map."""
 TRACKS = "tracked modes"
+
+
+class FrfChoices(QWidget):
+    """Sensor, run of sweeps, parts of the FRF, and switches of what is laid over.
+
+    Parameters
+    ----------
+    channels, runs : sequence of str
+    overlays : mapping of str to (str, str)
+        Names of what may be laid over, with style and colour of its line.
+    off : sequence of str
+        Those that are not laid over at first.
+
+    Attributes
+    ----------
+    changed : Signal()
+        Something else was chosen.
+    channel, sweeps : QComboBox
+    display : PartsChoice
+    overlays : dict of str to QCheckBox
+    """
+
+    changed = Signal()
+
+    def __init__(
+        self,
+        channels: Sequence[str],
+        runs: Sequence[str],
+        overlays: Mapping[str, tuple[str, str]],
+        off: Sequence[str],
+    ) -> None:
+        super().__init__()
+        self.channel, self.sweeps, self.display = _choice(channels), _choice(runs), PartsChoice()
+        self.overlays = {name: _switch(name, *line) for name, line in overlays.items()}
+        chooser, whole = QHBoxLayout(), QVBoxLayout(self)
+        for word, choice in (("sensor", self.channel), ("sweeps", self.sweeps)):
+            chooser.addWidget(QLabel(word))
+            chooser.addWidget(choice)
+        self.display.setMinimumWidth(80)
+        chooser.addWidget(self.display, stretch=1)
+        self._grid = QGridLayout()
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.addLayout(chooser)
+        whole.addLayout(self._grid)
+        for name, switch in self.overlays.items():
+            switch.setChecked(name not in off)
+            self.add(switch)
+        for box in (self.channel, self.sweeps, self.display):
+            box.currentIndexChanged.connect(lambda _: self.changed.emit())
+
+    def add(self, switch: QCheckBox) -> None:
+        """Put a switch beside the others, two in a row."""
+        self._grid.addWidget(switch, *divmod(self._grid.count(), 2))
+        switch.toggled.connect(lambda _: self.changed.emit())
+
+    def on(self, name: str) -> bool:
+        """Whether something is to be laid over."""
+        return self.overlays[name].isChecked()
+
+
+def _choice(names: Sequence[str]) -> QComboBox:
+    box = QComboBox()
+    box.addItems(list(names))
+    box.setEnabled(len(names) > 1)
+    return box
+
+
+def _switch(name: str, line: str, color: str) -> QCheckBox:
+    switch = QCheckBox(name)
+    switch.setStyleSheet(f"QCheckBox {{ border-left: 4px {line} {color}; padding-left: 6px; }}")
+    return switch
 
 
 class FrfPage(QWidget):

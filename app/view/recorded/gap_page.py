@@ -14,8 +14,8 @@ from app.summaries.description import description_words
 from app.summaries.effect_words import found_words, titles_of
 from app.summaries.gap import chi2_before_and_after, concluded
 from app.summaries.plan import plan_words
+from app.view.chart import Map
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
-from app.view.map import Map
 from app.view.map_chart import MapChart
 from app.view.theme import Theme, beyond_noise
 

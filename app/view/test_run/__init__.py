@@ -5,8 +5,6 @@
 ``frf_page``       FRFs in decibels, parts or the Nyquist plane, two cursors
 ``modes_page``     table, stabilization chart, AutoMAC; modes dropped, added
 ``shape_chart``    a shape at the points of a structure
-``moving_shape``   a shape as a moving wire frame with faces
-``other_modes``    modes to be set beside those of a run: another test's, or a twin's
 ``compared_page``  modes beside those of another run, with their MAC
 ``window``         the pages, and the folder that is shown
 =================  ===========================================================

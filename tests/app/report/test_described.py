@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.report.described import curve, description_items, maps
+from app.report.gap_section import curve, description_items, maps
 from app.report.page import PageTable, Paragraph, Picture
 from app.report.style import drawing
 from app.summaries.plan import answer_words, plan_rows, plan_table, plan_words

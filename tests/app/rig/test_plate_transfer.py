@@ -19,8 +19,7 @@ from app.files.campaign_error import CampaignFileError
 from app.files.experiment_toml import read_acquired_experiment
 from app.files.simulation_section import Laws
 from app.rig import simulated_rig as rig
-from app.rig.plate_transfer import TwinTransfer
-from app.rig.simulated_plate import TwinPlate
+from app.rig.simulated_plate import TwinPlate, TwinTransfer
 from simulation.effects.library import LIBRARY
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.effect_reduction import reduce_with_effects

@@ -32,14 +32,14 @@ from app.files.laws_file import load_laws
 from app.files.provenance import provenance
 from app.twins.campaign_twin import shape_points
 from app.view.application import application
+from app.view.chart import Map
 from app.view.folder import viewed
 from app.view.lattice import FromAbove, edges_of, filled
-from app.view.map import Map
 from app.view.map_chart import MapChart
+from app.view.recorded.fields import Shapes
 from app.view.recorded.fields_page import FieldsPage
 from app.view.recorded.focusing_page import FocusingPage
 from app.view.recorded.gap_page import GapPage
-from app.view.recorded.shapes import Shapes
 from app.view.recorded.window import RecordedWindow
 from app.view.surface import SurfaceChart
 from app.view.theme import LIGHT, one_sided

@@ -20,9 +20,8 @@ from PySide6.QtWidgets import QMessageBox
 from app.files.acquired_campaign import campaign_log
 from app.files.campaign import load_campaign
 from app.files.campaign_folder import sweep_paths
-from app.files.control import requested
 from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
-from app.files.latest_repeat import LatestRepeat, save_latest
+from app.files.running_campaign import LatestRepeat, requested, save_latest
 from app.files.sweep_file import Source
 from app.stages.acquire import acquire_campaign
 from app.view.application import application

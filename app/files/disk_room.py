@@ -1,15 +1,18 @@
-"""What is said of a file that could not be written: which, why, how much room is missing, and what to do.
+"""Room on the disk: asked for before hours of work; and what is said of a file that could not be written.
 
-A full disk shows itself at any call: when the file is opened, at a write, when it is forced to the disk, on a
-network share only when it is closed. All of them come here.
+That is which file, why, how much room is missing, and what to do. A full disk shows itself at any call: when the
+file is opened, at a write, when it is forced to the disk, on a network share only when it is closed. All of them
+come here.
 """
 
 import errno
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from app.files.bad_file import ResultFileError
 
 FULL = frozenset({errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)})
 """The disk, the user's share of it, or the file system's largest file is used up."""
@@ -151,3 +154,54 @@ def write_whole(path: Path, parts: tuple[bytes, ...]) -> None:
             os.close(handle)
         raise
     os.close(handle)  # a network share may say only here that it is full
+
+
+RESULTS = 5e6
+"""Bytes of a verb's results, roughly: of the example of 12 sweeps ``frf.h5`` is 1.8 MB, ``report.html`` 1.9 MB."""
+
+
+def require_room(folder: Path, needed: float, option: str) -> None:
+    """Look whether the disk of a folder, there or not, has as much room as is needed.
+
+    Parameters
+    ----------
+    needed : float
+        Bytes.
+    option : str
+        That names another folder.
+
+    Raises
+    ------
+    ResultFileError
+        Where it has less.
+    """
+    there = next(parent for parent in (folder, *folder.resolve().parents) if parent.exists())
+    free = shutil.disk_usage(there).free
+    if free < needed:
+        raise ResultFileError(
+            f"{folder}: {megabytes(free)} are free on its disk, about {megabytes(needed)} are needed; make room "
+            f"there, or name another folder with {option}"
+        )
+
+
+def room_of(campaign: Path) -> float:
+    """Return roughly how many bytes the FRFs, modes and laws of a campaign take: a third of its samples."""
+    return RESULTS + bytes_of((campaign,)) / 2.0
+
+
+def bytes_of(paths: Iterable[Path]) -> int:
+    """Return how much files, and folders with all that is in them, take together, bytes."""
+    found = 0
+    for path in paths:
+        inside = path.rglob("*") if path.is_dir() else (path,)
+        found += sum(one.stat().st_size for one in inside if one.is_file())
+    return found
+
+
+def memory_left() -> float:
+    """Bytes of memory that can be used without swapping; infinity where the system does not say."""
+    try:
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+        return 1024.0 * float(next(line.split()[1] for line in lines if line.startswith("MemAvailable:")))
+    except (OSError, StopIteration, ValueError):
+        return float("inf")
