@@ -1,12 +1,16 @@
-"""Recorded sweeps of one experiment over temperature."""
+"""Recorded sweeps of one experiment over temperature.
 
-from dataclasses import dataclass, field
+Volts at the cards become units of the plate here, and nowhere else.
+"""
+
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.campaign_extent import CampaignExtent
+from analysis.channel import Channel
 from analysis.experiment import Experiment
 
 
@@ -123,4 +127,56 @@ class Campaign:
         return (
             f"<Campaign {self.name!r}: {len(temperature)} sweeps, {min(temperature):z.1f} to "
             f"{max(temperature):z.1f} °C, sensors {sensors}>"
+        )
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """What a channel's transducer, its conditioner included, gives at the card.
+
+    Attributes
+    ----------
+    channel : Channel
+    volts : float
+        V per unit of the channel; 1 for one that is read in volts.
+    """
+
+    channel: Channel
+    volts: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.volts) and self.volts > 0.0):
+            raise ValueError(f"channel {self.channel.id!r}: {self.volts:g} V/{self.channel.unit}; above 0 allowed")
+        if self.channel.unit == "V" and self.volts != 1.0:
+            raise ValueError(f"channel {self.channel.id!r} is read in volts, {self.volts:g} V/V; 1 allowed")
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """Those of all channels of a campaign.
+
+    Attributes
+    ----------
+    drive : Sensitivity
+        Of what is recorded of the input: the generator's volts (1 V/V), or the force sensor.
+    responses : (K,) tuple of Sensitivity
+    """
+
+    drive: Sensitivity
+    responses: tuple[Sensitivity, ...]
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Of the drive, then of each response."""
+        return tuple(one.channel.unit for one in (self.drive, *self.responses))
+
+    def measured(self, sweep: Sweep) -> Sweep:
+        """Return a sweep recorded in volts in the units of its channels; volts stay what they are, bit by bit."""
+        if len(sweep.responses) != len(self.responses):
+            raise ValueError(f"{len(sweep.responses)} responses; {len(self.responses)} sensitivities are declared")
+        volts = np.array([one.volts for one in self.responses], dtype=sweep.responses.dtype)
+        return replace(
+            sweep,
+            drive=sweep.drive / sweep.drive.dtype.type(self.drive.volts),
+            responses=sweep.responses / volts[:, None, None],
         )

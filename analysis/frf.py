@@ -16,9 +16,8 @@ from analysis.experiment import Experiment
 from analysis.frf_campaign import AnyCampaign, FrfCampaign, FrfSweep, Noise
 from analysis.h1 import sweep_h1
 from analysis.labelled import Labelled, LabelledArrays
-from analysis.local_rational import rough_power
 from analysis.mains import mains_lines, other_fundamentals
-from analysis.noise_power import noise_power, single_repeat_power
+from analysis.noise_power import noise_power, rough_power, single_repeat_power
 
 
 def still_ringing(campaign: Campaign) -> str:

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Complex
 from analysis.campaign import Sweep
-from analysis.local_rational import rough_power
-from analysis.noise_power import noise_power
+from analysis.noise_power import noise_power, rough_power
 
 
 def h1(

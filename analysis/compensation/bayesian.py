@@ -1,7 +1,7 @@
 """Bayesian regularisation of one-hidden-layer networks: Levenberg–Marquardt with MacKay's evidence.
 
 Foresee and Hagan (1997): minimise β E_D + α E_W by Levenberg–Marquardt; after every step re-estimate α and β
-(`analysis.compensation.evidence`). Nothing else is approximated; `analysis.compensation.schur_complement` explains
+(`analysis.compensation.evidence`). Nothing else is approximated; `analysis.compensation.linearised` explains
 why it is fast nevertheless.
 """
 
@@ -17,8 +17,7 @@ from analysis.compensation.evidence import (
     reestimate,
     squared_error,
 )
-from analysis.compensation.linearised import Linearised, Weights, errors, linearise
-from analysis.compensation.schur_complement import step
+from analysis.compensation.linearised import Linearised, Weights, errors, linearise, step
 from analysis.compensation.tensors import Tensor, namespace
 
 STILL_STEPS = 20.0

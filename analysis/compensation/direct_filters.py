@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from analysis.arrays import Real
+from analysis.focusing.design import tap_design
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
 from analysis.focusing.local_models import local_models
@@ -16,7 +17,6 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import Constants, PanelModel
 from analysis.focusing.responses import constants_at, design_forms
 from analysis.focusing.sound_aim import SoundAim
-from analysis.focusing.tap_delay import tap_design
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 

@@ -7,8 +7,7 @@ Foresee and Hagan (1997): γ = P - α tr(β JᵀJ + α I)⁻¹ (the parameters t
 from dataclasses import dataclass, replace
 from typing import Self
 
-from analysis.compensation.linearised import Linearised, Weights
-from analysis.compensation.schur_complement import inverse_trace, log_determinant
+from analysis.compensation.linearised import Linearised, Weights, inverse_trace, log_determinant
 from analysis.compensation.tensors import Tensor, namespace
 
 

@@ -12,9 +12,8 @@ from analysis.compensation.low_rank import LowRankBank
 from analysis.compensation.network import NetworkBank
 from analysis.compensation.settings import Training
 from analysis.compensation.tilted import TiltedContrast
-from analysis.focusing.aim import Aim
 from analysis.focusing.fir import FirBank
-from analysis.focusing.performance import decibels
+from analysis.focusing.performance import Aim, decibels
 from analysis.weather.family import TiltFamily
 from analysis.weather.judgement import WeatherJudgement
 

@@ -13,18 +13,16 @@ from analysis.compensation.knots import PlacedTemperatures, check_places, place_
 from analysis.compensation.law_band import ContrastBand, law_band
 from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
 from analysis.compensation.low_rank import LowRankBank
-from analysis.compensation.network import InputMap
+from analysis.compensation.network import InputMap, relative_error
 from analysis.compensation.outcome import METHODS, NETWORK, Compensation, Trained, burdens
-from analysis.compensation.relative_error import relative_error
 from analysis.compensation.rivals import rigidity, rivals
 from analysis.compensation.settings import Training
-from analysis.focusing.aim import Aim, Aimed, aim, joined
 from analysis.focusing.design import peak_drive
 from analysis.focusing.fir import FirBank
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import PanelModel
-from analysis.focusing.performance import contrast, mean_response
+from analysis.focusing.performance import Aim, Aimed, aim, contrast, joined, mean_response
 from analysis.focusing.responses import constants_at
 from analysis.focusing.sound_aim import SoundAim
 from analysis.focusing.temperatures import covered, spaced

@@ -18,8 +18,6 @@
 ``sound_aim``          filters chosen by what is heard: volume, pressure at listeners, zones
 ``pareto``             contrast against evenness of the sound
 ``radiated``           sound over temperature: levels, power, directivity, efficiency
-``aim``                contrast, spot error and response over temperature
-``tap_delay``          modelling delay for a method
 ``measured_filters``   filters from measured transfers at the measured temperatures
 ``local_models``       reduced models of a panel, each for a range of some kelvins
 ``played``             response of panel and taps to a sweep in the time domain

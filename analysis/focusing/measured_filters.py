@@ -4,13 +4,13 @@ from functools import partial
 
 import numpy as np
 
-from analysis.focusing.aim import aim
 from analysis.focusing.design import TapDesign
 from analysis.focusing.fir import suited_delay
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method, MethodComparison, designer
 from analysis.focusing.over_temperature import Answer, Focusing, design_and_assess
 from analysis.focusing.panel_model import NoModes
+from analysis.focusing.performance import aim
 from analysis.focusing.sound_aim import SoundAim
 from analysis.progress import Progress
 

@@ -2,7 +2,6 @@
 
 =================  ==================================================================================
 ``candidates``     changes that are looked for: effects of the library, and patches that lose polarization
-``expected``       what the panel answers at one temperature, and how every unknown changes it
 ``baseline``       twin and first recordings together: what the healthy panel answers at any temperature
 ``recording``      one recording later: its temperature, and normal equations of all candidates
 ``played_date``    a date from sound: what the panel answered while it played

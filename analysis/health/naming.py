@@ -23,8 +23,7 @@ from analysis.gap.data.widened import cauchy_kernel
 from analysis.health.baseline import HealthBaseline
 from analysis.health.candidates import DEPOLARIZATION, ChangeCandidate
 from analysis.health.evidence import SpanEstimate
-from analysis.health.expected import ExpectedResponse
-from analysis.health.recording import DatedRecording, DateEquations, date_equations
+from analysis.health.recording import DatedRecording, DateEquations, ExpectedResponse, date_equations
 from analysis.health.refined import ABANDONED_CHI2_RATIO, ChangeFit, RefinedChange, linear_evidence
 from analysis.health.self_check import SelfCheck
 

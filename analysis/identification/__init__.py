@@ -3,8 +3,7 @@
 =========================  ==================================================================
 ``automatic``              identification of FRFs with common poles: search, model order, status
 ``settings``               limits of the search, band, residual terms, mains frequency
-``errors_at_peaks``        variance that errors at the peaks and differences between FRFs add
-``finishing``              final model order by `order`, last fit on all lines, status of every pole
+``finishing``              final model order by `order`, last fit on all lines, errors at the peaks, status
 ``peak_picking``           the paper's own recipe: local peaks, then wide-band refinement
 ``tracking``               modes of all sweeps, tracked over temperature
 ``tracks_without_twin``    tracks found in the sweeps themselves: poles of one sweep followed to the others
@@ -26,9 +25,8 @@
 ``weighted_lines``         sums over weighted lines, for the inner products of pole columns
 ``averaging``              fewer lines for the search
 ``running_median``         a running median along frequency
-``confirmation``           modes that are found again with other bands, lines or channels
+``confirmation``           modes found again with other bands, lines or channels, or in neighbouring sweeps
 ``single_hits``            modes that rest on one hit of several
-``neighbouring_sweeps``    modes of a campaign that neighbouring sweeps show too
 ``damping_prior``          distribution of the modes' damping ratios, used as a prior
 ``parameters``             poles as parameters of a search, with bounds
 ``variable_projection``    residues eliminated: misfit, gradient and Hessian of the poles alone

@@ -1,11 +1,10 @@
 """What is to be measured, at which temperatures, and what a good measurement is.
 
 ====================  ====================================================================
-``sweep``             the drive's sweep: band, duration, tapers, silence, levels
+``sweep``             the drive as declared, and when a sweep passes its frequencies
 ``programme``         where the temperature goes and at which temperatures to measure
 ``limits``            what stops a campaign and what makes a sweep be repeated
-``protocol``          the three together
-``set_points``        every sweep asked for, in the order of the legs
+``protocol``          sweep, programme and limits together, and all sweeps that follow from them
 ``drive``             the voltage to be played
 ``objections``        why a protocol cannot be run on the hardware at hand
 ``advice``            what may be run but makes results worse

@@ -5,7 +5,6 @@
 ``radiator``        pressure at listeners and far away, radiated power as a quadratic form
 ``spherical_head``    sound at the ears of a rigid sphere
 ``measures``        efficiency, directivity, level, group delay, power by the far field
-``third_octaves``   levels in third-octave bands, and their ripple
 ``scan_error``      what the noise of a scan makes of pressure and power
 ==================  ==========================================================================
 """

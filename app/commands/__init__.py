@@ -11,9 +11,7 @@
 ``import_campaign``   import of a recording into a campaign folder
 ``identify``          modes
 ``new``               a declaration to start from
-``new_plate``           the same of a plate with FRFs of other programs
 ``update``            E, nu and eta
-``update_modes``        the same from natural frequencies and damping
 ``gap``               effects that the twin lacks
 ``focus``             focusing filters over temperature
 ``compensate``        filters at any temperature

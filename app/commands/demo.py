@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 
 RECORDING = shipped("pp-plate")
+EXPERIMENT, PUZZLE = shipped("simulated-rig.toml"), shipped("hidden-effect.toml")
 QUICK, QUICK_PANEL = shipped("quick-rig.toml"), shipped("quick-panel.toml")
-"""The plate of `demo_truth.EXPERIMENT` in a narrow band at four temperatures, and a panel that is fast to
-reduce."""
+"""The plate of `EXPERIMENT` in a narrow band at four temperatures, and a panel that is fast to reduce."""
 EXAMPLES = """\b
 Examples:
   flexura demo
@@ -44,10 +44,6 @@ class Part:
     name: str
     run: Path
     stages: tuple[tuple[str, ...], ...]
-
-
-EXPERIMENT = shipped("simulated-rig.toml")
-PUZZLE = shipped("hidden-effect.toml")
 
 
 def laws_beside(run: Path) -> "tuple[np.ndarray[Any, np.dtype[np.float64]], Material, Material]":

@@ -139,8 +139,8 @@ def _single(
     request = _asked(campaign, chosen, settings, typed, out, force)
 
     from app.chain.run_chain import RunListener, run_chain
+    from app.terminal.engine import spare_workers
     from app.terminal.whole_run import closing_line, show, stage_line
-    from app.terminal.worker_processes import spare_workers
 
     started, states = time.perf_counter(), dict[str, "StageRecord"]()
 

@@ -9,8 +9,8 @@ Every file:
 ``folder_lock``   one writer at a time
 ``bad_file``      what is wrong with a file of results
 ``disk_room``     whether results will fit, before they are begun; what is said where the disk refuses
-``hdf5_file``     any HDF5 file that is read: ``seal``, ``isolation``
-``hdf5_memory``   HDF5 without a file on the disk
+``hdf5_file``     any HDF5 file that is read; in a process of its own by ``isolation``
+``hdf5_bytes``    HDF5 without a file on the disk, and its seal
 ``parsed_text``   any JSON and TOML that is read
 ``shipped``       the examples that come with the project
 ``basis_cache``   reduced models in the user's cache
@@ -51,9 +51,8 @@ Campaigns:
 ``uff58``                 FRFs in universal files, read and written
 ``uff_file``              one opened, its numbers written as pyuff reads them; its units
 ``uff_geometry``          header, units, nodes and lines between them: what stands first in a universal file
-``uff_campaign``          FRFs of a campaign as universal files name them
 ``sweeps_out``            raw sweeps for other programs
-``campaign_export``       FRFs of a campaign for other programs
+``campaign_export``       FRFs of a campaign for other programs, and their names in universal files
 ``plate_toml``            a declared plate with FRFs or modes of other programs
 ========================  ===============================================================================
 

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from analysis.campaign import Sweep
+from analysis.campaign import Sensitivities, Sensitivity, Sweep
 from analysis.experiment import Experiment
-from analysis.protocol.set_points import SweepSetPoint
-from analysis.sensitivity import Sensitivities, Sensitivity
+from analysis.protocol.protocol import SweepSetPoint
 from app.files import events
 from app.files.atomic import force_folder_to_disk
 from app.files.campaign_error import CampaignFileError, Problem

@@ -1,7 +1,7 @@
 """Reduced models kept between runs, in the user's cache folder, one HDF5 file per basis.
 
-A file is named by all that decides its content: one that is damaged, cut short (`app.files.seal`) or of another
-layout is made again, never trusted.
+A file is named by all that decides its content: one that is damaged, cut short (`app.files.hdf5_bytes`) or of
+another layout is made again, never trusted.
 """
 
 import hashlib

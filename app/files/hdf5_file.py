@@ -15,8 +15,7 @@ import h5py
 from h5py import h5a, h5d, h5o, h5z
 
 from app.files.bad_file import ResultFileError
-from app.files.hdf5_memory import opened_image
-from app.files.seal import BrokenSealError, opened_seal
+from app.files.hdf5_bytes import BrokenSealError, opened_image, opened_seal
 
 
 class Hdf5FileError(ValueError):

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from analysis.compensation.law_band import ContrastBand
 from analysis.compensation.outcome import NETWORK, Compensation
-from analysis.focusing.aim import Aim
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
 from analysis.focusing.pareto import FAIR_RIPPLE, ParetoCurve
+from analysis.focusing.performance import Aim
 from analysis.weather.judgement import WeatherJudgement
 from app.report.style import BAND, MEASURED, MODEL, frequency_axis, legend_below, panels, temperature_color
 

@@ -13,21 +13,24 @@ from app.report import gap
 from app.report.page import Item, PageTable, Paragraph, Picture, VerdictBox
 from app.report.pairing import pairing_items
 from app.report.style import BAND, MODEL, frequency_axis, panels
-from app.summaries.description import description_words
 from app.summaries.effect_words import in_words, title, titles_of
 from app.summaries.gap import (
+    HEADINGS,
+    answer_words,
     chi2_before_and_after,
     claims,
     concluded,
+    description_words,
     estimate,
     gap_closed,
     held_out_parts,
     named,
+    plan_rows,
+    plan_words,
     verdict_words,
 )
 from app.summaries.numbers import roughly
 from app.summaries.pairing import no_fit_words
-from app.summaries.plan import HEADINGS, answer_words, plan_rows, plan_words
 
 Record = Mapping[str, Any]
 

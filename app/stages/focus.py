@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from analysis.campaign_extent import CampaignExtent
-from analysis.focusing.aim import Aim, aim, joined
+from analysis.focusing.design import tap_design
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.measured_filters import compare_measured, focus_measured
 from analysis.focusing.methods import Method, MethodComparison, compare, designer
 from analysis.focusing.over_temperature import Focusing, focus
 from analysis.focusing.panel import Panel
 from analysis.focusing.pareto import ParetoCurve, pareto
+from analysis.focusing.performance import Aim, aim, joined
 from analysis.focusing.responses import constants_at, design_forms, responses
 from analysis.focusing.sound_aim import SoundAim
-from analysis.focusing.tap_delay import tap_design
 from analysis.focusing.temperatures import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress

@@ -8,9 +8,8 @@ from scipy.optimize import linear_sum_assignment
 
 from analysis.arrays import Real
 from analysis.channel import Channel
-from analysis.experiment import Experiment
+from analysis.experiment import Experiment, check_patches
 from analysis.geometry.fault import GeometryError
-from analysis.layout import check_patches
 from analysis.material import MaterialBox
 from analysis.pairing.coarse_trial import CoarseTrial, SweepModes, scanned_materials, tried
 from analysis.pairing.mode_list import ModeList

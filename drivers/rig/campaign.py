@@ -4,8 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from analysis.protocol.protocol import AcquisitionProtocol
-from analysis.protocol.set_points import Leg, SweepSetPoint
+from analysis.protocol.protocol import AcquisitionProtocol, Leg, SweepSetPoint
 from drivers.ni.errors import DaqError
 from drivers.ovens.error import OvenError
 from drivers.rig.approach import Approach, Watcher

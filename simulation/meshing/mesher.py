@@ -24,8 +24,8 @@ from simulation.meshing.recipe import MeshRecipe
 from simulation.meshing.repairs import Cap, Repairs, Stretch
 from simulation.meshing.sides import Cutter, Sizes
 from simulation.meshing.strips import strips
-from simulation.shell.lobatto import bow_coefficients
 from simulation.shell.mapping import map_cells
+from simulation.shell.shape_functions import bow_coefficients
 
 MOST_ROUNDS = 24
 """Repairs after which a mesh is given up: a message is better than a search that does not end."""

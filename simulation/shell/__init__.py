@@ -1,8 +1,7 @@
 """The laminated Mindlin shell on a mesh, and the matrices of a plate with patches.
 
 ==================  ================================================================
-``lobatto``         hierarchical functions of one variable
-``cells``           functions of the reference quadrilateral and triangle
+``shape_functions``  hierarchical functions of one variable, and of the reference cells
 ``mapping``         places in curved cells, and back
 ``space``           function space over a mesh, and its integrals
 ``rigidity``        strains of a shell, and cells' matrices from section rigidities

@@ -11,7 +11,8 @@ from scipy.sparse import coo_matrix, csr_matrix
 
 from analysis.arrays import Mask, Real, Whole
 from simulation.meshing.plate_mesh import PlateMesh
-from simulation.shell.cells import (
+from simulation.shell.mapping import boxes_of, inverse_of, map_cells, map_places
+from simulation.shell.shape_functions import (
     QUAD_EDGES,
     TRIANGLE_EDGES,
     ShapeTable,
@@ -20,7 +21,6 @@ from simulation.shell.cells import (
     triangle_functions,
     triangle_rule,
 )
-from simulation.shell.mapping import boxes_of, inverse_of, map_cells, map_places
 
 Value = TypeVar("Value", bound=np.generic)
 

@@ -7,8 +7,7 @@
 ``exact_rectangles``  rectangles with hard simple supports (Navier, Levy)
 ``case``              one plate with known frequencies, and the supports of its edges
 ``cases``             cases with exact and with converged solutions, these beside published values
-``report``            comparison of a solver's frequencies with the known ones, and order of convergence
+``report``            comparison of a solver's frequencies with the known ones, order of convergence; as Markdown
 ``solids``              comparison with three-dimensional elasticity
-``markdown``          the comparison as Markdown
 ====================  ================================================================
 """

@@ -10,8 +10,7 @@ import pytest
 import flexura
 from analysis.campaign import Campaign
 from analysis.frf import Frf
-from analysis.material import Material, MaterialLaws
-from analysis.material_table import laws_through
+from analysis.material import Material, MaterialLaws, laws_through
 from app.files.bad_file import ResultFileError
 from app.files.modes_file import load_modes
 from app.stages.identify import IdentifiedCampaign

@@ -4,7 +4,6 @@
 ``results``        what a run holds, each file read when it is first looked at
 ``overlays``       FRFs that can be laid over those measured
 ``frf_page``       waterfall, cut along frequency, cut along temperature, Nyquist plane
-``sweep_cut``      one sweep: parts of its FRF and its coherence
 ``modes_page``     poles followed over temperature, and a table of them
 ``laws_page``      E, ν and η, and what the twin misses
 ``focusing_page``  contrast and spot error

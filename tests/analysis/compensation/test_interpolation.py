@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.compensation.relative_error import relative_error
+from analysis.compensation.network import relative_error
 from analysis.compensation.rivals import cubic_spline, linear, log_root_rigidity, reduced_frequency
 from analysis.focusing.fir import FirBank
 

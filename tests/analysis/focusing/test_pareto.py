@@ -10,7 +10,7 @@ from analysis.focusing.panel import Filters, Panel
 from analysis.focusing.pareto import EVENNESS, FAIR_RIPPLE, ParetoCurve, pareto
 from analysis.focusing.played import modal_motion, sweep
 from analysis.focusing.sound_aim import SoundAim
-from analysis.radiation.third_octaves import third_octave_levels
+from analysis.radiation.measures import third_octave_levels
 
 CONSTANTS = (1.2e9, 0.4, 0.06)
 RATE = 11_025.0

@@ -13,7 +13,7 @@ from simulation.meshing.foreign import foreign_mesh as mesh_of
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.plate_mesh import CURVE_DEGREE
 from simulation.shell.assembly import assemble
-from simulation.shell.lobatto import lobatto
+from simulation.shell.shape_functions import lobatto
 from simulation.shell.space import ShapeSpace
 
 SQUARE = [

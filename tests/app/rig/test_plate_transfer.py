@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Patch, Plate, Protocol
-from analysis.material import Material, MaterialBox
-from analysis.material_table import laws_through
+from analysis.material import Material, MaterialBox, laws_through
 from analysis.protocol.drive import drive_signal
 from analysis.protocol.sweep import SweepSettings
 from analysis.sweep_point import SweepPoint

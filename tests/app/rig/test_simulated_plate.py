@@ -7,8 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.material import Material
-from analysis.material_table import laws_through
+from analysis.material import Material, laws_through
 from analysis.protocol.drive import drive_signal
 from analysis.protocol.sweep import SweepSettings
 from analysis.sweep_point import SweepPoint

@@ -6,8 +6,17 @@ import numpy as np
 import pytest
 
 from simulation.verification.cases import PUBLISHED
-from simulation.verification.markdown import left_out, modes, percent, section, summary
-from simulation.verification.report import NotCovered, compare, compare_all, convergence_order
+from simulation.verification.report import (
+    NotCovered,
+    compare,
+    compare_all,
+    convergence_order,
+    left_out,
+    modes,
+    percent,
+    section,
+    summary,
+)
 
 FV12 = next(case for case in PUBLISHED if case.name == "fv12")
 FV15 = next(case for case in PUBLISHED if case.name == "fv15")
