@@ -17,7 +17,6 @@
 ``campaign``           recorded sweeps of one experiment over temperature, their volts in units of the plate
 ``frf_campaign``       FRFs of other programs in place of recorded sweeps
 ``measured_modes``     natural frequencies and damping over temperature
-``campaign_extent``    how many of its sweeps are there
 ``h1``                 H1 of synchronous repeats, its noise, and how far resonances move over the repeats
 ``noise_power``        power of the noise of an FRF at each line, with repeats or without
 ``estimation``         H1, H2, Hv and hammer tests: signals of any test to FRFs

@@ -18,8 +18,7 @@ import numpy as np
 from drivers.clock import VirtualClock
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import open_oven, oven_settings
-from drivers.ovens.simulated.controller import Controller, Delivery
-from drivers.ovens.simulated.memory import MemoryTransport
+from drivers.ovens.simulated.controller import Controller, Delivery, MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.rig.readings import CheckedSensor
 

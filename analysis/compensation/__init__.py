@@ -15,7 +15,6 @@
 ``training``            training with restarts; the best network is kept or refused
 ``evidence_collapse``   error raised if no trained network is good enough
 ``bayesian``            Levenberg–Marquardt with MacKay's evidence
-``evidence``            weights of parameters and errors, estimated from the data
 ``tensors``             arrays of numpy on the processor, tensors of torch on other devices
 ``linearised``          networks of one hidden layer: outputs, derivatives, and their Gauss-Newton equations
 ``low_rank``            a mean and a few principal filters

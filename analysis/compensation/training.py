@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.compensation.bayesian import BayesianFit, train
-from analysis.compensation.evidence import TrainingProblem
+from analysis.compensation.bayesian import BayesianFit, TrainingProblem, train
 from analysis.compensation.evidence_collapse import EvidenceCollapseError
 from analysis.compensation.linearised import Weights, predict
 from analysis.compensation.network import InputMap, NetworkBank, relative_error

@@ -5,7 +5,6 @@
 ``measured``           a panel given by measured transfers only
 ``grid``               grid on which the field of the panel is evaluated
 ``energy``             energies of the fields as N by N quadratic forms
-``inversion``          STIF: Tikhonov or truncated inverse per temperature and frequency
 ``panel_model``        protocol of a computed panel
 ``methods``            the four ways to drive a panel, by name
 ``design``             from complex filters to FIR taps, within the drive limits of the patches
@@ -13,13 +12,11 @@
 ``fir``                taps by inverse FFT as in the paper, and the energy cut off
 ``performance``        contrast, level and phase, spot error
 ``over_temperature``   filters over temperature, and one filter at all of them (paper 5.1)
-``temperatures``       common temperature range of laws and panel, and steps over it
-``responses``          responses of a panel over temperature, and with an uncertain temperature
+``responses``          responses of a panel at the temperatures of its laws, and which these are
 ``sound_aim``          filters chosen by what is heard: volume, pressure at listeners, zones
 ``pareto``             contrast against evenness of the sound
 ``radiated``           sound over temperature: levels, power, directivity, efficiency
 ``measured_filters``   filters from measured transfers at the measured temperatures
-``local_models``       reduced models of a panel, each for a range of some kelvins
 ``played``             response of panel and taps to a sweep in the time domain
 ``placement``          actuator positions optimised for contrast
 =====================  =======================================================================

@@ -15,8 +15,7 @@ from analysis.focusing.fir import FirBank, inverse_fft, suited_delay
 from analysis.focusing.methods import Method, designer
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import PanelModel
-from analysis.focusing.responses import constants_at
-from analysis.focusing.temperatures import reference_temperature
+from analysis.focusing.responses import constants_at, reference_temperature
 from analysis.material import MaterialLaws
 
 PENALTY_STEPS = 30

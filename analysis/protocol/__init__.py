@@ -2,9 +2,8 @@
 
 ====================  ====================================================================
 ``sweep``             the drive as declared, and when a sweep passes its frequencies
-``programme``         where the temperature goes and at which temperatures to measure
 ``limits``            what stops a campaign and what makes a sweep be repeated
-``protocol``          sweep, programme and limits together, and all sweeps that follow from them
+``protocol``          sweep, temperature programme and limits together, and all sweeps that follow from them
 ``drive``             the voltage to be played
 ``objections``        why a protocol cannot be run on the hardware at hand
 ``advice``            what may be run but makes results worse

@@ -24,8 +24,7 @@ from typing import Any
 import h5py
 from pydantic import ValidationError
 
-from analysis.campaign import Campaign, Sweep
-from analysis.campaign_extent import CampaignExtent, State
+from analysis.campaign import Campaign, CampaignExtent, State, Sweep
 from analysis.experiment import Experiment
 from app.files.atomic import PARTIAL, atomic_hdf5, write_json
 from app.files.campaign_error import CampaignFileError, Problem

@@ -13,8 +13,7 @@ from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclara
 from analysis.patch import Patch
 from analysis.protocol.limits import Limits
 from analysis.protocol.objections import Hardware, objections
-from analysis.protocol.programme import Programme
-from analysis.protocol.protocol import AcquisitionProtocol
+from analysis.protocol.protocol import AcquisitionProtocol, Programme
 from analysis.protocol.sweep import SweepSettings
 from analysis.tolerances import Tolerances
 from analysis.transducers import Drive, Sensor

@@ -25,10 +25,9 @@ from app.files.plate_toml import (
 from app.files.provenance import sha256
 from app.files.settings_toml import checked
 from app.modal_test.frf_set import require_convention
-from app.plate_frfs.channel_map import output_of, scale_of, source_of
+from app.plate_frfs.channel_map import PointsByNode, output_of, points_by_node, scale_of, source_of
 from app.plate_frfs.circumstances import circumstances
 from app.plate_frfs.own_frfs import PlacedFrf, is_own, own_frfs
-from app.plate_frfs.roving_hammer import PointsByNode, points_by_node
 from app.plate_frfs.source_files import FrfsOfFile, frfs_of_file, stated_coherence
 
 ROOM_TEMPERATURE = 20.0

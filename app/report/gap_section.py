@@ -13,7 +13,6 @@ from app.report import gap
 from app.report.page import Item, PageTable, Paragraph, Picture, VerdictBox
 from app.report.pairing import pairing_items
 from app.report.style import BAND, MODEL, frequency_axis, panels
-from app.summaries.effect_words import in_words, title, titles_of
 from app.summaries.gap import (
     HEADINGS,
     answer_words,
@@ -24,9 +23,12 @@ from app.summaries.gap import (
     estimate,
     gap_closed,
     held_out_parts,
+    in_words,
     named,
     plan_rows,
     plan_words,
+    title,
+    titles_of,
     verdict_words,
 )
 from app.summaries.numbers import roughly

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import CampaignExtent
 from analysis.focusing.design import tap_design
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.measured_filters import compare_measured, focus_measured
@@ -19,9 +19,8 @@ from analysis.focusing.over_temperature import Focusing, focus
 from analysis.focusing.panel import Panel
 from analysis.focusing.pareto import ParetoCurve, pareto
 from analysis.focusing.performance import Aim, aim, joined
-from analysis.focusing.responses import constants_at, design_forms, responses
+from analysis.focusing.responses import constants_at, covered, design_forms, responses, spaced
 from analysis.focusing.sound_aim import SoundAim
-from analysis.focusing.temperatures import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from app.files.campaign_inputs import extent_settings

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import CampaignExtent
 from analysis.focusing.panel import Panel
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError, UnsuitedOptionError

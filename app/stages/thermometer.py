@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import CampaignExtent
 from analysis.progress import Progress
 from analysis.rendering.programme import TemperatureProgramme
 from app.files.bad_file import ResultFileError, UnsuitedOptionError

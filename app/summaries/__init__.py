@@ -13,7 +13,6 @@
 ``thermometer``          readings of the thermometer as JSON and in one line
 ``health``                what has changed on a panel as JSON, as tables and in one line
 ``gap``                  tables and sentences from gap.json
-``effect_words``         effects found, in units that people use
 ``briefing``             a run in words: the plate, what its twin lacked, what to do next
 =======================  ===============================================================
 """

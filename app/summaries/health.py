@@ -7,7 +7,7 @@ from analysis.effect_card import PEOPLES
 from analysis.health.candidates import WORDS
 from analysis.health.health_report import HealthDate, HealthReport, NamedChange
 from analysis.health.refined import RefinedChange
-from app.summaries.effect_words import USUAL
+from app.summaries.gap import USUAL
 from app.summaries.numbers import roughly
 from app.summaries.table import Table
 

@@ -8,7 +8,6 @@
 ``map_chart``       a plot of a map, with its colour bar
 ``mac_chart``       MAC of two lists of modes, with its values
 ``twin_page``       measured modes beside those of the twin
-``export``          a plot as PNG, SVG and CSV
 ``cursors``         the frequency and the temperature that all plots share
 ``parts``           magnitude and phase, or real and imaginary part
 ``nyquist``         the Nyquist plane around the frequency cursor

@@ -13,8 +13,7 @@ from pydantic import ValidationError
 from analysis.checked_fields import check_shapes
 from analysis.h1 import h1
 from analysis.protocol.limits import Limits
-from analysis.protocol.programme import Programme
-from analysis.protocol.protocol import AcquisitionProtocol
+from analysis.protocol.protocol import AcquisitionProtocol, Programme
 from analysis.protocol.sweep import SweepSettings
 from app.files import events, running_campaign
 from app.files.campaign_error import CampaignFileError

@@ -14,8 +14,7 @@ from drivers.ovens.line_settings import LineSettings
 from drivers.ovens.registers import ROUNDED
 from drivers.ovens.serial_port import SerialPort
 from drivers.ovens.settings import OvenSettings
-from drivers.ovens.simulated.controller import Controller
-from drivers.ovens.simulated.memory import MemoryTransport
+from drivers.ovens.simulated.controller import Controller, MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.thermometers.thermometer import ThermometerSettings

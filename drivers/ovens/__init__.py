@@ -13,9 +13,8 @@
 ``points``             what a declared controller is made of, and its units
 ``mapped_oven``        an oven of which only its points are known
 ``registers``          declared Modbus registers
-``modbus_map``         the kind made of them
+``declared_oven``      the kinds made of declared registers, or of declared queries and commands
 ``text_protocol``      declared queries and commands, read and set on an open line
-``scpi``               the kind made of them
 ``eurotherm``          Eurotherm 2400 and 3500, and a program of limited time in a 2400
 ``f4t``                Watlow F4T, and a profile of limited time in it
 ``votsch``             Vötsch and Weiss chambers

@@ -224,7 +224,7 @@ def read_content(unit: ModbusUnit, name: str, at: int, table: str) -> int:
     return _named(name, lambda: unit.read_words(at, 1, function))[0]
 
 
-def require_good(unit: ModbusUnit, declared: StatusRegister) -> None:
+def require_good_register(unit: ModbusUnit, declared: StatusRegister) -> None:
     """Raise OvenError of kind alarm unless the status is a good one."""
     held = read_content(unit, "status", declared.at, declared.table)
     if held & declared.mask not in declared.good:

@@ -283,7 +283,7 @@ class TextSwitch:
         return reply
 
 
-def require_good(connection: TextConnection, declared: StatusPhrase) -> None:
+def require_good_answer(connection: TextConnection, declared: StatusPhrase) -> None:
     """Raise OvenError of kind alarm where the status is not a good one, however often it is asked for.
 
     An answer carries no checksum, and an error that passes is not told from an alarm by its words.

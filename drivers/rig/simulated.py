@@ -21,8 +21,7 @@ from drivers.ni.wiring import InputWiring, Wiring
 from drivers.ovens.expiry import Expiring
 from drivers.ovens.oven import Oven
 from drivers.ovens.settings import OvenSettings, open_oven
-from drivers.ovens.simulated.controller import Controller
-from drivers.ovens.simulated.memory import MemoryTransport
+from drivers.ovens.simulated.controller import Controller, MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.rig import Rig

@@ -14,9 +14,8 @@ from drivers.ovens.modbus import WordOrder
 from drivers.ovens.points import Value
 from drivers.ovens.registers import ModbusLine, Register, TemperatureRegister
 from drivers.ovens.simulated.controller import Controller
-from drivers.ovens.simulated.modbus_map import simulated_registers
+from drivers.ovens.simulated.declared_oven import SimulatedQueries, simulated_registers
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.ovens.simulated.scpi import SimulatedQueries
 from drivers.ovens.text_protocol import TemperatureQuery, TextLine, TextValue
 from drivers.thermometers.thermometer import Thermometer, ThermometerError, ThermometerSettings
 

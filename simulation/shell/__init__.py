@@ -19,7 +19,6 @@
 ``fineness``        mesh, degree and tolerance, by the shortest bending wave
 ``assembly``        assembly of the matrices, with all functions or with those that the responses need
 ``shell_model``     the assembled plate, with responses by direct solution
-``moving``          a mesh deformed so that a patch is at another place
 ``piezo_material``  constants of piezoceramics, and those of a thin poled patch
 ``in_plane``        stiffness of a layer along the plate's axes
 ``plane_stress``    moduli in which the plate's stiffness is affine

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from analysis.compensation.direct_filters import DirectFilters, direct_filters
-from analysis.focusing.inversion import tikhonov
+from analysis.focusing.methods import tikhonov
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import contrast, decibels, mean_response
 from analysis.focusing.played import play_methods

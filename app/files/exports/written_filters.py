@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.focusing.temperatures import spaced
+from analysis.focusing.responses import spaced
 from analysis.rendering.following import TanhWeights
 from app.files.bad_file import ResultFileError
 from app.files.exports.c_code import PREFIX, write_c

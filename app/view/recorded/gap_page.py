@@ -10,8 +10,14 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QListWidget, QList
 
 from analysis.arrays import Real
 from app.files.gap_file import GapFigures, Signatures
-from app.summaries.effect_words import found_words, titles_of
-from app.summaries.gap import chi2_before_and_after, concluded, description_words, plan_words
+from app.summaries.gap import (
+    chi2_before_and_after,
+    concluded,
+    description_words,
+    found_words,
+    plan_words,
+    titles_of,
+)
 from app.view.chart import Map
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
 from app.view.map_chart import MapChart

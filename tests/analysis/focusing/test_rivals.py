@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.focusing.inversion import invert
-from analysis.focusing.methods import modal_control, nearest_actuator, time_reversal
+from analysis.focusing.methods import invert, modal_control, nearest_actuator, time_reversal
 from analysis.focusing.performance import contrast
 
 

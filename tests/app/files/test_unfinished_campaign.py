@@ -11,8 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
-from analysis.campaign import Campaign, Sweep
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import Campaign, CampaignExtent, Sweep
 from analysis.frf import campaign_frf
 from app.files import campaign_folder
 from app.files.atomic import atomic_hdf5

@@ -10,7 +10,7 @@ from analysis.experiment import Attachment
 from app.files.best_twin import BestTwin, best_twin
 from app.files.gap_json import _effect
 from app.summaries.briefing import Briefing, Worth, briefing
-from app.summaries.effect_words import found_words, in_words
+from app.summaries.gap import found_words, in_words
 from app.summaries.numbers import FIXED, roughly
 from simulation.effects.library import LIBRARY
 from tests.app.corrected_run import effect, record, region, write_run

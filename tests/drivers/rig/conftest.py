@@ -14,8 +14,7 @@ from analysis.arrays import Real
 from analysis.campaign import Sweep
 from analysis.h1 import h1
 from analysis.protocol.limits import Limits
-from analysis.protocol.programme import Programme, Settling
-from analysis.protocol.protocol import AcquisitionProtocol, SweepSetPoint
+from analysis.protocol.protocol import AcquisitionProtocol, Programme, Settling, SweepSetPoint
 from analysis.protocol.sweep import SweepSettings
 from drivers.ni.cards import Record, go_on
 from drivers.ni.modules import NI_9211, NI_9234, NI_9260

@@ -1,4 +1,4 @@
-"""Kind ``modbus-map``: an oven whose Modbus registers stand in the experiment's file."""
+"""Ovens whose registers or commands an experiment's file declares: kinds ``modbus-map`` and ``scpi``."""
 
 from functools import partial
 from itertools import combinations
@@ -21,9 +21,21 @@ from drivers.ovens.registers import (
     RunSwitch,
     StatusRegister,
     TemperatureRegister,
-    require_good,
+    require_good_register,
 )
 from drivers.ovens.settings import OvenSettings
+from drivers.ovens.text_protocol import (
+    RatePhrase,
+    RunPhrase,
+    StatusPhrase,
+    TemperaturePhrase,
+    TemperatureQuery,
+    TextLine,
+    TextSetting,
+    TextSwitch,
+    TextValue,
+    require_good_answer,
+)
 
 if TYPE_CHECKING:  # simulated ovens need numpy, which the watchdog's process does without
     from drivers.ovens.simulated.controller import Controller
@@ -88,7 +100,7 @@ class ModbusMapOven(ModbusLine, OvenSettings):
                 rate=Register("rate", unit, self.rate, order) if self.rate else None,
                 run=RunSwitch(unit, self.run) if self.run else None,
                 rest_at=self.rest_at,
-                require_good=partial(require_good, unit, self.status) if self.status else no_status,
+                require_good=partial(require_good_register, unit, self.status) if self.status else no_status,
             )
             return MappedOven(unit.line, points, self.limits(), clock, self.step)
         except BaseException:
@@ -101,7 +113,7 @@ class ModbusMapOven(ModbusLine, OvenSettings):
 
     def simulated(self, body: "RegulatedOven", clock: Clock) -> "Controller":
         """Return a controller with these registers."""
-        from drivers.ovens.simulated.modbus_map import simulated_modbus_map  # which reads this declaration
+        from drivers.ovens.simulated.declared_oven import simulated_modbus_map  # which reads this declaration
 
         return simulated_modbus_map(self, body)
 
@@ -116,3 +128,64 @@ def _require_held(register: Number, name: str, bound: str, value: float) -> None
         register.encoded(value, "high word first")
     except ValueError as error:
         raise ValueError(f"{name} cannot hold {bound}: {error}; correct {name}.type, scale or offset") from error
+
+
+class ScpiOven(TextLine, OvenSettings):
+    """Queries and commands of a controller without a driver of its own."""
+
+    temperature: Annotated[TemperatureQuery, Field(description="of the air, as measured")]
+    set_point: Annotated[TemperaturePhrase, Field(description="of the controller, at the end of a ramp")]
+    working_set_point: Annotated[
+        TemperatureQuery | None, Field(description="where the controller's ramp is; needed to hold it exactly")
+    ] = None
+    rate: Annotated[
+        RatePhrase | None, Field(description="of the controller's ramp; without it, the set-point moves in steps")
+    ] = None
+    run: Annotated[RunPhrase | None, Field(description="starts and stops it; this or rest_at")] = None
+    rest_at: Annotated[Temperature | None, Field(description="degrees Celsius, set where nothing stops it")] = None
+    status: Annotated[StatusPhrase | None, Field(description="asked before each temperature")] = None
+    step: Annotated[float, Field(ge=0.01, le=5.0, description="K, of a ramp in steps")] = 0.2
+
+    @model_validator(mode="after")
+    def _usable(self) -> Self:
+        require_rest(self.run is not None, self.rest_at, self.limits())
+        if self.run is not None and (both := set(self.run.is_on) & set(self.run.is_off)):
+            raise ValueError(f"run: {', '.join(sorted(both))} is in is_on and in is_off")
+        if self.set_point.resolution > COARSEST:
+            raise ValueError(
+                f"set_point moves in steps of {self.set_point.resolution:g} K; at most {COARSEST:g}; see decimals"
+            )
+        if self.rate is not None and self.rate.resolution > self.max_rate:
+            raise ValueError(
+                f"rate moves in steps of {self.rate.resolution:g} K/min, above max_rate: check decimals"
+            )
+        return self
+
+    def open(self, clock: Clock, transport: Transport | None = None) -> Oven:
+        """Open the line."""
+        connection = self.connection(clock, transport)
+        try:
+            working = self.working_set_point
+            points = Points(
+                temperature=TextValue("temperature", connection, self.temperature),
+                set_point=TextSetting("set_point", connection, self.set_point),
+                working=TextValue("working_set_point", connection, working) if working else None,
+                rate=TextSetting("rate", connection, self.rate) if self.rate else None,
+                run=TextSwitch(connection, self.run) if self.run else None,
+                rest_at=self.rest_at,
+                require_good=partial(require_good_answer, connection, self.status) if self.status else no_status,
+            )
+            return MappedOven(connection.line, points, self.limits(), clock, self.step)
+        except BaseException:
+            connection.line.close()
+            raise
+
+    def rest_temperature(self, room: float) -> float:
+        """Return `rest_at`, of an oven that nothing stops."""
+        return room if self.rest_at is None else self.rest_at
+
+    def simulated(self, body: "RegulatedOven", clock: Clock) -> "Controller":
+        """Return a controller that answers these queries and commands."""
+        from drivers.ovens.simulated.declared_oven import SimulatedScpi  # which reads this declaration
+
+        return SimulatedScpi(self, body)
