@@ -14,8 +14,7 @@ from analysis.compensation.rivals import plain_rivals
 from analysis.compensation.settings import FEWEST_TRAINING_TEMPERATURES, Training
 from analysis.focusing.design import peak_drive
 from analysis.focusing.fir import FirBank
-from analysis.focusing.measured import MeasuredPanel
-from analysis.focusing.measured_filters import focus_measured
+from analysis.focusing.measured import MeasuredPanel, focus_measured
 from analysis.focusing.methods import Method
 from analysis.focusing.performance import Aim, Aimed, aim, joined
 from analysis.focusing.sound_aim import SoundAim

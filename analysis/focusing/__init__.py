@@ -16,7 +16,6 @@
 ``sound_aim``          filters chosen by what is heard: volume, pressure at listeners, zones
 ``pareto``             contrast against evenness of the sound
 ``radiated``           sound over temperature: levels, power, directivity, efficiency
-``measured_filters``   filters from measured transfers at the measured temperatures
 ``played``             response of panel and taps to a sweep in the time domain
 ``placement``          actuator positions optimised for contrast
 =====================  =======================================================================

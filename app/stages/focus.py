@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Real
 from analysis.campaign import CampaignExtent
 from analysis.focusing.design import tap_design
-from analysis.focusing.measured import MeasuredPanel
-from analysis.focusing.measured_filters import compare_measured, focus_measured
+from analysis.focusing.measured import MeasuredPanel, compare_measured, focus_measured
 from analysis.focusing.methods import Method, MethodComparison, compare, designer
 from analysis.focusing.over_temperature import Focusing, focus
 from analysis.focusing.panel import Panel

@@ -13,8 +13,7 @@
 ``nyquist``         the Nyquist plane around the frequency cursor
 ``mode_table``      modes as rows of a table
 ``window``          keys, help, themes and export: what both windows have in common
-``surface``         a moving field, drawn in perspective
-``lattice``         fields shown up to the edges of the plate, whatever its outline
+``surface``         a field over a plate, from above or moving in perspective
 ``recorded``        the window on a recorded campaign
 ``live``            the window on a campaign being acquired
 ``test_run``        the window on a modal test

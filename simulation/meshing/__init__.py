@@ -5,8 +5,7 @@
 ``arrangement``  borders as a planar graph: edges, nodes, faces, and the angles in their corners
 ``recipe``       sizes of the mesh
 ``sides``        division of edges into pieces, and widths of strips
-``repairs``      changes from one round of meshing to the next
-``cells``        a mesh under construction
+``cells``        a mesh under construction, and changes from one round to the next
 ``strips``       quadrilaterals along every border
 ``fill``         triangles in the remaining area
 ``grading``      refinement at corners

@@ -16,12 +16,11 @@ from analysis.arrays import Real, Whole
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from simulation.meshing.arrangement import Arrangement, Face
-from simulation.meshing.cells import Cells
+from simulation.meshing.cells import Cap, Cells, Repairs, Stretch
 from simulation.meshing.fill import Fill, crossing_sides, fill
 from simulation.meshing.grading import corners_apart, graded, part_of
 from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges, PlateMesh, edges_of
 from simulation.meshing.recipe import MeshRecipe
-from simulation.meshing.repairs import Cap, Repairs, Stretch
 from simulation.meshing.sides import Cutter, Sizes
 from simulation.meshing.strips import strips
 from simulation.shell.mapping import map_cells

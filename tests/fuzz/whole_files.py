@@ -24,8 +24,7 @@ from app.files.recorded_campaign import read_recorded_campaign
 from app.files.running_campaign import LatestRepeat, ReadingLine, append_reading, save_latest
 from app.files.sweep_file import Source
 from app.files.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin, write_twin
-from drivers.hammer.hit_temperature import HitTemperature
-from drivers.hammer.judged_hit import HitJudge
+from drivers.hammer.judged_hit import HitJudge, HitTemperature
 from drivers.hammer.progress import KeptHit
 from tests.app.conftest import RATE, TinyCampaign, tiny_campaign
 from tests.fuzz.campaign_readers import EXPERIMENTS, HAMMERS, INSTRUMENTS, PANELS, SWEEP, TRIAL, WEATHERS

@@ -12,11 +12,10 @@ from analysis.geometry.shapes import circle
 from analysis.material import MaterialLaws
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
-from app.view.lattice import FromAbove, edges_of
 from app.view.map_chart import MapChart
 from app.view.recorded.fields import Fields
 from app.view.recorded.maker import Maker
-from app.view.surface import TURN, Movement, SurfaceChart
+from app.view.surface import TURN, FromAbove, Movement, SurfaceChart, edges_of
 from app.view.theme import Theme, one_sided
 
 QUIET_DB = -40.0

@@ -34,14 +34,13 @@ from app.twins.campaign_twin import shape_points
 from app.view.application import application
 from app.view.chart import Map
 from app.view.folder import viewed
-from app.view.lattice import FromAbove, edges_of, filled
 from app.view.map_chart import MapChart
 from app.view.recorded.fields import Shapes
 from app.view.recorded.fields_page import FieldsPage
 from app.view.recorded.focusing_page import FocusingPage
 from app.view.recorded.gap_page import GapPage
 from app.view.recorded.window import RecordedWindow
-from app.view.surface import SurfaceChart
+from app.view.surface import FromAbove, SurfaceChart, edges_of, filled
 from app.view.theme import LIGHT, one_sided
 
 ORDERS = [(m, n) for m in range(1, 5) for n in range(1, 5)]
