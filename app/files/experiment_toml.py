@@ -26,7 +26,7 @@ from app.files.simulation_section import Simulation
 from drivers.ni.cards import CardsSettings
 from drivers.ni.modules import find_module
 from drivers.ovens.settings import OvenSettings
-from drivers.thermometers.thermometer import ThermometerSettings
+from drivers.thermometers.settings import ThermometerSettings
 
 RANGES: dict[Motion, tuple[float, float]] = {
     "acceleration": (1e-5, 2.0),

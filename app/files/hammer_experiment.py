@@ -21,7 +21,7 @@ from app.files.settings_toml import checked, read_table
 from app.files.simulation_section import Simulation
 from drivers.hammer.trigger import TriggerSettings
 from drivers.ni.wiring import InputWiring
-from drivers.thermometers.thermometer import ThermometerSettings
+from drivers.thermometers.settings import ThermometerSettings
 
 KIND = "hammer"
 MOST_SIMULATED = 100

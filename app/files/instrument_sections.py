@@ -11,7 +11,7 @@ from app.files.campaign_error import CampaignFileError, Problem
 from drivers.kinds import KindError, Kinds
 from drivers.ni.cards import CARDS, CardsSettings
 from drivers.ovens.settings import OVENS, OvenSettings
-from drivers.thermometers.thermometer import THERMOMETERS
+from drivers.thermometers.settings import THERMOMETERS
 
 Model = TypeVar("Model", bound=Declared)
 

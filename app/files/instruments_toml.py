@@ -15,7 +15,7 @@ from drivers.kinds import KindError
 from drivers.ni.cards import CardsSettings
 from drivers.ovens.settings import OVENS, OvenSettings
 from drivers.rig.occupancy import instrument_places
-from drivers.thermometers.thermometer import ThermometerSettings
+from drivers.thermometers.settings import ThermometerSettings
 
 USUAL: dict[str, Any] = {"port": "simulated", "minimum": -5.0, "maximum": 65.0, "max_rate": 3.0}
 """What a kind is declared with where only its name is known."""

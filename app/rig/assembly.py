@@ -17,7 +17,7 @@ from drivers.clock import SystemClock
 from drivers.ni.cards import Cards
 from drivers.rig.occupancy import instrument_places
 from drivers.rig.rig import Aftercare, Rig
-from drivers.thermometers.thermometer import ThermometerSettings
+from drivers.thermometers.settings import ThermometerSettings
 from drivers.watchdog.frames import WatchdogSettings
 from drivers.watchdog.remote_oven import RemoteOven
 from drivers.watchdog.rest_watch import RestRule

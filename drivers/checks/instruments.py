@@ -17,7 +17,7 @@ from drivers.ovens.settings import OvenSettings
 from drivers.ovens.simulated.controller import Controller, MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.simulated.thermal import Chamber
-from drivers.thermometers.thermometer import ThermometerSettings
+from drivers.thermometers.settings import ThermometerSettings
 
 TEMPERATURE_MOVE = 15.0
 """A simulated oven is sent so far from where it is, K."""

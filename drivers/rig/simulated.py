@@ -28,7 +28,8 @@ from drivers.rig.rig import Rig
 from drivers.soundcard.card import SoundCards
 from drivers.soundcard.settings import SoundCard
 from drivers.soundcard.simulated import SimulatedSound, simulated_sound
-from drivers.thermometers.thermometer import Thermometer, ThermometerSettings
+from drivers.thermometers.settings import ThermometerSettings
+from drivers.thermometers.thermometer import Thermometer
 from drivers.watchdog.rest_watch import RestRule
 from drivers.watchdog.supervision import PERIOD, QUIET
 

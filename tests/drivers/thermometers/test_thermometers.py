@@ -10,7 +10,7 @@ from drivers.ovens.error import OvenError
 from drivers.ovens.simulated.controller import MemoryTransport
 from drivers.ovens.simulated.disturbance import Disturbed, silenced
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.thermometers.thermometer import THERMOMETERS
+from drivers.thermometers.settings import THERMOMETERS
 
 DECLARED: dict[str, dict[str, Any]] = {
     "modbus-map": {
