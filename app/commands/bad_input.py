@@ -7,10 +7,9 @@ from typing import ParamSpec, TypeVar
 
 import click
 
-from app.files.bad_file import ResultFileError, UnsuitedOptionError
+from app.files.bad_file import Misplaced, ResultFileError, UnsuitedOptionError
 from app.files.campaign_error import CampaignFileError
 from app.files.disk_room import told
-from app.files.misplaced import Misplaced
 
 Words = ParamSpec("Words")
 Result = TypeVar("Result")

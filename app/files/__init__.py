@@ -7,7 +7,7 @@ Every file:
 ``provenance``    what a result was made from and with
 ``events``        what happened, a line each
 ``folder_lock``   one writer at a time
-``bad_file``      what is wrong with a file of results
+``bad_file``      what is wrong with a file of results; a geometry that cannot be, and where
 ``disk_room``     whether results will fit, before they are begun; what is said where the disk refuses
 ``hdf5_file``     any HDF5 file that is read; in a process of its own by ``isolation``
 ``hdf5_bytes``    HDF5 without a file on the disk, and its seal
@@ -40,7 +40,6 @@ Campaigns:
 ``drawing``               outlines in DXF and SVG files: ``dxf_curves``, ``svg_curves``; and meshes of other
                           programs: ``mesh_reader`` reads them, ``exodus_mesh`` those of Exodus
 ``mesh_check``            a declared mesh, compared with its plate
-``misplaced``             a geometry that cannot be, and where
 ``campaign_channels``     what is what in TDMS files of a recorder's own layout
 ``campaign_error``        everything that is wrong with one, in ``allowed_values``' words
 ``coverage``              the sweeps there against the sweeps asked for

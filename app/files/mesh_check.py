@@ -13,7 +13,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.files.misplaced import Misplaced
+from app.files.bad_file import Misplaced
 
 if TYPE_CHECKING:
     from analysis.patch import Patch

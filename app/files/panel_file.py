@@ -9,11 +9,10 @@ from pydantic_core import ErrorDetails
 from analysis.focusing.panel import Panel
 from analysis.weather.declared_weather import Weather
 from app.files.allowed_values import allowed_at, key_at, keys_at
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import Misplaced, ResultFileError, misplaced
 from app.files.campaign_error import CampaignFileError
 from app.files.drawing import DrawingError, with_drawings
 from app.files.mesh_check import mesh_fault
-from app.files.misplaced import Misplaced, misplaced
 from app.files.settings_toml import read_settings, read_table
 from app.files.shipped import shipped
 

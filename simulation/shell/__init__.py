@@ -21,7 +21,6 @@
 ``shell_model``      the assembled plate, with responses by direct solution
 ``piezo_material``   constants of piezoceramics, and those of a thin poled patch
 ``in_plane``         stiffness of a layer along the plate's axes
-``plane_stress``     moduli in which the plate's stiffness is affine
 ``coupling``         force of one volt on each patch
 ``electric_load``    sensor patches with the impedance of their inputs
 ===================  ================================================================

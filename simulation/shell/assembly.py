@@ -22,9 +22,8 @@ from simulation.shell.condensation import ResponseProblem, first_inside, without
 from simulation.shell.coupling import couplings
 from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
-from simulation.shell.in_plane import moduli, transverse
+from simulation.shell.in_plane import moduli, plane_stress_moduli, transverse
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
-from simulation.shell.plane_stress import plane_stress_moduli
 from simulation.shell.points import footprint_rows, spring_discs
 from simulation.shell.rigidity import Block, W
 from simulation.shell.shell_model import ShellModel

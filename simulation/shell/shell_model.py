@@ -12,7 +12,7 @@ from analysis.arrays import Complex, Real
 from analysis.channel import Footprint
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.factors import factorize
-from simulation.shell.plane_stress import plane_stress_moduli
+from simulation.shell.in_plane import plane_stress_moduli
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
 from simulation.shell.shell_plate import ShellPlate
