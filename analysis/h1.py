@@ -1,11 +1,9 @@
 """H1 over synchronous repeats of a sweep, strays left out, with its coherence and the power of its noise.
 
-A sweep that starts at rest and ends in silence is a periodic excitation: no window, no leakage, and
-the repeats differ by noise alone. Drive and response come from the same card, so its filters and
-delays cancel in the ratio.
+A sweep that starts at rest and ends in silence is a periodic excitation: no window, no leakage, and the repeats
+differ by noise alone. Drive and response come from the same card, so its filters and delays cancel in the ratio.
 
-How far resonances move over the repeats of a sweep, which follow each other while the temperature drifts.
-
+Repeats follow each other while the temperature drifts; how far resonances move over them is estimated here.
 Identification takes it from here, before and without tracks. `Protocol.spread`, in kelvins, is for twins, whose
 derivative by temperature is known: model updating and the gap correct all lines with it, not only the poles.
 """

@@ -4,12 +4,12 @@
 ``settings``            settings of the training of networks
 ``study``               comparison of all methods over temperature
 ``direct_filters``      filters computed at every temperature, and their energies
-``rivals``              other methods that networks are compared with, by name
+``rivals``              interpolation and principal filters, which networks are compared with
 ``measured``            the comparison with filters of measured transfers, without a twin
 ``knots``               placement of training temperatures
 ``law_band``            contrast under the uncertainty of the material laws
 ``tilted``              contrast if one side of the panel is warmer than the other
-``outcome``             result of the comparison
+``outcome``             result of the comparison, with memory and multiplications of every method
 ``parameter_studies``   error of networks over number of nodes and temperature spacing
 ``network``             one network per actuator, and the relative error of reconstructed filters
 ``training``            training with restarts; the best network is kept or refused

@@ -1,6 +1,6 @@
 """Design of FIR taps from complex filters, by the method that the panel declares.
 
-So is the modelling delay of a method's taps.
+The modelling delay of a method's taps is chosen here, too.
 """
 
 from dataclasses import dataclass

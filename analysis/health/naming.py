@@ -1,6 +1,6 @@
 """What the last dates show: every kind of change fitted, and the one that explains them best.
 
-Where the fit of a large change begins: A change that moves resonances by more than their widths is not linear:
+The fit of a large change begins elsewhere. A change that moves resonances by more than their widths is not linear:
 amplitudes and places by derivatives of the healthy panel are then wrong. Over resonances as wide as the change
 moves them it is (`analysis.gap.data.widened`): nothing is approximated but that the change is linear. Noise
 matters no longer beside a large change; what the twin does not know does, a share of the response.

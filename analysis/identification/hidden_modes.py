@@ -6,9 +6,9 @@ has two parameters per response instead of two per response and sweep: all sweep
 Candidate places are tried one by one, with poles and tracks readjusted. A mode that BIC supports is added; the
 others, weighted by the probability that they exist, are included in the standard deviations.
 
-A pole is added where BIC of one sweep supports it, and is then followed to all others, with its own residues in
-each. Over all sweeps, the fall of the misfit has to exceed the BIC penalty of these residues. The penalty of the
-track's own parameters is left out, so that a doubtful mode stays.
+A track may be superfluous: a pole is added where BIC of one sweep supports it, and is then followed to all others,
+with its own residues in each. Over all sweeps, the fall of the misfit has to exceed the BIC penalty of these
+residues. The penalty of the track's own parameters is left out, so that a doubtful mode stays.
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,8 +1,8 @@
 """Model order: backward elimination of poles and choice of residual terms by BIC.
 
-The scale of the noise is taken as unknown (n log misfit): otherwise every small model error would be fitted with
-poles. Where responses share their errors, as those of the measured force, they count as fewer, in the number of
-values and in that of residues.
+In the criterion the scale of the noise is taken as unknown (n log misfit): otherwise every small model error would
+be fitted with poles. Where responses share their errors, as those of the measured force, they count as fewer, in
+the number of values and in that of residues.
 """
 
 import numpy as np

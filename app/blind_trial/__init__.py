@@ -10,7 +10,7 @@
 ``expected_frf``           predicted FRFs of a campaign on it
 ``effect_size``            signal of an effect in sigma, after laws, readings and gain are fitted
 ``draw_effects``           random effects scaled to a given size
-``making``                 simulation of a campaign; its truth is written to another folder
+``making``                 simulation of a campaign, with small causes that nobody tells; its truth
 ``judging``                gap workflow on a campaign, from its folder alone
 ``trial``                  all campaigns, in worker processes, resumed after a kill
 ``outcome``                comparison of one verdict with its truth

@@ -1,9 +1,9 @@
 """One file per verb of the command line; a verb parses, calls a stage and prints.
 
 ====================  ===================================================================
-``options``           options that several verbs share
+``options``           options that several verbs share; which campaigns are watched
 ``output``            stdout for results; stderr for progress, notes and the closing line
-``bad_input``         one message and exit status 2
+``bad_input``         one message and exit status 2; a picture of a geometric error
 ``demo``              the whole chain on three campaigns
 ``acquire``           run an experiment on a rig
 ``acquire_hammer``      the same where hits are recorded

@@ -9,7 +9,7 @@
 ``modes_of_test``     modes and shapes of a test: computed, saved, loaded
 ``without_windows``   what windows do to modes, taken out of them
 ``saved``             the files of it
-``new_declaration``   a declaration to start from
+``new_declaration``   a declaration to start from, with what is guessed for it
 ``guessed_channels``  roles, units and sensitivities of its channels
 ``edit_journal``      the journal of those changes: undo, redo
 ``edits``             modes dropped or added by hand, and the record of it

@@ -1,14 +1,14 @@
 """``flexura view``: a running campaign, and the results of a finished one. The only package that imports Qt.
 
 ==================  ===============================================================
-``application``     Qt begun, or the reason why it cannot be
+``application``     Qt begun, or the reason why it cannot be; its garbage
 ``folder``          which campaign and which results a folder stands for
 ``theme``           dark and light
 ``chart``           a plot that can be read, followed and exported
 ``map_chart``       a plot of a map, with its colour bar
 ``mac_chart``       MAC of two lists of modes, with its values
 ``twin_page``       measured modes beside those of the twin
-``cursors``         the frequency and the temperature that all plots share
+``cursors``         frequency and temperature that all plots share, and the frequency axis
 ``parts``           magnitude and phase, or real and imaginary part
 ``nyquist``         the Nyquist plane around the frequency cursor
 ``mode_table``      modes as rows of a table

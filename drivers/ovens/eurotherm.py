@@ -2,9 +2,9 @@
 
 Register numbers: Eurotherm 2000 series communications handbook, and those of the 3500.
 
-A 2400 with its programmer runs a program of limited time: ramp, dwell, output off.
-Programs lie from register 8192 on, 136 registers each, eight for what they have in general and eight for every
-segment; times are milliseconds in two registers at 0x8000 + 2 x address (2000 series communications handbook).
+A 2400 with its programmer runs a program of limited time: ramp, dwell, output off. Programs lie from register 8192
+on, 136 registers each, eight for what they have in general and eight for every segment; times are milliseconds in
+two registers at 0x8000 + 2 x address (2000 series communications handbook).
 """
 
 import math

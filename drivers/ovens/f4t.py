@@ -2,8 +2,8 @@
 
 Registers: Watlow F4T user's guide, and the ramp registers of chambers built around it.
 
-A profile of limited time ramps, holds and ends with the loop off.
-Registers of one profile at a time, of loop 1, as chambers built around the controller use them; 170 for each step.
+A profile of limited time ramps, holds and ends with the loop off: registers of one profile at a time, of loop 1,
+as chambers built around the controller use them; 170 for each step.
 """
 
 import math

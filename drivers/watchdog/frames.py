@@ -1,6 +1,6 @@
 """Messages between the campaign's process and the watchdog's: one JSON object each, nothing else.
 
-The first says what the watchdog's process is told when it starts.
+What the watchdog's process is told when it starts is declared here, too.
 """
 
 import json

@@ -6,6 +6,6 @@
 ``c_code``           C99: a header and one file
 ``onnx_graph``       ONNX: temperature in, taps out
 ``destination``      files that are written together
-``written_filters``  one of these forms chosen and written
+``written_filters``  NPZ, CSV and WAV; one of these forms chosen and written
 ===================  ===============================================================
 """

@@ -9,7 +9,7 @@
 ``focusing_page``  contrast and spot error
 ``fields_page``    mode shapes and the focused field, moving
 ``mode_shape``     the shape of a measured mode, moving
-``fields``         mode shapes of the panel, and the field of its filters
+``fields``         mode shapes from the twin, and the field of a panel's filters
 ``maker``          slow computations in a thread of their own
 ``gap_page``       where twin and data disagree, and what would explain it
 ``window``         the pages together
