@@ -97,7 +97,7 @@ def check_ascending(value: Any, *names: str, equal: bool = False) -> None:
 
 def _array(value: Any, name: str) -> Numbers:
     """Return a field as an array, an empty one where it is None."""
-    held = getattr(value, name)
+    held = attrgetter(name)(value)
     return np.zeros(0) if held is None else np.asarray(held)
 
 

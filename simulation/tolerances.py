@@ -57,7 +57,9 @@ class Tolerance(Effect):
         """Return the attributes of departures that these values change."""
         if self.change is None:
             raise ValueError("this quantity is no departure")
-        return self.change(away, {name: value - self.made_at.get(name, 0.0) for name, value in values.items()})
+        if self.made_at:
+            values = {name: value - self.made_at.get(name, 0.0) for name, value in values.items()}
+        return self.change(away, values)
 
 
 def depart(
@@ -339,8 +341,9 @@ def _scaled(attribute: str, factor: float = 1.0, key: str = "share") -> Change:
 
 
 def _scaled_of(attribute: str, place: int, count: int, factor: float, key: str) -> Change:
+    unit = np.arange(count) == place
+
     def change(away: Any, values: Mapping[str, Any]) -> dict[str, Any]:
-        unit = np.arange(count) == place
         return {attribute: getattr(away, attribute) * np.exp(unit * (factor * values[key]))}
 
     return change

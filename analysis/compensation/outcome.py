@@ -160,7 +160,7 @@ class Compensation:
         drives = dict.fromkeys(("relative_error", "peak_drive"), "m T N")
         check_shapes(self, methods="m", temperature="T", frequency="F", contrast_direct="T F", **lines)
         check_shapes(self, methods="m", temperature="T", left_out="m t N", **by_method, **drives)
-        check_ascending(self, "frequency")
+        check_ascending(self, "frequency", "temperature", "filters.temperature")
 
     @property
     def training_temperature(self) -> Real:

@@ -182,6 +182,9 @@ def _at_edges(space: ShapeSpace, thickness: Real) -> Real:
 SHARE = 1.0 - np.sqrt(0.5)
 """Of a step, at which the first stage stands."""
 
+ROUNDING = 1e-12
+"""Share of all conductances up to which what is left of them, when every place is as warm, is rounding."""
+
 
 def march(model: HeatModel, load: Callable[[float], Real], start: Real, step: float, count: int) -> Iterator[Real]:
     """Yield coefficients (L N,) after every step.
@@ -217,7 +220,8 @@ def settled(model: HeatModel, load: Real) -> Real:
         Where no face and no edge gives heat to anything: then there is none.
     """
     uniform = model.uniform(1.0)
-    if not float(uniform @ (model.conductance @ uniform)) > 0.0:
+    conducted = float(np.abs(model.conductance.data).sum())
+    if not float(uniform @ (model.conductance @ uniform)) > ROUNDING * conducted:
         raise ValueError("no face and no edge exchanges heat: the plate never comes to rest")
     return np.asarray(_factors(model.conductance).solve(load))
 

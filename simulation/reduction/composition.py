@@ -202,53 +202,109 @@ def coupling_of(ops: EffectOperators, c: Coefficients) -> Numbers:
 
 
 class PatchMoves:
-    """What moves of patches change in a plate's matrices, in some coordinates.
+    """What moves of patches change in the matrices of a plate at one state, in some coordinates.
 
-    Each operator is transformed to these coordinates once, when it is first needed: all sums are of small
-    matrices.
+    Operators are summed over the motions around a patch, then transformed to these coordinates: each sum once,
+    when it is first needed.
 
     Parameters
     ----------
     zones : (P, q, m) ndarray
         Motions around each patch, of the m coordinates wanted.
+    value : Coefficients
+        Of the state; its moduli act in the middle of the plate.
     """
 
-    def __init__(self, ops: EffectOperators, zones: Real) -> None:
-        self._ops, self._zones = ops, zones
-        self._stacks: dict[tuple[str, int], Real] = {}
+    def __init__(self, ops: EffectOperators, zones: Real, value: Coefficients) -> None:
+        self._ops, self._zones, self._value = ops, zones, value
+        self._single: dict[tuple[int, int], tuple[Real, Real, Real, Real]] = {}
+        self._own: dict[int, tuple[Real, Real, Real, Real]] = {}
 
-    def summed(self, c: Coefficients, moves: Real) -> Composite:
-        """Sum the changes for some moves, or their derivative.
-
-        Parameters
-        ----------
-        c : Coefficients
-            Its moduli act in the middle of the plate.
-        moves : (P, 4) ndarray
-        """
-        m = self._zones.shape[2]
-        plate, plate_loss, fixed, mass = (np.zeros((m, m)) for _ in range(4))
-        coupling = np.zeros((m, len(self._zones)))
+    def by(self, moves: Real) -> Composite:
+        """Differentiate by moves (P, 4), at the moduli of the state."""
+        found, value = self._nothing(), self._value
+        parts = (found.plate, found.plate_loss, found.fixed, found.mass)
         for k in np.flatnonzero(moves.any(axis=1)).tolist():
-            fixed += c.patch_modulus[k] * np.tensordot(moves[k], self._stack("moved_fixed", k), 1)
-            mass += np.tensordot(moves[k], self._stack("moved_mass", k), 1)
-            in_plane = np.tensordot(moves[k], self._stack("moved_plane", k), 1)
-            shear = np.tensordot(moves[k], self._stack("moved_shear", k), 1)
-            # moduli in the middle of the plate; those of transverse shear are in `shear` but for departures
-            for whole, bending, across in (
-                (plate, c.bending, c.shear),
-                (plate_loss, c.bending_loss, c.shear_loss),
-            ):
-                whole += np.tensordot(bending[:, 0], in_plane, 1) + across[:, 0].mean() * shear
-            coupling[:, k] = c.columns[k] * (self._zones[k].T @ (moves[k] @ self._ops.moved_coupling[k]))
-        return Composite(plate, plate_loss, fixed, mass, coupling)
+            if np.array_equal(moves[k], value.moves[k]):
+                self._follow(found, k, value)
+                found.mass[...] += self._own_moves(k)[3]
+                continue
+            for way in np.flatnonzero(moves[k]).tolist():
+                for whole, part in zip(parts, self._move(k, way), strict=True):
+                    whole += moves[k, way] * part
+            found.coupling[:, k] = value.columns[k] * self._coupling(k, moves[k])
+        return found
 
-    def _stack(self, name: str, k: int) -> Real:
-        """Operators `name` of patch k, (..., m, m)."""
-        if (name, k) not in self._stacks:
-            zone = self._zones[k]
-            self._stacks[name, k] = zone.T @ getattr(self._ops, name)[k] @ zone
-        return self._stacks[name, k]
+    def following(self, d: Coefficients | None) -> Composite:
+        """Differentiate what the state's own moves change, where its moduli and couplings change by `d`.
+
+        No mass follows them; None for `d` is no change.
+        """
+        found = self._nothing()
+        if d is not None:
+            for k in np.flatnonzero(self._value.moves.any(axis=1)).tolist():
+                self._follow(found, k, d)
+        return found
+
+    def _follow(self, found: Composite, k: int, c: Coefficients) -> None:
+        """Add what the own moves of patch k change, but for the mass."""
+        fixed, in_plane, shear, _ = self._own_moves(k)
+        found.fixed[...] += c.patch_modulus[k] * fixed
+        for whole, moduli in ((found.plate, _in_the_middle(c)[0]), (found.plate_loss, _in_the_middle(c)[1])):
+            if moduli.any():
+                whole += np.tensordot(moduli[:-1], in_plane, 1) + moduli[-1] * shear
+        found.coupling[:, k] = c.columns[k] * self._coupling(k, self._value.moves[k])
+
+    def _nothing(self) -> Composite:
+        count, _, m = self._zones.shape
+        plate, plate_loss, fixed, mass = (np.zeros((m, m)) for _ in range(4))
+        return Composite(plate, plate_loss, fixed, mass, np.zeros((m, count)))
+
+    def _coupling(self, k: int, moves: Real) -> Real:
+        return np.asarray(self._zones[k].T @ (moves @ self._ops.moved_coupling[k]))
+
+    def _move(self, k: int, way: int) -> tuple[Real, Real, Real, Real]:
+        """Differentiate plate, plate loss, patches and mass by one move of patch k, at the state's moduli."""
+        if (k, way) not in self._single:
+            ops, (moduli, lossy) = self._ops, _in_the_middle(self._value)
+            same = proportion(lossy, moduli)
+
+            def plate(of: Real) -> Real:
+                return self._carried(
+                    k, np.tensordot(of[:-1], ops.moved_plane[k, way], 1) + of[-1] * ops.moved_shear[k, way]
+                )
+
+            whole = plate(moduli)
+            self._single[k, way] = (
+                whole,
+                plate(lossy) if same is None else same * whole,
+                self._value.patch_modulus[k] * self._carried(k, ops.moved_fixed[k, way]),
+                self._carried(k, ops.moved_mass[k, way]),
+            )
+        return self._single[k, way]
+
+    def _own_moves(self, k: int) -> tuple[Real, Real, Real, Real]:
+        """Sum over the state's moves of patch k: of patches, in-plane moduli, transverse shear, and mass."""
+        if k not in self._own:
+            ops, moves = self._ops, self._value.moves[k]
+            stacks = (ops.moved_fixed[k], ops.moved_plane[k], ops.moved_shear[k], ops.moved_mass[k])
+            fixed, in_plane, shear, mass = (self._carried(k, np.tensordot(moves, one, 1)) for one in stacks)
+            self._own[k] = fixed, in_plane, shear, mass
+        return self._own[k]
+
+    def _carried(self, k: int, operators: Real) -> Real:
+        """Transform operators (..., q, q) around patch k."""
+        return np.asarray(self._zones[k].T @ operators @ self._zones[k])
+
+
+def _in_the_middle(c: Coefficients) -> tuple[Real, Real]:
+    """Moduli in the middle of the plate, those of transverse shear last, and the same with losses: (5,) each.
+
+    The operators of moves know transverse shear by both planes but for departures.
+    """
+    found = ((c.bending, c.shear), (c.bending_loss, c.shear_loss))
+    plain, lossy = (np.append(moduli[:, 0], across[:, 0].mean()) for moduli, across in found)
+    return plain, lossy
 
 
 @dataclass(frozen=True)

@@ -83,12 +83,39 @@ class ModalSlopes:
         """Return a' Z**-1 b, (I, J, F)."""
         return connected(self.whole, self.form.count, self.frequency)
 
-    def by(self, change: Real) -> Complex:
-        """Differentiate `compliance`, (I, J, F), for the derivative `change` (r, r) of the stiffness."""
-        a, b = self.left, self.right
-        modal = self.form.inverse @ change @ self.form.shapes
+    def with_dashpots(self, slopes: Complex) -> Complex:
+        """Return derivatives of `compliance`, (D, I, J, F), from those of `whole`, (D, I + q, J + q, F)."""
+        return connected_derivatives(self.whole, slopes, self.form.count, self.frequency)
+
+    def by_stiffness(self, changes: Real) -> Complex:
+        """Differentiate `whole` for D derivatives of the stiffness: one sum over poles, in a tenth of the time.
+
+        Parameters
+        ----------
+        changes : (D, r, r) ndarray
+
+        Returns
+        -------
+        (D, I + q, J + q, F) complex ndarray
+        """
+        a, b, size = self.left, self.right, len(self.form.poles)
+        # a real matrix times a complex one, by real products: half of what two complex ones take
+        shapes = np.ascontiguousarray(self.form.shapes).view(float)
+        moved = (np.reshape(changes, (-1, size)) @ shapes).view(complex).reshape(-1, size, size)
+        modal = self.form.inverse @ moved
         split = modal * self.apart
-        slope = self.sums.simple((a @ split)[:, None] * b.T[None] - a[:, None] * (split @ b).T[None])
+        simple = (a @ split)[:, :, None] * b.T - a[:, None] * (split @ b).swapaxes(1, 2)[:, None]
         own = np.where(self.double, modal, 0.0) @ b
-        slope -= self.sums.squared(a[:, None] * own.T[None])
-        return np.asarray(connected_derivatives(self.whole, slope[None], self.form.count, self.frequency)[0])
+        return self.sums.simple(simple) - self.sums.squared(a[:, None] * own.swapaxes(1, 2)[:, None])
+
+    def by_columns(self, left: Real, right: Real) -> Complex:
+        """Differentiate `whole` for D derivatives of the columns a (D, r, I) and b (D, r, J).
+
+        Returns
+        -------
+        (D, I + q, J + q, F) complex ndarray
+        """
+        a, b, count = self.left, self.right, self.form.count
+        moved_a = np.pad(left.swapaxes(1, 2) @ self.form.shapes, ((0, 0), (0, count), (0, 0)))
+        moved_b = np.pad((self.form.inverse @ right).swapaxes(1, 2), ((0, 0), (0, count), (0, 0)))
+        return self.sums.simple(moved_a[:, :, None] * b.T + a[:, None] * moved_b[:, None])

@@ -4,7 +4,7 @@ Its matrices' derivatives are taken in the coordinates of one local solution. Ea
 coordinates once, when the first parameter needs it; all derivatives are then sums of small matrices.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
 
@@ -63,13 +63,12 @@ class LocalSlopes:
     def __init__(self, ops: EffectOperators, basis: Real, value: Coefficients) -> None:
         self._ops, self._basis, self._value = ops, basis, value
         self._stacks: dict[str, tuple[Real, NDArray[np.bool_]]] = {}
+        self._last: tuple[PlateState, Coefficients] | None = None
 
     def by(self, stepped: PlateState) -> Composite:
         """Differentiate by the parameter whose imaginary step of `COMPLEX_STEP` gave `stepped`, without discs."""
-        m = self._basis.shape[1]
-        laws = (stepped.laws.value, stepped.laws.slope, stepped.laws.curvature)
-        of_fields = any(np.iscomplexobj(one) for one in (*laws, *(getattr(stepped, name) for name in FIELDS)))
-        if not (of_fields or stepped.departures.stepped_plate):
+        if not _changes_matrices(stepped):
+            m = self._basis.shape[1]
             nothing = np.zeros((m, m))
             return Composite(nothing, nothing, nothing, nothing, np.zeros((m, self._ops.coupling.shape[-1])))
         d = self._rates(stepped)
@@ -90,21 +89,21 @@ class LocalSlopes:
         for name in ("patch_alone", "patch_thicker"):
             fixed = fixed + self._summed(name, getattr(d, name))
         if d.moves.any():
-            others = self._moves.summed(self._value, d.moves)
+            others = self._moves.by(d.moves)
             plate, plate_loss = plate + others.plate, plate_loss + others.plate_loss
             fixed, mass, coupling = fixed + others.fixed, mass + others.mass, coupling + others.coupling
         return Composite(plate, plate_loss, fixed, mass, coupling)
 
     def by_along_moves(self, stepped: PlateState) -> Composite:
         """Differentiate likewise what the moves of patches change: it follows moduli and d31, but no mass."""
-        found = self._moves.summed(self._rates(stepped), self._value.moves)
-        return replace(found, mass=np.zeros_like(found.mass))
+        return self._moves.following(self._rates(stepped) if _changes_matrices(stepped) else None)
 
     def _rates(self, stepped: PlateState) -> Coefficients:
-        there = Coefficients.of(stepped, self._ops)
-        return Coefficients(
-            **{entry.name: np.imag(getattr(there, entry.name)) / COMPLEX_STEP for entry in fields(there)}
-        )
+        if self._last is None or self._last[0] is not stepped:
+            there = Coefficients.of(stepped, self._ops)
+            rates = {entry.name: np.imag(getattr(there, entry.name)) / COMPLEX_STEP for entry in fields(there)}
+            self._last = stepped, Coefficients(**rates)
+        return self._last[1]
 
     def _coupling(self, d: Coefficients) -> Real:
         found = coupling_of(self._ops, d) * self._value.columns
@@ -115,7 +114,7 @@ class LocalSlopes:
     @cached_property
     def _moves(self) -> PatchMoves:
         """What moves of patches change, in local coordinates."""
-        return PatchMoves(self._ops, self._ops.patch_zone @ self._basis)
+        return PatchMoves(self._ops, self._ops.patch_zone @ self._basis, self._value)
 
     @cached_property
     def _zone(self) -> Real:
@@ -143,6 +142,13 @@ class LocalSlopes:
             small[k] = self._carried(whole[k])
             carried[k] = True
         return np.asarray((flat @ small.reshape(len(small), -1)).reshape(m, m))
+
+
+def _changes_matrices(stepped: PlateState) -> bool:
+    """Whether a value that `Coefficients` depend on has a complex step."""
+    laws = (stepped.laws.value, stepped.laws.slope, stepped.laws.curvature)
+    of_fields = any(np.iscomplexobj(one) for one in (*laws, *(getattr(stepped, name) for name in FIELDS)))
+    return of_fields or stepped.departures.stepped_plate
 
 
 ANISOTROPY = (0.88, 1.12)

@@ -1,5 +1,6 @@
 """Recorded signals of a plate with effects: outputs per unit of the input, and derivatives by any parameter."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -14,7 +15,7 @@ from simulation.state.plate_state import SPECTRA, PlateState
 from simulation.twin.instruments import Instruments
 from simulation.twin.local_solution import LocalSolution
 from simulation.twin.reduced_plate import CompositeSlopes
-from simulation.twin.sensitivity import ModalSensitivity, TransferSensitivity
+from simulation.twin.sensitivity import ModalSensitivity, Step, TransferSensitivity
 from simulation.twin.strain_energy import EnergySlopes, StateOf
 from simulation.twin.transfer import Transfer
 
@@ -113,6 +114,10 @@ def _capacitance(declared: Real, away: Departures) -> Any:
     return declared * (away.permittivity * away.patch_area / away.patch_thickness)
 
 
+TOGETHER = 32
+"""Parameters by which is differentiated at once: each holds four matrices of the plate, a megabyte."""
+
+
 @dataclass(frozen=True)
 class Derivatives:
     """Derivatives of the outputs at one state.
@@ -178,10 +183,20 @@ class Derivatives:
             by_energy = EnergySlopes.of(solved, transfer.instruments.source, state, follower, scale)
         return cls(reading, slopes, sensitivity, energy, by_energy)
 
-    def by(self, state_of: StateOf) -> Complex:
-        """Differentiate the outputs, (K, F), by the parameter that has an imaginary step in `state_of`."""
+    def by_each(self, states_of: Sequence[StateOf]) -> Iterator[Complex]:
+        """Differentiate the outputs, (K, F), by each parameter that has an imaginary step in one of `states_of`.
+
+        Together they take a third of the time.
+        """
+        for first in range(0, len(states_of), TOGETHER):
+            steps = [self._step(one) for one in states_of[first : first + TOGETHER]]
+            changes = self.sensitivity.by_each(steps)
+            for (_, stepped), change in zip(steps, changes, strict=True):
+                yield self.reading.change(change, stepped)
+
+    def _step(self, state_of: StateOf) -> Step:
         stepped = state_of(self.energy)
         moved = self.slopes.by(stepped)
         if self.by_energy:
             stepped = state_of(self.energy + 1j * COMPLEX_STEP * self.by_energy.by(moved, stepped))
-        return self.reading.change(self.sensitivity.by(moved, stepped), stepped)
+        return moved, stepped

@@ -4,7 +4,7 @@ With the compliance G = b' Z**-1 b between patches and weights l and r on them, 
 -y' dZ u + y' db r + l' db' u: the field u = Z**-1 b r that r drives, and y = Z**-1 b l that l would drive.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
@@ -20,6 +20,13 @@ from simulation.state.plate_state import PlateState, PointLoad
 from simulation.twin.local_plate import deflection_at
 from simulation.twin.local_solution import LocalSolution
 from simulation.twin.transfer import Transfer
+
+Step = tuple[Composite, PlateState]
+"""What a parameter changes: the derivative of the composite, in local coordinates, and the state with an imaginary
+step of the parameter."""
+
+AT_ONCE = 1_000_000
+"""Derivatives of compliances that are held at once, about; with their copies each takes 100 bytes."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +73,10 @@ class TransferSensitivity:
         TransferSensitivity
         """
         return cls(solved, state, drive, sense, solved.driven(drive))
+
+    def by_each(self, steps: Sequence[Step]) -> Iterator[Complex]:
+        """Differentiate by each of some parameters in turn."""
+        return (self.by(local, stepped) for local, stepped in steps)
 
     def by(self, local: Composite, stepped: PlateState) -> Complex:
         """Differentiate by the parameter whose imaginary step turned `state` into `stepped`, (K, F).
@@ -122,27 +133,41 @@ class ModalSensitivity:
     transfer: Transfer
     slopes: ModalSlopes
 
-    def by(self, local: Composite, stepped: PlateState) -> Complex:
-        """Differentiate as `TransferSensitivity.by`."""
-        seen, driving = list(self.transfer.instruments.seen), list(self.transfer.instruments.driving)
-        changes = impedance_change(self.solved, self.state, local, stepped)
-        points = point_changes(self.solved, self.state, stepped)
-        if not changes and not points and not local.coupling.any():
-            return np.zeros_like(self.transfer.response)
-        form, lines, sums = self.slopes.form, self.solved.frequency, self.slopes.sums
+    def by_each(self, steps: Sequence[Step]) -> Iterator[Complex]:
+        """Differentiate by each of some parameters as `TransferSensitivity.by`, many at once."""
+        size = max(1, AT_ONCE // self.slopes.whole.size)
+        for first in range(0, len(steps), size):
+            yield from self._together(steps[first : first + size])
+
+    def _together(self, steps: Sequence[Step]) -> Complex:
+        """Return the derivatives (D, K, F) by D parameters."""
         ports = self.solved.composite.coupling
-        total = np.zeros((len(seen), len(driving), self.solved.frequency.size), complex)
-        for matrix, weight in changes:
-            total += weight * self.slopes.by(matrix)
-        for left, right, weight in points:
-            seen_there = form.compliance(ports[:, seen], left[:, None], lines, sums)
-            total -= weight * seen_there * form.compliance(right[:, None], ports[:, driving], lines, sums)
-        if local.coupling.any():
-            moved = np.zeros_like(ports)
-            moved[:, : local.coupling.shape[1]] = local.coupling  # of the patches, which are the first ports
-            total += form.compliance(moved[:, seen], ports[:, driving], lines, sums)
-            total += form.compliance(ports[:, seen], moved[:, driving], lines, sums)
-        return np.asarray(self.transfer.change(total[None])[0])
+        seen, driving = list(self.transfer.instruments.seen), list(self.transfer.instruments.driving)
+        slopes = np.zeros((len(steps), *self.slopes.whole.shape), complex)
+        changes = [
+            (place, matrix, weight)
+            for place, (local, stepped) in enumerate(steps)
+            for matrix, weight in impedance_change(self.solved, self.state, local, stepped)
+        ]
+        if changes:
+            by_stiffness = self.slopes.by_stiffness(np.array([matrix for _, matrix, _ in changes]))
+            for (place, _, weight), change in zip(changes, by_stiffness, strict=True):
+                slopes[place] += weight * change
+        coupled = [place for place, (local, _) in enumerate(steps) if local.coupling.any()]
+        if coupled:
+            moved = np.zeros((len(coupled), *ports.shape))
+            for row, place in zip(moved, coupled, strict=True):
+                coupling = steps[place][0].coupling
+                row[:, : coupling.shape[1]] = coupling  # of the patches, which are the first ports
+            slopes[coupled] += self.slopes.by_columns(moved[..., seen], moved[..., driving])
+        total = self.slopes.with_dashpots(slopes)
+        form, lines, sums = self.slopes.form, self.solved.frequency, self.slopes.sums
+        for place, (_, stepped) in enumerate(steps):
+            for left, right, weight in point_changes(self.solved, self.state, stepped):
+                seen_there = form.compliance(ports[:, seen], left[:, None], lines, sums)
+                driven_there = form.compliance(right[:, None], ports[:, driving], lines, sums)
+                total[place] -= weight * seen_there * driven_there
+        return self.transfer.change(total)
 
 
 def impedance_change(

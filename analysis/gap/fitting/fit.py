@@ -71,6 +71,34 @@ OF_EXCESS = 1e-3
 quantities has settled: of what is missing, an effect of this share is not told from them."""
 
 
+MOST_KNOWN = 3
+"""Points whose derivatives by declared quantities are remembered: a search begins its fits at its best twin, and
+at where that was before declared quantities followed what was missing."""
+
+
+class KnownDerivatives:
+    """Points that were linearised by declared quantities, too: fits of a search to the same sweeps share them."""
+
+    def __init__(self) -> None:
+        self._points: list[list[SweepEquations]] = []
+
+    def keep(self, equations: list[SweepEquations]) -> None:
+        """Remember a point; the one that was kept longest is forgotten."""
+        self._points = [*self._points[1 - MOST_KNOWN :], equations]
+
+    def nearest(self, equations: list[SweepEquations]) -> tuple[float, list[SweepEquations]]:
+        """Return how far the nearest point is, as `NEAR`, and the point; infinitely far where there is none."""
+        if any(one.columns is None for one in equations):
+            return np.inf, []
+        found: tuple[float, list[SweepEquations]] = (np.inf, [])
+        for point in self._points:
+            pairs = zip(equations, point, strict=True)
+            away = max(here.changed_from(there) for here, there in pairs)
+            if away < found[0]:
+                found = away, point
+        return found
+
+
 @dataclass(frozen=True)
 class _Trial:
     state: GapState
@@ -114,6 +142,7 @@ def fit_gap(
     enough: float = np.inf,
     margin: float = PREDICTION_MARGIN,
     enough_held: float = np.inf,
+    known: KnownDerivatives | None = None,
 ) -> GapFit:
     """Fit laws, readings, gains, declared quantities and all parameters of `effects`.
 
@@ -144,6 +173,8 @@ def fit_gap(
         Times the predicted decrease that is allowed for this.
     enough_held : float
         The fit stops, unsettled, if its objective is above this before declared quantities are freed.
+    known : KnownDerivatives, optional
+        By declared quantities, of earlier fits of the same model to the same sweeps: used where they hold.
 
     Returns
     -------
@@ -159,7 +190,8 @@ def fit_gap(
     values = np.clip(free.read(start.on), free.low, free.high)
     start = replace(start, laws=clipped_laws(model.box, start.laws)).with_values(free.write(start.on, values))
     held = FreeParameters.of(model.cards, effects, {}) if free.tolerances else free
-    descent = _Descent(model, sweeps, executor, gain_free, laws_free, target, most_steps, enough, margin)
+    known = KnownDerivatives() if known is None else known
+    descent = _Descent(model, sweeps, executor, gain_free, laws_free, target, most_steps, enough, margin, known)
     passes, left, done, before = 0, 1.0, False, None
     best = descent.evaluate(start, held)
     if free.tolerances and best.objective > ROUGH * sweeps.numbers:
@@ -172,7 +204,7 @@ def fit_gap(
             left = _left(sweeps, best)
             free = replace(free, trusted=sweeps.overstated * left)
             # only the first point was linearised without the declared quantities' tangents
-            best = best.under(free) if turn else descent.evaluate(best.state, free)
+            best = best.under(free) if turn else descent.freed(best, free)
         best, done, more = descent.to_the_end(best, free)
         passes += more
         # what the fit leaves weighs the tolerances: once it leaves much less, they are fitted again
@@ -200,6 +232,14 @@ class _Descent:
     most_steps: int
     enough: float
     margin: float
+    known: KnownDerivatives
+
+    def freed(self, held: _Trial, free: FreeParameters) -> _Trial:
+        """Free the declared quantities of a point that was linearised without them."""
+        away, there = self.known.nearest(held.equations)
+        if away > NEAR:
+            return self.evaluate(held.state, free)
+        return self._joined(held.state, free, held.equations, there, away)
 
     def to_the_end(self, best: _Trial, free: FreeParameters) -> tuple[_Trial, bool, int]:
         """Iterate from `best`: return the final point, whether it settled, and the number of linearisations.
@@ -270,6 +310,8 @@ class _Descent:
         """Linearise at a state."""
         equations = self._linearised(state, free.names)
         kept = free.tolerances and all(one.columns is not None for one in equations)
+        if kept:
+            self.known.keep(equations)
         return self._trial(state, free, equations, equations if kept else None)
 
     def _near(self, state: GapState, free: FreeParameters, best: _Trial) -> _Trial:
@@ -281,8 +323,19 @@ class _Descent:
         away = max(part.changed_from(there) for part, there in pairs)
         if away > NEAR:
             return replace(self._trial(state, free, parts, None), whole=False)
-        joined = [part.with_last(there, free.tolerances) for part, there in pairs]
-        return replace(self._trial(state, free, joined, best.known), away=away)
+        return self._joined(state, free, parts, best.known, away)
+
+    def _joined(
+        self,
+        state: GapState,
+        free: FreeParameters,
+        parts: list[SweepEquations],
+        known: list[SweepEquations],
+        away: float,
+    ) -> _Trial:
+        """Join derivatives by declared quantities that were computed at a point `away`."""
+        joined = [part.with_last(there, free.tolerances) for part, there in zip(parts, known, strict=True)]
+        return replace(self._trial(state, free, joined, known), away=away)
 
     def _trial(
         self,

@@ -10,7 +10,7 @@ from analysis.arrays import Real
 from analysis.gap.data.line_weights import LineWeights
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.sweeps import GapSweeps
-from analysis.gap.fitting.fit import ROUGHLY_SETTLED, fit_gap
+from analysis.gap.fitting.fit import ROUGHLY_SETTLED, KnownDerivatives, fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState
 from analysis.gap.fitting.whiteness import whiteness
@@ -72,6 +72,8 @@ class SearchContext:
         Fits made so far, to all sweeps and to those at a few temperatures.
     settled : float
         Predicted decrease of chi2 at which a fit is settled.
+    known, known_at_few : KnownDerivatives
+        By declared quantities, of the fits likewise.
     """
 
     model: TwinModel
@@ -82,6 +84,8 @@ class SearchContext:
     fits: FitCache = field(repr=False, default_factory=FitCache)
     fits_at_few: FitCache = field(repr=False, default_factory=FitCache)
     settled: float = SETTLED
+    known: KnownDerivatives = field(repr=False, default_factory=KnownDerivatives)
+    known_at_few: KnownDerivatives = field(repr=False, default_factory=KnownDerivatives)
 
     def fit(self, start: GapState, effects: Sequence[str], *, roughly: bool = False) -> GapFit:
         """Fit laws, readings, gain and `effects` to all sweeps; a result in `fits` is used again.
@@ -92,7 +96,14 @@ class SearchContext:
         if found is None:
             target = ROUGHLY_SETTLED if roughly else self.settled
             found = fit_gap(
-                self.model, self.sweeps, start, effects, self.executor, target=target, declared_free=not roughly
+                self.model,
+                self.sweeps,
+                start,
+                effects,
+                self.executor,
+                target=target,
+                declared_free=not roughly,
+                known=self.known,
             )
             self.fits.keep(effects, found)
         return found
@@ -117,6 +128,7 @@ class SearchContext:
             target=ROUGHLY_SETTLED if roughly else self.settled,
             declared_free=not roughly,
             enough=-2.0 * (known.log_evidence + self.settled),
+            known=self.known,
         )
         if not again.settled or again.log_evidence <= known.log_evidence + self.settled:
             return known
@@ -145,6 +157,7 @@ class SearchContext:
                 enough=enough,
                 margin=margin,
                 enough_held=enough_held,
+                known=self.known,
             )
             if found.settled:  # one that was given up was so against others
                 self.fits.keep(effects, found)
@@ -155,7 +168,7 @@ class SearchContext:
         if self.few:
             return self, start
         part = self.of(self.sweeps.only_groups(self.some_groups()))
-        few = replace(part, fits=self.fits_at_few, settled=SETTLED_AT_FEW)
+        few = replace(part, fits=self.fits_at_few, settled=SETTLED_AT_FEW, known=self.known_at_few)
         return few, start.restricted(self.sweeps, few.sweeps)
 
     def spread(self, start: GapState, few: "SearchContext", found: GapState) -> GapState:

@@ -50,14 +50,14 @@ def _placed_again(context: SearchContext, fit: GapFit, rest: GapFit, name: str) 
     for site in sites:
         start = started_from(reference, on, absent(context, contest, site))
         enough = -2.0 * best.log_evidence if best else float("inf")
-        trial = fit_gap(few.model, few.sweeps, start, on, few.executor, enough=enough)
+        trial = fit_gap(few.model, few.sweeps, start, on, few.executor, enough=enough, known=few.known)
         best = trial if best is None or trial.log_evidence > best.log_evidence else best
     if best is None:
         return fit
     seen = best
     if few is not context:
         start = rest.state.corrected(context.sweeps, reference.state, best.state, few.sweeps)
-        best = fit_gap(context.model, context.sweeps, start, on, context.executor)
+        best = fit_gap(context.model, context.sweeps, start, on, context.executor, known=context.known)
     if best.log_evidence <= fit.log_evidence:
         return fit
     few.fits.keep(on, seen)
@@ -108,6 +108,7 @@ def best_image(context: SearchContext, fit: GapFit, name: str) -> GapFit:
                 target=few.settled,
                 enough=enough,
                 margin=NEAR_MARGIN,
+                known=few.known,
             )
         except ValueError:  # an image off the plate, in a notch of its outline
             continue
@@ -118,7 +119,9 @@ def best_image(context: SearchContext, fit: GapFit, name: str) -> GapFit:
     if few is context:
         return best
     start = fit.state.corrected(context.sweeps, reference.state, best.state, few.sweeps)
-    full = fit_gap(context.model, context.sweeps, start, on, context.executor, target=context.settled)
+    full = fit_gap(
+        context.model, context.sweeps, start, on, context.executor, target=context.settled, known=context.known
+    )
     if full.log_evidence <= fit.log_evidence:
         return fit
     context.fits.keep(on, full)

@@ -58,11 +58,34 @@ def test_derivatives_equal_their_definition(system):
     k, a, b = system
     changes = [k.real, np.diag(np.arange(14.0)), k.imag]
     found = ModalSlopes.of(ModalForm.of(k), a, b, F)
-    value, slopes = found.compliance, [found.by(change) for change in changes]
+    value, slopes = found.compliance, found.with_dashpots(found.by_stiffness(np.array(changes)))
     expected = slopes_directly(k, a, b, changes)
     assert np.abs(value - direct(k, a, b)).max() < 1e-10 * np.abs(value).max()
     for slope, truth in zip(slopes, expected, strict=True):
         assert np.abs(slope - truth).max() < 1e-9 * np.abs(truth).max()
+
+
+def test_derivatives_by_many_parameters_at_once_are_those_one_by_one(system):
+    """With two dashpots, by the stiffness and by the columns; those of the columns against a difference."""
+    k, a, b = system
+    dashpots = 30.0 * np.random.default_rng(4).standard_normal((14, 2))
+    form = ModalForm.of(k, dashpots)
+    slopes = ModalSlopes.of(form, a, b, F)
+    changes = np.array([k.real, np.diag(np.arange(14.0)), k.imag])
+    together = slopes.by_stiffness(changes)
+    for change, found in zip(changes, together, strict=True):
+        (alone,) = slopes.by_stiffness(change[None])
+        assert np.abs(found - alone).max() < 1e-12 * np.abs(found).max()
+    for found, change in zip(slopes.with_dashpots(together), changes, strict=True):
+        ahead, behind = (ModalForm.of(k + s * change, dashpots).compliance(a, b, F) for s in (1e-6, -1e-6))
+        expected = (ahead - behind) / 2e-6
+        assert np.abs(found - expected).max() < 2e-4 * np.abs(expected).max()
+    da, db = np.random.default_rng(5).standard_normal((14, 2)), np.random.default_rng(6).standard_normal((14, 3))
+    moved = slopes.with_dashpots(slopes.by_columns(np.array([da, 0 * da]), np.array([db, db])))
+    for found, left in zip(moved, (da, 0 * da), strict=True):
+        ahead, behind = (form.compliance(a + s * left, b + s * db, F) for s in (1e-3, -1e-3))
+        expected = (ahead - behind) / 2e-3
+        assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("split", [0.0, 1e-12, 1e-8, 1e-5])
@@ -75,7 +98,7 @@ def test_derivatives_hold_where_poles_meet(split):
     a, b = rng.standard_normal((4, 1)), rng.standard_normal((4, 1))
     change = rng.standard_normal((4, 4))
     change = change + change.T
-    slope = ModalSlopes.of(ModalForm.of(k), a, b, F).by(change)
+    (slope,) = ModalSlopes.of(ModalForm.of(k), a, b, F).by_stiffness(change[None])
     expected = slopes_directly(k, a, b, [change])[0]
     assert np.abs(slope - expected).max() < 1e-5 * np.abs(expected).max()
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.fitting.fit import KnownDerivatives, fit_gap
 from analysis.gap.gap import find_gap
 from analysis.twin_model import NO_EFFECTS
 
@@ -138,19 +138,39 @@ def test_a_twin_is_asked_for_the_effect_behind_a_quantity_that_is_beyond(toy, to
     assert not asked
 
 
+def counting(model, asked):
+    """Return the model; it appends to `asked` by how many declared quantities each sweep is differentiated."""
+
+    @dataclass
+    class Counting(type(model)):
+        def linearise(self, laws, frequency, effects=NO_EFFECTS, point=None, tangents=()):
+            asked.append(sum(name in TOLERANCES for name, *_ in tangents))
+            return super().linearise(laws, frequency, effects, point, tangents)
+
+    return Counting()
+
+
+def test_a_fit_begins_with_the_derivatives_of_one_before_it(toy, tolerant, pool):
+    """Of two fits from one point, as a search makes them, the second does not ask for what it knows there."""
+    sweeps, _ = toy.prepared(effects=DRAWN, reading_sigma=0.0)
+    base = fit_gap(tolerant, sweeps, toy.start(sweeps.groups), (), pool)
+    begun = replace(base.state, effects={**base.state.effects, "damage": {"loss": 0.0, "x": 0.35}})
+    known, asked = KnownDerivatives(), ([], [])
+    first, second = (
+        fit_gap(counting(tolerant, one), sweeps, begun, ("damage",), pool, known=known) for one in asked
+    )
+    assert np.count_nonzero(asked[1]) < np.count_nonzero(asked[0])
+    assert abs(second.total - first.total) < 0.1
+    np.testing.assert_allclose(second.state.laws, first.state.laws, atol=0.02 * first.stated.laws.max())
+    np.testing.assert_allclose(second.stated.laws, first.stated.laws, rtol=0.01)
+
+
 def test_known_derivatives_lead_where_all_derivatives_lead(toy, tolerant, pool, monkeypatch):
     """Derivatives by declared quantities that are taken from a point near by cost no accuracy."""
     sweeps, _ = toy.prepared(effects={**DRAWN, "damage": {"loss": 0.3, "x": 0.31}}, reading_sigma=0.0)
     begun = replace(toy.start(sweeps.groups), effects={"damage": {"loss": 0.0, "x": 0.35}})
     asked = []
-
-    @dataclass
-    class Counting(type(tolerant)):
-        def linearise(self, laws, frequency, effects=NO_EFFECTS, point=None, tangents=()):
-            asked.append(sum(name in TOLERANCES for name, *_ in tangents))
-            return super().linearise(laws, frequency, effects, point, tangents)
-
-    near = fit_gap(Counting(), sweeps, begun, ("damage",), pool)
+    near = fit_gap(counting(tolerant, asked), sweeps, begun, ("damage",), pool)
     cheap = asked.count(0) - sweeps.count  # the first point, with the quantities held, is one of them
     asked.clear()
     monkeypatch.setattr("analysis.gap.fitting.fit.NEAR", -1.0)

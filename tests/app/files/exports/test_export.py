@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing
+from app.files.hdf5_bytes import BLOCK, sealed
 from app.files.provenance import sha256
 from app.main import flexura
 
@@ -146,6 +147,27 @@ def test_damaged_filters_are_refused(run, tmp_path):
     assert result.exit_code != 0
     assert "not a readable filters.h5" in result.output
     assert [path.name for path in tmp_path.iterdir()] == ["filters.h5"]
+
+
+@pytest.mark.parametrize(
+    ("name", "axis", "said"),
+    [
+        ("compensation.h5", "compensation/filters/temperature", "Compensation.filters.temperature must ascend"),
+        ("compensation.h5", "compensation/temperature", "Compensation.temperature must ascend"),
+        ("filters.h5", "focusing/bank/temperature", "Focusing.bank.temperature must ascend"),
+    ],
+)
+def test_filters_whose_temperatures_do_not_ascend_are_refused(run, tmp_path, name, axis, said):
+    """The file is sound but for the order: splines through them, and what is exported, need it."""
+    path = tmp_path / name
+    shutil.copy(run / name, path)
+    with h5py.File(path, "r+") as file:
+        file[axis][:] = file[axis][()][::-1]
+    path.write_bytes(b"".join(sealed(path.read_bytes()[BLOCK:])))
+    result = flex("export", tmp_path, "--to", "c")
+    assert result.exit_code != 0, result.output
+    assert name in result.output
+    assert said in " ".join(result.output.split())
 
 
 def test_filters_of_one_temperature_are_said_to_follow_none(small_run, tmp_path):
