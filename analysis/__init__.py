@@ -5,42 +5,32 @@
 ``declared``           what every declared value has in common
 ``tolerances``         how exactly what is declared is known: lengths, patches, wiring, the thermometer
 ``declared_quantity``  what a fit found about it, and the budget of a standard deviation
-``plate``, ``patch``   each of these by itself: ``outline``, ``support``, ``curvature``, ``layout``
-``supported_edges``    what supports hold along the edges
+``plate``, ``patch``   each of these by itself: ``outline``, ``support``
 ``plate_parts``        whether parts of a plate fit together
-``plate_material``     material of a plate, isotropic or orthotropic, and its range
-``material_kinds``     ranges of E, nu and eta of common materials, by name
+``plate_material``     material of a plate, isotropic or orthotropic, and ranges of common ones by name
 ``sheet_orthotropy``   orthotropic sheets, as declared
 ``sheet_material``     their moduli and losses by direction, as estimated
 ``foreign_mesh``       a mesh made elsewhere
 ``geometry``           curves and closed loops
 ``transducers``        drives and sensors that are no patches
 ``channel``            inputs and outputs, their names and units
-``sensitivity``        volts per unit of each channel
-``campaign``           recorded sweeps of one experiment over temperature
+``campaign``           recorded sweeps of one experiment over temperature, their volts in units of the plate
 ``frf_campaign``       FRFs of other programs in place of recorded sweeps
 ``measured_modes``     natural frequencies and damping over temperature
-``campaign_extent``    how many of its sweeps are there
-``h1``                 H1 of synchronous repeats
-``sweep_h1``           the same of one sweep at all outputs
-``noise_power``        power of the noise of an FRF at each line
-``local_rational``     the same without repeats, from roughness along frequency
+``h1``                 H1 of synchronous repeats, its noise, and how far resonances move over the repeats
+``noise_power``        power of the noise of an FRF at each line, with repeats or without
 ``estimation``         H1, H2, Hv and hammer tests: signals of any test to FRFs
 ``frf``                FRFs of a campaign, coherence and variance per line
 ``labelled``           arrays with named axes, for xarray and pandas
-``phase``              phase of an FRF as a curve that can be drawn
-``drawn_lines``        curves with gaps, without points to which no line leads
-``repeat_shift``       how far resonances move over the repeats of a sweep
+``drawn_curves``       curves as they can be drawn: the phase of an FRF, lines with gaps
 ``chosen_actuator``    sweeps of one of several actuators
 ``mains``              lines that mains hum takes
 ``grid_frequency``     what is accepted as its frequency
-``material``           E(T), nu(T), eta(T) with their bands
-``material_table``     laws through a table of values
+``material``           E(T), nu(T), eta(T) with their bands; laws through a table of values
 ``estimates``          a parameter or laws with standard deviations
 ``updated``            result of model updating
 ``local_laws``         the same near one temperature
 ``sweep_point``        temperature, its rate and the drive's level of one sweep
-``sweep_timing``       when a sweep passes its frequencies
 ``effect_card``        a physical effect without any physics: parameters, ranges, priors
 ``twin_model``         what a twin must offer to be fitted to data
 ``held_effects``       a twin with some effects switched on for good
@@ -61,7 +51,6 @@
 ``thermometry``        a panel as its own thermometer
 ``arrays``             types of arrays
 ``checked_fields``     shape, finiteness, range and order of a value's fields
-``median_deviation``   a standard deviation that a few outliers do not move
 ``scatter``            scatter of numbers that are known with different errors
 ``progress``           type of a progress callable
 =====================  ============================================================================

@@ -1,12 +1,16 @@
-"""Recorded sweeps of one experiment over temperature."""
+"""Recorded sweeps of one experiment over temperature, and how many of those that its protocol asks for are there.
 
-from dataclasses import dataclass, field
-from typing import Literal
+Volts at the cards become units of the plate here, and nowhere else.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.campaign_extent import CampaignExtent
+from analysis.channel import Channel
 from analysis.experiment import Experiment
 
 
@@ -73,6 +77,84 @@ class Sweep:
         return 0.5 * (self.plate_temperature_start + self.plate_temperature_end)
 
 
+State = Literal["running", "interrupted", "ended", "incomplete"]
+
+
+@dataclass(frozen=True)
+class CampaignExtent:
+    """Sweeps of a campaign that lacks some of its protocol's.
+
+    Attributes
+    ----------
+    state : str
+        ``running`` (a process is recording it), ``interrupted`` (it can be continued), ``ended`` (what is missing
+        was given up, or was left out when the campaign was imported), or ``incomplete`` (a recorder's folder, of
+        which no more is known).
+    sweeps : int
+        Finished ones, 1 or more.
+    asked : int
+        Those of the protocol.
+    given_up : int
+        Those of the missing ones that will not come.
+    lowest, highest : float
+        Temperatures of the finished sweeps, degrees Celsius.
+    """
+
+    state: State
+    sweeps: int
+    asked: int
+    given_up: int
+    lowest: float
+    highest: float
+
+    def __post_init__(self) -> None:
+        if self.state not in get_args(State):
+            raise ValueError(f"state {self.state!r}: one of {', '.join(get_args(State))} wanted")
+        if not 1 <= self.sweeps < self.asked or not 0 <= self.given_up <= self.asked - self.sweeps:
+            raise ValueError(
+                f"{self.sweeps} of {self.asked} sweeps, {self.given_up} given up: 1 or more of more, and no more "
+                "given up than are missing"
+            )
+        if not self.lowest <= self.highest:
+            raise ValueError(f"sweeps from {self.lowest:g} to {self.highest:g} °C: two ascending values wanted")
+
+    @classmethod
+    def of(cls, state: State, temperature: Sequence[float], missing: int, given_up: int = 0) -> "CampaignExtent":
+        """Return the extent of a campaign of which sweeps are there.
+
+        Parameters
+        ----------
+        state : str
+        temperature : sequence of float
+            Of every finished sweep, °C.
+        missing : int
+            How many more the protocol asks for.
+        given_up : int
+            How many of these will not come.
+        """
+        count = len(temperature)
+        return cls(state, count, count + missing, given_up, min(temperature), max(temperature))
+
+    @property
+    def said(self) -> str:
+        """State, sweeps and temperatures: ``interrupted, 20 of 31 sweeps, 15 to 45 °C``."""
+        gone = f" ({self.given_up} given up)" if self.given_up and self.state != "ended" else ""
+        low, high = f"{self.lowest:z.0f}", f"{self.highest:z.0f}"
+        span = low if low == high else f"{low} to {high}"
+        state = "ended with sweeps missing" if self.state == "ended" else self.state
+        return f"{state}, {self.sweeps} of {self.asked} sweeps{gone}, {span} °C"
+
+    @property
+    def note(self) -> str:
+        """Say what the results of such a campaign are worth."""
+        onward = (
+            "the missing ones were given up, or left out when the campaign was imported"
+            if self.state == "ended"
+            else "results hold for these; do the same again when more sweeps are there"
+        )
+        return f"the campaign is not complete: {self.said}; {onward}"
+
+
 @dataclass(frozen=True)
 class Campaign:
     """An experiment and what was recorded of it, in the order recorded.
@@ -123,4 +205,56 @@ class Campaign:
         return (
             f"<Campaign {self.name!r}: {len(temperature)} sweeps, {min(temperature):z.1f} to "
             f"{max(temperature):z.1f} °C, sensors {sensors}>"
+        )
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """What a channel's transducer, its conditioner included, gives at the card.
+
+    Attributes
+    ----------
+    channel : Channel
+    volts : float
+        V per unit of the channel; 1 for one that is read in volts.
+    """
+
+    channel: Channel
+    volts: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.volts) and self.volts > 0.0):
+            raise ValueError(f"channel {self.channel.id!r}: {self.volts:g} V/{self.channel.unit}; above 0 allowed")
+        if self.channel.unit == "V" and self.volts != 1.0:
+            raise ValueError(f"channel {self.channel.id!r} is read in volts, {self.volts:g} V/V; 1 allowed")
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """Those of all channels of a campaign.
+
+    Attributes
+    ----------
+    drive : Sensitivity
+        Of what is recorded of the input: the generator's volts (1 V/V), or the force sensor.
+    responses : (K,) tuple of Sensitivity
+    """
+
+    drive: Sensitivity
+    responses: tuple[Sensitivity, ...]
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Of the drive, then of each response."""
+        return tuple(one.channel.unit for one in (self.drive, *self.responses))
+
+    def measured(self, sweep: Sweep) -> Sweep:
+        """Return a sweep recorded in volts in the units of its channels; volts stay what they are, bit by bit."""
+        if len(sweep.responses) != len(self.responses):
+            raise ValueError(f"{len(sweep.responses)} responses; {len(self.responses)} sensitivities are declared")
+        volts = np.array([one.volts for one in self.responses], dtype=sweep.responses.dtype)
+        return replace(
+            sweep,
+            drive=sweep.drive / sweep.drive.dtype.type(self.drive.volts),
+            responses=sweep.responses / volts[:, None, None],
         )

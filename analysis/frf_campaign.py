@@ -6,8 +6,7 @@ from typing import Literal
 import numpy as np
 
 from analysis.arrays import Complex, Real
-from analysis.campaign import Campaign
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import Campaign, CampaignExtent
 from analysis.experiment import Experiment
 
 Noise = Literal["variance", "coherence", "neighbouring lines"]

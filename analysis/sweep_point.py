@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.sweep_timing import Frequencies, SweepTiming
+from analysis.protocol.sweep import Frequencies, SweepTiming
 
 
 @dataclass(frozen=True)

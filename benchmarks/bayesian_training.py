@@ -24,10 +24,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from dense_bayesian import network, train_dense
 
-from analysis.compensation.batch import prepare
 from analysis.compensation.bayesian import train
 from analysis.compensation.linearised import predict
 from analysis.compensation.settings import Training
+from analysis.compensation.training import prepare
 
 RESULTS = Path(__file__).resolve().parent / "results" / "bayesian_training.json"
 

@@ -27,7 +27,7 @@ from distributed import LocalCluster
 
 from app.files.laws_file import load_updated
 from app.terminal.cluster import cluster_workers
-from app.terminal.worker_processes import worker_processes
+from app.terminal.engine import worker_processes
 
 ROOT = Path(__file__).resolve().parents[1]
 EMPTY_TASKS = 200

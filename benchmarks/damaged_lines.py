@@ -18,10 +18,9 @@ import numpy as np
 from drivers.clock import VirtualClock
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import open_oven, oven_settings
-from drivers.ovens.simulated.controller import Controller, Delivery
-from drivers.ovens.simulated.memory import MemoryTransport
+from drivers.ovens.simulated.controller import Controller, Delivery, MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.rig.plausibility import CheckedSensor
+from drivers.rig.readings import CheckedSensor
 
 GIVEN = {"port": "none", "minimum": -5.0, "maximum": 65.0, "max_rate": 2.0, "timeout": 0.5, "lost_after": 3600.0}
 KINDS: dict[str, dict[str, object]] = {

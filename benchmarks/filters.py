@@ -23,7 +23,7 @@ from analysis.compensation.direct_filters import direct_filters
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.field_fir import OUT_OF_BAND_WEIGHT, FieldFit, FieldProblem
 from analysis.focusing.fir import taper
-from analysis.focusing.inversion import invert
+from analysis.focusing.methods import invert
 from analysis.focusing.panel import Filters
 from analysis.focusing.performance import contrast
 from analysis.focusing.responses import responses

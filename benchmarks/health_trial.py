@@ -22,9 +22,8 @@ from analysis.frf import Frf
 from analysis.gap.data.compression import Nodes
 from analysis.health.baseline import HealthBaseline, PanelLinearisation
 from analysis.health.candidates import change_candidates
-from analysis.health.expected import ExpectedResponse
 from analysis.health.health_report import HealthDate, NamedChange
-from analysis.health.recording import DatedRecording, recordings_of
+from analysis.health.recording import DatedRecording, ExpectedResponse, recordings_of
 from analysis.health.self_check import SelfCheck, self_check
 from analysis.health.watch import HealthWatch
 from analysis.material import MaterialLaws

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from analysis.frf import Frf
 from analysis.identification.averaging import averaged
+from analysis.identification.hidden_modes import sum_of_squares
 from analysis.identification.joint_fit import JointFit, fit_together
 from analysis.identification.parameters import to_parameters
 from analysis.identification.residual_terms import COMPLEX_E_F_G
 from analysis.identification.smooth_tracks import SmoothTracks
-from analysis.identification.superfluous import sum_of_squares
 from analysis.identification.tracking import sweep_measured
 from analysis.identification.tracks_without_twin import HIDDEN_SCATTER
 

@@ -28,7 +28,7 @@ from scipy.linalg import eigh
 
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.grid import Grid
-from analysis.focusing.inversion import invert
+from analysis.focusing.methods import invert
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import best_contrast, contrast
 from analysis.focusing.placement import clearance, exchange, refined

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import CampaignExtent
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws

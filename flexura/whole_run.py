@@ -14,8 +14,8 @@ from app.files.campaign_kind import is_campaign_folder, is_recorded_campaign
 from app.files.plate_toml import declares_plate
 from app.files.run_record import RunRecord
 from app.files.run_settings import Stage, read_run_options, run_options_of
+from app.terminal.engine import spare_workers
 from app.terminal.progress import progress as bars
-from app.terminal.worker_processes import spare_workers
 from flexura.campaigns import File
 
 

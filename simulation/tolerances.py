@@ -4,8 +4,8 @@ They use the machinery of effects, but are no candidates: all of them are free i
 standard deviation of their prior about zero.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,13 +16,50 @@ from analysis.arrays import Real
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
 from analysis.patch import Patch
+from analysis.sheet_material import LOSS, MODULI, TRANSVERSE
 from analysis.transducers import Drive, Sensor
 from analysis.twin_model import NO_EFFECTS, Effects
 from simulation.effects.effect import Effect, isotropic
-from simulation.sheet_tolerances import sheet_tolerances
 from simulation.state.departures import Departures
 from simulation.state.plate_state import Circumstances, PlateState
-from simulation.tolerance import RANGE_IN_TOLERANCES, Change, Tolerance
+from simulation.state.sheet_departures import (
+    FARTHEST_LOSS,
+    FARTHEST_MODULI,
+    FARTHEST_SHEAR,
+    departed_loss,
+    departed_moduli,
+    departed_transverse,
+)
+
+RANGE_IN_TOLERANCES = 8.0
+"""Range of every quantity, in tolerances: far enough to see that a declaration is wrong."""
+
+Change = Callable[[Any, Mapping[str, Any]], dict[str, Any]]
+"""(departures, or anything with their attributes; values) -> attributes of `Departures` that change."""
+
+
+@dataclass(frozen=True)
+class Tolerance(Effect):
+    """A declared quantity, and what it changes in the departures.
+
+    Attributes
+    ----------
+    change : Change or None
+        None where it changes the state otherwise.
+    made_at : mapping
+        Values about which the twin was made; empty where these are the declared ones. Changes count from there.
+    """
+
+    change: Change | None = None
+    made_at: Mapping[str, float] = field(default_factory=dict)
+
+    def changed(self, away: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the attributes of departures that these values change."""
+        if self.change is None:
+            raise ValueError("this quantity is no departure")
+        if self.made_at:
+            values = {name: value - self.made_at.get(name, 0.0) for name, value in values.items()}
+        return self.change(away, values)
 
 
 def depart(
@@ -351,3 +388,70 @@ def _moved(along_x: str, along_y: str, place: int, count: int) -> Change:
     here = np.arange(count) == place
     x, y = _added_to(along_x, here, "dx"), _added_to(along_y, here, "dy")
     return lambda away, values: {**x(away, values), **y(away, values)}
+
+
+UNDECLARED_TOLERANCE = 1.5
+"""Tolerance of the logarithm of a transverse shear modulus that is not declared: that of wood's yz plane is a
+twentieth, those of laminates are a half to one of the shear modulus in the plane."""
+
+
+def sheet_tolerances(experiment: Experiment) -> Iterator[Effect]:
+    """Yield the quantities of a declared orthotropic sheet that are not exact; none for an isotropic one.
+
+    All are natural logarithms of ratios, see `simulation.state.sheet_departures`.
+    """
+    material, given = experiment.plate.material, experiment.tolerances
+    sheet = None if material is None else material.departure
+    if sheet is None:
+        return
+    each = float(np.sqrt(2.0)) * given.moduli  # a ratio of two, each known so well
+    yield from _sheet_quantity(
+        MODULI,
+        "moduli of the sheet, over their mean",
+        {"ratio": each, "shear": each},
+        FARTHEST_MODULI,
+        lambda v: departed_moduli(sheet, v.get("ratio", 0.0), v.get("shear", 0.0)),
+    )
+    across = (
+        given.transverse_shear if sheet.declared_transverse or not given.transverse_shear else UNDECLARED_TOLERANCE
+    )
+    yield from _sheet_quantity(
+        TRANSVERSE,
+        "transverse shear moduli of the sheet",
+        {"xz": across, "yz": across},
+        FARTHEST_SHEAR,
+        lambda v: departed_transverse(v["xz"], v["yz"]),
+    )
+    yield from _sheet_quantity(
+        LOSS,
+        "loss factors of the sheet by direction",
+        {"ratio": given.loss_direction, "shear": given.loss_direction},
+        FARTHEST_LOSS,
+        lambda v: departed_loss(v["ratio"], v["shear"]),
+    )
+
+
+def _sheet_quantity(
+    name: str,
+    words: str,
+    wanted: Mapping[str, float],
+    farthest: float,
+    factors: Callable[[Mapping[str, Any]], dict[str, Any]],
+) -> Iterator[Effect]:
+    """Yield a quantity with its parameters, {name: tolerance}, unless it is exact."""
+    if not all(tolerance > 0.0 for tolerance in wanted.values()):
+        return
+    parameters = tuple(
+        Parameter(key, "log", -reach, reach, tolerance)
+        for key, tolerance in wanted.items()
+        for reach in (min(farthest, RANGE_IN_TOLERANCES * tolerance),)
+    )
+    card = EffectCard(name, words, parameters, "nothing: it is always free", "cut strips and measure their moduli")
+
+    def change(away: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+        return {attribute: getattr(away, attribute) * share for attribute, share in factors(values).items()}
+
+    def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
+        return state.with_(departures=replace(state.departures, **change(state.departures, values)))
+
+    yield Tolerance(lambda _: card, apply, change=change)

@@ -4,26 +4,20 @@
 ``settings``            settings of the training of networks
 ``study``               comparison of all methods over temperature
 ``direct_filters``      filters computed at every temperature, and their energies
-``rivals``              other methods that networks are compared with, by name
+``rivals``              interpolation and principal filters, which networks are compared with
 ``measured``            the comparison with filters of measured transfers, without a twin
 ``knots``               placement of training temperatures
 ``law_band``            contrast under the uncertainty of the material laws
 ``tilted``              contrast if one side of the panel is warmer than the other
-``burden``              memory and multiplications of every method
-``outcome``             result of the comparison
+``outcome``             result of the comparison, with memory and multiplications of every method
 ``parameter_studies``   error of networks over number of nodes and temperature spacing
-``network``             trained networks: temperature in, taps out, clamped to their range
+``network``             one network per actuator, and the relative error of reconstructed filters
 ``training``            training with restarts; the best network is kept or refused
-``batch``               training data scaled and rotated, initial weights
 ``evidence_collapse``   error raised if no trained network is good enough
 ``bayesian``            Levenberg–Marquardt with MacKay's evidence
-``evidence``            weights of parameters and errors, estimated from the data
 ``tensors``             arrays of numpy on the processor, tensors of torch on other devices
-``linearised``          parameters and outputs of the networks, linearised
-``schur_complement``    solution of their normal equations, block by block
-``interpolation``       interpolation: linear, cubic spline, equal reduced frequency
+``linearised``          networks of one hidden layer: outputs, derivatives, and their Gauss-Newton equations
 ``low_rank``            a mean and a few principal filters
 ``leave_one_out``       error at a training temperature that is left out
-``relative_error``      paper eq. (13)
 ======================  ======================================================================
 """

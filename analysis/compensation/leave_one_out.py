@@ -44,8 +44,8 @@ def left_out_networks(
     (n - 2, N, M) ndarray
         Taps of each filter left out.
     """
-    from analysis.compensation.batch import outputs_at, prepare
     from analysis.compensation.bayesian import train
+    from analysis.compensation.training import outputs_at, prepare
 
     count, actuators = filters.taps.shape[:2]
     inner = np.arange(1, count - 1)

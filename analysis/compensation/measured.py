@@ -6,19 +6,17 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.compensation.burden import burdens
 from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
 from analysis.compensation.low_rank import LowRankBank
-from analysis.compensation.outcome import NETWORK, Compensation, Trained
-from analysis.compensation.relative_error import relative_error
+from analysis.compensation.network import relative_error
+from analysis.compensation.outcome import NETWORK, Compensation, Trained, burdens
 from analysis.compensation.rivals import plain_rivals
 from analysis.compensation.settings import FEWEST_TRAINING_TEMPERATURES, Training
-from analysis.focusing.aim import Aim, Aimed, aim, joined
 from analysis.focusing.design import peak_drive
 from analysis.focusing.fir import FirBank
-from analysis.focusing.measured import MeasuredPanel
-from analysis.focusing.measured_filters import focus_measured
+from analysis.focusing.measured import MeasuredPanel, focus_measured
 from analysis.focusing.methods import Method
+from analysis.focusing.performance import Aim, Aimed, aim, joined
 from analysis.focusing.sound_aim import SoundAim
 from analysis.progress import Progress
 

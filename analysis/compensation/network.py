@@ -1,4 +1,7 @@
-"""One network per actuator: temperature in, the taps of its filter out (paper section 5.2)."""
+"""One network per actuator: temperature in, the taps of its filter out (paper section 5.2); the error of filters.
+
+The relative error of reconstructed filters is that of the paper's eq. (13).
+"""
 
 from dataclasses import dataclass
 
@@ -87,3 +90,18 @@ class NetworkBank:
         t = np.atleast_1d(np.asarray(temperature, dtype=float))
         low, high = self.input.temperature_range
         return ~((t >= low - 1e-9) & (t <= high + 1e-9))
+
+
+def relative_error(reconstructed: NDArray[np.float64], true: NDArray[np.float64]) -> NDArray[np.float64]:
+    """100 ∫(r - r_true)² / ∫ r_true² over the last axis, in %.
+
+    A ratio of energies: 0.01 % is an error of a hundredth of the filter's amplitude, not of a ten-thousandth. Both
+    arrays have shape (..., M); returns (...).
+    """
+    if reconstructed.shape != true.shape:
+        raise ValueError(f"reconstructed {reconstructed.shape} and true {true.shape} filters differ in shape")
+    energy = np.sum(true**2, axis=-1)
+    if not np.all(energy > 0.0):
+        raise ValueError("a true filter is silent: its relative error is undefined")
+    ratio: NDArray[np.float64] = 100.0 * np.sum((reconstructed - true) ** 2, axis=-1) / energy
+    return ratio

@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from analysis.compensation.evidence_collapse import EvidenceCollapseError
-from analysis.compensation.network import InputMap, NetworkBank
+from analysis.compensation.network import InputMap, NetworkBank, relative_error
 from analysis.compensation.outcome import NetworkStudy
-from analysis.compensation.relative_error import relative_error
 from analysis.compensation.settings import Training
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank

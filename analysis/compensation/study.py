@@ -8,27 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
-from analysis.compensation.burden import burdens
 from analysis.compensation.direct_filters import DirectFilters, direct_filters
 from analysis.compensation.knots import PlacedTemperatures, check_places, place_temperatures
 from analysis.compensation.law_band import ContrastBand, law_band
 from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
 from analysis.compensation.low_rank import LowRankBank
-from analysis.compensation.network import InputMap
-from analysis.compensation.outcome import METHODS, NETWORK, Compensation, Trained
-from analysis.compensation.relative_error import relative_error
+from analysis.compensation.network import InputMap, relative_error
+from analysis.compensation.outcome import METHODS, NETWORK, Compensation, Trained, burdens
 from analysis.compensation.rivals import rigidity, rivals
 from analysis.compensation.settings import Training
-from analysis.focusing.aim import Aim, Aimed, aim, joined
 from analysis.focusing.design import peak_drive
 from analysis.focusing.fir import FirBank
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import PanelModel
-from analysis.focusing.performance import contrast, mean_response
-from analysis.focusing.responses import constants_at
+from analysis.focusing.performance import Aim, Aimed, aim, contrast, joined, mean_response
+from analysis.focusing.responses import constants_at, covered, spaced
 from analysis.focusing.sound_aim import SoundAim
-from analysis.focusing.temperatures import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 

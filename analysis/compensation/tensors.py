@@ -1,6 +1,6 @@
 """Arrays for the training of networks: numpy on the processor, torch tensors on any other device.
 
-The code in `linearised`, `schur_complement`, `evidence` and `bayesian` uses only functions that both have (array
+The code in `linearised` and `bayesian` uses only functions that both have (array
 API standard). So torch, whose import takes two seconds of processor time, is imported only for other devices.
 """
 

@@ -13,7 +13,6 @@
 ``agreement``              whether runs that are averaged measured one and the same FRF
 ``levels``                 FRFs of weak and strong drives that differ by more than their scatter
 ``ringing``                responses that still ring where their record ends
-``time_convention``        FRFs that follow exp(-jwt)
 ``transfer``               one FRF between two places
 ``coherence``              a variance from the coherence that came with an FRF
 =========================  ==================================================================

@@ -1,8 +1,7 @@
 """A fleet: many pieces of one kind of panel, their laws beside one another.
 
 ================  ======================================================================================
-``scatter``       mean law, scatter between pieces and within each: random effects, restricted likelihood
-``outlying``      pieces that do not belong to the others
+``scatter``       mean law, scatter between pieces and within each, pieces that do not belong to the others
 ``new_piece``     law of another piece, from the fleet and a measurement at one temperature
 ================  ======================================================================================
 """

@@ -2,31 +2,21 @@
 
 =====================  =======================================================================
 ``panel``              declaration of a focusing panel: plate, actuators, target, grid, filters
-``target``             part of the plate to be moved: rectangle, ellipse, polygon, several
-``measured``           a panel given by measured transfers only
+``measured``           a panel given by measured transfers only, and filters from them
 ``grid``               grid on which the field of the panel is evaluated
 ``energy``             energies of the fields as N by N quadratic forms
-``inversion``          STIF: Tikhonov or truncated inverse per temperature and frequency
-``rivals``             time reversal, modal control and no control
 ``panel_model``        protocol of a computed panel
-``methods``            the four ways to drive a panel, by name
-``design``             from complex filters to FIR taps, within the drive limits of the patches
+``methods``            the four ways to drive a panel, by name: STIF, time reversal, modal control, none
+``design``             from complex filters to FIR taps, within the drive limits of the patches; their delay
 ``field_fir``          taps by least squares of the field
-``prolate``            basis of the taps with energy in a band
 ``fir``                taps by inverse FFT as in the paper, and the energy cut off
-``performance``        contrast, level and phase, spot error
+``performance``        contrast, level and phase, spot error, of a field and over temperature
 ``over_temperature``   filters over temperature, and one filter at all of them (paper 5.1)
-``temperatures``       common temperature range of laws and panel, and steps over it
-``responses``          responses of a panel over temperature, and with an uncertain temperature
+``responses``          responses of a panel at the temperatures of its laws, and which these are
 ``sound_aim``          filters chosen by what is heard: volume, pressure at listeners, zones
 ``pareto``             contrast against evenness of the sound
 ``radiated``           sound over temperature: levels, power, directivity, efficiency
-``aim``                contrast, spot error and response over temperature
-``tap_delay``          modelling delay for a method
-``measured_filters``   filters from measured transfers at the measured temperatures
-``local_models``       reduced models of a panel, each for a range of some kelvins
 ``played``             response of panel and taps to a sweep in the time domain
-``modal_integration``  time integration of the modes
 ``placement``          actuator positions optimised for contrast
 =====================  =======================================================================
 """

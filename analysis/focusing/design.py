@@ -1,4 +1,7 @@
-"""Design of FIR taps from complex filters, by the method that the panel declares."""
+"""Design of FIR taps from complex filters, by the method that the panel declares.
+
+The modelling delay of a method's taps is chosen here, too.
+"""
 
 from dataclasses import dataclass
 from typing import Self
@@ -8,8 +11,12 @@ import numpy as np
 from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.field_fir import FieldFit
-from analysis.focusing.fir import FirBank, inverse_fft
+from analysis.focusing.fir import FirBank, inverse_fft, suited_delay
+from analysis.focusing.methods import Method, designer
 from analysis.focusing.panel import Panel
+from analysis.focusing.panel_model import PanelModel
+from analysis.focusing.responses import constants_at, reference_temperature
+from analysis.material import MaterialLaws
 
 PENALTY_STEPS = 30
 """Steps in which the penalty on drive is raised until every patch is within its rating."""
@@ -96,3 +103,24 @@ def peak_drive(taps: Real) -> Real:
     """Largest drive (...,) that a signal within ±1 can cause through `taps` (..., M): Σ|taps|."""
     peak: Real = np.abs(taps).sum(axis=-1)
     return peak
+
+
+def tap_design(method: Method, model: PanelModel, panel: Panel, laws: MaterialLaws) -> TapDesign:
+    """Prepare the tap design of a method, with the declared delay or a suitable one.
+
+    A suitable delay is half the taps for STIF; for the others it is the one with most energy within the taps at
+    the reference temperature.
+
+    Parameters
+    ----------
+    method : str
+        One of `METHODS`.
+    """
+    settings = panel.filters
+    if method == "stif" or settings.delay is not None:
+        return TapDesign.of(panel, settings.middle)
+    (constants,) = constants_at(laws, np.array([reference_temperature(panel, laws)]))
+    amplitude = model.amplitudes(*constants, settings.frequency)
+    forms = model.space.forms([amplitude], panel.target.displacement)
+    wanted = designer(method, model, panel, settings.frequency)(constants, lambda: amplitude, forms)
+    return TapDesign.of(panel, suited_delay(wanted[None], settings))

@@ -10,18 +10,15 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
 from analysis.checked_fields import check_ascending, check_finite, check_shapes
-from analysis.focusing.aim import Aim, Aimed, aim, joined
-from analysis.focusing.design import TapDesign
+from analysis.focusing.design import TapDesign, tap_design
 from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.fir import FirBank, FirEnergy, energy
-from analysis.focusing.inversion import InverseFilters, invert
-from analysis.focusing.methods import Method, designer
+from analysis.focusing.methods import InverseFilters, Method, designer, invert
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import PanelModel
-from analysis.focusing.responses import design_forms, responses
+from analysis.focusing.performance import Aim, Aimed, aim, joined
+from analysis.focusing.responses import design_forms, reference_temperature, responses
 from analysis.focusing.sound_aim import SoundAim
-from analysis.focusing.tap_delay import tap_design
-from analysis.focusing.temperatures import reference_temperature
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 

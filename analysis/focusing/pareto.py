@@ -13,7 +13,7 @@ from analysis.focusing.panel_model import Constants, PanelModel
 from analysis.focusing.performance import contrast
 from analysis.focusing.sound_aim import SoundAim
 from analysis.progress import Progress
-from analysis.radiation.third_octaves import ripple
+from analysis.radiation.measures import ripple
 
 EVENNESS = (0.0, 0.25, 0.5, 0.75, 1.0)
 """From the field alone to an even sound: exponents of the movement of the target that the sound asks for."""

@@ -22,11 +22,13 @@ from analysis.radiation.measures import (
     directivity_index,
     group_delay,
     radiation_efficiency,
+    ripple,
     sound_pressure_level,
+    third_octave_levels,
+    third_octaves,
 )
 from analysis.radiation.radiator import Radiator
 from analysis.radiation.scan_error import driven_variance, power_error, pressure_sigma
-from analysis.radiation.third_octaves import ripple, third_octave_levels, third_octaves
 
 DEGREES = np.arange(-90.0, 90.5, 5.0)
 """Angles from the panel's normal of the polar diagrams, in the planes of x and of y."""

@@ -1,4 +1,7 @@
-"""Responses of a panel at the temperatures of its laws, and the forms by which filters are designed there."""
+"""Responses of a panel at the temperatures of its laws, and the forms by which filters are designed there.
+
+These temperatures are steps over the range that laws and panel have in common.
+"""
 
 from collections.abc import Iterator
 
@@ -93,3 +96,46 @@ def design_forms(
     found = type(each[0]).joined(each)
     mean = [part.mean(axis=0, keepdims=True) for part in (found.plate, found.target, found.aim)]
     return type(found)(*mean)
+
+
+def covered(laws: MaterialLaws, wanted: tuple[float, float]) -> tuple[float, float]:
+    """Return the part of the `wanted` range that the laws cover, °C; ValueError if there is none."""
+    low, high = max(laws.temperature_range[0], wanted[0]), min(laws.temperature_range[1], wanted[1])
+    if low >= high:
+        raise ValueError(
+            f"the laws hold from {laws.temperature_range[0]:g} to {laws.temperature_range[1]:g} °C, the panel is "
+            f"wanted from {wanted[0]:g} to {wanted[1]:g} °C: nothing in common"
+        )
+    return low, high
+
+
+def reference_temperature(panel: Panel, laws: MaterialLaws) -> float:
+    """Return the panel's reference temperature, moved to the end of the laws' range where it lies outside, °C."""
+    low, high = covered(laws, panel.filters.operating_range)
+    return min(max(panel.filters.reference_temperature, low), high)
+
+
+def spaced(low: float, high: float, spacing: float) -> Real:
+    """Temperatures in even steps, and the upper end itself.
+
+    Parameters
+    ----------
+    low, high : float
+        Ends, °C.
+    spacing : float
+        K.
+
+    Returns
+    -------
+    (T,) ndarray, °C
+        Ascending.
+
+    Raises
+    ------
+    ValueError
+        For a spacing that is not above 0.
+    """
+    if not spacing > 0.0:
+        raise ValueError(f"{spacing:g} K between temperatures: above 0 wanted")
+    steps = np.arange(low, high + 1e-9, spacing)
+    return steps if high - steps[-1] < 1e-6 * spacing else np.append(steps, high)

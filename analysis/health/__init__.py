@@ -2,13 +2,11 @@
 
 =================  ==================================================================================
 ``candidates``     changes that are looked for: effects of the library, and patches that lose polarization
-``expected``       what the panel answers at one temperature, and how every unknown changes it
 ``baseline``       twin and first recordings together: what the healthy panel answers at any temperature
 ``recording``      one recording later: its temperature, and normal equations of all candidates
 ``played_date``    a date from sound: what the panel answered while it played
 ``self_check``     the baseline tested against itself: what it cannot tell about its own panel
 ``evidence``       weeks added up, and the limit that holds the rate of false alarms
-``broad_search``   where the fit of a large change begins
 ``refined``        a candidate fitted with its place, by a twin that has it
 ``naming``         what the last dates show: every kind of change fitted
 ``watch``          all dates in turn: alarms, names, places

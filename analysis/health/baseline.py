@@ -17,8 +17,7 @@ from analysis.arrays import Complex, Real
 from analysis.checked_fields import check_ascending, check_finite, check_shapes
 from analysis.gap.data.compression import Nodes
 from analysis.health.candidates import DEPOLARIZATION, ChangeCandidate
-from analysis.health.expected import ExpectedResponse
-from analysis.health.recording import DatedRecording
+from analysis.health.recording import DatedRecording, ExpectedResponse
 from analysis.material import MaterialLaws
 from analysis.sweep_point import SweepPoint
 from analysis.twin_model import Effects, Tangent, TwinModel

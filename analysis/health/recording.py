@@ -16,7 +16,6 @@ from analysis.checked_fields import check_finite, check_shapes
 from analysis.frf import Frf
 from analysis.gap.data.compression import CompressedSweep, Nodes, compress
 from analysis.gap.data.groups import TemperatureGroups
-from analysis.health.expected import ExpectedResponse, ExpectsResponses
 
 TEMPERATURE_FOUND = 0.05
 """Step, K, below which the temperature is found: what is left is a column of the equations, to first order, and
@@ -159,6 +158,48 @@ def recordings_of(frf: Frf, nodes: Nodes, excluded: Mask, date: str, inputs: int
         )
         found.append(DatedRecording(date, float(label), sweeps))
     return found
+
+
+@dataclass(frozen=True)
+class ExpectedResponse:
+    """Responses of a panel to each of I inputs at K outputs, at n nodes of frequency, with derivatives.
+
+    Attributes
+    ----------
+    temperature : float
+        Degrees Celsius.
+    response : (I, K, n) complex ndarray
+        In the units of the recordings.
+    nuisances : (N, I, K, n) complex ndarray
+        By what may differ from date to date without anything being wrong; the first is the temperature, per K.
+    nuisance_sigma : (N,) ndarray
+        Their standard deviations.
+    changes : (C, I, K, n) complex ndarray
+        By the amplitude of every candidate; C may be 0.
+    """
+
+    temperature: float
+    response: Complex
+    nuisances: Complex
+    nuisance_sigma: Real
+    changes: Complex
+
+    def __post_init__(self) -> None:
+        check_shapes(self, response="I K n", nuisances="N I K n", nuisance_sigma="N", changes="C I K n")
+        check_finite(self, "temperature", "response")
+
+
+class ExpectsResponses(Protocol):
+    """A panel whose healthy responses are known at any temperature of a range."""
+
+    @property
+    def temperature_range(self) -> tuple[float, float]:
+        """Lowest and highest temperature at which it is known, degrees Celsius."""
+        ...
+
+    def at(self, temperature: float, *, changes: bool = True) -> ExpectedResponse:
+        """Return responses at a temperature [degrees Celsius]; without columns of candidates if not `changes`."""
+        ...
 
 
 def date_equations(recording: WhiteRecording, expected: ExpectedResponse, noise: float = 1.0) -> DateEquations:

@@ -8,10 +8,16 @@ import numpy as np
 from analysis.arrays import Mask, Real
 from analysis.health.baseline import HealthBaseline
 from analysis.health.evidence import SpanEstimate, limit, misfit_limit, span_estimate, spans
-from analysis.health.expected import ExpectedResponse, ExpectsResponses
 from analysis.health.health_report import HealthDate, HealthReport, NamedChange
 from analysis.health.naming import JudgedDate, Naming, information
-from analysis.health.recording import DatedRecording, DateEquations, date_equations, temperature_found
+from analysis.health.recording import (
+    DatedRecording,
+    DateEquations,
+    ExpectedResponse,
+    ExpectsResponses,
+    date_equations,
+    temperature_found,
+)
 from analysis.health.self_check import SelfCheck
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.parameters import to_parameters
-from analysis.median_deviation import median_deviation
+from analysis.scatter import median_deviation
 
 STUDENT_FREEDOM = 4.0
 """Degrees of freedom of the Student distribution: with few, an outlier is hardly pulled to the others."""

@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.band import LEAST_LINES
 from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.running_median import running_median
+from analysis.identification.settings import LEAST_LINES
 from analysis.identification.weighted_lines import WeightedLines
 
 MEDIAN_GAPS = 5
@@ -93,7 +93,7 @@ class Lines:
     at_rest : bool
         Whether they come from records without a window, at the end of which the response was at rest.
     shift : float
-        Relative standard deviation of all frequencies while the lines were measured, see `analysis.repeat_shift`.
+        Relative standard deviation of all frequencies while the lines were measured, see `analysis.h1`.
     together : bool
         Whether the FRFs come from the same records, so that the structure is the same in all of them.
     """

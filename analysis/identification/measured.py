@@ -1,16 +1,165 @@
-"""Measured FRFs of one condition, and the weighted lines made from them for a fit."""
+"""Measured FRFs of one condition, the weighted lines made from them for a fit, and their noise.
+
+The noise is estimated from a fit's residual: deviation of every line, correlation of lines and of responses.
+"""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from analysis.checked_fields import check_ascending, check_finite, check_range, check_shapes
 from analysis.identification.averaging import roughness
 from analysis.identification.lines import Lines
 from analysis.identification.missing import residual
-from analysis.identification.noise import correlation, deviation_from_residual, pooled, shared_by_responses
 from analysis.identification.pole_search import PoleFit
+from analysis.identification.running_median import running_median
+
+NOISE_POWER_RATIO = 1.5
+"""Largest ratio of mean noise power to the estimate from its median, in a window that holds noise alone."""
+
+LARGEST_SHARE = 1.0
+"""Largest error of a line beyond the noise around it, relative to the response, that of the model or measured."""
+
+LONGEST_LAG = 2.0
+"""Largest lag at which errors count as correlated, in half widths."""
+
+LEAST_REACH = 8.0
+"""The same in lines, at least."""
+
+SAME_SPECTRUM_DIFFERENCE = 0.1
+"""Relative rms difference up to which the noise of two responses has the same spectrum: two estimates from the
+same noise differ by about as much. Weights with this error cost 2 % of accuracy."""
+
+
+def deviation_from_residual(
+    left: NDArray[np.complex128],
+    h: NDArray[np.complex128],
+    *,
+    smallest_width: int = 41,
+) -> NDArray[np.float64]:
+    """Estimate the standard deviation of every line: rms of residuals, smoothed along frequency.
+
+    The window holds a sixteenth of the lines, so that the weights carry a few per cent of noise themselves and
+    cost under one per cent of variance; noise that changes faster than that is averaged. The model error at a
+    resonance (leakage, slight nonlinearity) must not raise the noise of the lines beside it, or BIC would drop its
+    pole: beyond a running median, which is robust to it, the mean counts only up to a share of the model.
+
+    Parameters
+    ----------
+    left, h : (K, F) complex ndarray
+        Measured minus model, and measured; rounding of `h` is the smallest deviation.
+    smallest_width : int
+        Lines in the window at least.
+
+    Returns
+    -------
+    (K, F) ndarray
+        Above zero, in the unit of `h`.
+    """
+    power = np.abs(left) ** 2
+    count = left.shape[1]
+    width = min(max(smallest_width, count // 16), count)
+    rounding = (1e-14**2) * (np.abs(h) ** 2).mean(axis=1, keepdims=True)
+    least = np.maximum(1e-4 * np.median(power, axis=1, keepdims=True), rounding)
+    floor = running_median(power, width, "reflect") / np.log(2.0)
+    smooth = uniform_filter1d(power, width, axis=1, mode="reflect")
+    response = np.minimum(np.abs(h - left), np.abs(h)) ** 2  # a model that overshoots must not excuse itself
+    limited = np.minimum(smooth, NOISE_POWER_RATIO * floor + LARGEST_SHARE**2 * response)
+    deviation: NDArray[np.float64] = np.sqrt(np.maximum(limited, np.maximum(least, np.finfo(float).tiny)))
+    return deviation
+
+
+def pooled(deviation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Replace noise spectra of the same shape by their mean shape; each response keeps its level.
+
+    Sensors of one kind on one acquisition device have noise spectra of one shape, each at its own level. The mean
+    is more accurate than each estimate, and responses with proportional weights share one factorisation in a fit.
+
+    Parameters
+    ----------
+    deviation : (K, F) ndarray
+        Above zero.
+
+    Returns
+    -------
+    (K, F) ndarray
+        The level of each response is its geometric mean over the lines.
+    """
+    course = np.log(deviation)
+    level = course.mean(axis=1, keepdims=True)
+    course -= level
+    left = list(range(len(course)))
+    while left:
+        first, *others = left
+        apart = np.sqrt(np.square(course[others] - course[first]).mean(axis=1))
+        alike = [
+            first,
+            *(row for row, distance in zip(others, apart, strict=True) if distance <= SAME_SPECTRUM_DIFFERENCE),
+        ]
+        course[alike] = course[alike].mean(axis=0)
+        left = [row for row in left if row not in alike]
+    same: NDArray[np.float64] = np.exp(course + level)
+    return same
+
+
+def correlation(normalised: NDArray[np.complex128], reach: float) -> float:
+    """Return how many lines carry the information of one independent line: tau = 1 + 2 sum rho_k, at least 1.
+
+    Parameters
+    ----------
+    normalised : (K, F) complex ndarray
+        Residual over the lines' standard deviation. Its autocorrelation rho_k along frequency is summed up to
+        the first value that is not positive; windows, interpolation, slow drifts and whatever a model lacks
+        correlate neighbouring lines.
+    reach : float
+        Half width of a resonance, in lines: errors correlated over more than `LONGEST_LAG` half widths bend the
+        background and do not look like a resonance.
+    """
+    count = normalised.shape[1]
+    spectrum = np.fft.fft(normalised, 2 * count, axis=1)
+    rho = np.fft.ifft((np.abs(spectrum) ** 2).sum(axis=0))[: count // 2].real
+    if not rho[0] > 0.0:
+        return 1.0
+    rho /= rho[0]
+    ends = np.flatnonzero(rho <= 0.0)
+    last = min(int(ends[0]) if len(ends) else len(rho), int(max(LONGEST_LAG * reach, LEAST_REACH)) + 1)
+    return float(1.0 + 2.0 * rho[1:last].sum())
+
+
+def shared_by_responses(
+    normalised: NDArray[np.complex128], h: NDArray[np.complex128], correlation: float
+) -> float:
+    """Count the responses that carry the information of one independent response.
+
+    Noise of the measured force multiplies all responses by one factor. Divided by the phase of its response, it is
+    the same in all of them; noise of the sensors is not. The number is that of equal eigenvalues of the matrix of
+    correlations rho_ij with the same sum of squares, 1 + sum |rho_ij|**2 / K over i != j.
+
+    Parameters
+    ----------
+    normalised : (K, F) complex ndarray
+        Residual over the lines' standard deviation.
+    h : (K, F) complex ndarray
+        The responses.
+    correlation : float
+        Number of lines that carry the information of one independent line: F of them correlate two independent
+        responses by correlation/F, in the mean square.
+
+    Returns
+    -------
+    float
+        1 to K.
+    """
+    count, lines = normalised.shape
+    turned = normalised * np.exp(-1j * np.angle(h))
+    power = np.sqrt((np.abs(turned) ** 2).sum(axis=1, keepdims=True))
+    turned = turned / np.where(power > 0.0, power, 1.0)
+    between = np.abs(turned @ turned.conj().T) ** 2
+    np.fill_diagonal(between, 0.0)
+    by_chance = (count - 1) * correlation / lines
+    return float(np.clip(1.0 + between.sum() / count - by_chance, 1.0, count))
 
 
 @dataclass(frozen=True)
@@ -28,7 +177,7 @@ class Measured:
     at_rest : bool
         Whether they come from records without a window, at the end of which the response was at rest.
     shift : float
-        Relative standard deviation of all frequencies over the repeats, see `analysis.repeat_shift`.
+        Relative standard deviation of all frequencies over the repeats, see `analysis.h1`.
     together : bool
         Whether the FRFs come from the same records, so that the structure is the same in all of them.
     """

@@ -1,17 +1,31 @@
-"""Missing poles, lost by elimination or never found by vector fitting: searched in the residual of the model."""
+"""Poles found in the residual of a model: missing ones added, and one replaced by two close ones.
+
+Missing poles were lost by elimination, or never found by vector fitting.
+
+Poles at lambda + d and lambda - d with total residue R differ from one pole between them by R d^2/(s - lambda)^3
+and higher powers; a term in 1/(s - lambda)^2 only moves the one pole. The coefficient of 1/(s - lambda)^3 in the
+residual gives the complex d, so that the search starts with the separation and orientation estimated from the
+data.
+"""
 
 from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dtrtrs
 
-from analysis.identification.added_columns import pair_gains
-from analysis.identification.bic import bic
 from analysis.identification.lines import Lines
-from analysis.identification.order import attempt
-from analysis.identification.pole_residue import pole_columns, synthesis
-from analysis.identification.pole_search import PoleFit
+from analysis.identification.normal_equations import triangular_factor
+from analysis.identification.order import attempt, bic, misfit_worth
+from analysis.identification.pole_residue import (
+    fill_columns,
+    paired,
+    pole_columns,
+    residues_from_columns,
+    synthesis,
+)
+from analysis.identification.pole_search import PREDICTED_FALL_FACTOR, PoleFit
 from analysis.identification.resolution import unresolved
 
 WIDTHS = (1.5, 0.08)
@@ -109,6 +123,42 @@ def _line_shape(
     return np.fft.fft(shape).conj(), np.fft.fft(np.abs(shape) ** 2).conj()
 
 
+def pair_gains(
+    lines: Lines, known: NDArray[np.complex128], pairs: NDArray[np.complex128], left: NDArray[np.complex128]
+) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+    """Fall of the misfit if one pair of columns (a pole) is added alone, with a coefficient for every response.
+
+    Parameters
+    ----------
+    known : (P, F) complex ndarray
+        Columns of the model.
+    pairs : (2N, F) complex ndarray
+        Columns multiplied by the real and the imaginary part of a complex coefficient, alternating.
+    left : (K, F) complex ndarray
+        Measured minus model.
+
+    Returns
+    -------
+    gain : (N,) ndarray
+    factor : (K, N) complex ndarray
+    """
+    gain = np.zeros(len(pairs) // 2)
+    factor = np.zeros((len(left), len(gain)), dtype=complex)
+    for group in lines.weight_groups:
+        model = known.view(float) * group.weight
+        fresh = np.concatenate([pairs, left[group.rows] * group.scales[:, None]]).view(float) * group.weight
+        triangle, lengths = triangular_factor(model, len(model))
+        onto = dtrtrs(triangle, model @ fresh.T / lengths[:, None], trans=1)[0]
+        among = fresh @ fresh.T - onto.T @ onto
+        for n in range(len(gain)):
+            own = slice(2 * n, 2 * n + 2)
+            overlap = among[own, len(pairs) :]
+            solved = np.linalg.lstsq(among[own, own], overlap, rcond=1e-10)[0]
+            gain[n] += (overlap * solved).sum()
+            factor[group.rows, n] = residues_from_columns((solved / group.scales).T)[:, 0]
+    return gain, factor
+
+
 def gains(lines: Lines, fitted: PoleFit, poles: NDArray[np.complex128]) -> NDArray[np.float64]:
     """Fall of the misfit by adding each pole alone, all residues refitted, poles held.
 
@@ -163,3 +213,53 @@ def add_missing(lines: Lines, blocks: Lines, fitted: PoleFit, *, most: int = 6) 
             return fitted
         fitted = trial
     return fitted
+
+
+LARGEST_SPLIT = 0.5
+"""Largest distance from a pole to either of the two, in half widths: with a larger one there are two peaks."""
+
+POLES_TRIED = 4
+"""Number of poles that are tried, in order of predicted gain."""
+
+
+def split(lines: Lines, fitted: PoleFit) -> PoleFit | None:
+    """Replace a pole by two close ones where BIC falls most.
+
+    Parameters
+    ----------
+    fitted : PoleFit
+        Converged for its number of poles.
+
+    Returns
+    -------
+    PoleFit or None
+        None where BIC does not fall.
+    """
+    gain, apart = _thirds(lines, fitted)
+    if lines.damping is not None:  # two close modes of usual damping look like one with more
+        gain = gain + 0.5 * lines.redundancy * lines.damping.departure(fitted.poles)[0]
+    level, now = bic(fitted, lines), fitted.projection
+    target = misfit_worth(lines, level, len(fitted.poles) + 1, fitted.terms)
+    for j in np.argsort(-gain)[:POLES_TRIED]:
+        if now.misfit - PREDICTED_FALL_FACTOR * gain[j] > target:
+            break
+        pole, half_width = fitted.poles[j], -fitted.poles[j].real
+        d = np.sqrt(apart[j])
+        d *= min(1.0, LARGEST_SPLIT * half_width / abs(d))
+        two = attempt(lines, np.append(np.delete(fitted.poles, j), [pole + d, pole - d]), fitted.terms, level)
+        if two is not None:
+            return two
+    return None
+
+
+def _thirds(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+    """Fall of the misfit with a term in 1/(s - lambda)^3 for each pole, and the d^2 from it, (J,) each."""
+    poles, residues, count = fitted.poles, fitted.projection.residues, len(fitted.poles)
+    known = np.empty((4 * count, len(lines.s)), dtype=complex)
+    fill_columns(lines.s, poles, known[: 2 * count], known[2 * count :])
+    known = np.concatenate([known, lines.term_columns(fitted.terms)])
+    inverse = 1.0 / (lines.s - np.concatenate([poles, poles.conj()])[:, None])
+    new = np.empty((2 * count, len(lines.s)), dtype=complex)
+    paired(inverse**3, new)
+    gain, factor = pair_gains(lines, known, new, residual(lines, fitted))
+    return gain, (residues.conj() * factor).sum(axis=0) / (np.abs(residues) ** 2).sum(axis=0)

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.bic import pole_penalty, support
 from analysis.identification.confirmation import averaged_lines
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
+from analysis.identification.order import pole_penalty, support
 from analysis.identification.pole_search import fit
 from analysis.identification.variable_projection import project
 

@@ -15,8 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.median_deviation import median_deviation
-from analysis.scatter import scatter_of
+from analysis.scatter import median_deviation, scatter_of
 
 DEGREE = 3
 """Degree of the polynomial in temperature of one mode's log |lambda|."""

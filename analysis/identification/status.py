@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.bic import pole_penalty, support
 from analysis.identification.harmonics import needle_hum
 from analysis.identification.lines import Lines
+from analysis.identification.order import pole_penalty, support
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.resolution import heights, unresolved
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
 from analysis.identification.finishing import judged
-from analysis.identification.hidden_modes import add_hidden_modes
+from analysis.identification.hidden_modes import add_hidden_modes, remove_superfluous
 from analysis.identification.joint_fit import JointFit, fit_together
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
@@ -18,7 +18,6 @@ from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
-from analysis.identification.superfluous import remove_superfluous
 
 ROUGH_FALL = 20.0
 """Fall of the sum of squares at which the first of two fits stops; it only serves to estimate the noise."""

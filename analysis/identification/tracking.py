@@ -15,13 +15,19 @@ from numpy.typing import NDArray
 from analysis.frf import Frf
 from analysis.identification.automatic import identify
 from analysis.identification.averaging import averaged
-from analysis.identification.common_factor import common_factor
 from analysis.identification.expected_modes import ExpectedModes, fit_expected
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.settings import Settings
 from analysis.identification.tracked_modes import TrackedModes
-from analysis.identification.tracks_without_twin import Method, best_start, expected_misfit, find_tracks, outwards
+from analysis.identification.tracks_without_twin import (
+    Method,
+    best_start,
+    common_factor,
+    expected_misfit,
+    find_tracks,
+    outwards,
+)
 
 LEAST_BASE = 0.5
 """Smallest difference of temperature, K, between two sweeps from which a trend is computed."""

@@ -8,7 +8,6 @@ so the air measured predicts the plate at all times: at rest both are equal, on 
 behind.
 
 =================  =====================================================================
-``lag_model``      learns tau from air and readings, and predicts the next reading
 ``sensor_check``   one sensor over time: frozen, implausible, slowly wrong
 ``plate_sensors``  all sensors of a plate: which are left out, what the rest say
 ``air_and_plate``  the same rule for a recorded campaign: air against plate in its sweeps

@@ -1,16 +1,13 @@
 """What is to be measured, at which temperatures, and what a good measurement is.
 
 ====================  ====================================================================
-``sweep``             the drive's sweep: band, duration, tapers, silence, levels
-``programme``         where the temperature goes and at which temperatures to measure
+``sweep``             the drive as declared, and when a sweep passes its frequencies
 ``limits``            what stops a campaign and what makes a sweep be repeated
-``protocol``          the three together
-``set_points``        every sweep asked for, in the order of the legs
+``protocol``          sweep, temperature programme and limits together, and all sweeps that follow from them
 ``drive``             the voltage to be played
 ``objections``        why a protocol cannot be run on the hardware at hand
 ``advice``            what may be run but makes results worse
-``drive_comparison``  gain, delay and correlation of a drive as recorded and as played
-``clocks``            how much faster the clock that played was than the one that recorded
+``drive_comparison``  a drive as recorded beside the drive as played; how much faster one clock is than the other
 ``acceptance``        what is wrong with a sweep just recorded: overload, drive, silence, coherence
 ``shot``              one short sweep before a campaign: wiring, levels, noise and hum
 ====================  ====================================================================

@@ -7,10 +7,8 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Sweep
 from analysis.h1 import h1
-from analysis.protocol.clocks import clock_difference, stretched
-from analysis.protocol.drive_comparison import compare_drive
-from analysis.protocol.protocol import AcquisitionProtocol
-from analysis.protocol.set_points import SweepSetPoint
+from analysis.protocol.drive_comparison import clock_difference, compare_drive, stretched
+from analysis.protocol.protocol import AcquisitionProtocol, SweepSetPoint
 
 Recorded = NDArray[np.float32]
 

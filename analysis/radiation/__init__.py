@@ -1,12 +1,10 @@
 """Sound radiated by a panel.
 
 ==================  ==========================================================================
-``air``             speed of sound and density
 ``declared_sound``  who listens, where, and what is to be heard
 ``radiator``        pressure at listeners and far away, radiated power as a quadratic form
 ``spherical_head``    sound at the ears of a rigid sphere
 ``measures``        efficiency, directivity, level, group delay, power by the far field
-``third_octaves``   levels in third-octave bands, and their ripple
 ``scan_error``      what the noise of a scan makes of pressure and power
 ==================  ==========================================================================
 """

@@ -8,8 +8,7 @@ from pydantic import Field, model_validator
 
 from analysis.arrays import Real
 from analysis.declared import Coordinate, Sparse
-from analysis.radiation.air import Air
-from analysis.radiation.radiator import LEAST_LISTENER_HEIGHT, Mounting
+from analysis.radiation.radiator import LEAST_LISTENER_HEIGHT, Air, Mounting
 
 Height = Annotated[float, Field(ge=LEAST_LISTENER_HEIGHT, le=100.0, description="m in front of the panel")]
 Decibels = Annotated[float, Field(ge=-100.0, le=100.0, description="dB")]

@@ -11,12 +11,13 @@ S. J. Elliott, M. E. Johnson, Radiation modes and the active control of sound po
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
 from analysis.arrays import Complex, Real
-from analysis.radiation.air import Air
+from analysis.declared import Declared
 
 Mounting = Literal["baffle", "box"]
 """A rigid baffle much larger than the wavelength, or a closed box as large as the panel."""
@@ -28,6 +29,18 @@ MORE_NODES = 10
 has an error of about the Bessel function J_n(kL/2): 1e-9 or less with these."""
 LEAST_LISTENER_HEIGHT = 0.01
 """Smallest height of a listener above the panel, m."""
+
+
+class Air(Declared):
+    """Speed of sound and density, by default those of dry air at 20 °C and 101.325 kPa (ISO 9613-1).
+
+    The ranges contain air from -80 to 120 °C and up to 5 km above the sea.
+    """
+
+    sound_speed: Annotated[float, Field(ge=270.0, le=400.0, description="m/s")] = 343.2
+    density: Annotated[float, Field(ge=0.4, le=2.0, description="kg/m3")] = 1.204
+
+
 STANDARD = Air()
 
 

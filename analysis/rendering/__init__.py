@@ -5,7 +5,6 @@
 ``tilt_bank``      what a tilt of the panel's temperature adds to them
 ``fixed_point``    the same in 16-bit integers
 ``convolution``    uniformly partitioned convolution
-``fading``         when the filters are changed, and how without a click
 ``renderer``       audio and temperature in, one signal per actuator out
 ``programme``      temperature over time
 ``heard``          sound at listeners: volts in, pascals out

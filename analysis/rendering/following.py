@@ -3,13 +3,15 @@
 A network with a linear output layer, a spline through filters, straight lines between them, principal filters and
 a single filter have one form: taps(T) = Σₖ wₖ(x(T)) · bankₖ. Only the weights, a handful of numbers, follow the
 temperature; so one update costs the same few multiplications per tap for all of them, and one program runs them.
+
+How often filters are changed for another temperature, and how without a click, is decided here too.
 """
 
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from analysis.arrays import Real
 from analysis.compensation.network import InputMap, NetworkBank
@@ -228,3 +230,33 @@ def cardinal(x: Real, kind: str) -> Real:
     coefficients[:, 0] = np.eye(count)[:-1]
     coefficients[:, 1] = np.diff(np.eye(count), axis=0) / np.diff(x)[:, None]
     return coefficients
+
+
+FADE_TIME = 0.02
+"""Seconds over which one set of filters fades into the next."""
+TEMPERATURE_STEP = 0.25
+"""Kelvin by which a reading has to leave the temperature of the filters in use before they are changed."""
+
+
+def raised_cosine(first: int, count: int, length: int) -> NDArray[np.float64]:
+    """Share of the new filters in a fade, sample by sample.
+
+    Its spectrum falls by 18 dB an octave, so that a fade adds little beyond the band of the filters.
+
+    Parameters
+    ----------
+    first : int
+        Samples of the fade already past.
+    count : int
+        Samples wanted.
+    length : int
+        Samples of the whole fade.
+
+    Returns
+    -------
+    (count,) ndarray
+        0 to 1.
+    """
+    done = np.minimum(first + np.arange(count), length)
+    share: NDArray[np.float64] = 0.5 - 0.5 * np.cos(np.pi * done / length)
+    return share

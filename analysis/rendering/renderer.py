@@ -4,8 +4,7 @@ from dataclasses import dataclass, field
 
 from analysis.arrays import Complex, Real
 from analysis.rendering.convolution import Past, partitions
-from analysis.rendering.fading import FADE_TIME, TEMPERATURE_STEP, raised_cosine
-from analysis.rendering.following import FollowingBank
+from analysis.rendering.following import FADE_TIME, TEMPERATURE_STEP, FollowingBank, raised_cosine
 from analysis.weather.family import Across, TiltFamily
 
 

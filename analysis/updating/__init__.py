@@ -9,7 +9,6 @@
 ``sweep_fit``            E, nu, eta and gain of one sweep, Levenberg-Marquardt
 ``update``               all sweeps of a campaign, by the estimator of `analysis.gap.fitting`
 ``polarity``             channels recorded with the wrong sign
-``outlier_sweeps``       sweeps that no material explains
 ``laws``                 smooth E(T), nu(T), eta(T) with bands from the estimates
 ``enough_temperatures``  at how many temperatures laws can be fitted
 ``modes_fit``            the same from natural frequencies and damping, without FRFs

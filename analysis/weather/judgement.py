@@ -9,7 +9,7 @@ from analysis.checked_fields import check_ascending, check_finite, check_shapes
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.performance import contrast, mean_response
 from analysis.progress import Progress
-from analysis.radiation.third_octaves import third_octave_levels
+from analysis.radiation.measures import third_octave_levels
 from analysis.weather.family import FieldDesign, TiltFamily
 from analysis.weather.knowledge import Believed, OwnThermometer, plane
 

@@ -4,20 +4,16 @@
 ``assignments``            kind of each campaign
 ``plates``                 plates of random geometry, and the meshes of the simulated measurement
 ``as_built``               plates near what is declared, as a careful workshop builds them
-``nuisances``              small causes of a campaign that nobody tells
 ``experiments``            protocol, laws and electronics of one campaign
 ``unlisted_effects``       effects that are not in the library
 ``specimen``               the plate of the simulated measurement, with any effects
 ``expected_frf``           predicted FRFs of a campaign on it
 ``effect_size``            signal of an effect in sigma, after laws, readings and gain are fitted
-``wanted_effects``         hidden effect of a campaign, and a protocol that can show it
 ``draw_effects``           random effects scaled to a given size
-``making``                 simulation of a campaign; its truth is written to another folder
+``making``                 simulation of a campaign, with small causes that nobody tells; its truth
 ``judging``                gap workflow on a campaign, from its folder alone
 ``trial``                  all campaigns, in worker processes, resumed after a kill
 ``outcome``                comparison of one verdict with its truth
-``proportion_interval``    Wilson's interval of a proportion
-``parameter_errors``       errors of the estimates, and the coverage of their intervals
 ``calibration``            calibration of the stated probabilities
 ``proof``                  every figure of merit with its target
 ``planned``                trial of planned experiments: an open question, the plan, the measurement, the answer

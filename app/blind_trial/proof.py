@@ -1,4 +1,7 @@
-"""Figures of merit of a trial, each with its target."""
+"""Figures of merit of a trial, each with its target.
+
+Intervals of proportions are Wilson's (Journal of the American Statistical Association 22, 1927).
+"""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -10,8 +13,6 @@ from numpy.typing import NDArray
 from app.blind_trial.calibration import claims, reliability
 from app.blind_trial.draw_effects import SIMILAR_COSINE
 from app.blind_trial.outcome import TrialOutcome
-from app.blind_trial.parameter_errors import HALF_WIDTH_OF_90, coverage, errors
-from app.blind_trial.proportion_interval import proportion_interval
 
 FAINT_SIZES = (5.0, 8.0)
 """Sizes, sigma, between which an effect counts as one of 6 sigma."""
@@ -68,6 +69,41 @@ def figures(outcomes: Sequence[TrialOutcome]) -> tuple[Figure, ...]:
         *_confidence(outcomes),
         *_blind_spots(outcomes),
     )
+
+
+NINETY_FIVE = 1.959963984540054
+"""Half width of the 95 % interval of a normal distribution, in standard deviations."""
+
+
+def proportion_interval(hits: int, count: int, z: float = NINETY_FIVE) -> tuple[float, float]:
+    """Return the ends of the interval for a proportion.
+
+    Parameters
+    ----------
+    hits, count : int
+        Hits among all that were counted.
+    z : float
+        Half width of the interval in standard deviations of a normal distribution; 95 % by default.
+
+    Returns
+    -------
+    low, high : float
+        0 and 1 where nothing was counted.
+
+    Raises
+    ------
+    ValueError
+        For more hits than were counted, or less than none.
+    """
+    if not 0 <= hits <= count:
+        raise ValueError(f"{hits} hits of {count}: between none and all are possible")
+    if count == 0:
+        return 0.0, 1.0
+    share, weight = hits / count, z**2 / count
+    middle = (share + 0.5 * weight) / (1.0 + weight)
+    half = z * np.sqrt(share * (1.0 - share) / count + 0.25 * weight / count) / (1.0 + weight)
+    low, high = float(max(middle - half, 0.0)), float(min(middle + half, 1.0))
+    return (0.0 if hits == 0 else low), (1.0 if hits == count else high)
 
 
 def share(name: str, among: Sequence[TrialOutcome], test: Test, least: float = 0.0, most: float = 1.0) -> Figure:
@@ -154,6 +190,37 @@ def _closure(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     also = np.array([closure for o in _found(outcomes) for closure in o.closure_also])
     value = float(np.median(also)) if also.size else None
     yield Figure("gap closed on a held-out channel or level, median", value, None, None, also.size, (0.9, 1.0))
+
+
+HALF_WIDTH_OF_90 = 1.6448536269514722
+"""Half width of the 90 % interval of a normal distribution, in standard deviations."""
+
+
+def errors(outcomes: Sequence[TrialOutcome]) -> NDArray[np.float64]:
+    """Relative error of the one effect of each outcome, (N,).
+
+    Its amplitudes count as one vector, in units of their priors, because a single component may be nearly zero (a
+    gradient along x has almost none along y). Shape parameters are not included.
+    """
+    found = []
+    for o in outcomes:
+        ((name, scale),) = o.scale.items()
+        true, estimate = o.effects[name], o.named[0].parameters
+        size = np.linalg.norm([true[p] / sigma for p, sigma in scale.items()])
+        off = np.linalg.norm([(estimate[p][0] - true[p]) / sigma for p, sigma in scale.items()])
+        found.append(float(off / size))
+    return np.array(found)
+
+
+def coverage(outcomes: Sequence[TrialOutcome]) -> tuple[int, int]:
+    """Count the parameters whose 90 % interval contains the truth, and all parameters."""
+    inside = [
+        abs(value - o.effects[named.name][parameter]) <= HALF_WIDTH_OF_90 * sigma
+        for o in outcomes
+        for named in o.named
+        for parameter, (value, sigma) in named.parameters.items()
+    ]
+    return sum(inside), len(inside)
 
 
 def _parameters(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:

@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 from app.blind_trial.assignments import KINDS
 from app.blind_trial.calibration import claims, reliability
 from app.blind_trial.outcome import TrialOutcome
-from app.blind_trial.proof import closures
-from app.blind_trial.proportion_interval import proportion_interval
+from app.blind_trial.proof import closures, proportion_interval
 from app.report.style import BAND, MODEL, panels
 
 ENDS = ("none", "unknown", "several", "refused")

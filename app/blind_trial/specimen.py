@@ -18,8 +18,7 @@ from app.blind_trial.unlisted_effects import UNLISTED_EFFECTS
 from app.files.effect_cache import cached_operators
 from app.files.experiment_toml import AcquiredExperiment
 from app.files.simulation_section import Laws, Simulation
-from app.rig.plate_transfer import Followed, PlateTransfer, TwinTransfer
-from app.rig.simulated_plate import TwinPlate
+from app.rig.simulated_plate import Followed, PlateTransfer, TwinPlate, TwinTransfer
 from app.rig.simulated_rig import REFERENCE_TEMPERATURE, parts_around
 from drivers.rig.rig import Rig
 from simulation.effects.library import library

@@ -14,7 +14,7 @@ from analysis.experiment import Experiment
 from analysis.focusing.panel import Panel
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
-from app.files.room import memory_left
+from app.files.disk_room import memory_left
 
 SIDE_BY_SIDE = 3e9
 """Bytes of free memory from which on two are built at a time: the plate's takes 0.9 GB, the panel's 1.6."""

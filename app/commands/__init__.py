@@ -1,22 +1,17 @@
 """One file per verb of the command line; a verb parses, calls a stage and prints.
 
 ====================  ===================================================================
-``options``           options that several verbs share
+``options``           options that several verbs share; which campaigns are watched
 ``output``            stdout for results; stderr for progress, notes and the closing line
-``training_options``  options of the training of networks
-``bad_input``         one message and exit status 2
-``fault_picture``     picture of a declaration with a geometric error
+``bad_input``         one message and exit status 2; a picture of a geometric error
 ``demo``              the whole chain on three campaigns
-``demo_truth``        true laws and effects of the demo's plates, compared with the results
 ``acquire``           run an experiment on a rig
 ``acquire_hammer``      the same where hits are recorded
 ``run``               all stages, from files to the report
 ``import_campaign``   import of a recording into a campaign folder
 ``identify``          modes
 ``new``               a declaration to start from
-``new_plate``           the same of a plate with FRFs of other programs
 ``update``            E, nu and eta
-``update_modes``        the same from natural frequencies and damping
 ``gap``               effects that the twin lacks
 ``focus``             focusing filters over temperature
 ``compensate``        filters at any temperature
@@ -29,7 +24,6 @@
 ``report``            one HTML page
 ``view``              windows
 ``watch``             a web page of running campaigns, messages
-``telling``           which campaigns are watched, and how people are told
 ``status``            how campaigns stand, in a line
 ``doctor``            this computer
 ``check_instrument``  an instrument's driver

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import EXPERIMENT, out_folder, which_rig
+from app.commands.options import EXPERIMENT, out_folder, telling_options, which_rig
 from app.commands.output import Output, output_options
-from app.commands.telling import telling_options
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager

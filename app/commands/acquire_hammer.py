@@ -101,8 +101,7 @@ def _run(
     from app.rig.hammer_assembly import hammer_rig
     from app.stages.acquire_hammer import acquire_hammer, interrupted_at
     from app.terminal.campaign_ending import broken_off
-    from app.terminal.hammer_screen import HammerScreen
-    from app.terminal.keys import hammer_keys
+    from app.terminal.hammer_screen import HammerScreen, hammer_keys
     from drivers.hammer.campaign import no_key
     from drivers.rig.end_requests import EndRequests
     from drivers.rig.errors import RigInterrupted, RigStopped

@@ -66,7 +66,7 @@ def command(
     (docs/guide/cluster.md). Writes proof.json and proof.png. Exit status 1 where
     a figure misses its target.
     """
-    from app.files.room import RESULTS, require_room
+    from app.files.disk_room import RESULTS, require_room
     from app.files.run_folder import writable_folder
 
     stream = "calibration" if calibrate else "trial"

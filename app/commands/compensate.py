@@ -1,11 +1,16 @@
 """``flexura compensate``: temperature-dependent filters by networks and other methods."""
 
+import functools
 import time
+from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
+from click.core import ParameterSource
 
+from analysis.compensation.settings import Training
 from app.commands.bad_input import bad_input
 from app.commands.options import (
     FOCUSING_METHODS,
@@ -18,10 +23,10 @@ from app.commands.options import (
     out_folder,
 )
 from app.commands.output import Output, output_options
-from app.commands.training_options import training_of, training_options, typed
 
 if TYPE_CHECKING:
     from analysis.focusing.methods import Method
+
 
 COMPENSATION_BYTES = 20e6
 """Bytes of ``compensation.h5``, roughly: with two actuators it is 11 MB."""
@@ -36,6 +41,81 @@ Examples:
   flexura compensate --transfers scan.h5 --panel scanned.toml --out scan-run
   flexura compensate plate-run --feed temperature --start random --split matlab --seed 7
 """
+
+
+Verb = TypeVar("Verb", bound=Callable[..., object])
+
+PAPER_CHOICES = ("feed", "scale", "start", "split", "design")
+"""Options that --as-paper sets."""
+
+TRAINING_OPTIONS = (
+    click.option(
+        "--nodes",
+        type=click.IntRange(1, 100),
+        default=Training.nodes,
+        show_default=True,
+        help="Hidden nodes; fewer where temperatures placed or measured are few.",
+    ),
+    click.option(
+        "--restarts", type=click.IntRange(1, 100), default=1, show_default=True, help="Trainings per actuator."
+    ),
+    click.option(
+        "--feed",
+        type=click.Choice(("rigidity", "temperature")),
+        default="rigidity",
+        show_default=True,
+        help="What the networks are fed: log √D of the plate at the temperature, "
+        "or the temperature as in the paper.",
+    ),
+    click.option(
+        "--scale",
+        type=click.Choice(("global", "tap")),
+        default="global",
+        show_default=True,
+        help="One scale for an actuator's taps, or each tap stretched to -1..1 as MATLAB does.",
+    ),
+    click.option(
+        "--start",
+        type=click.Choice(("warm", "random")),
+        default="warm",
+        show_default=True,
+        help="Output layer from a ridge fit, or random as in MATLAB.",
+    ),
+    click.option(
+        "--split",
+        type=click.Choice(("none", "matlab")),
+        default="none",
+        show_default=True,
+        help="Train on all temperatures, or leave a random 15 % out as MATLAB does.",
+    ),
+    click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of all that is random."),
+)
+
+
+def training_options(verb: Verb) -> Verb:
+    """Add the options of the training to a verb, which receives them as one mapping, `training`."""
+
+    @functools.wraps(verb)
+    def training(*args: Any, **options: Any) -> object:
+        given = {one.name: options.pop(one.name) for one in fields(Training) if one.name in options}
+        return verb(*args, training=given, **options)
+
+    for option in reversed(TRAINING_OPTIONS):
+        training = option(training)
+    return cast("Verb", training)
+
+
+def training_of(choices: dict[str, Any], as_paper: bool) -> Training:
+    """Return the training settings; UsageError for an option given together with --as-paper."""
+    named = [option for option in PAPER_CHOICES if typed(option)]
+    if as_paper and named:
+        raise click.UsageError(f"--as-paper sets --{named[0]} itself: leave one of them out")
+    return Training(**choices).as_paper() if as_paper else Training(**choices)
+
+
+def typed(option: str) -> bool:
+    """Whether an option was given, not left at its default."""
+    return click.get_current_context().get_parameter_source(option) is not ParameterSource.DEFAULT
 
 
 @click.command(
@@ -149,8 +229,8 @@ def command(
     from app.files.run_folder import run_folder
     from app.stages import compensate
     from app.stages.panel_inputs import checked_device
-    from app.summaries.campaign_extent import extent_record, led
     from app.summaries.compensation import notes, record, summary, tables
+    from app.summaries.numbers import extent_record, led
     from app.terminal.tables import show
 
     checked_device(device)

@@ -9,19 +9,26 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from app.commands import demo_truth
 from app.commands.bad_input import bad_input
 from app.commands.options import out_folder
 from app.commands.output import Output, output_options
 from app.files.shipped import shipped
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import numpy as np
     from rich.table import Table
 
+    from analysis.experiment import Experiment
+    from analysis.material import Material
+    from app.summaries.gap import Record
+
+
 RECORDING = shipped("pp-plate")
+EXPERIMENT, PUZZLE = shipped("simulated-rig.toml"), shipped("hidden-effect.toml")
 QUICK, QUICK_PANEL = shipped("quick-rig.toml"), shipped("quick-panel.toml")
-"""The plate of `demo_truth.EXPERIMENT` in a narrow band at four temperatures, and a panel that is fast to
-reduce."""
+"""The plate of `EXPERIMENT` in a narrow band at four temperatures, and a panel that is fast to reduce."""
 EXAMPLES = """\b
 Examples:
   flexura demo
@@ -39,13 +46,110 @@ class Part:
     stages: tuple[tuple[str, ...], ...]
 
 
+def laws_beside(run: Path) -> "tuple[np.ndarray[Any, np.dtype[np.float64]], Material, Material]":
+    """Temperatures of the acquired campaign, °C, and the laws there: put into the plate, and found."""
+    import numpy as np
+
+    from app.files.best_twin import best_twin
+    from app.files.experiment_toml import read_acquired_experiment
+
+    experiment = read_acquired_experiment(EXPERIMENT)
+    if experiment.simulation is None:
+        raise ValueError(f"{EXPERIMENT} simulates nothing")
+    laws = best_twin(run, "report").twin.laws
+    if laws is None:
+        raise ValueError(f"{run}: too few temperatures for laws")
+    temperature = np.array(experiment.protocol.recorded().temperatures)
+    low, high = laws.temperature_range
+    temperature = temperature[(temperature >= low) & (temperature <= high)]
+    return temperature, experiment.simulation.laws.laws().at(temperature), laws.at(temperature)
+
+
+def laws_table(run: Path) -> "Table":
+    """Table of the laws found in the acquired campaign and those of the simulated plate."""
+    import numpy as np
+    from rich.table import Table
+
+    temperature, put_in, found = laws_beside(run)
+    table = Table(title="The simulated plate: laws put in, laws found", header_style="bold")
+    for heading in ("T [°C]", "E put in [GPa]", "found", "ν put in", "found", "η put in [%]", "found"):
+        table.add_column(heading, justify="right")
+    columns = (
+        (put_in.youngs_modulus, found.youngs_modulus, 1e9, ".4f"),
+        (put_in.poisson_ratio, found.poisson_ratio, 1.0, ".4f"),
+        (put_in.loss_factor, found.loss_factor, 0.01, ".3f"),
+    )
+    for t, degrees in enumerate(temperature):
+        row = [f"{value[t] / unit:{form}}" for *pair, unit, form in columns for value in pair]
+        table.add_row(f"{degrees:.0f}", *row)
+    off = {
+        "E": f"{100 * np.abs(found.youngs_modulus / put_in.youngs_modulus - 1.0).max():.3f} %",
+        "ν": f"{np.abs(found.poisson_ratio - put_in.poisson_ratio).max():.5f}",
+        "η": f"{100 * np.abs(found.loss_factor / put_in.loss_factor - 1.0).max():.3f} %",
+    }
+    table.caption = "largest difference: " + ", ".join(f"{name} {value}" for name, value in off.items())
+    return table
+
+
+def effects_beside(run: Path) -> "tuple[dict[str, dict[str, float]], Record]":
+    """Effects hidden in the last campaign's plate, and the result of `flexura gap`."""
+    from app.files.gap_file import load_gap
+
+    return puzzle_experiment()[1], load_gap(run / "gap.h5")[1]
+
+
+def puzzle_experiment() -> "tuple[Experiment, dict[str, dict[str, float]]]":
+    """Read the declaration of the last campaign, and the effects hidden in its plate."""
+    from app.files.experiment_toml import read_acquired_experiment
+
+    experiment = read_acquired_experiment(PUZZLE)
+    if experiment.simulation is None:
+        raise ValueError(f"{PUZZLE} simulates nothing")
+    return experiment.recorded(experiment.sample_rate), experiment.simulation.effects
+
+
+def put_in() -> "Iterator[tuple[str, str]]":
+    """Yield the effects hidden in the last campaign's plate, with values and units."""
+    from app.summaries.numbers import with_sigma
+    from simulation.effects.library import LIBRARY
+
+    experiment, effects = puzzle_experiment()
+    for name, values in effects.items():
+        card = LIBRARY[name].card(experiment)
+        units = {parameter.name: parameter.unit for parameter in card.parameters}
+        yield name, ", ".join(f"{key} {with_sigma(value, 0.0, units[key])}" for key, value in values.items())
+
+
+def effects_table(run: Path) -> "Table":
+    """Table of the effects hidden in the last campaign's plate and those named by `flexura gap`."""
+    from rich.table import Table
+
+    from app.files.gap_file import load_gap
+    from app.summaries.gap import estimate, gap_closed, named, verdict_words
+
+    gap = load_gap(run / "gap.h5")[1]
+    table = Table(title="The plate with something hidden: what it is, what was found", header_style="bold")
+    for heading in ("", "effect", "values"):
+        table.add_column(heading)
+    for name, values in put_in():
+        table.add_row("put in", name, values)
+    for effect in gap["effects"]:
+        values = ", ".join(f"{key} {estimate(found)}" for key, found in effect["parameters"].items())
+        table.add_row("found", named(effect), values)
+    closed = gap_closed(gap["gap"]["held_out"])
+    table.caption = verdict_words(gap["verdict"]) + (
+        f"; {closed} of the gap closes on held-out data" if closed else ""
+    )
+    return table
+
+
 def parts_in(out: Path) -> tuple[Part, Part, Part]:
     """Return the acquired campaign, the recorded one, and one of a plate with something hidden, files in `out`."""
     acquired, acquired_run = str(out / "simulated"), str(out / "simulated-run")
     campaign, run = str(out / "campaign"), str(out / "run")
     puzzle, puzzle_run = str(out / "puzzle"), str(out / "puzzle-run")
     acquired_stages = (
-        ("acquire", str(demo_truth.EXPERIMENT), "--out", acquired),
+        ("acquire", str(EXPERIMENT), "--out", acquired),
         ("identify", acquired, "--out", acquired_run),
         ("update", acquired, "--out", acquired_run),
     )
@@ -58,7 +162,7 @@ def parts_in(out: Path) -> tuple[Part, Part, Part]:
         ("report", run),
     )
     puzzle_stages = (
-        ("acquire", str(demo_truth.PUZZLE), "--out", puzzle),
+        ("acquire", str(PUZZLE), "--out", puzzle),
         ("gap", puzzle, "--out", puzzle_run),
         ("report", puzzle_run),
     )
@@ -154,7 +258,7 @@ def record(
     dict
         Of JSON values.
     """
-    temperature, put_in, found = demo_truth.laws_beside(run)
+    temperature, put_in, found = laws_beside(run)
     values: dict[str, Any] = {
         "seconds": {part.name: took for part, took in seconds.items()},
         "temperatures_c": temperature.tolist(),
@@ -164,7 +268,7 @@ def record(
         },
     }
     if puzzle is not None:
-        hidden, gap = demo_truth.effects_beside(puzzle)
+        hidden, gap = effects_beside(puzzle)
         values["effects"] = {"put_in": hidden, "verdict": gap["verdict"], "found": gap["effects"]}
     return values | {"reports": [str(page) for page in pages]}
 
@@ -187,9 +291,9 @@ def show(seconds: dict[Part, dict[str, float]], run: Path, puzzle: Path | None, 
 
     console = Console()
     console.print(stages_table(seconds))
-    console.print(demo_truth.laws_table(run))
+    console.print(laws_table(run))
     if puzzle is not None:
-        console.print(demo_truth.effects_table(puzzle))
+        console.print(effects_table(puzzle))
     for page in pages:
         click.echo(f"report: {page}")
 

@@ -173,7 +173,7 @@ def _sweeps(campaign: Path, form: str, given: Mapping[str, object], out: Path | 
     from app.files.campaign import load_campaign
     from app.files.run_folder import writable_folder
     from app.files.sweeps_out import write_sweeps
-    from app.summaries.campaign_extent import led
+    from app.summaries.numbers import led
 
     loaded = load_campaign(campaign)
     if not isinstance(loaded, Campaign):

@@ -96,8 +96,8 @@ def command(
 
     from app.files.run_folder import run_folder
     from app.stages import focus
-    from app.summaries.campaign_extent import extent_record, led
     from app.summaries.focusing import correction, notes, record, summary, table, tradeoff
+    from app.summaries.numbers import extent_record, led
     from app.terminal.tables import show
 
     with run_folder(task.beside, out or task.beside) as folder, output.progress() as report:

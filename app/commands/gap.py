@@ -95,11 +95,11 @@ def command(
     """
     from app.files.best_twin import best_twin
     from app.files.campaign import load_campaign
-    from app.files.room import room_of
+    from app.files.disk_room import room_of
     from app.files.run_folder import run_folder
     from app.summaries.briefing import briefing
-    from app.summaries.campaign_extent import led
     from app.summaries.gap import summary, tables
+    from app.summaries.numbers import led
     from app.terminal.tables import show
 
     loaded = load_campaign(campaign)

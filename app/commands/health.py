@@ -62,7 +62,7 @@ def command(
     last date; 1: changed, or no date could be judged.
     """
     from app.files.best_twin import best_twin
-    from app.files.panel_date import declared_date
+    from app.files.campaign_kind import declared_date
     from app.files.run_folder import run_file, run_folder
 
     best_twin(baseline, "health")

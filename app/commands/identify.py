@@ -163,7 +163,7 @@ def _campaign(
     """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs if `export` is given."""
     from app.files.campaign import load_campaign
     from app.files.campaign_kind import EXPORTS
-    from app.files.room import room_of
+    from app.files.disk_room import room_of
     from app.files.run_folder import run_file, run_folder, writable_folder
 
     started = time.perf_counter()
@@ -172,8 +172,8 @@ def _campaign(
     loaded = load_campaign(campaign)
 
     from app.stages import identify
-    from app.summaries.campaign_extent import extent_record, led
     from app.summaries.modes import campaign_record, summary, tables
+    from app.summaries.numbers import extent_record, led
     from app.terminal.tables import show
 
     wanted = options()

@@ -15,6 +15,7 @@ from app.commands.output import Output, output_options
 if TYPE_CHECKING:
     from app.modal_test.guessed_channels import NewTest
 
+
 EXAMPLES = """\b
 Examples:
   flexura new test hits.csv --kind hammer --drive "Hammer=2.25 mV/N" --response "Acc=100 mV/g"
@@ -33,6 +34,39 @@ def _named(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> di
     """Split ``NAME=UNIT``."""
     parts = (value.partition("=") for value in values)
     return {name.strip(): sensitivity.strip() or None for name, _, sensitivity in parts}
+
+
+def write_plate(
+    files: tuple[Path, ...],
+    plate: tuple[float, float, float, float] | None,
+    units: tuple[str, str] | None,
+    points: Path | None,
+    title: str,
+    folder: Path,
+    output: Output,
+) -> None:
+    """Write the declaration of a plate and print what is to be completed in it.
+
+    Parameters
+    ----------
+    plate : (float, float, float, float) or None
+    units : (str, str) or None
+    title : str
+        These four as in `app.plate_frfs.new_plate.SaidOfPlate`.
+    folder : Path
+        Or the declaration's name.
+    """
+    from app.plate_frfs.new_plate import SaidOfPlate, new_plate
+
+    declaration, missing, notes = new_plate(files, SaidOfPlate(plate, units, points, title), folder)
+    output.result(lambda: {"declaration": str(declaration), "missing": missing, "notes": notes})
+    named = declaration.parent if declaration.name == "plate.toml" else declaration
+    for note in notes:
+        output.note(note)
+    if missing:
+        output.note(f"to be completed, each a line that begins with #: {', '.join(missing)}")
+    first = "complete it" if missing else "check it"
+    output.summary(f"{declaration}: {first}, then: flexura update {named}")
 
 
 @click.command(name="new", epilog=EXAMPLES, short_help="Write a declaration to start from.")
@@ -120,7 +154,6 @@ def command(
         return
     if what == "plate":
         _refuse("belongs to a test; of a plate channels are declared in plate.toml", of_tests | channels)
-        from app.commands.new_plate import write_plate
 
         beside = files[0].parent if files else Path()
         write_plate(files, plate, frf_units, points, title, out or beside, output)

@@ -33,7 +33,7 @@ def command(run: Path, pictures: bool, out: Path | None, output: Output) -> None
     if not is_test_run(run):
         run_file(run, "frf.h5", "report")  # a wrong folder is reported before slow imports
     from app.report.written import write_report
-    from app.terminal.worker_processes import spare_workers
+    from app.terminal.engine import spare_workers
 
     with run_folder(run, out or run) as folder, output.progress() as report, spare_workers() as pool:
         made = write_report(run, folder, report, pictures=pictures, executor=pool)

@@ -139,8 +139,8 @@ def _single(
     request = _asked(campaign, chosen, settings, typed, out, force)
 
     from app.chain.run_chain import RunListener, run_chain
+    from app.terminal.engine import spare_workers
     from app.terminal.whole_run import closing_line, show, stage_line
-    from app.terminal.worker_processes import spare_workers
 
     started, states = time.perf_counter(), dict[str, "StageRecord"]()
 
@@ -184,7 +184,7 @@ def _fleet(
         requests[one.name] = replace(asked, options=here)
 
     from app.files.atomic import write_json, write_text
-    from app.files.room import require_room, room_of
+    from app.files.disk_room import require_room, room_of
     from app.fleet.exchange import exchanged
     from app.fleet.fleet_run import MODEL_MEMORY, RunMember, run_fleet
     from app.fleet.laws_beside import laws_beside

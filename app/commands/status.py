@@ -6,9 +6,8 @@ from pathlib import Path
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH
+from app.commands.options import PATH, require_campaigns
 from app.commands.output import Output, output_options
-from app.commands.telling import require_campaigns
 
 EXAMPLES = """\b
 Examples:

@@ -53,7 +53,7 @@ def command(
     """
     from analysis.compensation.evidence_collapse import EvidenceCollapseError
     from app.stages.study import StudyRequest, compute
-    from app.summaries.campaign_extent import led
+    from app.summaries.numbers import led
 
     request = StudyRequest(figure=figure, run=run, panel=panel, as_paper=as_paper, seed=seed, changes=filters)
     with output.progress() as report:

@@ -71,7 +71,7 @@ def command(
 
     found = viewed(folder)
     if screenshot is not None:
-        from app.files.room import RESULTS, require_room
+        from app.files.disk_room import RESULTS, require_room
         from app.files.run_folder import writable_folder
 
         writable_folder(screenshot, "--screenshot")
@@ -81,7 +81,7 @@ def command(
 
     app = application()
     from app.terminal.end_signals import end_at_once
-    from app.view.garbage import collected_here
+    from app.view.application import collected_here
     from app.view.opening import window_of
     from app.view.theme import THEMES, system_theme
 

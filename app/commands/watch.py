@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH
+from app.commands.options import PATH, require_campaigns, telling_options
 from app.commands.output import Output, output_options
-from app.commands.telling import require_campaigns, telling_options
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -6,15 +6,12 @@ Every file:
 ``atomic``        whole or not there
 ``provenance``    what a result was made from and with
 ``events``        what happened, a line each
-``tail``          what was added to a growing file
 ``folder_lock``   one writer at a time
-``bad_file``      what is wrong with a file of results
-``unwritten``     what is said where the disk refuses
-``room``          whether results and work will fit, before they are begun
-``hdf5_file``     any HDF5 file that is read: ``seal``, ``hdf5_contents``, ``isolation``
-``hdf5_memory``   HDF5 without a file on the disk
+``bad_file``      what is wrong with a file of results; a geometry that cannot be, and where
+``disk_room``     whether results will fit, before they are begun; what is said where the disk refuses
+``hdf5_file``     any HDF5 file that is read; in a process of its own by ``isolation``
+``hdf5_bytes``    HDF5 without a file on the disk, and its seal
 ``parsed_text``   any JSON and TOML that is read
-``code_digest``   whether another machine runs the same code
 ``shipped``       the examples that come with the project
 ``basis_cache``   reduced models in the user's cache
 ``effect_cache``  reduced plates with effects in the user's cache
@@ -25,15 +22,12 @@ Campaigns:
 ========================  ===============================================================================
 ``campaign``              load any campaign: ``campaign_kind`` says which form it has
 ``recorded_campaign``     one as it came from the recorder: ``campaign_toml`` and ``tdms_sweep``
-``campaign_folder``       one in Flexura's own form: ``sweep_file``, ``finished_sweep``
+``campaign_folder``       one in Flexura's own form: ``sweep_file``
 ``campaign_inputs``       whether a result was made from the sweeps that are there now
 ``import_recording``      from the one to the other, surviving a kill
 ``acquired_campaign``     the same folder while a rig writes into it
-``panel_date``            which file of a folder declares a later date of a panel
 ``same_experiment``       whether it was begun with the same experiment
-``readings``              every temperature read meanwhile
-``latest_repeat``         the repeat recorded last, to be looked at
-``control``               requests of a window to the runner
+``running_campaign``      temperatures read and the repeat recorded last, for people; requests to the runner
 ``experiment_toml``       what a rig is to acquire
 ``hammer_experiment``     what hits are to be acquired
 ``hammer_folder``         a hammer test while hits are written into it
@@ -43,26 +37,21 @@ Campaigns:
 ``simulation_section``    what the simulated rig is
 ``hidden_effects``        its effects checked against the library
 ``settings_toml``         any settings, their faults in the words of the file
-``drawing``               outlines in DXF and SVG files: ``dxf_curves``, ``svg_curves``
-``mesh_file``             meshes of other programs: ``mesh_reader`` reads them, ``exodus_mesh`` those of Exodus
+``drawing``               outlines in DXF and SVG files: ``dxf_curves``, ``svg_curves``; and meshes of other
+                          programs: ``mesh_reader`` reads them, ``exodus_mesh`` those of Exodus
 ``mesh_check``            a declared mesh, compared with its plate
-``misplaced``             a geometry that cannot be, and where
 ``campaign_channels``     what is what in TDMS files of a recorder's own layout
 ``campaign_error``        everything that is wrong with one, in ``allowed_values``' words
 ``coverage``              the sweeps there against the sweeps asked for
 ``tdms_file``             what npTDMS only logs, or believes of a file beside
 ``tdms_layout``           groups, channels and lengths there against those declared
-``signal_checks``         samples that can be a measurement
 ``one_actuator``          a recording of several actuators taken apart
 ``joined_campaign``       campaigns with an actuator each put together
-``uff58``                 FRFs in universal files: ``uff58_text``
-``uff_file``              one opened, its numbers written as pyuff reads them
-``uff_units``             what its data set 164 and its axes say of units
-``uff_geometry``          what stands first in a universal file: header, units, nodes and lines between them
-``uff_nodes``             coordinates in them
-``uff_campaign``          FRFs of a campaign as universal files name them
+``uff58``                 FRFs in universal files, read and written
+``uff_file``              one opened, its numbers written as pyuff reads them; its units
+``uff_geometry``          header, units, nodes and lines between them: what stands first in a universal file
 ``sweeps_out``            raw sweeps for other programs
-``campaign_export``       FRFs of a campaign for other programs
+``campaign_export``       FRFs of a campaign for other programs, and their names in universal files
 ``plate_toml``            a declared plate with FRFs or modes of other programs
 ========================  ===============================================================================
 
@@ -87,7 +76,6 @@ Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; ``toml
 ``twin_file``          twin files: a plate with its laws and effects
 ``twin_check``         whether one belongs to a campaign
 ``panel_file``         a focusing panel
-``weather_file``       surroundings of a panel over time, and its thermometers
 ``transfers_file``     measured transfers of a panel
 ``filter_files``       ``filters.h5``
 ``compensation_file``  ``compensation.h5``
@@ -95,8 +83,7 @@ Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; ``toml
 ``run_record``         ``run.json``: stages of a run, what each was made from, seconds
 ``run_settings``       its options, a table of a TOML file
 ``studies_file``       ``studies.h5``: the paper's figures of a panel
-``sound_file``         sound that is read: WAV, FLAC
-``wav_file``           sound that is written
+``sound_file``         sound that is read (WAV, FLAC) and written (WAV)
 ``exports``            filters as other programs take them
 =====================  ========================================================
 """

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from analysis.campaign import Sweep
+from analysis.campaign import Sensitivities, Sensitivity, Sweep
 from analysis.experiment import Experiment
-from analysis.protocol.set_points import SweepSetPoint
-from analysis.sensitivity import Sensitivities, Sensitivity
+from analysis.protocol.protocol import SweepSetPoint
 from app.files import events
 from app.files.atomic import force_folder_to_disk
 from app.files.campaign_error import CampaignFileError, Problem
@@ -20,7 +19,7 @@ from app.files.campaign_folder import SWEEPS, remove_unfinished, sweep_paths, wr
 from app.files.campaign_kind import is_campaign_folder
 from app.files.coverage import Place
 from app.files.folder_lock import writable
-from app.files.latest_repeat import LatestRepeat, save_latest
+from app.files.running_campaign import LatestRepeat, save_latest
 from app.files.same_experiment import REJECTED, REWIRED, changed_keys, put_log_aside, require_ours, rewired
 from app.files.sweep_file import Source, file_name, read_sweep_file, write_sweep
 from drivers.ni.cards import Record, go_on

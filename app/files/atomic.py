@@ -14,9 +14,8 @@ from pathlib import Path
 
 import h5py
 
-from app.files.hdf5_memory import hdf5_image
-from app.files.seal import sealed
-from app.files.unwritten import unwritten, write_whole
+from app.files.disk_room import unwritten, write_whole
+from app.files.hdf5_bytes import hdf5_image, sealed
 
 PARTIAL = ".part"
 

@@ -1,7 +1,7 @@
 """Reduced models kept between runs, in the user's cache folder, one HDF5 file per basis.
 
-A file is named by all that decides its content: one that is damaged, cut short (`app.files.seal`) or of another
-layout is made again, never trusted.
+A file is named by all that decides its content: one that is damaged, cut short (`app.files.hdf5_bytes`) or of
+another layout is made again, never trusted.
 """
 
 import hashlib
@@ -22,8 +22,8 @@ from analysis.material import MaterialBox
 from analysis.progress import Progress
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
+from app.files.disk_room import UnwrittenFileError
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
-from app.files.unwritten import UnwrittenFileError
 
 if TYPE_CHECKING:
     from simulation.reduction.basis_training import BasisTraining

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from app.files.misplaced import Misplaced
+from app.files.bad_file import Misplaced
 
 LINES_SHOWN = 40
 

@@ -6,6 +6,8 @@ Beside every FRF h goes the coherence that belongs to its variance v, of n avera
 
 so that a program that takes v = |h|^2 (1 - c) / ((n - 1) c) from it (Bendat and Piersol, Random Data, 2010, ch. 9)
 has the noise that Flexura found, smooth over frequency and free of the oven's drift.
+
+Universal files have nodes, directions and quantities in place of channels.
 """
 
 import re
@@ -16,14 +18,14 @@ from typing import Any
 import numpy as np
 
 from analysis.arrays import Real
+from analysis.channel import Channel
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import Experiment
 from analysis.frf import Frf
 from app.files.atomic import atomic_path, write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaign_kind import EXPORTS
-from app.files.uff58_text import DOUBLE_REAL, frf_text
-from app.files.uff_campaign import campaign_frfs, campaign_points
+from app.files.uff58 import DOUBLE_REAL, frf_text
 from app.files.uff_geometry import geometry_text
 
 MAT_HEAD = b"MATLAB 5.0 MAT-file, FRFs of a campaign, written by Flexura"
@@ -84,6 +86,67 @@ def stated_coherence(frf: Frf, sweep: int) -> Real:
     power = np.abs(frf.h[sweep]) ** 2
     noise = (averages(frf, sweep) - 1) * frf.variance[sweep]
     return np.asarray(power / np.maximum(power + noise, np.finfo(float).tiny))
+
+
+RANGE_MARGIN = 1.0
+"""K that a temperature asked for may lie beyond those measured: readings differ from the temperatures declared."""
+
+
+def campaign_frfs(experiment: Experiment, frf: Frf, sweep: int | None = None) -> list[MeasuredTransfer]:
+    """Return a sweep's FRFs, or every sweep's, sweep by sweep, with names that distinguish them.
+
+    Parameters
+    ----------
+    sweep : int, optional
+        The only one, from 0.
+    """
+    inputs, outputs = experiment.inputs, experiment.outputs
+    return [
+        MeasuredTransfer(
+            name=f"{label} {sweep_name(frf, number)}",
+            response=f"{node}:{direction_of(output)}",
+            reference=f"{len(outputs) + 1 + which}:{direction_of(source)}",
+            quantity=output.quantity,
+            frequency=frf.frequency,
+            h=h,
+            reference_quantity=source.quantity,
+            units=(output.unit, source.unit),
+        )
+        for number, which in enumerate(frf.driven_by)
+        if sweep in (None, number)
+        for source in (inputs[which],)
+        for node, (output, label, h) in enumerate(
+            zip(outputs, experiment.labels(source), frf.h[number], strict=True), start=1
+        )
+    ]
+
+
+def campaign_points(experiment: Experiment) -> dict[int, tuple[float, float, float]]:
+    """Return where forces act and motions are read, m, by node; a patch is no point and has none."""
+    channels = enumerate((*experiment.outputs, *experiment.inputs), start=1)
+    return {node: (*one.footprint.point, 0.0) for node, one in channels if one.footprint is not None}
+
+
+def sweep_name(frf: Frf, sweep: int) -> str:
+    """Say which sweep it is: ``20.01 C up 0.3 V``."""
+    level = f"{frf.level[sweep]:g} {frf.level_unit(sweep)}"
+    return f"{frf.temperature[sweep]:.2f} C {frf.direction[sweep]} {level}"
+
+
+def nearest_sweep(frf: Frf, temperature: float) -> int:
+    """Return the sweep nearest to a temperature in degrees Celsius, the first of several.
+
+    Raises ValueError where the campaign was not measured there.
+    """
+    low, high = float(frf.temperature.min()), float(frf.temperature.max())
+    if not low - RANGE_MARGIN <= temperature <= high + RANGE_MARGIN:
+        raise ValueError(f"--temperature {temperature:g} °C; the sweeps are from {low:.2f} to {high:.2f} °C")
+    return int(np.argmin(np.abs(frf.temperature - temperature)))
+
+
+def direction_of(channel: Channel) -> str:
+    """Return the direction of a channel: ``+3`` out of the top face, ``+0`` of a patch."""
+    return "+0" if channel.footprint is None else f"{3 * round(channel.footprint.along):+d}"
 
 
 def _universal(experiment: Experiment, frf: Frf, wanted: list[int]) -> str:

@@ -17,15 +17,14 @@ The files are the truth: what has been done is what is there and matches its dig
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import h5py
 from pydantic import ValidationError
 
-from analysis.campaign import Campaign, Sweep
-from analysis.campaign_extent import CampaignExtent, State
+from analysis.campaign import Campaign, CampaignExtent, State, Sweep
 from analysis.experiment import Experiment
 from app.files.atomic import PARTIAL, atomic_hdf5, write_json
 from app.files.campaign_error import CampaignFileError, Problem
@@ -33,11 +32,10 @@ from app.files.campaign_kind import PROTOCOL
 from app.files.coverage import Place, coverage_problems, missing_places
 from app.files.events import NAME as EVENTS
 from app.files.events import later_doubts, read_events
-from app.files.finished_sweep import FileMark, changed, read_finished_sweep
 from app.files.folder_lock import is_being_written
 from app.files.parsed_text import parse_json, read_text
 from app.files.provenance import sha256
-from app.files.sweep_file import REMEDY
+from app.files.sweep_file import REMEDY, read_sweep_file
 
 FORMAT = "flexura-campaign/1"
 SWEEPS = "sweeps"
@@ -143,6 +141,64 @@ def write_index(folder: Path) -> None:
     with atomic_hdf5(folder / INDEX) as file:
         for path in sweep_paths(folder):
             file[path.stem] = h5py.ExternalLink(f"{SWEEPS}/{path.name}", "/")
+
+
+@dataclass(frozen=True)
+class FileMark:
+    """By what a file is known to be the one that was read a moment ago.
+
+    Attributes
+    ----------
+    inode, size : int
+    changed : int
+        Time of the last change, ns.
+    """
+
+    inode: int
+    size: int
+    changed: int
+
+    @classmethod
+    def of(cls, path: Path) -> "FileMark | None":
+        """Take it of a file; None where there is none, or none that can be read."""
+        try:
+            found = path.stat()
+        except OSError:
+            return None
+        return cls(found.st_ino, found.st_size, found.st_mtime_ns)
+
+
+def read_finished_sweep(path: Path, name: str) -> tuple[Sweep, str] | Problem:
+    """Read a sweep and the SHA-256 of its file, which must be the same file for both.
+
+    A finished file is never written again, but people move and replace files: a hash of another file than the one
+    that was read would vouch for samples that no result was made from.
+
+    Parameters
+    ----------
+    name : str
+        What a problem calls the file.
+
+    Returns
+    -------
+    (Sweep, str) or Problem
+    """
+    before = FileMark.of(path)
+    sweep, wrong = read_sweep_file(path, name)
+    try:
+        digest = sha256(path)
+    except OSError:
+        return changed(name)
+    if before != FileMark.of(path):
+        return changed(name)
+    return wrong or changed(name) if sweep is None else (sweep, digest)
+
+
+def changed(name: str) -> Problem:
+    """Say that a file is not the one it was when reading began."""
+    return Problem(
+        name, "", "changed while it was read", "files that nobody moves or replaces", "do the same again"
+    )
 
 
 def read_campaign_folder(folder: Path) -> Campaign:

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import CampaignExtent
 from analysis.frf_campaign import AnyCampaign
 from app.files.campaign_folder import SWEEPS, sweep_paths
 from app.files.campaign_kind import DECLARATION, PROTOCOL, is_campaign_folder

@@ -22,8 +22,8 @@ from analysis.progress import Progress
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cache_folder, reducing
+from app.files.disk_room import UnwrittenFileError
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
-from app.files.unwritten import UnwrittenFileError
 
 if TYPE_CHECKING:
     from simulation.reduction.effect_operators import EffectOperators

@@ -1,4 +1,7 @@
-"""``events.jsonl``: what happened to a campaign, one JSON object a line, each on the disk before the next."""
+"""``events.jsonl``: what happened to a campaign, one JSON object a line, each on the disk before the next.
+
+A reader that looks again and again takes the whole lines that were added since it looked last.
+"""
 
 import json
 import os
@@ -141,3 +144,29 @@ def _whole(file: Any) -> int:
 
 def _damaged(number: int, line: bytes) -> Problem:
     return Problem(NAME, f"line {number}", repr(line[:60]), "an event", "import the campaign again")
+
+
+class Tail:
+    """Follows a file that another process appends to.
+
+    Parameters
+    ----------
+    path : Path
+        Need not be there yet.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._read = 0
+
+    def lines(self) -> list[str]:
+        """Return what is new; a last line without its end is left for the next time."""
+        try:
+            with self._path.open("rb") as file:
+                file.seek(self._read)
+                new = file.read()
+        except OSError:  # not there yet, or for a moment out of reach
+            return []
+        whole = new.rfind(b"\n") + 1
+        self._read += whole
+        return new[:whole].decode("utf-8", errors="replace").splitlines()

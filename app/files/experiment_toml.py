@@ -6,16 +6,15 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, create_model, model_validator
 
+from analysis.campaign import Sensitivities, Sensitivity
 from analysis.channel import UNITS, Motion
 from analysis.declared import Declared, Sparse
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Plate
 from analysis.patch import Patch
 from analysis.protocol.limits import Limits
 from analysis.protocol.objections import Hardware, objections
-from analysis.protocol.programme import Programme
-from analysis.protocol.protocol import AcquisitionProtocol
+from analysis.protocol.protocol import AcquisitionProtocol, Programme
 from analysis.protocol.sweep import SweepSettings
-from analysis.sensitivity import Sensitivities, Sensitivity
 from analysis.tolerances import Tolerances
 from analysis.transducers import Drive, Sensor
 from app.files.campaign_error import CampaignFileError, Problem

@@ -6,11 +6,11 @@ from typing import Any
 
 import h5py
 
-from analysis.focusing.aim import Aim
 from analysis.focusing.methods import METHODS, Method, MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
 from analysis.focusing.pareto import ParetoCurve
+from analysis.focusing.performance import Aim
 from app.files.atomic import atomic_hdf5
 from app.files.hdf5_file import result_file
 from app.files.panel_file import panel_of_text

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.unwritten import UnwrittenFileError
+from app.files.disk_room import UnwrittenFileError
 from drivers.exclusive import take
 
 if sys.platform == "win32":

@@ -10,8 +10,7 @@ from analysis.declared import Declared, Point, Sparse, Temperature
 from analysis.estimation.impacts import HammerTest
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Plate, Protocol
 from analysis.protocol.limits import Limits
-from analysis.protocol.programme import Programme, Rate, Settling
-from analysis.protocol.protocol import AcquisitionProtocol
+from analysis.protocol.protocol import AcquisitionProtocol, Programme, Rate, Settling
 from analysis.protocol.sweep import SweepSettings
 from analysis.tolerances import Tolerances
 from analysis.transducers import MOST_POINTS, Drive, Name, Radius, Side
@@ -21,7 +20,7 @@ from app.files.instrument_sections import OvenSection, UnknownInstrument, instru
 from app.files.settings_toml import checked, read_table
 from app.files.simulation_section import Simulation
 from drivers.hammer.trigger import TriggerSettings
-from drivers.ni.input_wiring import InputWiring
+from drivers.ni.wiring import InputWiring
 from drivers.thermometers.settings import ThermometerSettings
 
 KIND = "hammer"

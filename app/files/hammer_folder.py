@@ -29,8 +29,7 @@ from app.files.provenance import provenance, stamp
 from app.files.same_experiment import REWIRED, changed_wiring, differences, without_wiring
 from app.files.sweep_file import Source
 from app.files.toml_text import toml_text
-from drivers.hammer.hit_temperature import HitTemperature
-from drivers.hammer.judged_hit import HitJudge, JudgedHit
+from drivers.hammer.judged_hit import HitJudge, HitTemperature, JudgedHit
 from drivers.hammer.progress import HammerProgress, KeptHit
 
 FORMAT = "hammer-campaign/1"

@@ -30,12 +30,11 @@ from app.files.campaign_folder import (
 )
 from app.files.campaign_kind import PROTOCOL, is_campaign_folder, is_recorded_campaign
 from app.files.coverage import place_of
+from app.files.disk_room import RESULTS, UnwrittenFileError, require_room
 from app.files.folder_lock import folder_lock
 from app.files.joined_campaign import read_joined
 from app.files.recorded_campaign import Recording, read_recording
-from app.files.room import RESULTS, require_room
 from app.files.sweep_file import Source, digest, file_name, read_sweep_file, write_sweep
-from app.files.unwritten import UnwrittenFileError
 
 OUR_NAMES = {PROTOCOL, SWEEPS, events.NAME, INDEX}
 

@@ -1,6 +1,6 @@
 """A file read completely in a separate process: on damaged bytes HDF5 may crash, or never end and ignore Ctrl-C.
 
-Only for files without a digest of their own bytes; with one, `app.files.seal` detects damage.
+Only for files without a digest of their own bytes; with one, `app.files.hdf5_bytes` detects damage.
 """
 
 import math
@@ -109,7 +109,7 @@ def hold_memory(most: int) -> None:
 def _read_through(path: Path) -> None:
     import h5py  # here: readers of other formats need no HDF5 in their process
 
-    from app.files.hdf5_contents import require_plain
+    from app.files.hdf5_file import require_plain
 
     with h5py.File(path) as file:
         require_plain(file, path.stat().st_size)

@@ -13,7 +13,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.files.misplaced import Misplaced
+from app.files.bad_file import Misplaced
 
 if TYPE_CHECKING:
     from analysis.patch import Patch
@@ -86,8 +86,7 @@ def _recipe(plate: "Plate", band: Any) -> "MeshRecipe | None":
         return None
     from analysis.geometry.fault import GeometryError
     from analysis.plate_material import material_box
-    from simulation.shell.fineness import Fineness
-    from simulation.shell.shortest_wave import shortest_wave
+    from simulation.shell.fineness import Fineness, shortest_wave
 
     box = material_box(plate.material)
     recipe = Fineness().recipe(plate, box, band)

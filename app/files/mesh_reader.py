@@ -1,4 +1,4 @@
-"""Meshes read in a process of its own, which `app.files.mesh_file` starts: ``FILE.msh NUMBERS.json``."""
+"""Meshes read in a process of its own, which `app.files.drawing` starts: ``FILE.msh NUMBERS.json``."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""The focusing panel's TOML file: checked strictly; errors name the keys of the file."""
+"""TOML files of a focusing panel and of its surroundings over time: checked strictly; errors name the keys."""
 
 import json
 from pathlib import Path
@@ -7,13 +7,13 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from analysis.focusing.panel import Panel
+from analysis.weather.declared_weather import Weather
 from app.files.allowed_values import allowed_at, key_at, keys_at
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import Misplaced, ResultFileError, misplaced
 from app.files.campaign_error import CampaignFileError
 from app.files.drawing import DrawingError, with_drawings
 from app.files.mesh_check import mesh_fault
-from app.files.misplaced import Misplaced, misplaced
-from app.files.settings_toml import read_table
+from app.files.settings_toml import read_settings, read_table
 from app.files.shipped import shipped
 
 SECTION_2 = shipped("section2-panel.toml")
@@ -70,3 +70,8 @@ def _sentence(detail: ErrorDetails) -> str:
     if detail["type"] == "value_error":  # a check over several keys says itself what it saw and allows
         return f"{key}: {detail['ctx']['error']}"
     return f"{key} = {seen if len(seen) <= 60 else seen[:57] + '...'}; allowed: {allowed}"
+
+
+def read_weather(path: Path) -> Weather:
+    """Read a weather; CampaignFileError with every missing, unknown, mistyped or implausible key."""
+    return read_settings(path, Weather)

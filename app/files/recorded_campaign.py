@@ -4,8 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from analysis.campaign import Campaign, Sweep
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import Campaign, CampaignExtent, Sweep
 from analysis.experiment import Experiment
 from app.files.campaign_error import CampaignFileError, Problem, SignalProblem
 from app.files.campaign_kind import DECLARATION

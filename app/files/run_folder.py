@@ -5,7 +5,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from app.files.bad_file import ResultFileError
-from app.files.room import RESULTS, require_room
+from app.files.disk_room import RESULTS, require_room
 
 MADE_BY = {
     "frf.h5": "identify or flexura update",

@@ -18,8 +18,8 @@ from app.files.campaign_folder import ENDING, SWEEPS, read_protocol
 from app.files.campaign_kind import PROTOCOL, is_campaign_folder
 from app.files.events import NAME as EVENTS
 from app.files.events import read_events
-from app.files.latest_repeat import NAME as LATEST
-from app.files.readings import NAME as READINGS
+from app.files.running_campaign import LATEST as LATEST
+from app.files.running_campaign import READINGS as READINGS
 
 LINE = (
     "port",

@@ -6,8 +6,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from analysis.declared import Declared
-from analysis.material import Material, MaterialLaws
-from analysis.material_table import laws_through
+from analysis.material import Material, MaterialLaws, laws_through
 from analysis.weather.declared_weather import PlateHeat
 
 Share = Annotated[float, Field(ge=-1.8, le=1.8)]

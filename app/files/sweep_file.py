@@ -1,7 +1,7 @@
 """One finished sweep: a closed HDF5 file that carries a digest of its own contents.
 
-Those of versions that did not seal their files (see `app.files.seal`) are read, too: a measurement cannot be made
-again.
+Those of versions that did not seal their files (see `app.files.hdf5_bytes`) are read, too: a measurement cannot
+be made again.
 """
 
 import hashlib

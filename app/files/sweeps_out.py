@@ -19,12 +19,12 @@ from analysis.progress import Progress
 from app.files.atomic import atomic_path, write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaign_channels import ACTUATOR
+from app.files.campaign_export import campaign_points, direction_of
 from app.files.campaign_kind import DECLARATION
 from app.files.tdms_layout import TdmsLayout
 from app.files.tdms_sweep import PLATE
 from app.files.toml_text import toml_text
-from app.files.uff58_text import time_text
-from app.files.uff_campaign import campaign_points, direction_of
+from app.files.uff58 import time_text
 from app.files.uff_geometry import geometry_text
 
 FORMAT = "recorded-campaign/1"

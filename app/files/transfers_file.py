@@ -14,7 +14,7 @@ from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
 from app.files.isolation import require_readable
 from app.files.uff58 import read_frfs
-from app.files.uff_nodes import read_nodes
+from app.files.uff_geometry import read_nodes
 
 NAMED = re.compile(r"(?:.*[_ ])?([-+]?\d+(?:\.\d+)?) ?°?C")
 """Name, without its ending, of a universal file measured at one of several temperatures: scan_21.5C."""

@@ -1,12 +1,17 @@
-"""What stands first in a universal file: nodes, header, units, and lines between nodes (15, 151, 164, 2411, 82).
+"""Nodes, header, units and lines of universal files (data sets 15, 151, 164, 2411, 82), which stand first.
 
 Some programs refuse files without header and units; lines make a cloud of nodes a structure on their screens.
 """
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from analysis.shapes.wire_frame import Position, lines_between
+from app.files.uff_file import file_units, opened_uff
 
 SI_UNITS = 1
 
@@ -75,3 +80,42 @@ def _trace(number: int, nodes: Sequence[int]) -> str:
 
 def _set(kind: int, lines: Sequence[str]) -> str:
     return "\n".join([f"{-1:6d}", f"{kind:6d}{'':74}", *lines, f"{-1:6d}"]) + "\n"
+
+
+NODE_SETS = (15, 2411)
+"""Nodes in single and in double precision."""
+
+
+def read_nodes(path: Path) -> dict[int, Position]:
+    """Read where the nodes of a universal file are, m: its data set 164 says in which unit they are written.
+
+    Returns
+    -------
+    dict of int to (float, float, float)
+        Empty where the file has no coordinates.
+
+    Raises
+    ------
+    ValueError
+        For a data set of nodes, or of units, that is damaged.
+    """
+    found: dict[int, Position] = {}
+    with opened_uff(path) as (file, kinds):
+        units = file_units(file, kinds)
+        for number, kind in enumerate(kinds):
+            if kind not in NODE_SETS:
+                continue
+            try:
+                read: Any = file.read_sets(number)
+            except Exception as error:  # damage leads the library into whatever there is
+                raise ValueError(f"its data set of points ({kind}) cannot be read; damaged?") from error
+            held: dict[str, Sequence[float]] = read[0] if isinstance(read, list) else read
+            nodes = zip(*(held[name] for name in ("node_nums", "x", "y", "z")), strict=True)
+            try:
+                found |= {int(n): tuple(float(c) * units.metre for c in place) for n, *place in nodes}  # type: ignore[misc]
+            except OverflowError as error:
+                raise ValueError(f"a node's number is no whole number ({error}); damaged?") from error
+    for node, place in found.items():
+        if not np.isfinite(place).all():
+            raise ValueError(f"node {node} is at {place}; coordinates must be finite numbers, m")
+    return found

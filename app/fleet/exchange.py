@@ -82,7 +82,7 @@ def exchanged(runs: Mapping[str, Path], executor: Executor, report: Progress) ->
 
 def losses_on(run: Path, others: list[Path]) -> tuple[Real, str]:
     """Return what the filters of other runs lose on the panel of one, (N,), and why it cannot be said."""
-    from analysis.focusing.aim import aim
+    from analysis.focusing.performance import aim
     from analysis.focusing.responses import responses
     from app.chain.models_ahead import silent
     from app.files.filter_files import load_focusing

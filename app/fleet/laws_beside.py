@@ -12,8 +12,7 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.fleet.new_piece import PredictedLaw, predict_piece
-from analysis.fleet.outlying import Outlier, outliers
-from analysis.fleet.scatter import FEWEST_PIECES, Scatter, estimate_scatter
+from analysis.fleet.scatter import FEWEST_PIECES, Outlier, Scatter, estimate_scatter, outliers
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updated import Updated
 from analysis.updating.laws import fit_laws

@@ -10,9 +10,8 @@ from analysis.channel import UNITS, Quantity
 from analysis.estimation.coherence import without_information
 from analysis.estimation.quantities import frf_label, frf_name
 from analysis.estimation.segments import Segments
-from analysis.estimation.time_convention import turns_backward
-from analysis.estimation.transfer import MeasuredTransfer
-from analysis.identification.band import lines_inside
+from analysis.estimation.transfer import MeasuredTransfer, turns_backward
+from analysis.identification.settings import lines_inside
 from analysis.identification.single_hits import WithoutHit
 from app.files.bad_file import ResultFileError
 

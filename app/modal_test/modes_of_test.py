@@ -26,8 +26,8 @@ from app.modal_test.edit_journal import forget_edits
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.saved import load_frfs, save_frfs, save_stabilization, write_modes_table
 from app.modal_test.without_windows import rebuilt, without_windows
-from app.summaries.display import as_html, as_text
 from app.summaries.modes import mode_table, modes_record
+from app.summaries.table import as_html, as_text
 
 if TYPE_CHECKING:
     from app.stages.identify_options import Wanted

@@ -1,10 +1,20 @@
-"""A declaration to start from: of a test, after a look into its files, or of a campaign, after the shipped one."""
+"""A declaration to start from: of a test, after a look into its files, or of a campaign, after the shipped one.
+
+Guessed for it are the kind of the test and its segments, from the roles of its channels and the course of its
+drive, and nodes and directions of channels, as the file gives them, or numbered.
+"""
 
 import os
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.estimation.excitation import fitting_segments, is_impacts
+from analysis.estimation.recording import SampledSignals
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaign_kind import DECLARATION
@@ -21,9 +31,8 @@ from app.modal_test.guessed_channels import (
     guessed_rate,
     lacking_calibration,
 )
-from app.modal_test.guessed_kind import guessed_kind, guessed_segments
-from app.modal_test.guessed_places import guessed_places, of_points
 from app.modal_test.points_table import points_of_table
+from app.modal_test.signals import sample_rate
 
 TEST_HEAD = """What this test is; see the guide, "A modal test". Correct what was guessed:
 role: drive, response, time, frequency, frf, real, imaginary, magnitude, phase, coherence, unused
@@ -50,6 +59,112 @@ class PlacesUnknownError(ResultFileError):
             f"--roving {channels[0]} (one of {', '.join(channels)}), or say --same-point"
         )
         self.channels = channels
+
+
+SEGMENT_SECONDS = 2.0
+"""Of a segment; lines lie 0.5 Hz apart."""
+
+
+def guessed_kind(columns: Columns, channels: Mapping[str, Mapping[str, Any]], said: NewTest) -> str:
+    """Return the kind of test.
+
+    Parameters
+    ----------
+    channels : mapping
+        Role of each column.
+
+    Returns
+    -------
+    str
+        As said; ``frf`` where there are frequencies and FRFs; else ``hammer`` where the drive acts in blows, and
+        ``continuous`` where it does not.
+    """
+    roles = {channel["role"] for channel in channels.values()}
+    frfs = "frf" in roles or {"real", "imaginary"} <= roles or {"magnitude", "phase"} <= roles
+    if said.kind or ("frequency" in roles and frfs):
+        return said.kind or "frf"
+    drives = _signals(columns, [name for name, one in channels.items() if one["role"] == "drive"])
+    return "hammer" if drives is None or all(map(is_impacts, drives)) else "continuous"
+
+
+def guessed_segments(file: str, columns: Columns, test: ModalTest) -> dict[str, Any]:
+    """Return the segments of a continuous test: a whole period or sweep, or else Hann's of `SEGMENT_SECONDS`.
+
+    Parameters
+    ----------
+    file : str
+        Its name.
+    test : ModalTest
+        Says what each column is.
+
+    Returns
+    -------
+    dict
+        ``seconds``, ``window``, ``overlap``.
+    """
+    seconds, window, overlap = SEGMENT_SECONDS, "hann", 0.5
+    drives = _signals(columns, [name for name, one in test.channels.items() if one.role == "drive"])
+    if drives is not None:
+        try:
+            recording = SampledSignals(sample_rate(file, columns, test)[0], drives, drives)
+        except ValueError:  # said when the test is identified
+            pass
+        else:
+            seconds, window, overlap = fitting_segments(recording, SEGMENT_SECONDS)
+    return {"seconds": seconds, "window": window, "overlap": overlap}
+
+
+def _signals(columns: Columns, names: Sequence[str]) -> NDArray[np.float64] | None:
+    """Signals of channels, (M, N); None where they cannot be compared."""
+    signals = [columns.values[name].real for name in names if name in columns.values]
+    if len({len(one) for one in signals}) != 1:
+        return None
+    return np.array(signals) if all(np.isfinite(one).all() and np.ptp(one) > 0.0 for one in signals) else None
+
+
+OF_MATRIX = re.compile(r".*\[([1-9]\d*),([1-9]\d*)\]")
+"""``H[3,2]``, response and reference of an FRF in an array of three axes."""
+
+OF_POINT = re.compile(
+    r"(?:^|[^a-z])(?:points?|pts?|p|nodes?|n|pos(?:ition)?|dof|loc(?:ation)?|place)[ _-]*\d+$", re.I
+)
+"""Names of files that say where: ``point3``, ``hammer_p12``; not ``hit3``, ``run3``, which say when."""
+
+
+def of_points(files: Sequence[Path]) -> bool:
+    """Whether the names of several files, each another one, say at which points they were measured."""
+    stems = [file.name.partition(".")[0] for file in files]
+    return len(set(stems)) > 1 and all(OF_POINT.search(stem) for stem in stems)
+
+
+def guessed_places(channels: Mapping[str, Mapping[str, Any]], columns: Columns) -> dict[str, dict[str, Any]]:
+    """Return the channels with ``at``, and FRFs of an array of three axes with ``reference``.
+
+    Parameters
+    ----------
+    channels : mapping
+        Role of each column, and more.
+
+    Returns
+    -------
+    dict of str to dict
+        Places are those of the file; without them responses are numbered from 1, and so are drives.
+    """
+    taken = set(columns.places.values())
+    free = [f"{node}:+z" for node in range(1, len(channels) + len(taken) + 1)]
+    free = [place for place in free if place not in taken]
+    placed = {name: dict(channel) for name, channel in channels.items()}
+    for roles in (("response", "frf"), ("drive",)):
+        nodes = iter(free)
+        for name, channel in placed.items():
+            if channel["role"] not in roles:
+                continue
+            channel["at"] = columns.places.get(name) or next(nodes)
+            if channel["role"] == "frf" and name in columns.references:
+                channel["reference"] = columns.references[name]
+            if channel["role"] == "frf" and (found := OF_MATRIX.fullmatch(name)):
+                channel["at"], channel["reference"] = (f"{node}:+z" for node in found.groups())
+    return placed
 
 
 def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalTest, dict[str, str]]:

@@ -8,8 +8,7 @@ from analysis.identification.modes import Modes
 from analysis.shapes.assurance import mac, mpc
 from analysis.shapes.participation import ModeShapes
 from app.modal_test.modes_of_test import TestModes
-from app.summaries.mode_rows import reading_cells
-from app.summaries.modes import modes_record
+from app.summaries.modes import modes_record, reading_cells
 from app.summaries.table import Table
 
 MODE_HEADINGS = ("f [Hz]", "σ [Hz]", "ζ [%]", "σ [%]", "MPC", "status", "why")

@@ -11,7 +11,7 @@ from app.files.bad_file import ResultFileError
 from app.files.modal_test_toml import declares_test
 from app.files.provenance import sha256
 from app.files.uff58 import read_frfs
-from app.files.uff_nodes import read_nodes
+from app.files.uff_geometry import read_nodes
 from app.modal_test.declared_test import declared_frfs
 from app.modal_test.frf_set import (
     FrfSet,

@@ -5,9 +5,7 @@
 ``source_files``    FRFs of one file, of any format that is read
 ``own_frfs``        those of ``frf.h5``, which Flexura wrote itself
 ``circumstances``   temperature, direction and level of an FRF
-``channel_map``     which drive and which sensor an FRF belongs to, in their units
-``roving_hammer``   points of a hammer or sensor by their nodes; ends exchanged where the hammer moved
-``common_lines``    lines that all FRFs share
+``channel_map``     which drive and which sensor an FRF belongs to; a roving hammer
 ``plate_of_modes``  the same of a plate whose natural frequencies are known
 ``modes_table``     natural frequencies and damping from a table
 ``placed_nodes``    nodes of another program's geometry on the declared plate

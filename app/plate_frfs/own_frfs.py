@@ -10,7 +10,7 @@ from analysis.experiment import Experiment
 from analysis.frf import Frf
 from analysis.frf_campaign import Noise
 from app.files.frf_file import load_frf
-from app.files.seal import HDF5
+from app.files.hdf5_bytes import HDF5
 from app.plate_frfs.circumstances import Direction, MeasuredAt
 
 ENDINGS, OWN_NAME = (".h5", ".hdf5"), "frf.h5"

@@ -6,7 +6,7 @@
 ``drawn_parts``     parts of it drawn in worker processes
 ``sections``        all of it, stage by stage
 ``plate_sections``  measurement, identification and updated twin on it
-``panel_sections``  focusing and compensation on it
+``panel_sections``  focusing and compensation on it, with sound to be played
 ``summary``         one line per stage, below the sentences of `app.summaries.briefing`
 ``origin``          where results came from, and which are out of date
 ``style``           how figures look
@@ -17,14 +17,11 @@
 ``updated``         twin and measurement (paper Figs. 11 and 12)
 ``pairing``         measured modes beside those of the twin
 ``gap``             figures of the gap
-``gap_section``     the section on the gap
-``described``       what an unknown cause acts like: its part of that section
-``focusing``        contrast and spot error (paper Figs. 4, 13, 15 and 17)
+``gap_section``     the section on the gap, and what an unknown cause acts like
+``focusing``        contrast and spot error (paper Figs. 4, 13, 15 and 17), and filters in a weather
 ``paper``           our figures beside the paper's
 ``modal_test``      a test at many places
-``players``         sound at a listener, to be played on the page
 ``radiation``       sound at listeners, its direction, and what of the panel radiates
-``weather``         filters while the panel's temperatures move
 ``sound``           contrast along a piece of sound, readings of the thermometer
 ``health``          a panel's health over its dates
 ``studies``         figures of the paper's studies, our numbers beside the paper's

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from analysis.effect_card import PEOPLES
 from analysis.health.health_report import HealthReport
 from app.report.style import BAND, MEASURED, MODEL, panels
-from app.summaries.effect_words import USUAL
+from app.summaries.gap import USUAL
 
 
 def trend(report: HealthReport) -> Figure:

@@ -3,13 +3,12 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.drawn_lines import in_lines
+from analysis.drawn_curves import drawn_phase, in_lines
 from analysis.frf import Frf
 from analysis.identification.tracked_modes import TrackedModes
-from analysis.phase import drawn_phase
 from app.report.page import PageTable
 from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
-from app.summaries.mode_rows import NUMBERS, SWEEP_HEADINGS, sweep_rows
+from app.summaries.modes import NUMBERS, SWEEP_HEADINGS, sweep_rows
 
 REFERENCE_TEMPERATURE = 25.4
 """Temperature of the paper's Fig. 10 to which frequencies are referred, degrees Celsius."""

@@ -19,7 +19,7 @@ from app.modal_test.without_windows import rebuilt
 from app.report.origin import origin, stamps
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture, Section
 from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
-from app.summaries.mode_rows import READ_AS
+from app.summaries.modes import READ_AS
 
 FRFS_DRAWN = 4
 """FRFs drawn at most."""

@@ -11,7 +11,7 @@ from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
 from analysis.plate import Plate
 from app.report.page import PageTable
-from app.summaries.with_sigma import with_sigma
+from app.summaries.numbers import with_sigma
 
 
 @dataclass(frozen=True)

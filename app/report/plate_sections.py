@@ -20,10 +20,10 @@ from app.report import identified, measured, paper, updated
 from app.report.declared import picture, pieces_of_experiment, plate_words, transducer_rows
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture
 from app.report.pairing import pairing_items
-from app.summaries.mode_rows import READ_AS
+from app.summaries.modes import READ_AS
+from app.summaries.numbers import with_sigma
 from app.summaries.sheet import CONSTANTS
 from app.summaries.update import gains_text
-from app.summaries.with_sigma import with_sigma
 
 MOST_NAMED = 8
 """Transfers that are listed by name: a laser scan has hundreds."""

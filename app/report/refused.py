@@ -17,7 +17,7 @@ from analysis.outline import (
 )
 from analysis.patch import Patch
 from analysis.support import Support
-from app.files.misplaced import Misplaced
+from app.files.bad_file import Misplaced
 from app.report.declared import Pieces
 
 KINDS: Mapping[str, type[Outline]] = {

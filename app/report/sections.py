@@ -17,7 +17,7 @@ from app.report.panel_sections import compensation_section, focusing_section, ra
 from app.report.plate_sections import identification_section, measurement_section, updating_section
 from app.report.summary import summary, worth_of
 from app.summaries.briefing import briefing
-from app.summaries.sweeps_said import span, sweeps
+from app.summaries.numbers import span, sweeps
 
 PANEL_RESULTS = ("filters.h5", "compensation.h5", "radiation.h5", "studies.h5")
 """Results that are made from laws."""

@@ -11,10 +11,9 @@ from app.files.filter_files import load_focusing, load_uncorrected
 from app.files.frf_file import load_frf
 from app.files.modes_file import load_modes
 from app.summaries.briefing import Worth
-from app.summaries.effect_words import found_words, titles_of
-from app.summaries.gap import chi2_before_and_after, concluded
+from app.summaries.gap import chi2_before_and_after, concluded, found_words, titles_of
+from app.summaries.numbers import span, sweeps
 from app.summaries.sheet import sheet_words
-from app.summaries.sweeps_said import span, sweeps
 
 
 def summary(run: Path) -> dict[str, str]:

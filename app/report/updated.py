@@ -5,9 +5,9 @@ from itertools import cycle
 import numpy as np
 from matplotlib.figure import Figure
 
+from analysis.drawn_curves import drawn_phase
 from analysis.frf import Frf
 from analysis.material import MaterialLaws
-from analysis.phase import drawn_phase
 from analysis.sheet_material import SheetMaterial
 from analysis.updated import Updated
 from app.files.laws_file import TwinFrf

@@ -2,12 +2,9 @@
 
 ======================  ======================================================================
 ``assembly``            cards and oven of an experiment, real or simulated
-``simulated_rig``       the simulated ones, around the twin
+``simulated_rig``       the simulated ones, around the twin, and its plate in the oven
 ``hammer_assembly``     cards of a hammer test, real or simulated
-``struck_plate``        the simulated plate under a hammer, from the twin
-``heated_plate``        how far the simulated plate is behind the air, by the heat equation
-``plate_transfer``      transfer of the simulated plate at a steady temperature, from the twin
-``simulated_plate``     volts in, volts out, while the temperature drifts
+``simulated_plate``     the simulated plate, driven or hit, from the twin
 ``new_declarations``    an experiment and a panel to start from
 ``doctor``              this computer: cards, ports, oven, disk, clock
 ``first_shot``          one short sweep before a campaign

@@ -18,9 +18,9 @@ from drivers.ni.cards import Cards
 from drivers.rig.occupancy import instrument_places
 from drivers.rig.rig import Aftercare, Rig
 from drivers.thermometers.settings import ThermometerSettings
+from drivers.watchdog.frames import WatchdogSettings
 from drivers.watchdog.remote_oven import RemoteOven
 from drivers.watchdog.rest_watch import RestRule
-from drivers.watchdog.settings import WatchdogSettings
 
 log = logging.getLogger(__name__)
 

@@ -17,8 +17,8 @@ from app.files.experiment_toml import AcquiredExperiment
 from app.files.hammer_experiment import HammerExperiment
 from app.files.hit_doubts import HITS
 from app.rig.assembly import rig_places
-from app.summaries.duration import duration
-from drivers.ni.input_wiring import InputWiring
+from app.summaries.numbers import duration
+from drivers.ni.wiring import InputWiring
 from drivers.rig.occupancy import in_use
 from drivers.rig.survey import (
     Finding,

@@ -7,7 +7,7 @@ from analysis.protocol.shot import DURATION, InputLevels
 from app.files.experiment_toml import AcquiredExperiment, RigKind
 from app.rig.assembly import rig_places
 from app.rig.doctor import look_at_disk
-from app.summaries.duration import duration
+from app.summaries.numbers import duration
 from drivers.interruptions import held_back
 from drivers.ni.errors import DaqError
 from drivers.ni.wiring import Wiring

@@ -17,7 +17,7 @@ from drivers.clock import SystemClock, VirtualClock
 from drivers.hammer.hammer_rig import HammerInputs, HammerRig, nobody
 
 if TYPE_CHECKING:
-    from app.rig.plate_transfer import PlateTransfer
+    from app.rig.simulated_plate import PlateTransfer
     from drivers.hammer.simulated import PlateUnderHammer, SimulatedHammer
     from drivers.ni.simulated.servicer import SimulatedDaq
     from drivers.ni.simulated.surroundings import Module
@@ -93,7 +93,7 @@ def hammer_rig(
         yield _real(experiment)
         return
     simulation = require_simulated(experiment, file)
-    from app.rig.struck_plate import TwinUnderHammer
+    from app.rig.simulated_plate import TwinUnderHammer
 
     plate = TwinUnderHammer(_transfer(experiment, simulation, file, report), np.array(experiment.volts[1:]))
     parts = simulated_hammer_rig(experiment, simulation, plate, file, since)
@@ -231,7 +231,7 @@ def _transfer(
     experiment: HammerExperiment, simulation: HammerSimulation, file: Path, report: Progress
 ) -> "PlateTransfer":
     """Return the twin of the plate with a force at every point, with the effects it is simulated to have."""
-    from app.rig.plate_transfer import TwinTransfer
+    from app.rig.simulated_plate import TwinTransfer
     from app.rig.simulated_rig import require_laws, transfer_with_effects
     from app.twins.campaign_twin import campaign_twin, effect_twin
 

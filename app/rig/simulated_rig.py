@@ -1,13 +1,25 @@
-"""The simulated rig: cards and oven around the twin, as ``[simulation]`` of the experiment declares them."""
+"""The simulated rig: cards and oven around the twin, as ``[simulation]`` of the experiment declares them.
+
+Its plate in its oven follows the heat equation. A plate in air that warms by r K/s comes, after its time constant,
+to T = air + r b(x, y) with G b = -C 1: b is negative, its mean is the lag that a sensor on the plate sees, and
+what differs from the mean is a gradient. Both have one cause, the heat that has to pass from the air into the
+plate.
+"""
 
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.polynomial.legendre import legvander2d
 
+from analysis.arrays import Numbers, Real
+from analysis.effect_card import EffectCard, Parameter
+from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
 from analysis.plate import Plate
 from analysis.plate_material import material_box
@@ -17,19 +29,19 @@ from analysis.twin_model import Effects
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.experiment_toml import AcquiredExperiment
 from app.files.hidden_effects import with_shapes
-from app.files.simulation_section import Simulation
-from app.rig.heated_plate import NAME, PlateBehindAir
-from app.rig.plate_transfer import PlateTransfer, TwinTransfer
-from app.rig.simulated_plate import TwinPlate
+from app.files.simulation_section import HeatInOven, Simulation
+from app.rig.simulated_plate import PlateTransfer, TwinPlate, TwinTransfer
 from app.twins.campaign_twin import OFFSET, campaign_twin, effect_twin
-from drivers.ni.modules import KNOWN, InputModule
-from drivers.ni.output_modules import KNOWN_OUTPUTS
+from drivers.ni.modules import KNOWN, KNOWN_OUTPUTS, NI_9211, NI_9213, InputModule
 from drivers.ni.simulated.surroundings import DrivenPlate, Module
-from drivers.ni.thermocouple_modules import NI_9211, NI_9213
 from drivers.ni.wiring import Wiring
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.simulated import SimulatedParts, simulated_parts
 from drivers.soundcard.settings import SoundCard
+from simulation.effects.effect import Effect
+from simulation.heat.heat_model import HeatModel, settled
+from simulation.shell.shell_plate import ShellPlate
+from simulation.state.plate_state import Circumstances, PlateState
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
@@ -42,6 +54,90 @@ def _simulation(experiment: AcquiredExperiment, file: Path) -> Simulation:
         allowed = "a table that declares what is simulated: laws, seed, gain, noise"
         raise CampaignFileError(file.parent, [Problem(file.name, "simulation", "nothing", allowed)])
     return experiment.simulation
+
+
+NAME = "uneven_heat"
+"""Of the gradient as an effect of the simulated plate; no library that a campaign is held against has it."""
+POLYNOMIAL_DEGREE = 6
+"""Of the polynomials in the place that b is fitted by, in each direction."""
+
+
+@dataclass(frozen=True)
+class PlateBehindAir:
+    """How far a plate is behind the air on a ramp.
+
+    Attributes
+    ----------
+    lag : float
+        Mean over the plate, s.
+    capacity : float
+        J/K.
+    coefficients : (`POLYNOMIAL_DEGREE` + 1, `POLYNOMIAL_DEGREE` + 1) ndarray
+        Of Legendre products in xi and zeta: b as bending weighs it over the thickness, less its mean, K per K/s.
+    """
+
+    lag: float
+    capacity: float
+    coefficients: Real
+
+    @classmethod
+    def of(cls, experiment: Experiment, heat: HeatInOven) -> "PlateBehindAir":
+        """Solve for a plate."""
+        plate = experiment.plate
+        shell = ShellPlate.of(plate, experiment.patch, degree=2)
+        xi, zeta = plate.normalised(shell.space.points)
+        transfer = heat.convection * (1.0 + 0.5 * (heat.uneven[0] * xi + heat.uneven[1] * zeta))
+        model = HeatModel.of(
+            shell.space,
+            shell.thickness,
+            density=plate.density,
+            specific_heat=heat.specific_heat,
+            conductivity=heat.conductivity,
+            front=transfer,
+            back=transfer,
+        )
+        behind = settled(model, -(model.capacity @ model.uniform(1.0)))
+        field = model.seen(behind, "bending")
+        capacity = float(model.uniform(1.0) @ (model.capacity @ model.uniform(1.0)))
+        mean = float(model.uniform(1.0) @ (model.capacity @ behind)) / capacity
+        values = shell.space.values(shell.space.points) @ field
+        values = values - np.average(values, weights=shell.space.dx)
+        weight = np.sqrt(shell.space.dx)
+        rows = weight[:, None] * legvander2d(xi, zeta, [POLYNOMIAL_DEGREE, POLYNOMIAL_DEGREE])
+        found = np.linalg.lstsq(rows, weight * values, rcond=None)[0]
+        return cls(-mean, capacity, found.reshape(POLYNOMIAL_DEGREE + 1, POLYNOMIAL_DEGREE + 1))
+
+    @property
+    def conductance(self) -> float:
+        """From the air to the plate, W/K, with which one lump lags as much."""
+        return self.capacity / self.lag
+
+    def uneven(self, xi: Numbers, zeta: Numbers) -> Numbers:
+        """Return b less its mean (Q,), K per K/s, at normalised places (Q,)."""
+        return np.asarray(
+            legvander2d(xi, zeta, [POLYNOMIAL_DEGREE, POLYNOMIAL_DEGREE]) @ self.coefficients.ravel()
+        )
+
+    @property
+    def effect(self) -> Effect:
+        """The gradient, in proportion to the rate of the temperature."""
+
+        def card(_experiment: Experiment) -> EffectCard:
+            return EffectCard(
+                name=NAME,
+                summary="on a ramp the air warms one side of the plate sooner than the other",
+                parameters=(Parameter("share", "1", 0.0, 1.0, 1.0),),
+                needs="an up and a down ramp",
+                separated_by="thermocouples at the plate's corners",
+                title="uneven convection",
+                phrase="a gradient of {share} of what the heat equation says",
+            )
+
+        def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
+            moved = values["share"] * circumstances.point.rate * self.uneven(state.xi, state.zeta)
+            return state.with_(temperature=state.temperature + moved)
+
+        return Effect(card, apply)
 
 
 def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Progress) -> SimulatedParts:

@@ -14,7 +14,7 @@ from analysis.material import MaterialLaws
 from analysis.radiation.radiator import Radiator
 from analysis.radiation.spherical_head import at_ears
 from analysis.rendering.heard import HeardRenderer, PanelResponse, between_temperatures
-from app.files.wav_file import WavFile, create_wav
+from app.files.sound_file import WavFile, create_wav
 from app.sound.weather_of_panel import WeatherOfPanel
 from app.twins.panel_twin import PanelTwin
 

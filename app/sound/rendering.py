@@ -15,11 +15,10 @@ from analysis.rendering.programme import TemperatureProgramme
 from analysis.rendering.renderer import Renderer
 from analysis.weather.family import Across
 from app.files.bad_file import ResultFileError
+from app.files.disk_room import RESULTS, require_room
 from app.files.exports.destination import written_together
 from app.files.exports.shipment import Shipment
-from app.files.room import RESULTS, require_room
-from app.files.sound_file import Sound
-from app.files.wav_file import WavFile, WavFileError, create_wav
+from app.files.sound_file import Sound, WavFile, WavFileError, create_wav
 from app.sound.listeners import PARTS, HeardFiles, ListenersOfPanel
 from app.sound.trace import Trace
 

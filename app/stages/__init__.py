@@ -13,7 +13,6 @@
 ``update_modes``           the same of a plate whose modes are known, without FRFs
 ``pairing``                measured modes of some sweeps beside those of the twin
 ``likely_reason``          other declarations, tried where the twin is no fit
-``alternatives``           which: places, lengths, order of channels, orthotropy
 ``comparison_request``     what is asked of `update` and of the next
 ``gap``                    comparison of a campaign with its twin
 ``gap_notes``                effects that were not tried, and the error of the twin
@@ -37,6 +36,5 @@
 ``panel_laws``             material laws of a panel's plate, and their range
 ``measured_plate``         a panel that is the plate that was measured
 ``study``                  the paper's figures on focusing for a panel; ``study_figures``: their data, one by one
-``uncorrected_filters``    performance of filters designed without a named effect
 =========================  ================================================================
 """

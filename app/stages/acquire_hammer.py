@@ -13,8 +13,7 @@ from app.files.sweep_file import Source
 from app.stages.acquire import claimed
 from drivers.hammer.campaign import HammerCampaign, HammerObserver, Key, no_key
 from drivers.hammer.hammer_rig import HammerInputs, HammerRig
-from drivers.hammer.hit_temperature import HitTemperature, declared, in_a_room
-from drivers.hammer.judged_hit import HitJudge
+from drivers.hammer.judged_hit import HitJudge, HitTemperature, declared, in_a_room
 from drivers.hammer.progress import HammerProgress
 from drivers.hammer.set_points import HeldPlate, run_set_points
 from drivers.hammer.trigger import HitTrigger

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import CampaignExtent
 from analysis.compensation.measured import compensate_measured
 from analysis.compensation.outcome import Compensation
 from analysis.compensation.settings import Training, suited_nodes
@@ -17,7 +17,7 @@ from analysis.compensation.tilted import tilted_contrast
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
-from analysis.focusing.temperatures import covered, spaced
+from analysis.focusing.responses import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from analysis.weather.declared_weather import Weather
@@ -28,7 +28,7 @@ from app.files.campaign_inputs import extent_settings
 from app.files.compensation_file import save_compensation
 from app.files.provenance import provenance
 from app.stages.panel_inputs import workers
-from app.summaries.display import as_text
+from app.summaries.table import as_text
 from app.twins.panel_twin import panel_twin
 
 if TYPE_CHECKING:

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import CampaignExtent
 from analysis.compensation.settings import FEWEST_TRAINING_TEMPERATURES, Training, suited_nodes
 from analysis.focusing.methods import Method
-from analysis.focusing.temperatures import spaced
+from analysis.focusing.responses import spaced
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.stages.panel_inputs import PanelTask, method_for, panel_for, require_aim, scanned_panel, weather_for

@@ -5,8 +5,7 @@ import numpy as np
 from analysis.experiment import Experiment
 from analysis.frf import Frf
 from analysis.geometry.fault import GeometryError
-from analysis.material_kinds import KINDS
-from analysis.plate_material import material_box
+from analysis.plate_material import KINDS, material_box
 from analysis.progress import Progress
 from analysis.updating.modulus_scan import ModulusScan, scan_modulus, scanned_box
 from analysis.updating.update import middle_sweep

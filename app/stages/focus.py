@@ -2,31 +2,32 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.campaign_extent import CampaignExtent
-from analysis.focusing.aim import Aim
-from analysis.focusing.measured import MeasuredPanel
-from analysis.focusing.measured_filters import compare_measured, focus_measured
-from analysis.focusing.methods import Method, MethodComparison, compare
+from analysis.campaign import CampaignExtent
+from analysis.focusing.design import tap_design
+from analysis.focusing.measured import MeasuredPanel, compare_measured, focus_measured
+from analysis.focusing.methods import Method, MethodComparison, compare, designer
 from analysis.focusing.over_temperature import Focusing, focus
 from analysis.focusing.panel import Panel
 from analysis.focusing.pareto import ParetoCurve, pareto
-from analysis.focusing.responses import constants_at
-from analysis.focusing.temperatures import covered, spaced
+from analysis.focusing.performance import Aim, aim, joined
+from analysis.focusing.responses import constants_at, covered, design_forms, responses, spaced
+from analysis.focusing.sound_aim import SoundAim
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from app.files.campaign_inputs import extent_settings
 from app.files.filter_files import save_focusing
 from app.files.provenance import provenance
 from app.stages.panel_inputs import workers
-from app.stages.uncorrected_filters import uncorrected_aim
-from app.summaries.display import as_text
-from app.twins.panel_twin import panel_twin
+from app.summaries.table import as_text
+from app.twins.panel_twin import PanelTwin, panel_twin
 
 FILTERS = "filters.h5"
 USUAL_SPACING = 5.0
@@ -74,6 +75,52 @@ class FocusedPanel:
             f"those of {found.reference_temperature:g} °C"
         )
         return as_text(line, self.notes)
+
+
+def uncorrected_aim(
+    model: PanelTwin,
+    panel: Panel,
+    laws: MaterialLaws,
+    uncorrected: MaterialLaws | None,
+    temperature: NDArray[np.float64],
+    method: Method,
+) -> Aim | None:
+    """Assess, on a panel with the true laws, FIR filters designed for the uncorrected laws.
+
+    Parameters
+    ----------
+    laws : MaterialLaws
+        True laws of the panel.
+    uncorrected : MaterialLaws or None
+        Laws for which the filters are designed.
+    temperature : (T,) ndarray
+        Degrees Celsius.
+    method : str
+        Design method.
+
+    Returns
+    -------
+    Aim or None
+        None where there are no uncorrected laws.
+    """
+    if uncorrected is None:
+        return None
+    settings, lines = panel.filters, panel.filters.frequency
+    band = settings.in_band(lines)
+    rule, design = designer(method, model, panel, lines), tap_design(method, model, panel, laws)
+    sound = SoundAim.designing(panel, model.space.grid, method)
+    asked = model.space.asked(panel.target.displacement)
+    real = responses(model, laws, temperature, lines)
+    believed = constants_at(uncorrected, temperature)
+    reached = []
+    for here, constants, (_, amplitude) in zip(temperature, believed, real, strict=True):
+        guessed = model.forms(*constants, lines, panel.target.displacement)
+        guessed = design_forms(model, panel, uncorrected, float(here), guessed, sound)
+        taps = design.taps(guessed, rule(constants, partial(model.amplitudes, *constants, lines), guessed))
+        filters = design.bank(taps[None], np.zeros(1)).response(lines[band])[0]
+        forms = model.space.forms([amplitude[:, band]], panel.target.displacement)
+        reached.append(aim(model.space, forms, amplitude[:, band], filters, asked))
+    return joined(reached)
 
 
 def compute(

@@ -50,8 +50,8 @@ from app.stages.gap_pairing import paired_report, pairing_before
 from app.stages.issued_twin import issued_twin
 from app.stages.plan import next_experiment
 from app.stages.update import Updating, updated_twin
-from app.summaries.display import as_html, as_text
 from app.summaries.gap import headline, tables
+from app.summaries.table import as_html, as_text
 from app.twins.campaign_model import WORKERS, campaign_model, judging
 from app.twins.campaign_twin import OFFSET, offset_wanted
 from simulation.effects.library import untried

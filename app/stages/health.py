@@ -25,8 +25,8 @@ from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.best_twin import best_twin
 from app.files.campaign import load_campaign
+from app.files.campaign_kind import DRIVE, FRF, RESPONSE, declared_date
 from app.files.frf_file import load_frf
-from app.files.panel_date import DRIVE, FRF, RESPONSE, declared_date
 from app.files.provenance import provenance, sha256
 from app.files.run_folder import run_file
 from app.files.twin_check import require_same_panel

@@ -11,8 +11,7 @@ from analysis.experiment import Experiment
 from analysis.frf import Frf, campaign_frf
 from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.preparation import sweep_points
-from analysis.identification.confirmation import confirmed
-from analysis.identification.neighbouring_sweeps import confirmed_by_neighbours
+from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
 from analysis.identification.residual_terms import choices_for
 from analysis.identification.stated_temperature import at_stated_temperature
 from analysis.identification.tracked_modes import TrackedModes
@@ -20,19 +19,18 @@ from analysis.identification.tracking import sweep_measured, track
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
-from app.files.campaign_export import export_frfs
+from app.files.campaign_export import export_frfs, nearest_sweep, sweep_name
 from app.files.campaign_inputs import campaign_settings
 from app.files.frf_file import save_frf
 from app.files.modes_file import save_modes, write_table
 from app.files.provenance import provenance, sha256
 from app.files.run_folder import run_file
-from app.files.uff_campaign import nearest_sweep, sweep_name
 from app.modal_test.frf_set import said_of_coherence, said_of_reference
 from app.stages.drift_notes import untimed
 from app.stages.identify_options import Wanted
 from app.stages.temperature_notes import resonance_notes
-from app.summaries.display import as_html, as_text
 from app.summaries.modes import headline, modes_record, tables
+from app.summaries.table import as_html, as_text
 
 
 @dataclass(frozen=True)

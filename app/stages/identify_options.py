@@ -9,14 +9,13 @@ import numpy as np
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.frf import Frf
 from analysis.identification.automatic import identify
-from analysis.identification.band import lines_inside
 from analysis.identification.confirmation import confirmed
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.reading import Damping
 from analysis.identification.residual_terms import choices_for
-from analysis.identification.settings import Settings
+from analysis.identification.settings import Settings, lines_inside
 
 Method = Literal["auto", "peak-picking"]
 

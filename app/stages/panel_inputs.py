@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import CampaignExtent
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
@@ -77,7 +77,7 @@ def weather_for(path: Path, panel: Panel, method: Method) -> Weather:
     CampaignFileError
         For what is wrong in the file itself.
     """
-    from app.files.weather_file import read_weather
+    from app.files.panel_file import read_weather
     from app.twins.weather_fields import check_thermometers
 
     if method != "stif":

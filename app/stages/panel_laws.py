@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import CampaignExtent
 from analysis.focusing.panel import Panel
-from analysis.focusing.temperatures import covered
+from analysis.focusing.responses import covered
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from app.files.bad_file import ResultFileError
 from app.files.best_twin import CORRECTED, best_twin, recordings

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import CampaignExtent
 from analysis.focusing.panel import Panel
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
@@ -18,7 +18,7 @@ from app.files.run_folder import run_file, run_folder
 from app.files.transfers_file import transfer_files
 from app.stages.panel_inputs import measured_panel
 from app.stages.panel_laws import laws_for
-from app.summaries.campaign_extent import extent_record, led
+from app.summaries.numbers import extent_record, led
 
 if TYPE_CHECKING:  # a run is told to be of another kind before what computes is imported
     from analysis.focusing.radiated import Radiation

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import CampaignExtent
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
@@ -12,14 +12,14 @@ from analysis.rendering.programme import TemperatureProgramme
 from analysis.weather.declared_weather import Weather
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.exports.shipment import Shipment, shipment
+from app.files.panel_file import read_weather
 from app.files.provenance import sha256
 from app.files.run_folder import run_folder
 from app.files.sound_file import opened_sound
-from app.files.weather_file import read_weather
 from app.sound import said_of_rendering as said
 from app.sound.temperatures import programme
 from app.stages.panel_laws import laws_for
-from app.summaries.campaign_extent import led
+from app.summaries.numbers import led
 
 if TYPE_CHECKING:  # a run is told to be of another kind before what computes is imported
     from app.sound.listeners import ListenersOfPanel

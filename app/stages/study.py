@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import CampaignExtent
 from analysis.compensation.settings import Training
-from analysis.focusing.temperatures import spaced
+from analysis.focusing.responses import spaced
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.campaign_inputs import extent_settings

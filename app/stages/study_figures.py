@@ -16,7 +16,7 @@ from analysis.compensation.study import compensate
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import Panel
 from analysis.focusing.played import play_methods
-from analysis.focusing.temperatures import covered, spaced
+from analysis.focusing.responses import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from app.files.studies_file import Studies, Surfaces

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import CampaignExtent
 from analysis.progress import Progress
 from analysis.rendering.programme import TemperatureProgramme
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
@@ -19,7 +19,7 @@ from app.sound.temperatures import programme
 from app.stages.panel_laws import laws_for, range_of
 from app.stages.render import require_covered
 from app.summaries import thermometer as said
-from app.summaries.campaign_extent import extent_record, led
+from app.summaries.numbers import extent_record, led
 
 if TYPE_CHECKING:  # a run is told to be of another kind before what computes is imported
     from app.sound.listening_panel import ListeningPanel

@@ -26,10 +26,9 @@ from analysis.updated import Updated
 from analysis.updating.corrected_twin import corrected_twin, fit_twin
 from analysis.updating.drift import sweep_laws, to_first_order
 from analysis.updating.laws import laws_of_sweeps
-from analysis.updating.outlier_sweeps import outlier_sweeps
 from analysis.updating.polarity import polarity_corrected
 from analysis.updating.sheet_start import sheet_start
-from analysis.updating.update import update
+from analysis.updating.update import outlier_sweeps, update
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.pairing_json import pairing_record
@@ -43,8 +42,8 @@ from app.stages.pairing import (
     with_reason,
 )
 from app.stages.temperature_notes import label_notes, recorded_notes
-from app.summaries.display import as_html, as_text
 from app.summaries.pairing import pairing_tables
+from app.summaries.table import as_html, as_text
 from app.summaries.update import headline, notes, tables_of
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
 from app.twins.campaign_twin import campaign_twin, placed, tolerant_twin, twin_is_built

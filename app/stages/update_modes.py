@@ -20,7 +20,7 @@ from app.files.bad_file import ResultFileError
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance
 from app.plate_frfs.plate_of_modes import PlateOfModes
-from app.summaries.display import as_html, as_text
+from app.summaries.table import as_html, as_text
 from app.summaries.update import headline, tables_of
 from app.twins.campaign_twin import tolerant_twin
 from app.twins.computed_modes import computed_poles

@@ -1,27 +1,18 @@
 """What is said of results: sentences, tables as values, and JSON records; drawn elsewhere.
 
 =======================  ===============================================================
-``table``                a table of words, as a value
-``campaign_extent``      how many sweeps an incomplete campaign has, in a line and as JSON
-``modes``                modes as JSON, as tables and in one line
-``mode_rows``            modes of one sweep as rows of words
-``with_sigma``           a value as far as its standard deviation lets it be known
+``table``                a table of words, as a value; a result as scripts and notebooks show it
+``modes``                modes as JSON, as tables, as rows of words and in one line
+``numbers``              numbers in words: with standard deviation, times, how many sweeps
 ``update``               estimates of model updating as JSON, as a table and in one line
 ``sheet``                constants of an orthotropic sheet likewise
 ``pairing``              paired modes as a table
 ``focusing``             focusing over temperature as JSON, as a table, notes and one line
-``compensation``         methods of compensation as JSON, as a table and in one line
+``compensation``         methods of compensation, and filters in a weather, as JSON and tables
 ``radiation``            sound at listeners as JSON, as a table, notes and one line
-``weather``              filters in a weather as JSON, as a table and a note
 ``thermometer``          readings of the thermometer as JSON and in one line
 ``health``                what has changed on a panel as JSON, as tables and in one line
-``gap``                  tables and sentences from gap.json
-``plan``                 the next experiment as a table and in sentences
-``description``          what no effect explains, in sentences
-``effect_words``         effects found, in units that people use
+``gap``                  gap.json in words: effects, plan of the next experiment, description
 ``briefing``             a run in words: the plate, what its twin lacked, what to do next
-``duration``             a time in words
-``sweeps_said``          numbers of sweeps and ranges of values in words
-``display``              a result as a script prints it and as a notebook shows it
 =======================  ===============================================================
 """

@@ -10,11 +10,9 @@ from analysis.declared_quantity import DeclaredQuantity, doubts
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updated import GOOD_MISFIT
 from app.files.best_twin import BestTwin, TwinOfRun
-from app.summaries.description import description_words
-from app.summaries.effect_words import found_words, title, titles_of
+from app.summaries.gap import answer_words, description_words, found_words, plan_words, title, titles_of
+from app.summaries.numbers import FIXED, roughly
 from app.summaries.pairing import no_fit_words
-from app.summaries.plan import answer_words, plan_words
-from app.summaries.with_sigma import FIXED, roughly
 
 Record = Mapping[str, Any]
 USUAL_TEMPERATURE = 20.0

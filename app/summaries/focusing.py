@@ -4,14 +4,13 @@ from pathlib import Path
 from typing import Any
 
 from analysis.arrays import Real
-from analysis.focusing.aim import Aim
 from analysis.focusing.design import peak_drive
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
 from analysis.focusing.pareto import ParetoCurve
-from analysis.focusing.performance import area_normalised, decibels
-from analysis.radiation.third_octaves import ripple
+from analysis.focusing.performance import Aim, area_normalised, decibels
+from analysis.radiation.measures import ripple
 from app.summaries.table import Table
 
 CAPTION = (

@@ -7,9 +7,9 @@ from analysis.effect_card import PEOPLES
 from analysis.health.candidates import WORDS
 from analysis.health.health_report import HealthDate, HealthReport, NamedChange
 from analysis.health.refined import RefinedChange
-from app.summaries.effect_words import USUAL
+from app.summaries.gap import USUAL
+from app.summaries.numbers import roughly
 from app.summaries.table import Table
-from app.summaries.with_sigma import roughly
 
 SCHEMA = "flexura-health/1"
 

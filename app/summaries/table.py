@@ -1,6 +1,11 @@
-"""A table of words, as a value: the terminal, a notebook and the report draw it each in their own way."""
+"""A table of words, as a value, and a result as a script prints it and as a notebook shows it.
 
+The terminal, a notebook and the report draw a table each in their own way.
+"""
+
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from html import escape
 
 
 @dataclass(frozen=True)
@@ -31,3 +36,30 @@ class Table:
         for row in self.rows:
             if len(row) != len(self.headings):
                 raise ValueError(f"table {self.title!r}: {len(row)} cells below {len(self.headings)} headings")
+
+
+def as_text(headline: str, notes: Sequence[str] = ()) -> str:
+    """Return a line in angle brackets, and notes indented below it."""
+    return "\n".join([f"<{headline}>", *(f"  {note}" for note in notes)])
+
+
+def as_html(headline: str, tables: Iterable[Table], notes: Sequence[str] = ()) -> str:
+    """Return a line, tables, and a paragraph for every note as HTML."""
+    paragraphs = (f"<p>{escape(note)}</p>" for note in notes)
+    return "".join([f"<p>{escape(headline)}</p>", *map(_table, tables), *paragraphs])
+
+
+def _table(table: Table) -> str:
+    sides = ["left" if n in table.words else "right" for n in range(len(table.headings))]
+
+    def row(tag: str, cells: Sequence[str]) -> str:
+        shown = (
+            f'<{tag} style="text-align:{side};white-space:pre-line">{escape(cell)}</{tag}>'
+            for side, cell in zip(sides, cells, strict=True)
+        )
+        return f"<tr>{''.join(shown)}</tr>"
+
+    body = "".join(row("td", cells) for cells in table.rows)
+    below = f"<p>{escape(table.caption)}</p>" if table.caption else ""
+    title = f'<caption style="text-align:left">{escape(table.title)}</caption>'
+    return f"<table>{title}<thead>{row('th', table.headings)}</thead><tbody>{body}</tbody></table>{below}"

@@ -13,6 +13,7 @@ from analysis.pairing.paired_sweeps import Pairing
 from analysis.updated import GOOD_MISFIT, Updated
 from analysis.updating.enough_temperatures import FEWEST, distinct_temperatures
 from app.files.declared_json import declared_record
+from app.summaries.numbers import span, sweeps, with_sigma
 from app.summaries.sheet import (
     CAPTION,
     CONSTANTS,
@@ -23,9 +24,7 @@ from app.summaries.sheet import (
     sheet_tables,
     sheet_words,
 )
-from app.summaries.sweeps_said import span, sweeps
 from app.summaries.table import Table
-from app.summaries.with_sigma import with_sigma
 
 
 def gains_text(updated: Updated, inputs: Sequence[Channel]) -> str:

@@ -1,18 +1,15 @@
 """The terminal: progress, tables, streams and signals.
 
 =======================  ===============================================================
-``progress``             one bar per stage on the error stream
+``progress``             one bar per stage on the error stream, or in a notebook
 ``tables``               tables as the terminal draws them
 ``streams``              output that a closed pipe, a lost terminal or a full disk does not end
 ``end_signals``          Ctrl-C, SIGTERM and a lost terminal, all ending a verb in one way
-``worker_processes``     processes that end with the one that gives them work
 ``engine``                 --workers or --cluster: the executor that takes independent tasks
 ``cluster``                workers of a Dask cluster, checked before they work
-``hammer_screen``        a hammer test: which hit is asked for, what came of it
-``keys``                 single keys, taken without waiting for them
+``hammer_screen``        a hammer test: which hit is asked for, what came of it; keys pressed
 ``campaign_progress``    the bar of a running campaign
 ``campaign_ending``      how an acquired campaign ended: record, line, exit status
 ``whole_run``            stages of a run as they are done, and the table at the end
-``notebook``             progress as a notebook shows it
 =======================  ===============================================================
 """

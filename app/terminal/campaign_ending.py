@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from app.files.campaign_error import CampaignFileError
-from app.files.unwritten import UnwrittenFileError
+from app.files.disk_room import UnwrittenFileError
 from drivers.rig.campaign import Outcome
 from drivers.rig.errors import RigInterrupted, RigStopped
 

@@ -7,7 +7,7 @@ from datetime import datetime
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-from app.summaries.duration import duration
+from app.summaries.numbers import duration
 from drivers.rig.campaign import Moment, Observer
 
 

@@ -4,8 +4,12 @@ Dask distributes the tasks and gives those of a dead worker to another. What it 
 the first task: that every worker runs this code with these libraries, sees the folder of the results, has one
 thread (a task takes the whole process: BLAS, signals, memory) and enough memory. A worker that joins later is
 checked by its first task.
+
+That the code is the same is seen by its digest: the version alone does not tell, as of a checkout it stays the
+same while files change.
 """
 
+import hashlib
 import logging
 import os
 import re
@@ -13,7 +17,9 @@ import uuid
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError, Executor, Future
 from contextlib import contextmanager, suppress
+from functools import cache
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -21,8 +27,8 @@ from threadpoolctl import threadpool_limits
 
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
-from app.files.code_digest import running, unlike
 from app.files.parsed_text import parse_json, read_text
+from app.files.run_record import versions
 
 Words = ParamSpec("Words")
 Result = TypeVar("Result")
@@ -40,6 +46,51 @@ ALLOWED = "allowed: tcp://HOST:PORT, as dask scheduler prints it, or the file th
 LARGEST_SCHEDULER_FILE = 1_000_000
 """Bytes of a scheduler's file, which lists its workers."""
 START = "start it with: dask worker {address} --nthreads 1 --memory-limit {limit}"
+
+
+PACKAGES_OF_OURS = ("analysis", "app", "drivers", "flexura", "simulation")
+CARRIES = {".py", ".in", ".css", ".js", ".html"}
+"""Endings of what decides how Flexura works: modules, and the templates beside them."""
+
+
+@cache
+def code_digest() -> str:
+    """SHA-256 of all modules of Flexura as they lie on this machine's disk, and of their names, once a process."""
+    found = hashlib.sha256()
+    for package in PACKAGES_OF_OURS:
+        spec = find_spec(package)
+        if spec is None or spec.origin is None:
+            raise ImportError(f"{package}: not installed beside the others")
+        root = Path(spec.origin).parent
+        for path in sorted(root.rglob("*"), key=lambda one: one.relative_to(root).as_posix()):
+            if path.suffix in CARRIES and path.is_file():
+                name = f"{package}/{path.relative_to(root).as_posix()}"
+                found.update(f"{name}\0{path.stat().st_size}\0".encode())
+                found.update(path.read_bytes())
+    return found.hexdigest()
+
+
+def running() -> dict[str, str]:
+    """Return what runs here, by name: the digest of Flexura's code, the versions of Python and of libraries."""
+    return dict(_running())
+
+
+@cache
+def _running() -> dict[str, str]:
+    """Find it once a process: every task of a cluster asks."""
+    known = versions()
+    libraries = {name: str(one) for name, one in known["packages"].items()}
+    return {"flexura": known["flexura"], "code": code_digest(), "python": known["python"], **libraries}
+
+
+def unlike(ours: dict[str, str], theirs: dict[str, str]) -> str:
+    """Say in which parts two machines run something else; empty where they do not."""
+    names = [name for name in (*ours, *theirs) if ours.get(name) != theirs.get(name)]
+    told = []
+    for name in dict.fromkeys(names):
+        seen, wanted = (one.get(name, "none")[:12] for one in (theirs, ours))
+        told.append(f"{name} {seen} (here {wanted})")
+    return ", ".join(told)
 
 
 @contextmanager

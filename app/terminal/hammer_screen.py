@@ -1,12 +1,16 @@
-"""A hammer test on the error stream, to be heard as well as seen: whoever holds the hammer looks at the plate."""
+"""A hammer test on the error stream, to be heard as well as seen: whoever holds the hammer looks at the plate.
+
+Single keys are taken without waiting for them.
+"""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 
 import click
 
 from analysis.declared import Point
-from drivers.hammer.campaign import AskedHit, ToldHit
+from drivers.hammer.campaign import AskedHit, Key, ToldHit, no_key
 
 BELL = "\a"
 KEYS = "u: undo the last hit, s: skip this point, r: repeat it from its first hit, q: stop"
@@ -66,3 +70,55 @@ class HammerScreen:
             click.echo(
                 click.style(line, fg=colour, bold=bold) + (BELL * bells if self._terminal else ""), err=True
             )
+
+
+MEANING: dict[str, Key] = {"u": "undo", "s": "skip", "r": "repeat", "q": "stop"}
+
+
+@contextmanager
+def hammer_keys() -> Iterator[Callable[[], Key | None]]:
+    """Yield what returns a key typed since it was called last, None where none was, or nobody can type.
+
+    On a terminal, what is typed is neither shown nor held back until the end of a line; the terminal is as it was
+    when the block ends. Ctrl-C stays what it is. A terminal that has gone, or that belongs to another program now,
+    gives no key.
+    """
+    if not sys.stdin or not sys.stdin.isatty():
+        yield no_key
+        return
+    if sys.platform == "win32":
+        import msvcrt
+
+        def pressed() -> Key | None:
+            return MEANING.get(msvcrt.getwch().lower()) if msvcrt.kbhit() else None
+
+        yield pressed
+        return
+    import os
+    import select
+    import termios
+    import tty
+
+    number = sys.stdin.fileno()
+    try:
+        before = termios.tcgetattr(number)
+        tty.setcbreak(number)
+    except termios.error:
+        yield no_key
+        return
+
+    def typed() -> Key | None:
+        try:
+            if not select.select([number], [], [], 0.0)[0]:
+                return None
+            return MEANING.get(os.read(number, 1).decode(errors="replace").lower())
+        except (
+            OSError
+        ):  # EIO: a closed terminal must not end a test, nor must one of which this is in the background
+            return None
+
+    try:
+        yield typed
+    finally:
+        with suppress(termios.error):
+            termios.tcsetattr(number, termios.TCSADRAIN, before)

@@ -1,26 +1,19 @@
 """``flexura view``: a running campaign, and the results of a finished one. The only package that imports Qt.
 
 ==================  ===============================================================
-``application``     Qt begun, or the reason why it cannot be
-``garbage``         garbage collected in the thread of the windows alone
+``application``     Qt begun, or the reason why it cannot be; its garbage
 ``folder``          which campaign and which results a folder stands for
 ``theme``           dark and light
 ``chart``           a plot that can be read, followed and exported
-``log_axis``        numbers of a logarithmic axis
-``map``             what a plot of a map shows
 ``map_chart``       a plot of a map, with its colour bar
 ``mac_chart``       MAC of two lists of modes, with its values
 ``twin_page``       measured modes beside those of the twin
-``export``          a plot as PNG, SVG and CSV
-``cursors``         the frequency and the temperature that all plots share
-``frequency_axis``  linear or logarithmic frequency, cursor and mark in all plots of a page
+``cursors``         frequency and temperature that all plots share, and the frequency axis
 ``parts``           magnitude and phase, or real and imaginary part
 ``nyquist``         the Nyquist plane around the frequency cursor
 ``mode_table``      modes as rows of a table
 ``window``          keys, help, themes and export: what both windows have in common
-``movement``        pictures that follow each other, or stand still
-``surface``         a moving field, drawn in perspective
-``lattice``         fields shown up to the edges of the plate, whatever its outline
+``surface``         a field over a plate, from above or moving in perspective
 ``recorded``        the window on a recorded campaign
 ``live``            the window on a campaign being acquired
 ``test_run``        the window on a modal test

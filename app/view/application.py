@@ -1,15 +1,24 @@
-"""Qt begun, or the reason why it cannot be: it ends the process by SIGABRT where no window can be opened."""
+"""Qt begun, or the reason why it cannot be: it ends the process by SIGABRT where no window can be opened.
 
+Garbage is collected in the thread of the windows alone. Python collects wherever memory happens to be asked for.
+In a thread that computes, that would take windows apart which belong to another, and Qt does not survive it.
+"""
+
+import gc
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import click
+from PySide6.QtCore import QTimer
 
 if TYPE_CHECKING:
     from PySide6.QtCore import QMessageLogContext, QtMsgType
     from PySide6.QtWidgets import QApplication
+
 
 DRAWS_INTO_MEMORY = ("offscreen", "minimal")
 DESKTOP_TIMEOUT = 30.0
@@ -97,3 +106,29 @@ def _message(kind: "QtMsgType", context: "QMessageLogContext", text: str) -> Non
 
     if not text.startswith("This plugin does not support"):
         click.echo(qFormatLogMessage(kind, context, text), err=True)
+
+
+LOOK_INTERVAL = 200
+"""Milliseconds between two looks."""
+
+
+@contextmanager
+def collected_here() -> Iterator[None]:
+    """Collect from this thread's event loop, and from nowhere else, within the block."""
+    timer = QTimer()
+    timer.timeout.connect(collect)
+    gc.disable()
+    timer.start(LOOK_INTERVAL)
+    try:
+        yield
+    finally:
+        timer.stop()
+        gc.enable()
+
+
+def collect() -> None:
+    """Collect the oldest generation that is due, as Python would."""
+    for generation in (2, 1, 0):
+        if gc.get_count()[generation] > gc.get_threshold()[generation]:
+            gc.collect(generation)
+            return

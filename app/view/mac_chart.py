@@ -8,8 +8,7 @@ from PySide6.QtGui import QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QApplication
 
 from analysis.arrays import Real
-from app.view.chart import Side
-from app.view.map import Map
+from app.view.chart import Map, Side
 from app.view.map_chart import MapChart
 from app.view.theme import Theme, one_sided
 

@@ -8,9 +8,7 @@ import pyqtgraph
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from app.view.chart import Chart
-from app.view.log_axis import log_places
-from app.view.map import Map
+from app.view.chart import Chart, Map, log_places
 
 MOST_CELLS = 1024
 """Rows or columns at most of a map whose cells differ in size."""

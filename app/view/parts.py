@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from PySide6.QtWidgets import QComboBox
 
 from analysis.arrays import Complex, Real
-from analysis.phase import drawn_phase
+from analysis.drawn_curves import drawn_phase
 from app.view.chart import Chart
 
 PHASE_TICKS = [[(v, f"{v}") for v in some] for some in ((-180, 0, 180), (-90, 90))]

@@ -7,14 +7,13 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication
 
 from analysis.progress import Progress
-from app.view.export import picture
 from app.view.live.hammer_window import HammerWindow
 from app.view.live.window import LiveWindow
 from app.view.recorded.fields_page import FieldsPage
 from app.view.recorded.modes_page import ModesPage
 from app.view.recorded.window import RecordedWindow
 from app.view.test_run.window import TestWindow
-from app.view.window import Window
+from app.view.window import Window, picture
 from app.watch.watched import AT_A_TIME, FRFS_SHOWN
 
 TWIN_TIMEOUT = 600.0

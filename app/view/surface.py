@@ -1,18 +1,23 @@
-"""A moving field, drawn in perspective from behind to the front."""
+"""A field over a plate at points of a lattice: shown up to the plate's own edges, from above or in perspective.
 
-from collections.abc import Sequence
+In perspective it moves, drawn from behind to the front, until somebody wants it to stand still.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import pyqtgraph
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt, QTimer
 from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPolygonF
+from PySide6.QtWidgets import QPushButton, QWidget
 
-from analysis.arrays import Real
-from app.view.chart import Chart
-from app.view.lattice import filled, widened
-from app.view.map import Map
+from analysis.arrays import Complex, Real
+from analysis.plate import Plate
+from app.view.chart import Chart, Map
 from app.view.theme import Theme, two_sided
 
 AZIMUTH, ELEVATION = np.radians(-32.0), np.radians(38.0)
@@ -151,6 +156,78 @@ class PerspectiveChart(Chart):
         self.plotItem.vb.setRange(self._item.boundingRect(), padding=0.0)
 
 
+CELLS_IN_ONE = 6
+"""Cells of a picture in one of the lattice."""
+
+
+def edges_of(plate: Plate) -> list[Real]:
+    """Corners (C, 2), m, of a plate's outline and holes."""
+    return [loop.polygon for loop in (plate.loop, *plate.hole_loops)]
+
+
+def widened(at: Real, by: int) -> Real:
+    """Return places (N,) with `by` more on either side, as far apart as the outermost ones."""
+    beyond = np.arange(1, by + 1)
+    before = at[0] - beyond[::-1] * (at[1] - at[0])
+    return np.concatenate([before, at, at[-1] + beyond * (at[-1] - at[-2])])
+
+
+def filled(field: Complex) -> Complex:
+    """Continue a field (X, Y) past the plate's edge, where it is NaN: straight on, by the values next to it."""
+    found = field.copy()
+    while np.isnan(found).any() and not np.isnan(found).all():
+        wide = np.pad(found, 2, constant_values=np.nan)
+        guesses = []
+        for axis in (0, 1):
+            for step in (1, -1):
+                next_to, behind = (np.roll(wide, k * step, axis)[2:-2, 2:-2] for k in (1, 2))
+                guesses.append(np.where(np.isnan(behind), next_to, 2.0 * next_to - behind))
+        beside = np.stack(guesses)
+        known = ~np.isnan(beside)
+        reached = np.isnan(found) & known.any(axis=0)
+        mean = np.where(known, beside, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+        size = np.nanmax(np.abs(field))  # far from the plate straight on would lead anywhere
+        found[reached] = (mean * np.minimum(1.0, 1.5 * size / np.maximum(np.abs(mean), 1e-300)))[reached]
+    return found
+
+
+@dataclass(frozen=True)
+class FromAbove:
+    """A lattice made finer where the plate's edges cut it.
+
+    Attributes
+    ----------
+    x, y : (X,), (Y,) ndarray
+        Of the lattice, m.
+    plate : Plate
+    """
+
+    x: Real
+    y: Real
+    plate: Plate
+
+    @cached_property
+    def _fine(self) -> tuple[Real, Real, NDArray[np.bool_]]:
+        """Finer places along both axes, and which of their points (x, y) lie off the plate."""
+        wide = [widened(at, 2) for at in (self.x, self.y)]
+        x, y = (np.linspace(float(at[0]), float(at[-1]), CELLS_IN_ONE * (len(at) - 1) + 1) for at in wide)
+        points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+        return x, y, ~self.plate.contains(points).reshape(len(x), len(y))
+
+    def amplitude(self, field: Complex) -> Map:
+        """Return amplitudes of a field (X, Y) as a map; NaN off the plate."""
+        from scipy.ndimage import map_coordinates
+
+        if not np.isnan(field).any():
+            return Map(self.x, self.y, np.abs(field).T)
+        x, y, off = self._fine
+        whole = filled(np.pad(field, 2, constant_values=np.nan))
+        rows = [np.arange(CELLS_IN_ONE * (size - 1) + 1) / CELLS_IN_ONE for size in whole.shape]
+        places = np.meshgrid(*rows, indexing="ij")
+        real, imaginary = (map_coordinates(part, places, order=1) for part in (whole.real, whole.imag))
+        return Map(x, y, np.where(off, np.nan, np.hypot(real, imaginary)).T)
+
+
 class SurfaceChart(PerspectiveChart):
     """A field over a plate that can be set moving.
 
@@ -218,3 +295,41 @@ def _densely(corners: Real, steps: int = 48) -> Real:
         for start, end, count in zip(corners, ends, counts, strict=True)
     ]
     return np.vstack([*sides, corners[:1]])
+
+
+FRAME_INTERVAL = 33
+"""Milliseconds from one picture to the next."""
+
+
+class Movement(QTimer):
+    """Asks for the next picture.
+
+    Parameters
+    ----------
+    parent : QWidget
+    advance : callable
+        Shows it.
+    button : QPushButton, optional
+        Starts and stops the movement, and says which of both it would do.
+    """
+
+    def __init__(self, parent: QWidget, advance: Callable[[], None], button: QPushButton | None = None) -> None:
+        super().__init__(parent)
+        self.setInterval(FRAME_INTERVAL)
+        self.timeout.connect(advance)
+        self._button = button
+        if button is not None:
+            button.clicked.connect(self.toggle)
+
+    def toggle(self) -> None:
+        """Let the pictures move, or stand still."""
+        self.go(not self.isActive())
+
+    def go(self, moving: bool) -> None:
+        """Let them do one of both."""
+        if moving:
+            self.start()
+        else:
+            self.stop()
+        if self._button is not None:
+            self._button.setText("Still" if moving else "Move")

@@ -5,8 +5,7 @@
 ``watched_hits``     the folder of a hammer test as it grows
 ``course``           the temperature programme and the set-point as lines over time
 ``words``            events in sentences, times of day where the reader is
-``status``           how a campaign stands, in fields and in a line, with its exit status
-``status_of_hits``   the same of a hammer test, with what to do next
+``status``           how a campaign or a hammer test stands, in a line, with its exit status
 ``charts``           what the page shows, as JSON: temperatures, last FRF, levels, log
 ``news``             what people are told, and how often at most
 ``secrets``          addresses of messages and the page's token: environment, or files of mode 600

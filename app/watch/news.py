@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from app.summaries.duration import duration
+from app.summaries.numbers import duration
 from app.watch.status import UNDER_WAY, CampaignStatus
 
 Kind = Literal["finished", "stopped", "not at rest", "sweep given up", "limit approached", "silent"]

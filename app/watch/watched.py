@@ -13,20 +13,16 @@ from pydantic import ValidationError
 from analysis.checked_fields import check_shapes
 from analysis.h1 import h1
 from analysis.protocol.limits import Limits
-from analysis.protocol.programme import Programme
-from analysis.protocol.protocol import AcquisitionProtocol
+from analysis.protocol.protocol import AcquisitionProtocol, Programme
 from analysis.protocol.sweep import SweepSettings
-from app.files import events, latest_repeat, readings
+from app.files import events, running_campaign
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import SWEEPS, read_protocol, sweep_paths
 from app.files.campaign_kind import PROTOCOL
-from app.files.control import requested
-from app.files.events import parse_event, seconds
-from app.files.latest_repeat import LatestRepeat, load_latest
-from app.files.readings import ReadingLine, parse_reading
+from app.files.events import Tail, parse_event, seconds
+from app.files.running_campaign import LatestRepeat, ReadingLine, load_latest, parse_reading, requested
 from app.files.same_experiment import REWIRED
 from app.files.sweep_file import read_sweep_file
-from app.files.tail import Tail
 from app.watch.course import Course, course
 
 FRFS_SHOWN = 24
@@ -115,7 +111,7 @@ class Watched:
         self.sweeps: dict[int, MeasuredSweep] = {}
         self.latest: LatestRepeat | None = None
         self.problems: dict[str, str] = {}
-        self._tails = {name: Tail(folder / name) for name in (events.NAME, readings.NAME, WATCHDOG)}
+        self._tails = {name: Tail(folder / name) for name in (events.NAME, running_campaign.READINGS, WATCHDOG)}
         self._seen: set[str] = set()
         self._latest_time = 0.0
 
@@ -124,7 +120,7 @@ class Watched:
         before = self._amounts()
         for line in self._tails[events.NAME].lines():
             self._take_event(line)
-        found = (parse_reading(line) for line in self._tails[readings.NAME].lines())
+        found = (parse_reading(line) for line in self._tails[running_campaign.READINGS].lines())
         self.readings += [reading for reading in found if reading is not None]
         told = (told_by_watchdog(line) for line in self._tails[WATCHDOG].lines())
         self.said += [one for one in told if one is not None]
@@ -178,7 +174,7 @@ class Watched:
     @property
     def last_sign(self) -> float:
         """Time of the last sign of the runner, s since 1970; that of its protocol before there is another."""
-        names = (events.NAME, readings.NAME, latest_repeat.NAME)
+        names = (events.NAME, running_campaign.READINGS, running_campaign.LATEST)
         last = max((self._changed(self.folder / name) for name in names), default=0.0)
         return last or self._changed(self.folder / PROTOCOL)
 
@@ -230,7 +226,7 @@ class Watched:
             return 0.0
 
     def _look_at_latest(self) -> None:
-        changed = self._changed(self.folder / latest_repeat.NAME)
+        changed = self._changed(self.folder / running_campaign.LATEST)
         if changed > self._latest_time:
             self._latest_time = changed
             self.latest = load_latest(self.folder) or self.latest

@@ -14,8 +14,7 @@ from app.files.campaign_kind import HAMMER_TEST, PROTOCOL, is_campaign_folder, i
 from app.files.hammer_folder import begun_with
 from app.watch.charts import charts
 from app.watch.news import BoundedNews, News, NewsOfCampaign
-from app.watch.status import UNDER_WAY, CampaignStatus, gone, status_of
-from app.watch.status_of_hits import status_of_hits
+from app.watch.status import UNDER_WAY, CampaignStatus, gone, status_of, status_of_hits
 from app.watch.watched import Watched
 from app.watch.watched_hits import WatchedHits
 from app.watch.words import plain

@@ -7,7 +7,7 @@ from enum import StrEnum
 from drivers.clock import Clock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Transport
-from drivers.ovens.modbus_frames import crc16
+from drivers.ovens.modbus import crc16
 
 
 class LineFault(StrEnum):

@@ -5,8 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from drivers.checks.faulty_line import FaultyLine
-from drivers.checks.oven_checks import OvenOnTrial, oven_checks
-from drivers.checks.thermometer_checks import ThermometerOnTrial, thermometer_checks
+from drivers.checks.instrument_checks import OvenOnTrial, ThermometerOnTrial, oven_checks, thermometer_checks
 from drivers.checks.trial import CheckVerdict, NotChecked, verdicts
 from drivers.clock import Clock, SystemClock, VirtualClock
 from drivers.ovens.error import Fault, OvenError
@@ -15,8 +14,7 @@ from drivers.ovens.line_settings import LineSettings
 from drivers.ovens.registers import ROUNDED
 from drivers.ovens.serial_port import SerialPort
 from drivers.ovens.settings import OvenSettings
-from drivers.ovens.simulated.controller import Controller
-from drivers.ovens.simulated.memory import MemoryTransport
+from drivers.ovens.simulated.controller import Controller, MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.thermometers.settings import ThermometerSettings

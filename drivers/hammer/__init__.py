@@ -2,8 +2,7 @@
 
 ===================  ==================================================================
 ``trigger``          where the force leaves a level, with the samples from before
-``judged_hit``       volts to units; double hits and overloads rejected
-``hit_temperature``  temperature of the plate at a hit, and what is in doubt about it
+``judged_hit``       volts to units; double hits and overloads rejected; temperature of the plate
 ``progress``         what is measured, undone and left out
 ``hammer_rig``       what is asked of a rig
 ``store``            protocol of the storage of hits and log

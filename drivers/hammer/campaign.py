@@ -10,8 +10,7 @@ import numpy as np
 from analysis.estimation.estimators import estimate
 from analysis.estimation.spectra import Spectra, pooled
 from drivers.hammer.hammer_rig import HammerInputs, HammerRig
-from drivers.hammer.hit_temperature import HitTemperature
-from drivers.hammer.judged_hit import HitJudge, JudgedHit
+from drivers.hammer.judged_hit import HitJudge, HitTemperature, JudgedHit
 from drivers.hammer.progress import ACCEPTED, REJECTED, SKIPPED, UNDONE, HammerProgress, KeptHit
 from drivers.hammer.store import HammerStore
 from drivers.hammer.trigger import HitTrigger

@@ -1,14 +1,22 @@
-"""A hit that was recorded: in SI units, and judged by what judges it when it is read back."""
+"""A hit that was recorded: in SI units, and judged by what judges it when it is read back.
 
-from collections.abc import Sequence
+The temperature of the plate then comes with what is in doubt about it, in an oven or in a room.
+"""
+
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.estimation.impacts import HammerTest, find_blows
 from analysis.estimation.recording import SampledSignals
 from analysis.estimation.spectra import Spectra
+from analysis.plate_temperature.plate_sensors import APART
+from analysis.plate_temperature.sensor_check import OPEN
 
 
 @dataclass(frozen=True)
@@ -110,3 +118,55 @@ class HitJudge:
     def full_scales(self) -> Sequence[float]:
         """Value from which each channel counts as overloaded, in its unit, force first."""
         return [self.largest / volts for volts in self.volts]
+
+
+@dataclass(frozen=True)
+class HitTemperature:
+    """Temperature at one moment.
+
+    Attributes
+    ----------
+    value : float
+        Degrees Celsius; NaN where there is no usable reading.
+    doubt : str
+        Why it may be wrong; empty where nothing says so.
+    """
+
+    value: float
+    doubt: str = ""
+
+
+def declared(value: float) -> Callable[[], HitTemperature]:
+    """Return what gives a temperature that was written into the experiment."""
+    return lambda: HitTemperature(value)
+
+
+def in_a_room(read: Callable[[], Real], names: Sequence[str]) -> Callable[[], HitTemperature]:
+    """Return what gives the mean of the thermocouples on a plate that no oven heats.
+
+    Without an oven no air is measured by which a single reading could be judged: sensors that are open or shorted
+    are left out, and several are compared with one another.
+
+    Parameters
+    ----------
+    read : callable
+        Returns a reading of each sensor (C,), degrees Celsius.
+    names : (C,) sequence of str
+        Of the sensors, for messages.
+    """
+
+    def temperature() -> HitTemperature:
+        readings = dict(zip(names, map(float, read()), strict=True))
+        usable = {name: value for name, value in readings.items() if OPEN[0] < value < OPEN[1]}
+        doubts = [
+            f"{name} reads {readings[name]:g} °C: open or shorted" for name in readings if name not in usable
+        ]
+        doubts += [
+            f"{one} and {other} read {abs(usable[one] - usable[other]):.1f} K apart"
+            for one, other in combinations(usable, 2)
+            if abs(usable[one] - usable[other]) > APART
+        ]
+        mean = sum(usable.values()) / len(usable) if usable else math.nan
+        return HitTemperature(mean, "; ".join(doubts))
+
+    return temperature

@@ -8,7 +8,7 @@ from typing import Any, cast
 from analysis.protocol.protocol import AcquisitionProtocol
 from drivers.hammer.campaign import HammerCampaign
 from drivers.hammer.hammer_rig import HammerInputs
-from drivers.hammer.hit_temperature import HitTemperature
+from drivers.hammer.judged_hit import HitTemperature
 from drivers.hammer.store import HammerStore
 from drivers.ni.errors import DaqError
 from drivers.ovens.error import OvenError

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from analysis.checked_fields import check_range
 from drivers.clock import Clock
-from drivers.ni.input_wiring import InputWiring
-from drivers.ni.output_modules import NI_9260, OutputModule
+from drivers.ni.modules import NI_9260, OutputModule
 from drivers.ni.simulated.surroundings import Module, Surroundings, Temperature
+from drivers.ni.wiring import InputWiring
 
 LEAD_TIME = 0.3
 """s before a hit from which its response is computed: one of limited band begins a little before its hit."""

@@ -3,8 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
-from drivers.hammer.hit_temperature import HitTemperature
-from drivers.hammer.judged_hit import JudgedHit
+from drivers.hammer.judged_hit import HitTemperature, JudgedHit
 from drivers.hammer.progress import HammerProgress, KeptHit
 
 

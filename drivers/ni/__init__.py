@@ -1,12 +1,9 @@
 """National Instruments cards.
 
 ========================  =============================================================
-``modules``               sample rates, range and resolution of the input modules
-``output_modules``        range, resolution and update rates of the output modules
-``thermocouple_modules``  channels and pace of the thermocouple modules
+``modules``               sample rates, range and resolution of input, output and thermocouple modules
 ``cards``                 what a rig asks of its cards; which channels of a record clip
-``input_wiring``          which terminal reads what
-``wiring``                which terminal is connected to what, an output among them
+``wiring``                which terminal is connected to what: inputs, with an output or without
 ``task_setup``            tasks of the driver, set up as the wiring says
 ``daqmx``                 the cards through NI-DAQmx
 ``endless_inputs``        inputs that are read without end, for a trigger in software

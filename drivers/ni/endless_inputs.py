@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from drivers.ni.cards import Cards, go_on
 from drivers.ni.connection import Connection
 from drivers.ni.errors import Action, DaqError
-from drivers.ni.input_wiring import InputWiring
 from drivers.ni.task_setup import read_thermocouples, set_up_inputs, verified_inputs
+from drivers.ni.wiring import InputWiring
 
 BUFFER_SECONDS = 20.0
 """What the driver's buffer holds, s: a hit is judged and written in a fraction of a second, but a network disk may

@@ -1,4 +1,8 @@
-"""Input modules as their maker describes them: which rates they can run at, what voltage they can hold."""
+"""Modules as their maker describes them: voltage inputs, voltage outputs, thermocouples.
+
+Of inputs and outputs, the rates they can run at and the voltage they can hold; thermocouple modules are slow, with
+a timing of their own.
+"""
 
 import math
 from dataclasses import dataclass
@@ -147,3 +151,94 @@ def find_module(name: str) -> InputModule | None:
 
 def _bare(name: str) -> str:
     return "".join(letter for letter in name.lower() if letter.isalnum())
+
+
+CHASSIS_CLOCK = 80e6
+"""Clock that a CompactDAQ chassis divides for modules without a timebase of their own, Hz."""
+
+
+@dataclass(frozen=True)
+class OutputModule:
+    """A voltage output module.
+
+    Attributes
+    ----------
+    name : str
+        As printed on the module.
+    channels : int
+    full_scale : float
+        Largest magnitude it can hold, V.
+    bits : int
+        Of its converter.
+    fastest, slowest : float
+        Update rates, Hz.
+    timebase : float
+        What its update clock is divided from, Hz.
+    divisor_step : int
+        The divisors are its multiples: 256 for a delta-sigma module, 1 for one clocked by the chassis.
+    """
+
+    name: str
+    channels: int
+    full_scale: float
+    bits: int
+    fastest: float
+    slowest: float
+    timebase: float
+    divisor_step: int
+
+    @property
+    def quantum(self) -> float:
+        """Voltage of one code, V."""
+        return 2.0 * self.full_scale / 2.0**self.bits
+
+    def coerced_rate(self, asked: float) -> float:
+        """Return the lowest rate it can run at that is not below `asked`, Hz.
+
+        Raises
+        ------
+        ValueError
+            If `asked` is outside what the module allows.
+        """
+        if not self.slowest * (1.0 - 1e-4) <= asked <= self.fastest * (1.0 + 1e-4):
+            raise ValueError(
+                f"update rate {asked:g} Hz; {self.name} allows {self.slowest:g} to {self.fastest:g} Hz"
+            )
+        # A rate read back and printed with four decimals must find itself again, hence the small excess.
+        divisor = math.floor(self.timebase / self.divisor_step / asked * (1.0 + 1e-6))
+        return self.timebase / self.divisor_step / divisor
+
+
+NI_9260 = OutputModule("NI-9260", 2, 4.24, 24, 51_200.0, 51_200.0 / 31, 13.1072e6, 256)
+NI_9263 = OutputModule("NI-9263", 4, 10.0, 16, 100e3, 1.0, CHASSIS_CLOCK, 1)
+
+KNOWN_OUTPUTS = (NI_9260, NI_9263)
+
+
+@dataclass(frozen=True)
+class ThermocoupleModule:
+    """A multiplexed thermocouple input module with cold-junction compensation built in.
+
+    Attributes
+    ----------
+    name : str
+        As printed on the module.
+    channels : int
+    rate : float
+        Conversions per second, all channels together, Hz.
+    noise : float
+        Of one reading with a type K thermocouple, K rms.
+    """
+
+    name: str
+    channels: int
+    rate: float
+    noise: float
+
+    def duration(self, channels: int) -> float:
+        """Time one reading of so many channels takes, s."""
+        return channels / self.rate
+
+
+NI_9211 = ThermocoupleModule("NI-9211", channels=4, rate=14.0, noise=0.02)
+NI_9213 = ThermocoupleModule("NI-9213", channels=16, rate=18.0, noise=0.02)

@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 
 from drivers.ni.connection import Connection, Device
 from drivers.ni.errors import Action, DaqError
-from drivers.ni.input_wiring import InputWiring
 from drivers.ni.modules import WITH_IEPE, find_module
-from drivers.ni.wiring import Wiring
+from drivers.ni.wiring import InputWiring, Wiring
 
 IEPE_CURRENT = 0.002
 """What an input feeds a sensor with, A: the least that modules have, and enough for every sensor's cable here."""

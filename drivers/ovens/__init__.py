@@ -7,26 +7,17 @@
 ``controllers``        our kinds: settings, driver and simulated counterpart of each
 ``error``              what can go wrong, and what to do next
 ``expiry``             commands that end by themselves where nobody renews them
-``echo``               the echo of a line, left out of its answers
 ``line``               lock, gaps between commands, time-outs, bounded retries
 ``serial_port``        serial ports, pseudo-terminals, TCP sockets
-``modbus``             Modbus registers, read back after each write
-``modbus_frames``      their frames, of Modbus RTU and TCP
-``units``              units of controllers, to degrees Celsius and K/min
-``points``             what a declared controller is made of
+``modbus``             Modbus registers, read back after each write, in frames of RTU and TCP
+``points``             what a declared controller is made of, and its units
 ``mapped_oven``        an oven of which only its points are known
 ``registers``          declared Modbus registers
-``modbus_map``         the kind made of them
-``phrases``            declared queries and commands
-``text_protocol``      the same, read and set on an open line
-``scpi``               the kind made of them
-``eurotherm``          Eurotherm 2400 and 3500
-``eurotherm_program``  a program of limited time in a 2400
-``f4t``                Watlow F4T
-``f4t_profile``        a profile of limited time in an F4T
-``ascii2``             the protocol of Vötsch and Weiss, bytes to values
+``declared_oven``      the kinds made of declared registers, or of declared queries and commands
+``text_protocol``      declared queries and commands, read and set on an open line
+``eurotherm``          Eurotherm 2400 and 3500, and a program of limited time in a 2400
+``f4t``                Watlow F4T, and a profile of limited time in it
 ``votsch``             Vötsch and Weiss chambers
-``p300``               the command language of Espec, bytes to values
 ``espec``              Espec P-300 and SCP-220
 ``simulated``          the same controllers, simulated around one thermal model
 =====================  ============================================================================

@@ -6,11 +6,9 @@ from pydantic import Field, model_validator
 
 from drivers.clock import Clock
 from drivers.ovens.espec import Espec
-from drivers.ovens.eurotherm import MODEL_2400, MODEL_3500, Eurotherm, Registers
-from drivers.ovens.eurotherm_program import EurothermProgram
+from drivers.ovens.eurotherm import MODEL_2400, MODEL_3500, Eurotherm, EurothermProgram, Registers
 from drivers.ovens.expiry import LONGEST, SHORTEST
-from drivers.ovens.f4t import F4T
-from drivers.ovens.f4t_profile import F4TProfile
+from drivers.ovens.f4t import F4T, F4TProfile
 from drivers.ovens.line import Line, Transport
 from drivers.ovens.line_settings import LineSettings
 from drivers.ovens.modbus import ModbusUnit

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol
 
 from drivers.ovens.error import Fault, OvenError
 
@@ -106,3 +106,23 @@ def not_taken(name: str, wanted: str, held: str) -> OvenError:
         "Check the controller's own limits, its keyboard lock, whether somebody uses its front panel, and what is "
         "declared of it.",
     )
+
+
+TemperatureUnit = Literal["degC", "degF", "K"]
+RateUnit = Literal["K/min", "K/s", "K/h", "degF/min", "degF/h"]
+
+_FACTORS: dict[str, tuple[float, float]] = {
+    "degC": (1.0, 0.0),
+    "degF": (5.0 / 9.0, -160.0 / 9.0),
+    "K": (1.0, -273.15),
+    "K/min": (1.0, 0.0),
+    "K/s": (60.0, 0.0),
+    "K/h": (1.0 / 60.0, 0.0),
+    "degF/min": (5.0 / 9.0, 0.0),
+    "degF/h": (5.0 / 540.0, 0.0),
+}
+
+
+def factors(unit: TemperatureUnit | RateUnit) -> tuple[float, float]:
+    """Return slope and intercept from a unit to degrees Celsius, or to K/min."""
+    return _FACTORS[unit]

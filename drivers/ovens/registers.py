@@ -12,10 +12,8 @@ from drivers.clock import Clock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Transport
 from drivers.ovens.line_settings import LineSettings
-from drivers.ovens.modbus import ModbusUnit, WordOrder
-from drivers.ovens.modbus_frames import Framing
-from drivers.ovens.points import not_taken
-from drivers.ovens.units import RateUnit, TemperatureUnit, factors
+from drivers.ovens.modbus import Framing, ModbusUnit, WordOrder
+from drivers.ovens.points import RateUnit, TemperatureUnit, factors, not_taken
 
 T = TypeVar("T")
 
@@ -226,7 +224,7 @@ def read_content(unit: ModbusUnit, name: str, at: int, table: str) -> int:
     return _named(name, lambda: unit.read_words(at, 1, function))[0]
 
 
-def require_good(unit: ModbusUnit, declared: StatusRegister) -> None:
+def require_good_register(unit: ModbusUnit, declared: StatusRegister) -> None:
     """Raise OvenError of kind alarm unless the status is a good one."""
     held = read_content(unit, "status", declared.at, declared.table)
     if held & declared.mask not in declared.good:

@@ -77,8 +77,8 @@ OVENS = Kinds(
         "votsch-ascii2": "drivers.ovens.controllers:VotschSettings",
         "espec-p300": "drivers.ovens.controllers:EspecSettings",
         "watlow-f4t": "drivers.ovens.controllers:WatlowSettings",
-        "modbus-map": "drivers.ovens.modbus_map:ModbusMapOven",
-        "scpi": "drivers.ovens.scpi:ScpiOven",
+        "modbus-map": "drivers.ovens.declared_oven:ModbusMapOven",
+        "scpi": "drivers.ovens.declared_oven:ScpiOven",
     },
 )
 

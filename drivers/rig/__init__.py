@@ -4,18 +4,15 @@
 ``rig``           parts of a rig, real or simulated
 ``rest``          bringing the rig to rest: the oven first, then the drive
 ``occupancy``     locks, so that one process at a time uses the rig
-``device_names``  names of a device that are the same however it is written
 ``session``       opening the rig, and bringing it to rest on every way out
 ``end_requests``  Ctrl-C, SIGTERM, a lost terminal, a closed console: handled later
 ``store``         protocol of the storage of sweeps and log
 ``errors``        exceptions: why a campaign stopped, and what to do next
-``readings``      temperature readings, and limits for missing or invalid ones
-``plausibility``  checks of readings: jumps, stuck sensors, air against plate
+``readings``      temperature readings: missing or invalid ones, jumps, air against plate
 ``station``       cards and oven as a campaign uses them, with logging
 ``shot``          a short sweep before a campaign: wiring, levels, noise
 ``sweeping``      one set-point: sweeps, checks, limited repetition
 ``approach``      bringing the plate to a temperature
-``leg``           one ramp through its set-points
 ``progress``      progress of an interrupted campaign, read from its log
 ``campaign``      all legs, started or resumed
 ``simulated``     the rig with simulated cards and oven on a virtual clock

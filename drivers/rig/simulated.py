@@ -16,14 +16,12 @@ from numpy.typing import NDArray
 
 from drivers.clock import VirtualClock
 from drivers.ni.cards import Cards
-from drivers.ni.input_wiring import InputWiring
 from drivers.ni.simulated.surroundings import DrivenPlate, Module, Surroundings
-from drivers.ni.wiring import Wiring
+from drivers.ni.wiring import InputWiring, Wiring
 from drivers.ovens.expiry import Expiring
 from drivers.ovens.oven import Oven
 from drivers.ovens.settings import OvenSettings, open_oven
-from drivers.ovens.simulated.controller import Controller
-from drivers.ovens.simulated.memory import MemoryTransport
+from drivers.ovens.simulated.controller import Controller, MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.rig import Rig

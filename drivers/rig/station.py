@@ -15,9 +15,8 @@ from drivers.ni.errors import Action, DaqError
 from drivers.ovens.error import OvenError
 from drivers.ovens.line import PASSING
 from drivers.rig.errors import RESUME, RigStopped
-from drivers.rig.plausibility import CheckedSensor, require_celsius
 from drivers.rig.progress import Purpose
-from drivers.rig.readings import RESOLUTION, Patience, Reading
+from drivers.rig.readings import RESOLUTION, CheckedSensor, Patience, Reading, require_celsius
 from drivers.rig.session import Session
 from drivers.rig.store import Store
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 from analysis.campaign import Sweep
-from analysis.protocol.set_points import SweepSetPoint
+from analysis.protocol.protocol import SweepSetPoint
 from drivers.ni.cards import Record
 
 

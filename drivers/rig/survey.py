@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drivers.ni.errors import DaqError
-from drivers.ni.input_wiring import InputWiring
+from drivers.ni.wiring import InputWiring
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import OvenSettings, open_oven
 from drivers.soundcard.card import NOT_STARTED, backend

@@ -11,8 +11,7 @@ from analysis.h1 import h1
 from analysis.plate_temperature.resonances import FrfThermometer, log_spectrum
 from analysis.protocol.acceptance import faults
 from analysis.protocol.drive import drive_signal
-from analysis.protocol.protocol import AcquisitionProtocol
-from analysis.protocol.set_points import SweepSetPoint
+from analysis.protocol.protocol import AcquisitionProtocol, SweepSetPoint
 from drivers.ni.errors import DaqError
 from drivers.rig.readings import Reading
 from drivers.rig.station import Station

@@ -36,7 +36,7 @@ THERMOMETERS = Kinds(
     "flexura.thermometers",
     ThermometerSettings,
     {
-        "modbus-map": "drivers.thermometers.modbus_map:ModbusMapThermometer",
-        "scpi": "drivers.thermometers.scpi:ScpiThermometer",
+        "modbus-map": "drivers.thermometers.declared_thermometer:ModbusMapThermometer",
+        "scpi": "drivers.thermometers.declared_thermometer:ScpiThermometer",
     },
 )

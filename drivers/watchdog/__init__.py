@@ -7,9 +7,8 @@ Qt. On a simulated rig, whose time is virtual, the same supervision runs inside 
 ``guard``         its state machine: what follows from which event in which state
 ``rest_watch``    whether an oven that was switched off is seen to cool; `drivers.rig.rest` asks it, too
 ``supervision``   an oven that is polled, and brought to rest after a fault
-``frames``        lines between the campaign's process and the watchdog's
+``frames``        messages between the processes, and what the watchdog's is told when it starts
 ``process``       the watchdog's process
-``settings``      what the process is told when it starts
 ``remote_oven``   the oven as the campaign's process has it
 ``zero_drive``    brings the drive to 0 V after the campaign's process has died
 ================  =====================================================================

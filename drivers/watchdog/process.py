@@ -29,9 +29,8 @@ from drivers.ovens.error import OvenError
 from drivers.ovens.settings import oven_settings
 from drivers.own_process import module_command
 from drivers.rig.errors import RESUME, RigStopped
-from drivers.watchdog.frames import BEAT, Messages, packed, received
+from drivers.watchdog.frames import BEAT, Messages, WatchdogSettings, packed, received
 from drivers.watchdog.guard import State
-from drivers.watchdog.settings import WatchdogSettings
 from drivers.watchdog.supervision import SupervisedOven
 
 STOPPED = 4.0

@@ -22,8 +22,7 @@ from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.oven import Oven, OvenLimits, SetPoint
 from drivers.own_process import module_command, own_surroundings
 from drivers.rig.errors import RESUME, RigStopped
-from drivers.watchdog.frames import BEAT, Messages, received, unpacked
-from drivers.watchdog.settings import WatchdogSettings
+from drivers.watchdog.frames import BEAT, Messages, WatchdogSettings, received, unpacked
 
 SILENT = 12.0
 """A watchdog that says nothing for longer counts as dead, s; it beats once a second."""

@@ -1,8 +1,7 @@
 """Heat in a plate, on the mesh of its twin.
 
 ==============  =====================================================================
-``heat_model``  heat equation in the plane and through the thickness, as matrices
-``marching``    temperatures over time, by an implicit rule of second order
+``heat_model``  heat conduction in a plate, and its temperatures step by step
 ``weathered``   temperatures of a declared plate in a declared weather
 ==============  =====================================================================
 """

@@ -9,8 +9,7 @@ from analysis.arrays import Real
 from analysis.plate import Plate
 from analysis.progress import Progress
 from analysis.weather.declared_weather import FaceAir, Weather
-from simulation.heat.heat_model import Face, HeatModel
-from simulation.heat.marching import march, settled
+from simulation.heat.heat_model import Face, HeatModel, march, settled
 from simulation.meshing.plate_mesh import PlateMesh
 from simulation.shell.space import ShapeSpace
 

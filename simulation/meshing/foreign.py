@@ -7,10 +7,9 @@ import numpy as np
 from analysis.arrays import Real, Whole
 from analysis.foreign_mesh import ForeignMesh
 from analysis.geometry.fault import GeometryError, at
-from simulation.meshing.mesher import LEAST_RATIO, Border
+from simulation.meshing.mesher import LEAST_RATIO, Border, jacobian_ratio
 from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges, PlateMesh, edges_of
-from simulation.meshing.quality import jacobian_ratio
-from simulation.shell.lobatto import lobatto
+from simulation.shell.shape_functions import lobatto
 
 PLATE = "plate"
 """Group of the cells in no patch and no zone."""

@@ -16,16 +16,15 @@ from analysis.arrays import Real, Whole
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from simulation.meshing.arrangement import Arrangement, Face
-from simulation.meshing.cells import Cells
+from simulation.meshing.cells import Cap, Cells, Repairs, Stretch
 from simulation.meshing.fill import Fill, crossing_sides, fill
-from simulation.meshing.grading import corners_apart, graded
-from simulation.meshing.numbering import numbered
-from simulation.meshing.plate_mesh import PlateMesh
-from simulation.meshing.quality import jacobian_ratio
+from simulation.meshing.grading import corners_apart, graded, part_of
+from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges, PlateMesh, edges_of
 from simulation.meshing.recipe import MeshRecipe
-from simulation.meshing.repairs import Cap, Repairs, Stretch
 from simulation.meshing.sides import Cutter, Sizes
 from simulation.meshing.strips import strips
+from simulation.shell.mapping import map_cells
+from simulation.shell.shape_functions import bow_coefficients
 
 MOST_ROUNDS = 24
 """Repairs after which a mesh is given up: a message is better than a search that does not end."""
@@ -226,6 +225,74 @@ def _repaired(repairs: Repairs, faults: Sequence[MeshFault], cells: Cells, cutte
     return replace(repairs, splits=splits, caps=tuple(caps), bare=frozenset(bare))
 
 
+def numbered(
+    plan: Arrangement,
+    faces: Mapping[int, Face],
+    names: Sequence[str],
+    cells: Cells,
+    triangles: Whole,
+    owners: Sequence[int],
+) -> PlateMesh:
+    """Build the mesh: number points, cells and edges, and fit curved edges.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the borders.
+    triangles : (T, 3) ndarray of int
+        Points of `cells`.
+    owners : sequence of int
+        Faces of the triangles.
+    """
+    quads = np.array(cells.quads, int).reshape(-1, 4)
+    used, flat = np.unique(np.concatenate([quads.ravel(), triangles.ravel()]), return_inverse=True)
+    quads, fans = flat[: quads.size].reshape(-1, 4), flat[quads.size :].reshape(-1, 3)
+    number = {int(old): new for new, old in enumerate(used)}
+    edges = edges_of(quads, fans)
+    place = {(int(a), int(b)): k for k, (a, b) in enumerate(edges)}
+    bow = np.zeros((len(edges), CURVE_DEGREE - 1, 2))
+    for (a, b), path in cells.paths.items():
+        if a not in number or b not in number:
+            continue
+        one, two = number[a], number[b]
+        edge = place.get((min(one, two), max(one, two)))
+        if edge is not None:
+            bow[edge] = bow_coefficients(path if one < two else part_of(path, 1.0, 0.0), CURVE_DEGREE)
+    owner = np.array([*cells.quad_face, *owners], int)
+    inside = {
+        name: np.isin(owner, [f for f, face in faces.items() if k in face.inside]) for k, name in enumerate(names)
+    }
+    borders = _border_edges(plan, names, cells, number, place)
+    return PlateMesh(np.array(cells.points)[used], quads, fans, edges, bow, inside, borders)
+
+
+def _border_edges(
+    plan: Arrangement,
+    names: Sequence[str],
+    cells: Cells,
+    number: Mapping[int, int],
+    place: Mapping[tuple[int, int], int],
+) -> dict[str, BorderEdges]:
+    rows: dict[str, list[tuple[float, ...]]] = {name: [] for name in names}
+    for (a, b), (edge, first, last) in cells.on_edge.items():
+        if a not in number or b not in number:
+            continue
+        one, two = number[a], number[b]
+        mesh_edge = place.get((min(one, two), max(one, two)))
+        if mesh_edge is None:
+            continue
+        for origin in plan.edges[edge].origins:
+            span = [origin.first + t * (origin.last - origin.first) for t in (first, last)]
+            if one > two:
+                span.reverse()
+            rows[names[origin.border]].append((mesh_edge, origin.curve, *span))
+    found = {}
+    for name, entries in rows.items():
+        table = np.array(entries, float).reshape(-1, 4)
+        found[name] = BorderEdges(table[:, 0].astype(int), table[:, 1].astype(int), table[:, 2:])
+    return found
+
+
 def _finished(
     plan: Arrangement,
     faces: Mapping[int, Face],
@@ -242,3 +309,21 @@ def _finished(
         for _ in range(recipe.levels):
             graded(cells, recipe.grading, corners)
     return numbered(plan, faces, [border.name for border in borders], cells, triangles, owners)
+
+
+POINTS_ALONG_SIDE = 5
+"""Points along a side of a cell at which its Jacobian is evaluated."""
+
+
+def jacobian_ratio(mesh: PlateMesh) -> Real:
+    """Smallest over largest Jacobian of every cell, (cells,): 1 for parallelograms, below 0 for inverted ones."""
+    side = np.linspace(-1.0, 1.0, POINTS_ALONG_SIDE)
+    square = np.stack(np.meshgrid(side, side), axis=0).reshape(2, -1)
+    half = 0.5 * (square + 1.0)
+    found = []
+    for triangles, places in ((False, square), (True, half[:, half.sum(axis=0) < 1.0 + 1e-9])):
+        if len(mesh.triangles if triangles else mesh.quads):
+            jacobian = map_cells(mesh, places, triangles)[1]
+            det = jacobian[..., 0, 0] * jacobian[..., 1, 1] - jacobian[..., 0, 1] * jacobian[..., 1, 0]
+            found.append(det.min(axis=1) / np.maximum(np.abs(det).max(axis=1), 1e-300))
+    return np.concatenate(found)

@@ -12,10 +12,8 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.geometry.curves import turning
-from simulation.meshing.arrangement import HalfEdge
-from simulation.meshing.cells import Cells, Foot
-from simulation.meshing.corners import CONVEX, REENTRANT, Corner
-from simulation.meshing.repairs import Repairs
+from simulation.meshing.arrangement import CONVEX, REENTRANT, Corner, HalfEdge
+from simulation.meshing.cells import Cells, Foot, Repairs
 from simulation.meshing.sides import Cutter, Side
 
 FAN = np.deg2rad(100.0)

@@ -19,10 +19,10 @@ from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.reduction.energy_decomposition import middle
 from simulation.shell.factors import factorize
+from simulation.shell.fineness import shortest_wave
 from simulation.shell.footprints import LARGEST_RADIUS_SHARE, LEAST_RADIUS, attached_discs
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
-from simulation.shell.shortest_wave import shortest_wave
 from simulation.state.plate_state import PlateState
 from simulation.state.state_matrices import FullPlate
 

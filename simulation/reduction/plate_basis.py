@@ -25,7 +25,7 @@ class PlateBasis:
     Attributes
     ----------
     kept : (5, N) ndarray of bool
-        See `simulation.shell.choice.Choice`.
+        See `simulation.shell.assembly.Choice`.
     dropped : float
         Likewise.
     vectors : (n, r) ndarray

@@ -12,7 +12,7 @@ from analysis.material import MaterialBox
 from simulation.reduction.certified_lines import certified_lines
 from simulation.reduction.damped_modes import DampedModes
 from simulation.reduction.modal_form import ModalForm
-from simulation.shell.plane_stress import plane_stress_moduli
+from simulation.shell.in_plane import plane_stress_moduli
 
 
 @dataclass(frozen=True)

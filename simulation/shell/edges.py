@@ -7,10 +7,10 @@ from numpy.polynomial.legendre import leggauss
 
 from analysis.arrays import Mask, Real, Whole
 from analysis.plate import Plate
-from analysis.supported_edges import SupportedEdge
+from analysis.support import SupportedEdge
 from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges
-from simulation.shell.lobatto import lobatto
 from simulation.shell.rigidity import THX, THY, U, V, W
+from simulation.shell.shape_functions import lobatto
 from simulation.shell.space import ShapeSpace
 
 LineBlock = tuple[int, int, Whole, Real]

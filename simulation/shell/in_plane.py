@@ -1,4 +1,4 @@
-"""In-plane stiffness of a layer along the plate's axes."""
+"""In-plane stiffness of a layer along the plate's axes, and the moduli in which a plate's stiffness is affine."""
 
 import numpy as np
 
@@ -83,3 +83,9 @@ def _turned(own: tuple[Weight, Weight, Weight, Weight], angle: float) -> InPlane
         c**3 * s * (q11 - mixed) - c * s**3 * (q22 - mixed),
         c * s**3 * (q11 - mixed) - c**3 * s * (q22 - mixed),
     )
+
+
+def plane_stress_moduli(youngs_modulus: float, poisson_ratio: float) -> tuple[float, float]:
+    """C1 = E/(1 - nu**2) and C2 = nu C1, Pa: the stiffness is affine in these two."""
+    c1 = youngs_modulus / (1.0 - poisson_ratio**2)
+    return c1, poisson_ratio * c1

@@ -5,7 +5,7 @@ import numpy as np
 from analysis.arrays import Real, Whole
 from analysis.geometry.relations import TOUCH
 from simulation.meshing.plate_mesh import CURVE_DEGREE, PlateMesh
-from simulation.shell.cells import QUAD_EDGES, TRIANGLE_EDGES, quad_functions, triangle_functions
+from simulation.shell.shape_functions import QUAD_EDGES, TRIANGLE_EDGES, quad_functions, triangle_functions
 
 
 def geometry_of(mesh: PlateMesh, triangles: bool) -> Real:

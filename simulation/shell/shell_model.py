@@ -12,7 +12,7 @@ from analysis.arrays import Complex, Real
 from analysis.channel import Footprint
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.factors import factorize
-from simulation.shell.plane_stress import plane_stress_moduli
+from simulation.shell.in_plane import plane_stress_moduli
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
 from simulation.shell.shell_plate import ShellPlate
@@ -43,7 +43,7 @@ class ShellModel:
     capacitance : (P,) ndarray
         Cp of every patch at zero in-plane strain, F.
     dropped : float
-        See `simulation.shell.choice.Choice`: estimate of the energy missing in the responses.
+        See `simulation.shell.assembly.Choice`: estimate of the energy missing in the responses.
     """
 
     shell: ShellPlate

@@ -6,7 +6,6 @@
 ``sheet_departures``   moduli and losses of an orthotropic sheet, by logarithms of ratios
 ``field_basis``        smooth fields as Legendre polynomials
 ``extreme_states``     states at the limits of the effects, for training
-``certified_range``    certified range of a reduced plate with effects
 ``state_matrices``     sparse matrices of any state, without reduction
 ``sensor_offset``      change of the matrices by an offset of the first sensor
 ``patch_departures``   change of the matrices where a patch is not as declared

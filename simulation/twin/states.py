@@ -18,8 +18,7 @@ from simulation.effects.library import apply_all
 from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import Circumstances, PlateState
-from simulation.tolerance import Tolerance
-from simulation.tolerances import depart
+from simulation.tolerances import Tolerance, depart
 
 StateEffects = Mapping[str, Mapping[str, Any]]
 """As `analysis.twin_model.Effects`; values may be complex."""

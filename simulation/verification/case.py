@@ -8,7 +8,6 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.geometry.loop import Loop
-from simulation.verification.supports import CONDITIONS, Support
 
 
 class ExactPlate(Protocol):
@@ -35,6 +34,20 @@ class CaseMaterial:
     youngs_modulus: float
     poisson_ratio: float
     density: float
+
+
+Support = Literal["free", "clamped", "soft", "hard"]
+"""``soft``: w = 0; ``hard``: the rotation along the edge too; ``clamped``: w and both rotations."""
+
+CONDITIONS: dict[Support, tuple[str, str, str]] = {
+    "free": ("shear force", "bending moment", "twisting moment"),
+    "clamped": ("deflection", "rotation across", "rotation along"),
+    "soft": ("deflection", "bending moment", "twisting moment"),
+    "hard": ("deflection", "bending moment", "rotation along"),
+}
+"""Quantities that vanish at an edge."""
+RIGID_FREQUENCY = 0.02
+"""Frequency w a**2 sqrt(rho h / D) below which a motion counts as rigid."""
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import ive, jv, kve, yv
 
 from analysis.arrays import Real
+from simulation.verification.case import CONDITIONS, RIGID_FREQUENCY, Support
 from simulation.verification.root_search import roots
-from simulation.verification.supports import CONDITIONS, RIGID_FREQUENCY, Support
 from simulation.verification.waves import PlateWaves
 
 

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from analysis.arrays import Real
+from simulation.verification.case import CONDITIONS, RIGID_FREQUENCY, Support
 from simulation.verification.root_search import roots
-from simulation.verification.supports import CONDITIONS, RIGID_FREQUENCY, Support
 from simulation.verification.waves import PlateWaves
 
 

@@ -18,18 +18,17 @@ from analysis.estimation.estimators import FrfEstimate
 from analysis.estimation.impacts import HammerTest
 from analysis.estimation.spectra import Spectra
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.focusing.aim import Aim
 from analysis.focusing.fir import FirEnergy
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.panel_model import PanelModes
 from analysis.focusing.pareto import ParetoCurve
+from analysis.focusing.performance import Aim
 from analysis.focusing.played import Played
 from analysis.frf import Frf
 from analysis.health.baseline import PanelLinearisation
 from analysis.health.evidence import SpanEstimate
-from analysis.health.expected import ExpectedResponse
 from analysis.health.health_report import HealthDate, HealthReport, NamedChange
-from analysis.health.recording import DatedRecording, DateEquations
+from analysis.health.recording import DatedRecording, DateEquations, ExpectedResponse
 from analysis.health.self_check import SelfCheck
 from analysis.identification.measured import Measured
 from analysis.material import Material, MaterialBox, MaterialLaws, MaterialSigma
@@ -41,8 +40,8 @@ from analysis.weather.family import TiltFamily
 from analysis.weather.judgement import WeatherFields, WeatherJudgement
 from analysis.weather.warm_panel import WarmAnswer
 from app.files.gap_file import GapMap, Signatures
-from app.files.latest_repeat import LatestRepeat
 from app.files.laws_file import TwinFrf
+from app.files.running_campaign import LatestRepeat
 from app.files.studies_file import Surfaces
 from app.sound.played_signals import PlayedSignals
 from app.watch.watched import MeasuredSweep

@@ -1,6 +1,6 @@
 import numpy as np
 
-from analysis.drawn_lines import in_lines
+from analysis.drawn_curves import in_lines
 
 
 def test_points_without_a_neighbour_are_left_out() -> None:

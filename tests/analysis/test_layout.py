@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from analysis.experiment import check_patches, check_point
 from analysis.geometry.fault import GeometryError
-from analysis.layout import check_patches, check_point
 from analysis.patch import Patch
 from analysis.plate import Plate
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.material import Material, MaterialLaws
-from analysis.material_table import laws_through
+from analysis.material import Material, MaterialLaws, laws_through
 
 T = np.linspace(-10.0, 70.0, 9)
 

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.material import Material
-from analysis.material_table import laws_through
+from analysis.material import Material, laws_through
 
 T = np.array([-10.0, 5.0, 20.0, 40.0, 70.0])
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.median_deviation import median_deviation
+from analysis.scatter import median_deviation
 
 
 def test_normal_numbers_have_their_standard_deviation_whatever_a_few_others_are() -> None:

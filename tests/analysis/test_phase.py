@@ -1,6 +1,6 @@
 import numpy as np
 
-from analysis.phase import drawn_phase
+from analysis.drawn_curves import drawn_phase
 
 F = np.arange(1.0, 9.0)
 

@@ -8,8 +8,7 @@ from pydantic import ValidationError
 
 from analysis.experiment import Plate
 from analysis.material import MaterialBox
-from analysis.material_kinds import DENSITIES, KINDS, THERMOPLASTIC
-from analysis.plate_material import PlateMaterial, material_box
+from analysis.plate_material import DENSITIES, KINDS, THERMOPLASTIC, PlateMaterial, material_box
 
 SHEET = {"length_x": 0.24, "length_y": 0.19, "thickness": 0.003, "mass": 0.13}
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.campaign import Sweep
-from analysis.sweep_h1 import sweep_h1
+from analysis.h1 import sweep_h1
 
 SAMPLES, DIP = 1024, slice(200, 206)
 

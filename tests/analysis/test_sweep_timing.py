@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Protocol
-from analysis.sweep_timing import SweepTiming
+from analysis.protocol.sweep import SweepTiming
 
 DECLARED = {
     "sweep": "logarithmic",

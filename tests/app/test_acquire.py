@@ -36,9 +36,8 @@ from app.rig.simulated_rig import parts_around
 from drivers.ni.errors import Action, DaqError
 from drivers.ni.simulated.faults import Faults
 from drivers.rig import rest
-from drivers.rig.device_names import device_names
 from drivers.rig.errors import RigInterrupted, RigStopped
-from drivers.rig.occupancy import occupied
+from drivers.rig.occupancy import device_names, occupied
 from drivers.rig.simulated import SimulatedParts
 from drivers.rig.survey import Finding, FindingState
 

@@ -24,7 +24,7 @@ from app.modal_test.declared_test import declared_frfs
 from app.plate_frfs.given_campaign import read_plate
 from app.rig.hammer_assembly import SimulatedHammerRig
 from drivers.hammer.campaign import Key
-from drivers.hammer.hit_temperature import HitTemperature
+from drivers.hammer.judged_hit import HitTemperature
 from drivers.hammer.set_points import HeldPlate
 from drivers.ni.endless_inputs import EndlessInputs
 from drivers.rig.errors import RigStopped

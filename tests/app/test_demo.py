@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 from threadpoolctl import threadpool_limits
 
-from app.commands import demo, demo_truth
+from app.commands import demo
 from app.files.experiment_toml import read_acquired_experiment
 from app.main import flexura
 
@@ -40,7 +40,7 @@ def assert_close(laws: dict[int, tuple[float, ...]]) -> None:
 
 
 def test_the_shipped_experiment_goes_over_a_port() -> None:
-    simulation = read_acquired_experiment(demo_truth.EXPERIMENT).simulation
+    simulation = read_acquired_experiment(demo.EXPERIMENT).simulation
     assert simulation is not None
     assert simulation.served
 
@@ -51,7 +51,7 @@ def test_the_acquired_laws_stand_beside_those_put_in(
     """The first half of the demo, on a narrow band and four temperatures."""
     from rich.console import Console
 
-    text = demo_truth.EXPERIMENT.read_text(encoding="utf-8")
+    text = demo.EXPERIMENT.read_text(encoding="utf-8")
     for pattern, replacement in (
         (r"^band = .*", "band = [100.0, 600.0]"),
         (r"^duration = .*", "duration = 1.0"),
@@ -63,13 +63,13 @@ def test_the_acquired_laws_stand_beside_those_put_in(
         assert count == 1, pattern
     file = tmp_path / "narrow.toml"
     file.write_text(text, encoding="utf-8")
-    monkeypatch.setattr(demo_truth, "EXPERIMENT", file)
+    monkeypatch.setattr(demo, "EXPERIMENT", file)
     acquired, *_ = demo.parts_in(tmp_path / "out")
     status, seconds = demo.run_stages(acquired)
     assert status == 0
     assert list(seconds) == ["acquire", "identify", "update"]
     capsys.readouterr()
-    Console(width=80).print(demo_truth.laws_table(acquired.run))
+    Console(width=80).print(demo.laws_table(acquired.run))
     laws = printed_laws(capsys.readouterr().out)
     assert list(laws) == [15, 25, 35, 45]
     assert_close(laws)
@@ -80,7 +80,7 @@ def test_the_acquired_laws_stand_beside_those_put_in(
 
 def test_a_stage_that_is_not_good_enough_is_told_and_the_rest_done(tmp_path: Path) -> None:
     """Real cards and oven asked for where there are none: status 3, nothing is known to be at rest."""
-    asked = ("acquire", str(demo_truth.EXPERIMENT), "--rig", "ni", "--out", str(tmp_path / "none"))
+    asked = ("acquire", str(demo.EXPERIMENT), "--rig", "ni", "--out", str(tmp_path / "none"))
     status, seconds = demo.run_stages(demo.Part("broken", tmp_path, (asked, ("doctor", "--help"))))
     assert status == 3
     assert list(seconds) == ["acquire", "doctor"]
@@ -89,7 +89,7 @@ def test_a_stage_that_is_not_good_enough_is_told_and_the_rest_done(tmp_path: Pat
 def test_bad_input_ends_it_with_a_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run_flexura: Callable[..., tuple[int, str, str]]
 ) -> None:
-    monkeypatch.setattr(demo_truth, "EXPERIMENT", tmp_path / "absent.toml")
+    monkeypatch.setattr(demo, "EXPERIMENT", tmp_path / "absent.toml")
     status, out, err = run_flexura("demo", "--out", tmp_path / "out")
     assert (status, out) == (2, "")
     assert "absent.toml" in err
@@ -97,7 +97,7 @@ def test_bad_input_ends_it_with_a_sentence(
 
 
 def test_what_was_put_in_has_its_unit() -> None:
-    assert list(demo_truth.put_in()) == [("point_mass", "mass 0.0008 kg")]
+    assert list(demo.put_in()) == [("point_mass", "mass 0.0008 kg")]
 
 
 def test_the_share_of_the_gap_that_closes_has_its_standard_deviation(
@@ -106,13 +106,13 @@ def test_the_share_of_the_gap_that_closes_has_its_standard_deviation(
     held_out = {"closure": 0.9512, "closure_sigma": 0.0123}
     gap = {"verdict": "explained", "effects": [], "gap": {"held_out": held_out}}
     monkeypatch.setattr("app.files.gap_file.load_gap", lambda _: (None, gap))
-    caption = demo_truth.effects_table(tmp_path).caption
+    caption = demo.effects_table(tmp_path).caption
     assert caption == "gap explained; 95.1 ± 1.2 % of the gap closes on held-out data"
 
 
 def test_the_quick_demo_measures_the_same_plate() -> None:
     """So that what is found in it may stand beside the laws of the other experiment."""
-    quick, whole = (read_acquired_experiment(file) for file in (demo.QUICK, demo_truth.EXPERIMENT))
+    quick, whole = (read_acquired_experiment(file) for file in (demo.QUICK, demo.EXPERIMENT))
     assert quick.plate == whole.plate
     assert quick.patch == whole.patch
     assert quick.simulation == whole.simulation

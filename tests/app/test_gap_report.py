@@ -24,7 +24,7 @@ from app.report.page import PageTable, Picture, VerdictBox
 from app.report.style import drawing
 from app.report.summary import summary as of_run
 from app.summaries.gap import estimate, summary
-from app.summaries.with_sigma import FIXED
+from app.summaries.numbers import FIXED
 
 TEMPERATURE = np.array([10.0, 30.0, 30.05, 10.02])
 CHANNELS = ("S1", "S2")

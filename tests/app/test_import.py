@@ -20,11 +20,11 @@ from analysis.campaign import Campaign
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import write_index
+from app.files.disk_room import UnwrittenFileError
 from app.files.folder_lock import folder_lock
 from app.files.import_recording import import_recording
 from app.files.provenance import sha256
 from app.files.recorded_campaign import read_recorded_campaign
-from app.files.unwritten import UnwrittenFileError
 
 SHARED = Path(__file__).resolve().parents[3] / "shared/data/campaigns"
 ROOT = Path(__file__).resolve().parents[2]

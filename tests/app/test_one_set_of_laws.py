@@ -20,7 +20,7 @@ from app.report.sections import Found, sections
 from app.report.style import drawing
 from app.report.summary import summary
 from app.stages.panel_laws import laws_for
-from app.summaries.with_sigma import FIXED
+from app.summaries.numbers import FIXED
 from tests.app.corrected_run import corrected, laws_of, record, write_run
 from tests.app.view.conftest import updated
 from tests.two_patch_panel import PANEL

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 from analysis.compensation.direct_filters import DirectFilters, direct_filters
-from analysis.focusing.inversion import tikhonov
+from analysis.focusing.methods import tikhonov
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import contrast, decibels, mean_response
 from analysis.focusing.played import play_methods
-from analysis.material import Material, MaterialLaws
-from analysis.material_table import laws_through
+from analysis.material import Material, MaterialLaws, laws_through
 from app.stages.panel_inputs import panel_of
 from app.twins.panel_twin import panel_twin
 from tests.app.test_focus_compensate import write_laws

@@ -24,15 +24,14 @@ from app.files.campaign_error import CampaignFileError
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_panel
 from app.files.laws_file import load_laws
-from app.files.panel_file import SECTION_2, read_panel
+from app.files.panel_file import SECTION_2, read_panel, read_weather
 from app.files.provenance import sha256
 from app.files.run_settings import read_run_options
 from app.files.shipped import shipped
-from app.files.weather_file import read_weather
 from app.main import flexura
+from app.report.focusing import lost_in_weather
 from app.report.page import Picture
 from app.report.panel_sections import compensation_section
-from app.report.weather import lost_in_weather
 from app.sound.listeners import ListenersOfPanel
 from app.sound.weather_of_panel import WeatherOfPanel
 from app.stages import compensate as compensate_stage

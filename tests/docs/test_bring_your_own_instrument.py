@@ -14,11 +14,10 @@ import pytest
 from pydantic import BaseModel
 
 from app.files.allowed_values import keys_at
-from drivers.ovens.modbus_map import ModbusMapOven
-from drivers.ovens.phrases import Phrase, RunPhrase, StatusPhrase
+from drivers.ovens.declared_oven import ModbusMapOven, ScpiOven
 from drivers.ovens.registers import Number, RunRegister, StatusRegister
-from drivers.ovens.scpi import ScpiOven
 from drivers.ovens.settings import oven_settings
+from drivers.ovens.text_protocol import Phrase, RunPhrase, StatusPhrase
 from drivers.thermometers.settings import THERMOMETERS
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -16,7 +16,7 @@ from pathlib import Path
 import click
 import pytest
 
-from analysis.layout import check_patches
+from analysis.experiment import check_patches
 from analysis.patch import Patch
 from analysis.plate import Plate
 from analysis.transducers import Drive, Sensor

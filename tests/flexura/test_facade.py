@@ -10,8 +10,7 @@ import pytest
 import flexura
 from analysis.campaign import Campaign
 from analysis.frf import Frf
-from analysis.material import Material, MaterialLaws
-from analysis.material_table import laws_through
+from analysis.material import Material, MaterialLaws, laws_through
 from app.files.bad_file import ResultFileError
 from app.files.modes_file import load_modes
 from app.stages.identify import IdentifiedCampaign
@@ -56,7 +55,7 @@ def test_values_print_in_a_few_lines(
 
 
 def test_notes_stand_below_the_line_and_are_escaped() -> None:
-    from app.summaries.display import as_html, as_text
+    from app.summaries.table import as_html, as_text
 
     assert as_text("Thing: 3", ["first", "second"]) == "<Thing: 3>\n  first\n  second"
     assert "<p>a &lt; b</p>" in as_html("", [], ["a < b"])

@@ -46,8 +46,7 @@ def test_the_notebooks_are_those_of_the_scripts() -> None:
 
 
 def test_a_table_of_a_notebook_is_one_table_and_its_cells_are_escaped() -> None:
-    from app.summaries.display import as_html
-    from app.summaries.table import Table
+    from app.summaries.table import Table, as_html
 
     table = Table("modes < 100 Hz", ("mode", "why"), (("95.0 Hz", "a < b"),), words=frozenset({1}))
     page = as_html("one", [table])

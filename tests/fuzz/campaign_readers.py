@@ -11,7 +11,7 @@ from analysis.focusing.grid import Grid
 from analysis.frf import campaign_frf
 from app.blind_trial.outcome import read_outcome
 from app.blind_trial.trial import Trial, begin
-from app.files import control, events, latest_repeat, readings
+from app.files import events, running_campaign
 from app.files.campaign_channels import RecorderLayout
 from app.files.campaign_folder import frozen_protocol, read_protocol
 from app.files.campaign_toml import read_declaration
@@ -20,12 +20,11 @@ from app.files.hammer_experiment import read_hammer_experiment
 from app.files.hammer_folder import open_hammer_folder
 from app.files.hit_doubts import hit_doubts
 from app.files.instruments_toml import declared_instruments
-from app.files.panel_file import read_panel
+from app.files.panel_file import read_panel, read_weather
 from app.files.recorded_campaign import read_recording
 from app.files.sweep_file import Source, read_sweep_file
 from app.files.tdms_sweep import read_sweep
 from app.files.twin_file import read_twin
-from app.files.weather_file import read_weather
 from app.fleet.members import fleet_members
 from app.plate_frfs.given_campaign import read_plate
 from app.plate_frfs.plate_of_modes import read_plate_of_modes
@@ -151,7 +150,7 @@ CAMPAIGNS = (
     Reader(
         "HDF5, last repeat",
         ("live/latest.h5",),
-        lambda root, _: latest_repeat.load_latest(root / "live"),
+        lambda root, _: running_campaign.load_latest(root / "live"),
         0.02,
         digest=True,
     ),
@@ -203,7 +202,11 @@ CAMPAIGNS = (
     Reader("JSON, scheduler", ("scheduler.json",), lambda root, name: _address_in(root / name), 0.01, text=True),
     Reader("JSON, blind trial", TRIAL_FILES, _trial, 0.02, text=True),
     Reader(
-        "control", (f"live/{control.NAME}",), lambda root, _: control.requested(root / "live"), 0.03, text=True
+        "control",
+        (f"live/{running_campaign.CONTROL}",),
+        lambda root, _: running_campaign.requested(root / "live"),
+        0.03,
+        text=True,
     ),
-    Reader("window", (f"live/{events.NAME}", f"live/{readings.NAME}"), _window, 0.03, text=True),
+    Reader("window", (f"live/{events.NAME}", f"live/{running_campaign.READINGS}"), _window, 0.03, text=True),
 )

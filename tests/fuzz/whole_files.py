@@ -11,7 +11,7 @@ from nptdms import ChannelObject, TdmsWriter
 
 from analysis.frf import campaign_frf
 from app.blind_trial.trial import begin
-from app.files import control, events
+from app.files import events, running_campaign
 from app.files.atomic import write_json
 from app.files.campaign_export import export_frfs
 from app.files.campaign_folder import frozen_protocol, write_protocol
@@ -20,13 +20,11 @@ from app.files.experiment_toml import read_acquired_experiment
 from app.files.hammer_experiment import read_hammer_experiment
 from app.files.hammer_folder import open_hammer_folder
 from app.files.import_recording import import_recording
-from app.files.latest_repeat import LatestRepeat, save_latest
-from app.files.readings import ReadingLine, append_reading
 from app.files.recorded_campaign import read_recorded_campaign
+from app.files.running_campaign import LatestRepeat, ReadingLine, append_reading, save_latest
 from app.files.sweep_file import Source
 from app.files.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin, write_twin
-from drivers.hammer.hit_temperature import HitTemperature
-from drivers.hammer.judged_hit import HitJudge
+from drivers.hammer.judged_hit import HitJudge, HitTemperature
 from drivers.hammer.progress import KeptHit
 from tests.app.conftest import RATE, TinyCampaign, tiny_campaign
 from tests.fuzz.campaign_readers import EXPERIMENTS, HAMMERS, INSTRUMENTS, PANELS, SWEEP, TRIAL, WEATHERS
@@ -149,7 +147,7 @@ def _write_live(folder: Path) -> None:
     ):
         events.append_event(folder, event | {"time": float(n), "date": date.format(n)})
         append_reading(folder, ReadingLine(date.format(n), 20.0 + n, 19.5 + n, "to the start", n, 40, 900.0))
-    control.request(folder, "pause")
+    running_campaign.request(folder, "pause")
     count = 1 + len(recorded.outputs)
     names = ("drive", *(output.id for output in recorded.outputs))
     signals = np.random.default_rng(0).normal(size=(count, 400)).astype(np.float32)

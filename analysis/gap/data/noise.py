@@ -22,8 +22,8 @@ from analysis.gap.thresholds import (
     NOISE_SPREAD,
     STATED_SIGMA,
 )
-from analysis.median_deviation import median_deviation
 from analysis.noise_power import SMOOTHING_LINES
+from analysis.scatter import median_deviation
 
 LEAST_FREEDOM = 0.25
 """Blocks with fewer degrees of freedom than this share of the largest scatter too much to be judged."""

@@ -5,9 +5,7 @@
 ``cost``             bytes and multiplications on the target
 ``c_code``           C99: a header and one file
 ``onnx_graph``       ONNX: temperature in, taps out
-``numbers``          NPZ and CSV
-``responses``        WAV: impulse responses, one file per temperature
 ``destination``      files that are written together
-``written_filters``  one of these forms chosen and written
+``written_filters``  NPZ, CSV and WAV; one of these forms chosen and written
 ===================  ===============================================================
 """

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.rendering.fading import FADE_TIME, TEMPERATURE_STEP
 from analysis.rendering.fixed_point import FixedPoint
-from analysis.rendering.following import TanhWeights
+from analysis.rendering.following import FADE_TIME, TEMPERATURE_STEP, TanhWeights
 from analysis.rendering.tilt_bank import TiltBank
 from analysis.weather.knowledge import plane_weights
 from app.files.exports.destination import written_together

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from app.files.atomic import PARTIAL, force_folder_to_disk, force_to_disk
 from app.files.bad_file import ResultFileError
-from app.files.unwritten import reason
+from app.files.disk_room import reason
 
 OLD = PARTIAL + ".old"
 

@@ -17,11 +17,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.files.control import request
-from app.summaries.duration import duration
-from app.view.live.frf_charts import CoherenceChart, FrfChart
-from app.view.live.oven_chart import OvenChart
-from app.view.live.sweep_charts import LevelChart, SignalChart, SpectrumChart
+from app.files.running_campaign import request
+from app.summaries.numbers import duration
+from app.view.live.charts import CoherenceChart, FrfChart, LevelChart, OvenChart, SignalChart, SpectrumChart
 from app.view.theme import Theme
 from app.view.window import Window
 from app.watch.watched import Watched

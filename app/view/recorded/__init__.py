@@ -4,15 +4,12 @@
 ``results``        what a run holds, each file read when it is first looked at
 ``overlays``       FRFs that can be laid over those measured
 ``frf_page``       waterfall, cut along frequency, cut along temperature, Nyquist plane
-``frf_choices``    what that page is asked to show
-``sweep_cut``      one sweep: parts of its FRF and its coherence
 ``modes_page``     poles followed over temperature, and a table of them
 ``laws_page``      E, ν and η, and what the twin misses
 ``focusing_page``  contrast and spot error
 ``fields_page``    mode shapes and the focused field, moving
 ``mode_shape``     the shape of a measured mode, moving
-``shapes``         mode shapes from the twin, at any temperature
-``fields``         mode shapes of the panel, and the field of its filters
+``fields``         mode shapes from the twin, and the field of a panel's filters
 ``maker``          slow computations in a thread of their own
 ``gap_page``       where twin and data disagree, and what would explain it
 ``window``         the pages together

@@ -10,15 +10,12 @@ from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
 from analysis.geometry.shapes import circle
 from analysis.material import MaterialLaws
-from app.view.chart import Chart
+from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
-from app.view.lattice import FromAbove, edges_of
-from app.view.map import Map
 from app.view.map_chart import MapChart
-from app.view.movement import Movement
 from app.view.recorded.fields import Fields
 from app.view.recorded.maker import Maker
-from app.view.surface import TURN, SurfaceChart
+from app.view.surface import TURN, FromAbove, Movement, SurfaceChart, edges_of
 from app.view.theme import Theme, one_sided
 
 QUIET_DB = -40.0

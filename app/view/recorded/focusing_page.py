@@ -5,11 +5,10 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QWidg
 
 from analysis.arrays import Real
 from analysis.compensation.outcome import Compensation
-from analysis.focusing.aim import Aim
 from analysis.focusing.over_temperature import Focusing
-from app.view.chart import Chart
+from analysis.focusing.performance import Aim
+from app.view.chart import Chart, Map
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
-from app.view.map import Map
 from app.view.map_chart import MapChart
 from app.view.theme import Theme, one_sided
 

@@ -1,27 +1,26 @@
-"""Measured FRFs over temperature, cut along both, with what was identified and updated laid over."""
+"""Measured FRFs over temperature, cut along both, with what was identified and updated laid over.
 
-from collections.abc import Sequence
+One sweep is shown over frequency: two parts of its FRF above each other, and its coherence.
+"""
+
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from analysis.arrays import Real
 from analysis.chosen_actuator import sweeps_of_modes
 from analysis.frf import Frf
 from analysis.identification.modes import Modes
-from app.view.chart import Chart
-from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
-from app.view.frequency_axis import FrequencyAxis
-from app.view.map import Map
+from app.view.chart import Chart, Map
+from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors, FrequencyAxis
 from app.view.map_chart import MapChart
 from app.view.nyquist import LEFT_AXIS_WIDTH, NyquistChart, around
-from app.view.parts import decibels
-from app.view.recorded.frf_choices import FrfChoices
-from app.view.recorded.overlays import Answer, Computed, answers
+from app.view.parts import PartsChoice, decibels
+from app.view.recorded.overlays import Answer, Computed, Identified, answers
 from app.view.recorded.results import Results
-from app.view.recorded.sweep_cut import DEVIATION, SweepCut
 from app.view.theme import Theme, one_sided
 
 
@@ -134,6 +133,159 @@ def readout(frf: Frf, row: int, channel: int, line: int, more: Sequence[tuple[st
 OVER_MAP = (255, 255, 255, 170)
 """Colour of lines on a map."""
 TRACKS = "tracked modes"
+
+
+class FrfChoices(QWidget):
+    """Sensor, run of sweeps, parts of the FRF, and switches of what is laid over.
+
+    Parameters
+    ----------
+    channels, runs : sequence of str
+    overlays : mapping of str to (str, str)
+        Names of what may be laid over, with style and colour of its line.
+    off : sequence of str
+        Those that are not laid over at first.
+
+    Attributes
+    ----------
+    changed : Signal()
+        Something else was chosen.
+    channel, sweeps : QComboBox
+    display : PartsChoice
+    overlays : dict of str to QCheckBox
+    """
+
+    changed = Signal()
+
+    def __init__(
+        self,
+        channels: Sequence[str],
+        runs: Sequence[str],
+        overlays: Mapping[str, tuple[str, str]],
+        off: Sequence[str],
+    ) -> None:
+        super().__init__()
+        self.channel, self.sweeps, self.display = _choice(channels), _choice(runs), PartsChoice()
+        self.overlays = {name: _switch(name, *line) for name, line in overlays.items()}
+        chooser, whole = QHBoxLayout(), QVBoxLayout(self)
+        for word, choice in (("sensor", self.channel), ("sweeps", self.sweeps)):
+            chooser.addWidget(QLabel(word))
+            chooser.addWidget(choice)
+        self.display.setMinimumWidth(80)
+        chooser.addWidget(self.display, stretch=1)
+        self._grid = QGridLayout()
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.addLayout(chooser)
+        whole.addLayout(self._grid)
+        for name, switch in self.overlays.items():
+            switch.setChecked(name not in off)
+            self.add(switch)
+        for box in (self.channel, self.sweeps, self.display):
+            box.currentIndexChanged.connect(lambda _: self.changed.emit())
+
+    def add(self, switch: QCheckBox) -> None:
+        """Put a switch beside the others, two in a row."""
+        self._grid.addWidget(switch, *divmod(self._grid.count(), 2))
+        switch.toggled.connect(lambda _: self.changed.emit())
+
+    def on(self, name: str) -> bool:
+        """Whether something is to be laid over."""
+        return self.overlays[name].isChecked()
+
+
+def _choice(names: Sequence[str]) -> QComboBox:
+    box = QComboBox()
+    box.addItems(list(names))
+    box.setEnabled(len(names) > 1)
+    return box
+
+
+def _switch(name: str, line: str, color: str) -> QCheckBox:
+    switch = QCheckBox(name)
+    switch.setStyleSheet(f"QCheckBox {{ border-left: 4px {line} {color}; padding-left: 6px; }}")
+    return switch
+
+
+DEVIATION = "standard deviation"
+
+
+class SweepCut:
+    """Plots of one sweep; `show` brings another one.
+
+    Parameters
+    ----------
+    frf : Frf
+    display : PartsChoice
+    colors : mapping of str to str
+        Colours of what may be laid over, by its name.
+    theme : Theme
+
+    Attributes
+    ----------
+    above, below, coherence : Chart
+    """
+
+    def __init__(self, frf: Frf, display: PartsChoice, colors: Mapping[str, str], theme: Theme) -> None:
+        self._frf, self._display = frf, display
+        self.above = Chart("frf-at-temperature", "", FREQUENCY, "", theme)
+        self.below = Chart("phase-at-temperature", "", FREQUENCY, "", theme)
+        self.coherence = Chart("coherence", "", FREQUENCY, "coherence", theme)
+        self._trust = self.coherence.curve([], [], "coherence", theme.measured)
+        self.coherence.least = (0.0, 1.0)
+        self.coherence.setYRange(0.0, 1.0, padding=0.05)
+        self._curves = {
+            name: (
+                self.above.curve([], [], name, color, width=1.6 if name == "measured" else 1.0),
+                self.below.curve([], [], name, color),
+            )
+            for name, color in ({"measured": theme.measured} | dict(colors)).items()
+        }
+        low, high = (float(x) for x in np.percentile(decibels(frf.h), (1.0, 99.95)))
+        self.levels = (low - 4.0, high + 4.0)
+
+    def scale(self, channel: int, rows: NDArray[np.intp]) -> None:
+        """Show ranges that hold all sweeps of an output, so that one sweep can be compared with the next.
+
+        Parameters
+        ----------
+        rows : (R,) int ndarray
+            Sweeps that can be chosen.
+        """
+        self._display.label(self.above, self.below, self._frf.unit(channel, int(rows[0])))
+        if not self._display.cartesian:
+            self.above.setYRange(*self.levels, padding=0.0)
+            return
+        h = self._frf.h[rows, channel]
+        for chart, part in ((self.above, h.real), (self.below, h.imag)):
+            chart.setYRange(float(part.min()), float(part.max()), padding=0.05)
+
+    def show(self, row: int, channel: int, shown: Mapping[str, Answer], *, deviation: bool) -> None:
+        """Draw a sweep.
+
+        Parameters
+        ----------
+        row, channel : int
+            Sweep and output.
+        shown : mapping of str to Answer
+            The measured FRFs and what is laid over them.
+        deviation : bool
+            Whether the standard deviation of the measured FRF is drawn, too.
+        """
+        frf, spread = self._frf, np.sqrt(self._frf.variance[row, channel])
+        for name, curves in self._curves.items():
+            for curve in curves:
+                curve.setVisible(name in shown)
+        for name, answer in shown.items():
+            own = spread if name == "measured" else 0.0
+            self._display.draw(self._curves[name], answer.frequency, answer.sweep(row)[channel], own)
+        curve = self._curves[DEVIATION][0]
+        curve.setVisible(deviation)
+        curve.setData(frf.frequency, spread / np.sqrt(2.0) if self._display.cartesian else decibels(spread))
+        self._trust.setData(frf.frequency, frf.coherence[row, channel])
+        bands = [answer.narrower(row) for answer in shown.values() if isinstance(answer, Identified)]
+        identified = [f"identified from {band[0]:.0f} to {band[1]:.0f} Hz" for band in bands if band is not None]
+        place = f"at {frf.temperature[row]:.2f} °C, on the way {frf.direction[row]}"
+        self.above.setTitle("; ".join([place, *identified]))
 
 
 class FrfPage(QWidget):

@@ -10,12 +10,16 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QListWidget, QList
 
 from analysis.arrays import Real
 from app.files.gap_file import GapFigures, Signatures
-from app.summaries.description import description_words
-from app.summaries.effect_words import found_words, titles_of
-from app.summaries.gap import chi2_before_and_after, concluded
-from app.summaries.plan import plan_words
+from app.summaries.gap import (
+    chi2_before_and_after,
+    concluded,
+    description_words,
+    found_words,
+    plan_words,
+    titles_of,
+)
+from app.view.chart import Map
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
-from app.view.map import Map
 from app.view.map_chart import MapChart
 from app.view.theme import Theme, beyond_noise
 

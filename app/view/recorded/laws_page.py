@@ -6,8 +6,8 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
 from app.files.best_twin import BestTwin
+from app.summaries.numbers import with_sigma
 from app.summaries.sheet import CONSTANTS
-from app.summaries.with_sigma import with_sigma
 from app.view.chart import Chart
 from app.view.cursors import TEMPERATURE, Cursors
 from app.view.theme import Theme

@@ -8,11 +8,9 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
-from app.view.lattice import edges_of
-from app.view.movement import Movement
+from app.view.recorded.fields import Shapes
 from app.view.recorded.maker import Maker
-from app.view.recorded.shapes import Shapes
-from app.view.surface import TURN, SurfaceChart
+from app.view.surface import TURN, Movement, SurfaceChart, edges_of
 from app.view.theme import Theme
 
 TWIN_MODES = 80

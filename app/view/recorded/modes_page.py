@@ -4,10 +4,10 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from analysis.drawn_lines import in_lines
+from analysis.drawn_curves import in_lines
 from analysis.identification.tracked_modes import TrackedModes
-from app.summaries.mode_rows import NUMBERS, READ_AS, SWEEP_HEADINGS, shown_poles, sweep_rows
-from app.summaries.with_sigma import with_sigma
+from app.summaries.modes import NUMBERS, READ_AS, SWEEP_HEADINGS, shown_poles, sweep_rows
+from app.summaries.numbers import with_sigma
 from app.view.chart import Chart
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
 from app.view.mode_table import ModeTable

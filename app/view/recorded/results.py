@@ -5,7 +5,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import CampaignExtent
 from analysis.compensation.outcome import Compensation
 from analysis.experiment import Experiment
 from analysis.focusing.methods import MethodComparison

@@ -16,8 +16,7 @@ from PySide6.QtWidgets import (
 
 from analysis.shapes.frf_checks import checks
 from app.view.chart import Chart
-from app.view.cursors import FREQUENCY, Cursors
-from app.view.frequency_axis import FrequencyAxis
+from app.view.cursors import FREQUENCY, Cursors, FrequencyAxis
 from app.view.nyquist import LEFT_AXIS_WIDTH, POINTS_OF_CIRCLE, NyquistChart, around
 from app.view.parts import PartsChoice, decibels
 from app.view.test_run.held import HeldTest

@@ -19,16 +19,14 @@ from PySide6.QtWidgets import (
 from analysis.shapes.assurance import mac
 from analysis.shapes.indicator import cmif
 from app.modal_test.records import AXIS, MODE_HEADINGS, mode_names, mode_rows
-from app.summaries.mode_rows import READ_AS
+from app.summaries.modes import READ_AS
 from app.view.chart import Chart
 from app.view.cursors import FREQUENCY, Cursors
 from app.view.mac_chart import MacChart
 from app.view.mode_table import ModeTable
-from app.view.movement import Movement
-from app.view.surface import TURN
+from app.view.surface import TURN, Movement
 from app.view.test_run.held import HeldTest
-from app.view.test_run.moving_shape import MovingShape
-from app.view.test_run.shape_chart import ShapeChart
+from app.view.test_run.shape_chart import MovingShape, ShapeChart
 from app.view.theme import Theme
 
 ORDERS = "poles over the order: full dots stable, rings in frequency only"

@@ -7,14 +7,12 @@ from nidaqmx._stubs import nidaqmx_pb2 as pb
 from nidaqmx.error_codes import DAQmxErrors
 from nidaqmx.utils import unflatten_channel_string
 
-from drivers.ni.modules import InputModule
-from drivers.ni.output_modules import OutputModule
+from drivers.ni.modules import InputModule, OutputModule, ThermocoupleModule
 from drivers.ni.simulated.answering import Answering, answered
 from drivers.ni.simulated.status import DaqmxStatusError
+from drivers.ni.simulated.stream_calls import raw_bits
 from drivers.ni.simulated.surroundings import Module
 from drivers.ni.simulated.task import Kind, Task, TaskChannel
-from drivers.ni.simulated.waveform_calls import raw_bits
-from drivers.ni.thermocouple_modules import ThermocoupleModule
 
 _MODULE_FOR = {
     Kind.VOLTAGE_IN: InputModule,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.ni.output_modules import OutputModule
+from drivers.ni.modules import OutputModule
 
 INTERPOLATION_SAMPLES = 24
 """Samples on either side from which the voltage between two samples is computed: to 1e-3 up to 0.45 of it."""

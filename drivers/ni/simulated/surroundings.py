@@ -7,9 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.ni.modules import NI_9234, InputModule
-from drivers.ni.output_modules import NI_9260, OutputModule
-from drivers.ni.thermocouple_modules import NI_9211, ThermocoupleModule
+from drivers.ni.modules import NI_9211, NI_9234, NI_9260, InputModule, OutputModule, ThermocoupleModule
 
 Module = InputModule | OutputModule | ThermocoupleModule
 

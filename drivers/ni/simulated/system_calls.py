@@ -5,8 +5,7 @@ from typing import Any
 from nidaqmx._stubs import nidaqmx_pb2 as pb
 from nidaqmx.error_codes import DAQmxErrors
 
-from drivers.ni.modules import InputModule
-from drivers.ni.output_modules import OutputModule
+from drivers.ni.modules import InputModule, OutputModule
 from drivers.ni.simulated.answering import Answering, answered
 from drivers.ni.simulated.chassis import PRODUCT
 from drivers.ni.simulated.status import DaqmxStatusError, status_name

@@ -1,8 +1,8 @@
-"""Calls on tasks: making, starting, stopping them and asking how they are."""
+"""Calls on tasks: making, starting and stopping them, their sample clock and start trigger, waiting for events."""
 
 import time
-from collections.abc import Callable
-from functools import wraps
+from collections.abc import Callable, Iterator
+from functools import partial, wraps
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from nidaqmx import SessionInitializationBehavior
 from nidaqmx._stubs import nidaqmx_pb2 as pb
 from nidaqmx.error_codes import DAQmxErrors
 
-from drivers.ni.simulated.answering import Answering, answered
+from drivers.ni.simulated.answering import Answering, answered, refuse
 from drivers.ni.simulated.status import DaqmxStatusError
 from drivers.ni.simulated.task import Task, TaskState
 
@@ -152,3 +152,187 @@ class TaskCalls(Answering):
         """Names of a task's modules and of their chassis, where programs look for its trigger terminals."""
         modules = task.devices()
         return [*modules, self.chassis.surroundings.chassis] if modules else []
+
+
+class TimingCalls(Answering):
+    """The part of the service that says when samples are taken."""
+
+    @answered
+    def CfgSampClkTiming(self, request: Any) -> Any:
+        task = self.task_of(request)
+        self.chassis.verify(task)
+        if request.source and not request.source.lower().endswith("onboardclock"):
+            # What is to clock it from outside is taken to have the rate that the program states.
+            self.chassis.known_terminal(request.source)
+        finite = (request.sample_mode_raw or request.sample_mode) == pb.ACQUISITION_TYPE_FINITE_SAMPS
+        samples = max(2, int(request.samps_per_chan))
+        self.chassis.clocks.configure(task, request.rate, samples, finite=finite)
+        return pb.CfgSampClkTimingResponse()
+
+    @answered
+    def GetTimingAttributeDouble(self, request: Any) -> Any:
+        task = self.task_of(request)
+        values = {
+            pb.TIMING_ATTRIBUTE_SAMP_CLK_RATE: task.clocked().rate,
+            pb.TIMING_ATTRIBUTE_SAMP_CLK_TIMEBASE_RATE: self.chassis.clocks.timebase_rate(task),
+        }
+        return pb.GetTimingAttributeDoubleResponse(value=self.one_of(values, pb.TimingDoubleAttribute, request))
+
+    @answered
+    def SetTimingAttributeDouble(self, request: Any) -> Any:
+        task = self.task_of(request)
+        # The frequency of a timebase within the chassis is known to the driver: nothing to store.
+        self.one_of({pb.TIMING_ATTRIBUTE_SAMP_CLK_TIMEBASE_RATE: task}, pb.TimingDoubleAttribute, request)
+        return pb.SetTimingAttributeDoubleResponse()
+
+    @answered
+    def GetTimingAttributeString(self, request: Any) -> Any:
+        source = self.chassis.clocks.timebase(self.task_of(request))
+        values = {pb.TIMING_ATTRIBUTE_SAMP_CLK_TIMEBASE_SRC: source}
+        return pb.GetTimingAttributeStringResponse(value=self.one_of(values, pb.TimingStringAttribute, request))
+
+    @answered
+    def SetTimingAttributeString(self, request: Any) -> Any:
+        task = self.task_of(request)
+        self.one_of({pb.TIMING_ATTRIBUTE_SAMP_CLK_TIMEBASE_SRC: task}, pb.TimingStringAttribute, request)
+        self.chassis.clocks.take_timebase(task, request.value)
+        return pb.SetTimingAttributeStringResponse()
+
+    @answered
+    def GetTimingAttributeInt32(self, request: Any) -> Any:
+        finite = self.task_of(request).clocked().finite
+        modes = (
+            pb.TIMING_INT32_ACQUISITION_TYPE_FINITE_SAMPS
+            if finite
+            else pb.TIMING_INT32_ACQUISITION_TYPE_CONT_SAMPS
+        )
+        values = {pb.TIMING_ATTRIBUTE_SAMP_QUANT_SAMP_MODE: modes}
+        return pb.GetTimingAttributeInt32Response(value_raw=self.one_of(values, pb.TimingInt32Attribute, request))
+
+    @answered
+    def GetTimingAttributeUInt64(self, request: Any) -> Any:
+        values = {pb.TIMING_ATTRIBUTE_SAMP_QUANT_SAMP_PER_CHAN: self.task_of(request).clocked().samples}
+        return pb.GetTimingAttributeUInt64Response(value=self.one_of(values, pb.TimingUInt64Attribute, request))
+
+    @answered
+    def CfgDigEdgeStartTrig(self, request: Any) -> Any:
+        task = self.task_of(request)
+        task.trigger = self.chassis.known_terminal(request.trigger_source)
+        return pb.CfgDigEdgeStartTrigResponse()
+
+    @answered
+    def CfgDigEdgeRefTrig(self, request: Any) -> Any:
+        task = self.task_of(request)
+        if not self.chassis.clocks.is_pfi(self.chassis.known_terminal(request.trigger_source)):
+            self.lacks("CfgDigEdgeRefTrig on another task's trigger")
+        task.pretrigger = int(request.pretrigger_samples)
+        return pb.CfgDigEdgeRefTrigResponse()
+
+    @answered
+    def GetTrigAttributeString(self, request: Any) -> Any:
+        task = self.task_of(request)
+        values = {
+            pb.TRIGGER_ATTRIBUTE_START_TRIG_TERM: self.chassis.clocks.terminal(task, "StartTrigger"),
+            pb.TRIGGER_ATTRIBUTE_DIG_EDGE_START_TRIG_SRC: task.trigger,
+        }
+        return pb.GetTrigAttributeStringResponse(value=self.one_of(values, pb.TriggerStringAttribute, request))
+
+
+_POLL = 0.005
+"""Wall time between two looks at a task, s."""
+
+_IDLE = 0.5
+"""Wall time after which it is assumed that no other call will advance the clock, s."""
+
+
+class EventCalls(Answering):
+    """The part of the service that announces events to a client.
+
+    A client that waits for an event reads nothing meanwhile, so no call advances the virtual clock: the
+    event's own stream does, as soon as the client has read what the last event announced.
+    """
+
+    def RegisterEveryNSamplesEvent(self, request: Any, context: Any) -> Iterator[Any]:
+        task = self._registered(request, context, "RegisterEveryNSamplesEvent")
+        if task is None:
+            return
+        every = max(1, int(request.n_samples))
+        reader = request.every_n_samples_event_type_raw or request.every_n_samples_event_type
+        total = every
+        while self._happens(task, context, partial(self._announce, task, total, every)):
+            yield pb.RegisterEveryNSamplesEventResponse(
+                every_n_samples_event_type_raw=reader, n_samples=every, status=0
+            )
+            total += every
+            if task.timing is not None and task.timing.finite and total > task.timing.samples:
+                return
+
+    def RegisterDoneEvent(self, request: Any, context: Any) -> Iterator[Any]:
+        task = self._registered(request, context, "RegisterDoneEvent")
+        if task is None:
+            return
+        idle_since = [time.monotonic(), self.chassis.clock.now()]
+        if self._happens(task, context, lambda: self._finish(task, idle_since)):
+            yield pb.RegisterDoneEventResponse(status=task.broken.code if task.broken else 0)
+
+    def _registered(self, request: Any, context: Any, call: str) -> Task | None:
+        try:
+            with self.lock:
+                self.begin(call)
+                task = self.task_of(request)
+                task.watched = True
+        except DaqmxStatusError as status:
+            refuse(context, status)
+            return None
+        # The client starts its task only once the event is registered.
+        context.send_initial_metadata(())
+        return task
+
+    def _happens(self, task: Task, context: Any, happened: Callable[[], bool]) -> bool:
+        """Wait until something has happened; return False if no client waits for it any more."""
+        while context.is_active():
+            with self.lock:
+                if not task.watched or task not in self.chassis.tasks.values():
+                    return False
+                if task.state is TaskState.STARTED and task.began is not None and happened():
+                    return True
+            time.sleep(_POLL)
+        return False
+
+    def _announce(self, task: Task, total: int, every: int) -> bool:
+        """Whether so many samples are there, as `_reach` says; from now on a client is expected to read them."""
+        reached = self._reach(task, total, every)
+        if reached and task.is_input:
+            task.announced = total
+        return reached
+
+    def _reach(self, task: Task, total: int, every: int) -> bool:
+        """Whether so many samples are there; brings them about once those before them have been read."""
+        if task.broken is not None:
+            return False
+        clock = self.chassis.clock
+        caught_up = not task.is_input or task.position >= total - every
+        if task.taken(clock.now()) < total and caught_up and task.began is not None:
+            self.chassis.pass_time_to(task.began + total / task.clocked().pace)
+        return task.broken is None and task.taken(clock.now()) >= total
+
+    def _finish(self, task: Task, idle_since: list[float]) -> bool:
+        """Whether a finite task is done or broken; ends it once no other call advances the clock."""
+        clock = self.chassis.clock
+        if task.broken is not None:
+            return True
+        if clock.now() != idle_since[1]:
+            idle_since[:] = [time.monotonic(), clock.now()]
+        elif time.monotonic() - idle_since[0] > _IDLE and task.ends() < float("inf"):
+            self.chassis.pass_time_to(task.ends())
+        return self.chassis.done(task)
+
+    @answered
+    def UnregisterEveryNSamplesEvent(self, request: Any) -> Any:
+        self.task_of(request).watched = False
+        return pb.UnregisterEveryNSamplesEventResponse()
+
+    @answered
+    def UnregisterDoneEvent(self, request: Any) -> Any:
+        self.task_of(request).watched = False
+        return pb.UnregisterDoneEventResponse()

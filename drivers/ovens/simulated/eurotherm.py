@@ -2,9 +2,8 @@
 
 import math
 
-from drivers.ovens import eurotherm_program as programmer
-from drivers.ovens.eurotherm import MANUAL, MODEL_2400, Registers
-from drivers.ovens.eurotherm_program import AUTOMATIC
+from drivers.ovens import eurotherm as programmer
+from drivers.ovens.eurotherm import AUTOMATIC, MANUAL, MODEL_2400, Registers
 from drivers.ovens.simulated.modbus_server import ModbusServer, float_words, words_float
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 

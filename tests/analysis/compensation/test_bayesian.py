@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 import torch
 
-from analysis.compensation.bayesian import train
-from analysis.compensation.evidence import TrainingProblem, determined, judge, parameter_count, reestimate
+from analysis.compensation.bayesian import TrainingProblem, determined, judge, parameter_count, reestimate, train
 from analysis.compensation.linearised import Weights, linearise
 
 

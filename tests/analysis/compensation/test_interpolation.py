@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.compensation.interpolation import cubic_spline, linear, log_root_rigidity, reduced_frequency
-from analysis.compensation.relative_error import relative_error
+from analysis.compensation.network import relative_error
+from analysis.compensation.rivals import cubic_spline, linear, log_root_rigidity, reduced_frequency
 from analysis.focusing.fir import FirBank
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from analysis.compensation.interpolation import cubic_spline
 from analysis.compensation.knots import place_temperatures
+from analysis.compensation.rivals import cubic_spline
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
 from analysis.focusing.performance import contrast

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.compensation.direct_filters import local_model
 from analysis.compensation.law_band import DRAWS, law_band
-from analysis.focusing.local_models import local_model
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.performance import contrast
 from analysis.focusing.responses import constants_at

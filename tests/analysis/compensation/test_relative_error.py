@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.compensation.relative_error import relative_error
+from analysis.compensation.network import relative_error
 
 
 def test_it_is_a_ratio_of_energies_in_percent():

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 import torch
 
-from analysis.compensation.linearised import Weights, linearise, predict
-from analysis.compensation.schur_complement import inverse_trace, log_determinant, step
+from analysis.compensation.linearised import Weights, inverse_trace, linearise, log_determinant, predict, step
 
 NODES, SAMPLES, OUTPUTS, NETWORKS = 3, 7, 4, 2
 

@@ -3,9 +3,9 @@ from itertools import count
 import numpy as np
 import pytest
 
-from analysis.compensation.interpolation import log_root_rigidity
+from analysis.compensation.network import relative_error
 from analysis.compensation.outcome import METHODS
-from analysis.compensation.relative_error import relative_error
+from analysis.compensation.rivals import log_root_rigidity
 from analysis.compensation.settings import Training
 from analysis.compensation.study import compensate
 from analysis.focusing.over_temperature import focus

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from analysis.compensation.evidence_collapse import EvidenceCollapseError
-from analysis.compensation.interpolation import linear
 from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
-from analysis.compensation.relative_error import relative_error
+from analysis.compensation.network import relative_error
+from analysis.compensation.rivals import linear
 from analysis.compensation.settings import Training
 from analysis.compensation.training import split, train_networks
 from analysis.focusing.fir import FirBank

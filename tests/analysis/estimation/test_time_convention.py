@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.estimation.time_convention import turns_backward
+from analysis.estimation.transfer import turns_backward
 
 LINES = {"even": np.arange(20.0, 500.0, 0.5), "logarithmic": np.geomspace(20.0, 500.0, 700)}
 

@@ -6,8 +6,7 @@ from scipy.stats import t as student
 
 from analysis.arrays import Real
 from analysis.fleet.new_piece import predict_piece
-from analysis.fleet.outlying import OUTLIER_PROBABILITY, outliers
-from analysis.fleet.scatter import Scatter, estimate_scatter
+from analysis.fleet.scatter import OUTLIER_PROBABILITY, Scatter, estimate_scatter, outliers
 
 TEMPERATURES = np.linspace(0.0, 60.0, 7)
 LAW = np.log(2.6e9) - 0.018 * TEMPERATURES

@@ -5,12 +5,11 @@ import pytest
 from scipy.linalg import toeplitz
 
 from analysis.focusing.design import TapDesign, fitted, peak_drive
-from analysis.focusing.field_fir import OUT_OF_BAND_WEIGHT, FieldFit
+from analysis.focusing.field_fir import OUT_OF_BAND_WEIGHT, FieldFit, ProlateTaps
 from analysis.focusing.fir import FirBank, inverse_fft, taper
-from analysis.focusing.inversion import invert
+from analysis.focusing.methods import invert
 from analysis.focusing.panel import Filters
 from analysis.focusing.performance import contrast, mean_response
-from analysis.focusing.prolate import ProlateTaps
 
 SETTINGS = Filters(taps=48, sample_rate=4_000.0, transform_length=512, band=(100.0, 500.0), edges=(50.0, 600.0))
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from analysis.focusing.energy import EnergyForms
-from analysis.focusing.inversion import invert, tikhonov
+from analysis.focusing.methods import invert, tikhonov
 
 
 def dense(space, amplitudes):

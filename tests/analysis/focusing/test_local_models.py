@@ -4,10 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.compensation.direct_filters import direct_filters
-from analysis.focusing import local_models as module
-from analysis.focusing.inversion import invert
-from analysis.focusing.local_models import local_model, local_models
+from analysis.compensation import direct_filters as module
+from analysis.compensation.direct_filters import direct_filters, local_model, local_models
+from analysis.focusing.methods import invert
 from analysis.focusing.performance import contrast
 from analysis.focusing.responses import constants_at
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.focusing.measured import MeasuredPanel, MeasuredTransfers
-from analysis.focusing.measured_filters import compare_measured, focus_measured
+from analysis.focusing.measured import MeasuredPanel, MeasuredTransfers, compare_measured, focus_measured
 from analysis.focusing.methods import designer
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.performance import contrast

@@ -1,9 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.focusing.inversion import invert
-from analysis.focusing.methods import METHODS, compare, designer
-from analysis.focusing.rivals import modal_control
+from analysis.focusing.methods import METHODS, compare, designer, invert, modal_control
 
 CONSTANTS = (1.1e9, 0.33, 0.06)
 

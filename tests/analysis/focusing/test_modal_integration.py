@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from analysis.focusing.modal_integration import modal_motion
 from analysis.focusing.panel_model import PanelModes
+from analysis.focusing.played import modal_motion
 
 RATE, SECONDS = 8_000.0, 1.5
 

@@ -4,8 +4,7 @@ import pytest
 from analysis.focusing.fir import FirBank
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.performance import contrast
-from analysis.focusing.responses import design_forms, responses
-from analysis.focusing.temperatures import covered, reference_temperature, spaced
+from analysis.focusing.responses import covered, design_forms, reference_temperature, responses, spaced
 
 
 @pytest.fixture(scope="module")

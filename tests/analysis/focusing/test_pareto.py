@@ -6,12 +6,11 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from analysis.focusing.design import TapDesign
-from analysis.focusing.modal_integration import modal_motion
 from analysis.focusing.panel import Filters, Panel
 from analysis.focusing.pareto import EVENNESS, FAIR_RIPPLE, ParetoCurve, pareto
-from analysis.focusing.played import sweep
+from analysis.focusing.played import modal_motion, sweep
 from analysis.focusing.sound_aim import SoundAim
-from analysis.radiation.third_octaves import third_octave_levels
+from analysis.radiation.measures import third_octave_levels
 
 CONSTANTS = (1.2e9, 0.4, 0.06)
 RATE = 11_025.0

@@ -3,7 +3,7 @@ import pytest
 from scipy.linalg import eigh
 
 from analysis.focusing.energy import FieldSpace
-from analysis.focusing.inversion import invert
+from analysis.focusing.methods import invert
 from analysis.focusing.performance import area_normalised, best_contrast, contrast, mean_response, spot_error
 
 

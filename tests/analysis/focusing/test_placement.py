@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.focusing.energy import EnergyForms
-from analysis.focusing.inversion import invert
+from analysis.focusing.methods import invert
 from analysis.focusing.performance import contrast
 from analysis.focusing.placement import clearance, exchange, refined
 

@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 
-from analysis.focusing.inversion import invert
+from analysis.focusing.methods import invert, modal_control, nearest_actuator, time_reversal
 from analysis.focusing.performance import contrast
-from analysis.focusing.rivals import modal_control, nearest_actuator, time_reversal
 
 
 def test_time_reversal_adds_all_actuators_up_in_phase_at_the_centre(supported):

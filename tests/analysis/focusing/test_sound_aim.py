@@ -9,7 +9,7 @@ from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import Filters, Panel
 from analysis.focusing.sound_aim import SoundAim
 from analysis.radiation.declared_sound import PanelSound, SoundListener
-from analysis.radiation.third_octaves import ripple
+from analysis.radiation.measures import ripple
 
 SETTINGS = {"transform_length": 2_756, "band": (100.0, 500.0), "edges": (60.0, 560.0)}
 CONSTANTS = (1.8e9, 0.36, 0.07)

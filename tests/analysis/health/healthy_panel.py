@@ -10,8 +10,7 @@ from analysis.frf import Frf
 from analysis.gap.data.compression import Nodes
 from analysis.health.baseline import HealthBaseline
 from analysis.health.candidates import change_candidates
-from analysis.health.expected import ExpectedResponse
-from analysis.health.recording import DatedRecording, recordings_of
+from analysis.health.recording import DatedRecording, ExpectedResponse, recordings_of
 from analysis.health.self_check import SelfCheck, self_check
 from analysis.health.watch import HealthWatch
 from analysis.material import MaterialLaws

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.health.broad_search import BroadRecording, broad_starts
+from analysis.health.naming import BroadRecording, broad_starts
 from tests.analysis.health.healthy_panel import measured, recorded, usual_watch
 
 X, Y = 0.175, 0.135

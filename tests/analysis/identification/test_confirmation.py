@@ -9,13 +9,12 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.identification.automatic import identify
-from analysis.identification.bic import support
-from analysis.identification.confirmation import confirmed
+from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
 from analysis.identification.finishing import finish
 from analysis.identification.finishing import judged as with_status
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
-from analysis.identification.neighbouring_sweeps import confirmed_by_neighbours
+from analysis.identification.order import support
 from analysis.identification.pole_residue import synthesis
 from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.residual_terms import EVERY_CHOICE, REAL_E_F, choices_for

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.identification.automatic import identify
-from analysis.identification.errors_at_peaks import variance_factors
+from analysis.identification.finishing import variance_factors
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import residual

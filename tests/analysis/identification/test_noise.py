@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from analysis.identification.harmonics import harmonic_lines
-from analysis.identification.noise import deviation_from_residual, pooled, shared_by_responses
+from analysis.identification.measured import deviation_from_residual, pooled, shared_by_responses
 
 FREQUENCY = np.arange(40.0, 840.0, 0.5)
 RNG = np.random.default_rng(4)

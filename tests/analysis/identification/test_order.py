@@ -1,9 +1,18 @@
 import numpy as np
 import pytest
 
-from analysis.identification.bic import bic, misfit_worth, pole_penalty, support
 from analysis.identification.lines import Lines
-from analysis.identification.order import attempt, choose_terms, drop_unsupported, duplicates, eliminate
+from analysis.identification.order import (
+    attempt,
+    bic,
+    choose_terms,
+    drop_unsupported,
+    duplicates,
+    eliminate,
+    misfit_worth,
+    pole_penalty,
+    support,
+)
 from analysis.identification.pole_search import fit
 from analysis.identification.residual_terms import COMPLEX_E_F_G, NONE, REAL_E_F
 from analysis.identification.synthetic import SyntheticFrf, r10

@@ -10,8 +10,7 @@ import pytest
 from analysis.identification.automatic import identify
 from analysis.identification.harmonics import tones
 from analysis.identification.lines import Lines
-from analysis.identification.measured import Measured
-from analysis.identification.noise import correlation, deviation_from_residual
+from analysis.identification.measured import Measured, correlation, deviation_from_residual
 from analysis.identification.order import covariance
 from analysis.identification.pole_residue import synthesis
 from analysis.identification.pole_search import fit

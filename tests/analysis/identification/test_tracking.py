@@ -5,8 +5,6 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.frf import Frf
-from analysis.identification.common_factor import common_factor
-from analysis.identification.following import MOST_DAMPED, Followed
 from analysis.identification.lines import Lines
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.pole_residue import synthesis
@@ -14,6 +12,7 @@ from analysis.identification.residual_terms import NONE, REAL_E, REAL_E_F
 from analysis.identification.settings import Settings
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import track
+from analysis.identification.tracks_without_twin import MOST_DAMPED, Followed, common_factor
 
 FREQUENCY = np.arange(100.0, 900.0, 0.5)
 TEMPERATURE = np.arange(0.0, 61.0, 6.0)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from analysis.arrays import Real
-from analysis.plate_temperature import lag_model
-from analysis.plate_temperature.lag_model import FAULTS, INDEPENDENT, NOISE, PRIOR, LagModel
+from analysis.plate_temperature import sensor_check
+from analysis.plate_temperature.sensor_check import FAULTS, INDEPENDENT, NOISE, PRIOR, LagModel
 
 STEP = 5.0
 
@@ -104,7 +104,7 @@ def test_evidence_of_an_error_is_that_of_two_filters(share: float, monkeypatch: 
     found = free.evidence_of_error()
     without = PRIOR.copy()
     without[FAULTS] = 1e-9
-    monkeypatch.setattr(lag_model, "PRIOR", without)
+    monkeypatch.setattr(sensor_check, "PRIOR", without)
     fixed, _, _ = learnt(air, readings)
     assert found == pytest.approx(log_evidence(free) - log_evidence(fixed), abs=1e-3)
     assert (found > 10.0) == (share == 0.5)

@@ -7,8 +7,7 @@ import pytest
 
 from analysis.protocol.limits import Limits
 from analysis.protocol.objections import Hardware
-from analysis.protocol.programme import Programme
-from analysis.protocol.protocol import AcquisitionProtocol
+from analysis.protocol.protocol import AcquisitionProtocol, Programme
 from analysis.protocol.sweep import SweepSettings
 
 SWEEP: dict[str, Any] = {

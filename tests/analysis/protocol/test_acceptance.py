@@ -8,9 +8,8 @@ from scipy.signal import butter, sosfilt
 
 from analysis.campaign import Sweep
 from analysis.protocol.acceptance import faults
-from analysis.protocol.clocks import stretched
 from analysis.protocol.drive import drive_signal
-from analysis.protocol.drive_comparison import compare_drive
+from analysis.protocol.drive_comparison import compare_drive, stretched
 from analysis.protocol.protocol import AcquisitionProtocol
 
 RATE = 51_200.0 / 6.0

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.protocol.clocks import clock_difference, stretched
 from analysis.protocol.drive import drive_signal
-from analysis.protocol.drive_comparison import compare_drive
+from analysis.protocol.drive_comparison import clock_difference, compare_drive, stretched
 from analysis.protocol.sweep import SweepSettings
 
 RATE = 51_200.0 / 6.0

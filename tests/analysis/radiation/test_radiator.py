@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.special import j1
 
-from analysis.radiation.air import Air
 from analysis.radiation.measures import (
     arc,
     directivity_index,
@@ -14,7 +13,7 @@ from analysis.radiation.measures import (
     radiation_efficiency,
     sound_pressure_level,
 )
-from analysis.radiation.radiator import Radiator
+from analysis.radiation.radiator import Air, Radiator
 
 RADIUS = 0.08
 FREQUENCY = np.array([50.0, 300.0, 1000.0, 3000.0])

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.radiation.third_octaves import ripple, third_octave_levels, third_octaves
+from analysis.radiation.measures import ripple, third_octave_levels, third_octaves
 
 
 def test_bands_are_those_of_the_standard_and_share_no_line():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from analysis.compensation.interpolation import cubic_spline, linear
 from analysis.compensation.network import InputMap, NetworkBank
+from analysis.compensation.rivals import cubic_spline, linear
 from analysis.focusing.fir import FirBank
 from analysis.rendering.fixed_point import FixedPoint
 from analysis.rendering.following import FollowingBank

@@ -5,8 +5,7 @@ import pytest
 from scipy.signal import butter, lfilter, sosfiltfilt
 
 from analysis.rendering.convolution import Past, partitions
-from analysis.rendering.fading import FADE_TIME, TEMPERATURE_STEP, raised_cosine
-from analysis.rendering.following import FollowingBank
+from analysis.rendering.following import FADE_TIME, TEMPERATURE_STEP, FollowingBank, raised_cosine
 from analysis.rendering.renderer import Renderer
 
 KNOTS = np.arange(0.0, 61.0, 5.0)

@@ -5,7 +5,7 @@ import numpy as np
 from analysis.frf import Frf
 from analysis.material import Material
 from analysis.updated import Updated
-from analysis.updating.outlier_sweeps import outlier_sweeps
+from analysis.updating.update import outlier_sweeps
 
 TEMPERATURE = np.concatenate([np.arange(0.0, 61.0, 4.0), np.arange(60.0, -1.0, -4.0)])
 WAYS = ("up",) * 16 + ("down",) * 16

@@ -4,7 +4,7 @@ import numpy as np
 
 from app.blind_trial.assignments import KINDS, SHARES, Assignment, assignments, shuffled
 from app.blind_trial.draw_effects import SIZES, wanted_size
-from app.blind_trial.wanted_effects import ways
+from app.blind_trial.making import ways
 from simulation.effects.library import LIBRARY
 
 

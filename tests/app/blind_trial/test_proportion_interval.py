@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from app.blind_trial.proportion_interval import NINETY_FIVE, proportion_interval
+from app.blind_trial.proof import NINETY_FIVE, proportion_interval
 
 
 def test_values_in_the_literature():

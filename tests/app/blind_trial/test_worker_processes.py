@@ -11,7 +11,7 @@ import pytest
 
 SCRIPT = """
 import os, sys, time
-from app.terminal.worker_processes import worker_processes
+from app.terminal.engine import worker_processes
 
 if __name__ == "__main__":
     with worker_processes(1) as pool:
@@ -43,7 +43,7 @@ def test_workers_end_with_the_process_that_gives_them_work(tmp_path: Path):
 
 TRIAL = """
 import os, sys, time
-from app.terminal.worker_processes import worker_processes
+from app.terminal.engine import worker_processes
 from app.main import main
 import app.blind_trial.trial as trial
 import app.commands.blind_trial as verb

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from analysis.campaign import Sweep
-from analysis.protocol.set_points import SweepSetPoint
+from analysis.protocol.protocol import SweepSetPoint
 from app.files.acquired_campaign import AcquiredCampaign, open_campaign
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError

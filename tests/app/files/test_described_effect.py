@@ -15,7 +15,7 @@ from analysis.sweep_point import SweepPoint
 from app.files.described_effect import write_described_effect
 from app.files.description_json import description_record
 from app.files.experiment_toml import read_acquired_experiment
-from app.summaries.description import description_words
+from app.summaries.gap import description_words
 from simulation.effects.free_curves import KNOTS, LOAD, free_effects, knots
 from simulation.effects.user_folder import load_folder
 from simulation.state.plate_state import Circumstances, PlateState

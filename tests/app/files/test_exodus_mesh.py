@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.io import netcdf_file
 
 from analysis.foreign_mesh import ForeignMesh
-from app.files.mesh_file import mesh_of_file
+from app.files.drawing import mesh_of_file
 from simulation.meshing.foreign import foreign_mesh
 from simulation.meshing.mesher import mesh_plate
 from simulation.meshing.plate_mesh import CURVE_DEGREE
-from simulation.shell.lobatto import lobatto
+from simulation.shell.shape_functions import lobatto
 from simulation.shell.space import ShapeSpace
 from tests.app.files.test_mesh_file import DISC, SQUARE
 

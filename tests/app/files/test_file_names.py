@@ -4,8 +4,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from analysis.declared import LONGEST_NAME, FileName
-from app.files.drawing import Drawing
-from app.files.mesh_file import MeshFile
+from app.files.drawing import Drawing, MeshFile
 from app.files.modal_test_toml import RecordOfTest
 from app.files.plate_toml import FrfsOfPlate, ModesOfPlate
 

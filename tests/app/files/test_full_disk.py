@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 from app.files.atomic import atomic_hdf5, atomic_path, write_text
-from app.files.unwritten import UnwrittenFileError
+from app.files.disk_room import UnwrittenFileError
 from tests.disk_faults import needs_compiler, with_faults
 
 CAMPAIGN = """
 import numpy as np
 from pathlib import Path
 from app.files.campaign_folder import SWEEPS, remove_unfinished, write_index
-from app.files.latest_repeat import LatestRepeat, load_latest, save_latest
+from app.files.running_campaign import LatestRepeat, load_latest, save_latest
 from app.files.sweep_file import Source, read_sweep_file, write_sweep
 from analysis.campaign import Sweep
 
@@ -112,7 +112,7 @@ import os, resource, sys
 import h5py, numpy as np
 from pathlib import Path
 from app.files.atomic import atomic_hdf5, write_text
-from app.files.unwritten import UnwrittenFileError
+from app.files.disk_room import UnwrittenFileError
 
 folder = Path(sys.argv[1])
 data = np.random.default_rng(0).standard_normal(1_000_000)
@@ -157,8 +157,8 @@ def test_what_is_missing_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     def full(*_: object) -> int:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("app.files.unwritten.os.write", full)
-    monkeypatch.setattr("app.files.unwritten.shutil.disk_usage", lambda _: type("Usage", (), {"free": 1_500_000}))
+    monkeypatch.setattr("app.files.disk_room.os.write", full)
+    monkeypatch.setattr("app.files.disk_room.shutil.disk_usage", lambda _: type("Usage", (), {"free": 1_500_000}))
     with pytest.raises(UnwrittenFileError, match=r"needs 2 MB, 1\.5 MB are free, 0\.5 MB are missing.*make room"):
         write_text(tmp_path / "big.txt", "x" * 2_000_000)
     assert not list(tmp_path.iterdir())

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from analysis.geometry.fault import GeometryError
 from analysis.patch import Patch
 from analysis.plate import Plate
-from app.commands.fault_picture import fault_picture
+from app.commands.bad_input import fault_picture
 from app.files.campaign_error import CampaignFileError
 from app.files.mesh_check import mesh_fault
 from app.files.settings_toml import checked

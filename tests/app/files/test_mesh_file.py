@@ -8,13 +8,12 @@ from analysis.geometry import shapes
 from analysis.geometry.fault import GeometryError
 from analysis.patch import Patch
 from analysis.plate import Plate
-from app.files.drawing import DrawingError, with_drawings
-from app.files.mesh_file import mesh_of_file
+from app.files.drawing import DrawingError, mesh_of_file, with_drawings
 from simulation.meshing.foreign import foreign_mesh as mesh_of
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.plate_mesh import CURVE_DEGREE
 from simulation.shell.assembly import assemble
-from simulation.shell.lobatto import lobatto
+from simulation.shell.shape_functions import lobatto
 from simulation.shell.space import ShapeSpace
 
 SQUARE = [

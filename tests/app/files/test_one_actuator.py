@@ -11,11 +11,11 @@ from analysis.chosen_actuator import sweeps_of_actuator, sweeps_of_modes
 from analysis.frf import campaign_frf
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
+from app.files.campaign_export import campaign_frfs
 from app.files.frf_file import load_frf
 from app.files.modes_file import load_modes
 from app.files.one_actuator import driven_by
 from app.files.recorded_campaign import read_recording
-from app.files.uff_campaign import campaign_frfs
 from tests.app.files.conftest import HAMMER
 
 

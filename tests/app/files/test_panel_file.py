@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from app.commands.fault_picture import fault_picture
+from app.commands.bad_input import fault_picture
 from app.files.bad_file import ResultFileError
 from app.files.panel_file import panel_of_text, read_panel
 

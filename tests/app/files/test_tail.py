@@ -3,9 +3,8 @@ from pathlib import Path
 
 import pytest
 
-from app.files.control import NAME, request, requested
-from app.files.readings import ReadingLine, append_reading, parse_reading
-from app.files.tail import Tail
+from app.files.events import Tail
+from app.files.running_campaign import CONTROL, ReadingLine, append_reading, parse_reading, request, requested
 
 
 def test_only_whole_new_lines_are_told_once(tmp_path: Path) -> None:
@@ -45,7 +44,7 @@ def test_readings_come_back_and_torn_ones_do_not(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"wish": "explode"}', '{"wish": null}', "\x00"])
 def test_a_request_that_cannot_be_read_disturbs_nothing(tmp_path: Path, content: str) -> None:
-    (tmp_path / NAME).write_text(content, encoding="utf-8")
+    (tmp_path / CONTROL).write_text(content, encoding="utf-8")
     assert requested(tmp_path) == "go on"
 
 

@@ -7,8 +7,7 @@ import pytest
 import pyuff
 
 from analysis.shapes.wire_frame import faces_between, lines_between
-from app.files.uff_geometry import geometry_text
-from app.files.uff_nodes import read_nodes
+from app.files.uff_geometry import geometry_text, read_nodes
 
 GRID = {1 + i + 4 * j: (0.1 * i, 0.07 * j, 0.012345678901) for i in range(4) for j in range(3)}
 

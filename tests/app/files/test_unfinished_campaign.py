@@ -11,10 +11,9 @@ import h5py
 import numpy as np
 import pytest
 
-from analysis.campaign import Campaign, Sweep
-from analysis.campaign_extent import CampaignExtent
+from analysis.campaign import Campaign, CampaignExtent, Sweep
 from analysis.frf import campaign_frf
-from app.files import finished_sweep
+from app.files import campaign_folder
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.campaign import load_campaign
@@ -163,13 +162,13 @@ def test_a_sweep_that_is_finished_meanwhile_belongs_to_the_next_reading(
     begun: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = begun(0, 1)
-    read = finished_sweep.read_sweep_file
+    read = campaign_folder.read_sweep_file
 
     def read_while_it_grows(path: Path, name: str) -> Any:
         keep(folder, 2 if path.name.startswith("0000") else 3)
         return read(path, name)
 
-    monkeypatch.setattr(finished_sweep, "read_sweep_file", read_while_it_grows)
+    monkeypatch.setattr(campaign_folder, "read_sweep_file", read_while_it_grows)
     campaign = load_campaign(folder)
     monkeypatch.undo()
     assert [one.step for one in campaign.sweeps] == [0, 1]
@@ -187,7 +186,7 @@ def test_a_file_that_is_not_the_one_read_is_never_vouched_for(
 ) -> None:
     folder = begun(0, 1)
     other = begun(0, 1, name="other") / "sweeps" / "0001_up_T+010.0.h5"
-    read = finished_sweep.read_sweep_file
+    read = campaign_folder.read_sweep_file
 
     def read_then_lose(path: Path, name: str) -> Any:
         found = read(path, name)
@@ -197,7 +196,7 @@ def test_a_file_that_is_not_the_one_read_is_never_vouched_for(
                 os.replace(other, path)  # noqa: PTH105 (a rename over the name, as people's programs do it)
         return found
 
-    monkeypatch.setattr(finished_sweep, "read_sweep_file", read_then_lose)
+    monkeypatch.setattr(campaign_folder, "read_sweep_file", read_then_lose)
     with pytest.raises(
         CampaignFileError, match=r"0001_up_T\+010.0.h5: changed while it was read.*do the same again"
     ):

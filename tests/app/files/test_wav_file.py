@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.io import wavfile
 
-from app.files.wav_file import WavFileError, create_wav
+from app.files.sound_file import WavFileError, create_wav
 
 
 @pytest.mark.parametrize("channels", [1, 2, 6])

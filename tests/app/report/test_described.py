@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.report.described import curve, description_items, maps
+from app.report.gap_section import curve, description_items, maps
 from app.report.page import PageTable, Paragraph, Picture
 from app.report.style import drawing
-from app.summaries.plan import answer_words, plan_rows, plan_table, plan_words
+from app.summaries.gap import answer_words, plan_rows, plan_table, plan_words
 
 PLACES = [[0.03 * k, 0.04] for k in range(1, 6)]
 

@@ -12,7 +12,7 @@ from app.files.experiment_toml import AcquiredExperiment, read_acquired_experime
 from app.files.shipped import shipped
 from app.files.simulation_section import HeatInOven
 from app.rig import simulated_rig
-from app.rig.heated_plate import PlateBehindAir
+from app.rig.simulated_rig import PlateBehindAir
 from simulation.state.plate_state import Circumstances, PlateState
 
 

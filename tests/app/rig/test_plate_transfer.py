@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Patch, Plate, Protocol
-from analysis.material import Material, MaterialBox
-from analysis.material_table import laws_through
+from analysis.material import Material, MaterialBox, laws_through
 from analysis.protocol.drive import drive_signal
 from analysis.protocol.sweep import SweepSettings
 from analysis.sweep_point import SweepPoint
@@ -19,8 +18,7 @@ from app.files.campaign_error import CampaignFileError
 from app.files.experiment_toml import read_acquired_experiment
 from app.files.simulation_section import Laws
 from app.rig import simulated_rig as rig
-from app.rig.plate_transfer import TwinTransfer
-from app.rig.simulated_plate import TwinPlate
+from app.rig.simulated_plate import TwinPlate, TwinTransfer
 from simulation.effects.library import LIBRARY
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.effect_reduction import reduce_with_effects

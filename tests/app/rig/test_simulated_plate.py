@@ -7,13 +7,11 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.material import Material
-from analysis.material_table import laws_through
+from analysis.material import Material, laws_through
 from analysis.protocol.drive import drive_signal
 from analysis.protocol.sweep import SweepSettings
 from analysis.sweep_point import SweepPoint
-from app.rig.plate_transfer import Followed
-from app.rig.simulated_plate import TwinPlate
+from app.rig.simulated_plate import Followed, TwinPlate
 
 RATE = 51_200.0 / 6.0
 DAMPING = 0.03

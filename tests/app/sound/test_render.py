@@ -18,7 +18,7 @@ from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_panel
 from app.files.laws_file import load_laws
 from app.main import flexura
-from app.report.players import players
+from app.report.panel_sections import players
 from app.report.sound import along_the_way
 from app.sound.listeners import ListenersOfPanel
 from app.sound.trace import TraceMoment

@@ -17,8 +17,7 @@ from analysis.pairing.coarse_trial import SweepModes, tried
 from analysis.pairing.mode_list import ModeList
 from analysis.plate_material import material_box
 from app.files.campaign import load_campaign
-from app.stages.alternatives import exchanged_channels
-from app.stages.likely_reason import likely_reason
+from app.stages.likely_reason import exchanged_channels, likely_reason
 from simulation.reduction.coarse_plate import CoarsePlate
 
 HAMMER = Path(__file__).parents[3] / "examples" / "hammer-plate"

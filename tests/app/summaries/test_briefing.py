@@ -10,8 +10,8 @@ from analysis.experiment import Attachment
 from app.files.best_twin import BestTwin, best_twin
 from app.files.gap_json import _effect
 from app.summaries.briefing import Briefing, Worth, briefing
-from app.summaries.effect_words import found_words, in_words
-from app.summaries.with_sigma import FIXED, roughly
+from app.summaries.gap import found_words, in_words
+from app.summaries.numbers import FIXED, roughly
 from simulation.effects.library import LIBRARY
 from tests.app.corrected_run import effect, record, region, write_run
 from tests.app.test_gap_report import explained  # noqa: F401 - a fixture

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.summaries.sweeps_said import span, sweeps
+from app.summaries.numbers import span, sweeps
 
 
 @pytest.mark.parametrize(("count", "said"), [(0, "0 sweeps"), (1, "1 sweep"), (16, "16 sweeps")])

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from app.summaries.with_sigma import with_sigma
+from app.summaries.numbers import with_sigma
 
 
 @pytest.mark.parametrize(

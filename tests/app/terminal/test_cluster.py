@@ -15,8 +15,7 @@ import pytest
 from threadpoolctl import threadpool_info
 
 from app.files.bad_file import ResultFileError
-from app.files.code_digest import PACKAGES_OF_OURS, running, unlike
-from app.terminal.cluster import cluster_workers, on_worker
+from app.terminal.cluster import PACKAGES_OF_OURS, cluster_workers, on_worker, running, unlike
 from app.terminal.engine import Engine
 
 distributed = pytest.importorskip("distributed")

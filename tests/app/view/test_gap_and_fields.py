@@ -18,13 +18,13 @@ from PySide6.QtCore import QPointF, Qt
 
 from analysis.estimates import FittedLaws
 from analysis.experiment import Plate
-from analysis.focusing.aim import Aim
 from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.grid import Grid
 from analysis.focusing.methods import compare
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import PanelModes
+from analysis.focusing.performance import Aim
 from analysis.gap.search.signatures import Signature
 from app.files.filter_files import save_focusing
 from app.files.gap_file import GapFigures, GapMap, save_gap
@@ -32,16 +32,15 @@ from app.files.laws_file import load_laws
 from app.files.provenance import provenance
 from app.twins.campaign_twin import shape_points
 from app.view.application import application
+from app.view.chart import Map
 from app.view.folder import viewed
-from app.view.lattice import FromAbove, edges_of, filled
-from app.view.map import Map
 from app.view.map_chart import MapChart
+from app.view.recorded.fields import Shapes
 from app.view.recorded.fields_page import FieldsPage
 from app.view.recorded.focusing_page import FocusingPage
 from app.view.recorded.gap_page import GapPage
-from app.view.recorded.shapes import Shapes
 from app.view.recorded.window import RecordedWindow
-from app.view.surface import SurfaceChart
+from app.view.surface import FromAbove, SurfaceChart, edges_of, filled
 from app.view.theme import LIGHT, one_sided
 
 ORDERS = [(m, n) for m in range(1, 5) for n in range(1, 5)]

@@ -20,9 +20,8 @@ from PySide6.QtWidgets import QMessageBox
 from app.files.acquired_campaign import campaign_log
 from app.files.campaign import load_campaign
 from app.files.campaign_folder import sweep_paths
-from app.files.control import requested
 from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
-from app.files.latest_repeat import LatestRepeat, save_latest
+from app.files.running_campaign import LatestRepeat, requested, save_latest
 from app.files.sweep_file import Source
 from app.stages.acquire import acquire_campaign
 from app.view.application import application
@@ -32,9 +31,7 @@ from app.view.opening import window_of
 from app.view.recorded.window import RecordedWindow
 from app.view.theme import DARK, LIGHT
 from app.watch.watched import Watched
-from drivers.ni.modules import NI_9234
-from drivers.ni.output_modules import NI_9260
-from drivers.ni.thermocouple_modules import NI_9211
+from drivers.ni.modules import NI_9211, NI_9234, NI_9260
 from drivers.rig.campaign import Outcome, unobserved
 from drivers.rig.errors import RigStopped
 from drivers.rig.session import Session

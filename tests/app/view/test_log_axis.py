@@ -8,10 +8,8 @@ pytest.importorskip("PySide6.QtWidgets", reason="Qt cannot be loaded here", exc_
 import pyqtgraph
 
 from app.view.application import application
-from app.view.cursors import Cursors
-from app.view.frequency_axis import FrequencyAxis
-from app.view.log_axis import LEAST_NUMBER_DISTANCE, LogAxis, log_places
-from app.view.map import Map
+from app.view.chart import LEAST_NUMBER_DISTANCE, LogAxis, Map, log_places
+from app.view.cursors import Cursors, FrequencyAxis
 from app.view.map_chart import MapChart
 from app.view.theme import LIGHT
 

@@ -13,9 +13,7 @@ from app.files.acquired_campaign import campaign_log
 from app.files.experiment_toml import read_acquired_experiment
 from app.files.sweep_file import Source
 from app.stages.acquire import acquire_campaign
-from drivers.ni.modules import NI_9234
-from drivers.ni.output_modules import NI_9260
-from drivers.ni.thermocouple_modules import NI_9211
+from drivers.ni.modules import NI_9211, NI_9234, NI_9260
 from drivers.rig.campaign import unobserved
 from drivers.rig.session import Session
 from drivers.rig.simulated import simulated_parts

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from drivers.hammer.hit_temperature import declared, in_a_room
+from drivers.hammer.judged_hit import declared, in_a_room
 
 
 @pytest.mark.parametrize(

@@ -7,11 +7,11 @@ from analysis.arrays import Real
 from drivers.clock import VirtualClock
 from drivers.hammer.simulated import HandSettings, SimulatedHammer, struck_surroundings
 from drivers.ni.endless_inputs import EndlessInputs
-from drivers.ni.input_wiring import InputWiring
 from drivers.ni.modules import NI_9234
 from drivers.ni.simulated.in_process import InProcessChannel
 from drivers.ni.simulated.servicer import SimulatedDaq
 from drivers.ni.simulated.surroundings import room
+from drivers.ni.wiring import InputWiring
 
 FORCE_VOLTS = 0.01
 WIRING = InputWiring(drive_input="cDAQ1Mod1/ai0", responses=("cDAQ1Mod1/ai1",), sample_rate=5120.0)

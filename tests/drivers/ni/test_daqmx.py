@@ -16,8 +16,7 @@ from analysis.arrays import Real
 from drivers.clock import SystemClock
 from drivers.ni.daqmx import DaqmxCards
 from drivers.ni.errors import KNOWN_ERRORS, Action, DaqError, KnownError
-from drivers.ni.modules import NI_9234
-from drivers.ni.output_modules import NI_9263
+from drivers.ni.modules import NI_9234, NI_9263
 from drivers.ni.simulated.faults import FailingCall, Faults
 from drivers.ni.simulated.in_process import InProcessChannel
 from drivers.ni.simulated.loopback import serving

@@ -5,10 +5,10 @@ import pytest
 
 from drivers.ni.endless_inputs import EndlessInputs
 from drivers.ni.errors import Action, DaqError
-from drivers.ni.input_wiring import InputWiring
 from drivers.ni.simulated.faults import Faults
 from drivers.ni.simulated.in_process import InProcessChannel
 from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.wiring import InputWiring
 
 WIRING = InputWiring(
     drive_input="cDAQ1Mod1/ai0",

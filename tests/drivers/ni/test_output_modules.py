@@ -1,6 +1,6 @@
 import pytest
 
-from drivers.ni.output_modules import NI_9260, NI_9263
+from drivers.ni.modules import NI_9260, NI_9263
 
 
 def test_9260_shares_the_ladder_of_the_9234() -> None:

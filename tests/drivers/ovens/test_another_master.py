@@ -5,7 +5,7 @@ import pytest
 from drivers.ovens.error import OvenError
 from drivers.ovens.oven import Contested
 from drivers.ovens.settings import open_oven
-from drivers.ovens.simulated.memory import MemoryTransport
+from drivers.ovens.simulated.controller import MemoryTransport
 
 
 def another(rig):

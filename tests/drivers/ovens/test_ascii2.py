@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from drivers.ovens import ascii2
-from drivers.ovens.ascii2 import Ascii2Channel, Ascii2Layout, Status
+from drivers.ovens import votsch
 from drivers.ovens.error import Fault, OvenError
+from drivers.ovens.votsch import Ascii2Channel, Ascii2Layout, Status
 
 # A chamber without humidity, four bits, in another order of channels than the simulated one.
 SMALL = (
@@ -29,19 +29,19 @@ LAYOUT = Ascii2Layout(
 
 
 def test_description():
-    layout = ascii2.decode_description(SMALL)
+    layout = votsch.decode_description(SMALL)
     assert layout == LAYOUT
     assert (layout.temperature, layout.start, layout.controls) == (1, 2, 1)
 
 
 @pytest.mark.parametrize("end", [b"\r", b"\n", b"\r\n"])
 def test_description_with_any_line_ends(end):
-    assert ascii2.decode_description(SMALL.replace(b"\r\n", end)) == LAYOUT
+    assert votsch.decode_description(SMALL.replace(b"\r\n", end)) == LAYOUT
 
 
 def test_a_line_of_names_describes_nothing():
     names = b"SV01 CV01 MV01 DO00 DO01 DO02 DO03 <CR>\r\nDO00 DO01 DO02 DO03 <CR>\r\n"
-    assert ascii2.decode_description(SMALL.replace(b"ASCII 2 PROTOCOL FOR I", names + b"I")) == LAYOUT
+    assert votsch.decode_description(SMALL.replace(b"ASCII 2 PROTOCOL FOR I", names + b"I")) == LAYOUT
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_a_line_of_names_describes_nothing():
 )
 def test_description_that_is_none(answer):
     with pytest.raises(OvenError) as caught:
-        ascii2.decode_description(answer)
+        votsch.decode_description(answer)
     assert caught.value.fault is Fault.GARBLED
 
 
@@ -58,7 +58,7 @@ def test_description_that_is_none(answer):
     ("old", "new", "told"), [(b"Temperature", b"Pressure", "temperature"), (b"Start", b"Go", "Start")]
 )
 def test_layout_that_cannot_be_used(old, new, told):
-    layout = ascii2.decode_description(SMALL.replace(old, new))
+    layout = votsch.decode_description(SMALL.replace(old, new))
     with pytest.raises(OvenError, match=told) as caught:
         _ = (layout.temperature, layout.start)
     assert caught.value.fault is Fault.REFUSED
@@ -66,7 +66,7 @@ def test_layout_that_cannot_be_used(old, new, told):
 
 def test_status():
     answer = b"0080.0 0079.5 -005.2 -004.9 0000.0 0023.8 0010\r"
-    assert ascii2.decode_status(answer, LAYOUT) == Status((80.0, -5.2, 0.0), (79.5, -4.9, 23.8), "0010")
+    assert votsch.decode_status(answer, LAYOUT) == Status((80.0, -5.2, 0.0), (79.5, -4.9, 23.8), "0010")
 
 
 @pytest.mark.parametrize(
@@ -83,30 +83,30 @@ def test_status():
 )
 def test_status_that_is_none(answer):
     with pytest.raises(OvenError) as caught:
-        ascii2.decode_status(answer, LAYOUT)
+        votsch.decode_status(answer, LAYOUT)
     assert caught.value.fault is Fault.GARBLED
 
 
 def test_silence_is_told_apart():
     with pytest.raises(OvenError) as caught:
-        ascii2.decode_status(b"", LAYOUT)
+        votsch.decode_status(b"", LAYOUT)
     assert caught.value.fault is Fault.SILENT
 
 
 def test_commands():
-    assert ascii2.encode_query(1, "I") == b"$01I\r"
-    assert ascii2.encode_query(12, "?") == b"$12?\r"
-    assert ascii2.encode_status(1, (23.1, -5.2, 100.0), "0100") == b"$01E 0023.1 -005.2 0100.0 0100\r"
-    assert ascii2.encode_gradients(1, (0.4, 0.4, 0.0, 0.0)) == b"$01U 0000.4 0000.4 0000.0 0000.0\r"
+    assert votsch.encode_query(1, "I") == b"$01I\r"
+    assert votsch.encode_query(12, "?") == b"$12?\r"
+    assert votsch.encode_status(1, (23.1, -5.2, 100.0), "0100") == b"$01E 0023.1 -005.2 0100.0 0100\r"
+    assert votsch.encode_gradients(1, (0.4, 0.4, 0.0, 0.0)) == b"$01U 0000.4 0000.4 0000.0 0000.0\r"
 
 
 def test_acknowledgements():
-    ascii2.decode_acknowledgement(b"0\r")
+    votsch.decode_acknowledgement(b"0\r")
     with pytest.raises(OvenError) as refused:
-        ascii2.decode_acknowledgement(b"2\r")
+        votsch.decode_acknowledgement(b"2\r")
     assert (refused.value.fault, refused.value.code) == (Fault.REFUSED, "2")
     with pytest.raises(OvenError) as garbled:
-        ascii2.decode_acknowledgement(b"\x80\r")
+        votsch.decode_acknowledgement(b"\x80\r")
     assert garbled.value.fault is Fault.GARBLED
 
 
@@ -128,10 +128,10 @@ CABINET = (
 
 
 def test_a_description_in_which_some_values_are_read_once():
-    layout = ascii2.decode_description(CABINET)
+    layout = votsch.decode_description(CABINET)
     assert [channel.name for channel in layout.channels] == ["CV01", "CV02", "SV01", "SV02", "MV01"]
     assert (layout.temperature, layout.start, layout.controls) == (0, 1, 2)
-    status = ascii2.decode_status(b"0050.0 0024.6 0030.0 0028.1 0005.0 0006.0 0000.0 0023.8 01\r", layout)
+    status = votsch.decode_status(b"0050.0 0024.6 0030.0 0028.1 0005.0 0006.0 0000.0 0023.8 01\r", layout)
     assert status == Status((50.0, 30.0, 5.0, 6.0, 0.0), (24.6, 28.1, 5.0, 6.0, 23.8), "01")
 
 
@@ -175,16 +175,16 @@ def dynamic(separator: str) -> bytes:
 
 @pytest.mark.parametrize("separator", [" ", ""])
 def test_a_description_in_which_more_is_read_than_is_written(separator):
-    layout = ascii2.decode_description(dynamic(separator))
+    layout = votsch.decode_description(dynamic(separator))
     assert [channel.name for channel in layout.channels] == ["CV01", "CV02", "SV01", "SV02", "SV03"]
     assert (layout.temperature, layout.start, len(layout.bits), layout.reported_bits) == (0, 1, 26, 32)
     values = b"0050.0 0024.6 0080.0 0066.7 0025.0 0001.0 0002.0 0021.1 0021.2 0021.3 0021.4 "
-    status = ascii2.decode_status(values + b"01" + b"0" * 29 + b"1\r", layout)
+    status = votsch.decode_status(values + b"01" + b"0" * 29 + b"1\r", layout)
     assert status == Status((50.0, 80.0, 25.0, 1.0, 2.0), (24.6, 66.7, 25.0, 1.0, 2.0), "01" + "0" * 24)
-    assert ascii2.encode_status(1, status.nominal, status.bits).split()[-1] == b"01" + b"0" * 24
+    assert votsch.encode_status(1, status.nominal, status.bits).split()[-1] == b"01" + b"0" * 24
 
 
 def test_bits_that_are_not_all_there():
-    layout = ascii2.decode_description(dynamic(""))
+    layout = votsch.decode_description(dynamic(""))
     with pytest.raises(OvenError):
-        ascii2.decode_status(b"0001.0 " * 11 + b"0" * 26 + b"\r", layout)
+        votsch.decode_status(b"0001.0 " * 11 + b"0" * 26 + b"\r", layout)

@@ -7,9 +7,8 @@ import pytest
 from drivers.clock import VirtualClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Line, Timing, up_to
-from drivers.ovens.simulated.controller import LineController
+from drivers.ovens.simulated.controller import LineController, MemoryTransport
 from drivers.ovens.simulated.disturbance import Disturbed, halved, in_pieces, late, silenced
-from drivers.ovens.simulated.memory import MemoryTransport
 
 END = up_to(b"\n")
 

@@ -5,8 +5,8 @@ from drivers.clock import VirtualClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Line, Timing
 from drivers.ovens.modbus import ModbusUnit
+from drivers.ovens.simulated.controller import MemoryTransport
 from drivers.ovens.simulated.f4t import SimulatedF4T
-from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
 PV = bytes.fromhex("010300010001d5ca")

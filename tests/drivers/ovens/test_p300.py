@@ -2,22 +2,22 @@
 
 import pytest
 
-from drivers.ovens import p300
+from drivers.ovens import espec
 from drivers.ovens.error import Fault, OvenError
-from drivers.ovens.p300 import Monitored, Program, Temperatures
+from drivers.ovens.espec import Monitored, Program, Temperatures
 
 
 def test_commands():
-    assert p300.command("TEMP?") == b"TEMP?\r\n"
-    assert p300.set_temperature(25.0) == b"TEMP, S25.0\r\n"
-    assert p300.set_temperature(-5.25) == b"TEMP, S-5.2\r\n"
+    assert espec.command("TEMP?") == b"TEMP?\r\n"
+    assert espec.set_temperature(25.0) == b"TEMP, S25.0\r\n"
+    assert espec.set_temperature(-5.25) == b"TEMP, S-5.2\r\n"
     assert Program(25.0, -40.0, 150).encode() == b"RUN PRGM, TEMP25.0 GOTEMP-40.0 TIME2:30\r\n"
     assert Program(20.0, 20.4, 1).encode() == b"RUN PRGM, TEMP20.0 GOTEMP20.4 TIME0:01\r\n"
 
 
 @pytest.mark.parametrize("answer", [b"25.3,-5.0,100.0,-40.0\r\n", b"25.3, -5.0, 100.0, -40.0\r\n"])
 def test_temperatures(answer):
-    assert p300.decode_temperatures(answer) == Temperatures(25.3, -5.0, 100.0, -40.0)
+    assert espec.decode_temperatures(answer) == Temperatures(25.3, -5.0, 100.0, -40.0)
 
 
 @pytest.mark.parametrize(
@@ -29,7 +29,7 @@ def test_temperatures(answer):
     ],
 )
 def test_monitored(answer, seen):
-    assert p300.decode_monitored(answer) == seen
+    assert espec.decode_monitored(answer) == seen
 
 
 @pytest.mark.parametrize(
@@ -41,12 +41,12 @@ def test_monitored(answer, seen):
     ],
 )
 def test_program(answer):
-    assert p300.decode_program(answer) == Program(20.0, 60.0, 100)
+    assert espec.decode_program(answer) == Program(20.0, 60.0, 100)
 
 
 @pytest.mark.parametrize("answer", [b"OK\r\n", b"OK:TEMP, S25.0\r\n", b"OK: MODE, CONSTANT\r\n"])
 def test_done(answer):
-    p300.decode_done(answer)
+    espec.decode_done(answer)
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,7 @@ def test_done(answer):
 )
 def test_refusals_say_what_to_do(answer, told):
     with pytest.raises(OvenError) as caught:
-        p300.decode_done(answer)
+        espec.decode_done(answer)
     assert caught.value.fault is Fault.REFUSED
     assert caught.value.code == answer.decode().strip()
     assert told in caught.value.advice
@@ -69,7 +69,7 @@ def test_refusals_say_what_to_do(answer, told):
 @pytest.mark.parametrize("what", ["DATA", "CHB", "CONT"])
 def test_what_is_not_ready_may_be_asked_for_again(what):
     with pytest.raises(OvenError) as caught:
-        p300.decode(f"NA:{what} NOT READY\r\n".encode())
+        espec.decode(f"NA:{what} NOT READY\r\n".encode())
     assert caught.value.fault is Fault.BUSY
     assert caught.value.advice != "Look at the chamber's panel."
 
@@ -77,15 +77,15 @@ def test_what_is_not_ready_may_be_asked_for_again(what):
 @pytest.mark.parametrize(
     ("decode", "answer"),
     [
-        (p300.decode_temperatures, b"25.3,25.0,100.0\r\n"),
-        (p300.decode_temperatures, b"25.3,25.0,100.0,-4\xc00.0\r\n"),
-        (p300.decode_temperatures, b"25.3,25.0,100.0,-40.0"),
-        (p300.decode_temperatures, b"2503,25.0,100.0,-40.0\r\n"),
-        (p300.decode_monitored, b"23.0,CONSTBNT,0\r\n"),
-        (p300.decode_monitored, b"23.0,CONSTANT\r\n"),
-        (p300.decode_program, b"TEMP20.0 TIME1:40\r\n"),
-        (p300.decode_done, b"OJ:TEMP, S25.0\r\n"),
-        (p300.decode_done, b"25.3,25.0,100.0,-40.0\r\n"),
+        (espec.decode_temperatures, b"25.3,25.0,100.0\r\n"),
+        (espec.decode_temperatures, b"25.3,25.0,100.0,-4\xc00.0\r\n"),
+        (espec.decode_temperatures, b"25.3,25.0,100.0,-40.0"),
+        (espec.decode_temperatures, b"2503,25.0,100.0,-40.0\r\n"),
+        (espec.decode_monitored, b"23.0,CONSTBNT,0\r\n"),
+        (espec.decode_monitored, b"23.0,CONSTANT\r\n"),
+        (espec.decode_program, b"TEMP20.0 TIME1:40\r\n"),
+        (espec.decode_done, b"OJ:TEMP, S25.0\r\n"),
+        (espec.decode_done, b"25.3,25.0,100.0,-40.0\r\n"),
     ],
 )
 def test_answers_that_are_none(decode, answer):
@@ -96,5 +96,5 @@ def test_answers_that_are_none(decode, answer):
 
 def test_silence_is_told_apart():
     with pytest.raises(OvenError) as caught:
-        p300.decode_temperatures(b"")
+        espec.decode_temperatures(b"")
     assert caught.value.fault is Fault.SILENT

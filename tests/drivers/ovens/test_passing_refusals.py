@@ -6,12 +6,10 @@ import pytest
 from drivers.clock import VirtualClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import PASSING, Line, Timing
-from drivers.ovens.modbus import ModbusUnit
-from drivers.ovens.modbus_frames import crc16
-from drivers.ovens.simulated.controller import Delivery
+from drivers.ovens.modbus import ModbusUnit, crc16
+from drivers.ovens.simulated.controller import Delivery, MemoryTransport
 from drivers.ovens.simulated.disturbance import untouched
 from drivers.ovens.simulated.f4t import SimulatedF4T
-from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.modbus_server import ModbusTcp
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 

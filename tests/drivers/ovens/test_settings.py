@@ -6,8 +6,8 @@ from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Timing
 from drivers.ovens.oven import OvenLimits
 from drivers.ovens.settings import OVENS, open_oven, oven_settings
+from drivers.ovens.simulated.controller import MemoryTransport
 from drivers.ovens.simulated.disturbance import Disturbed, silenced
-from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.votsch import SimulatedVotsch
 
 GIVEN = {"kind": "watlow-f4t", "port": "COM3", "minimum": -5, "maximum": 65, "max_rate": 2}

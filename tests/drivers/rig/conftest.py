@@ -14,15 +14,11 @@ from analysis.arrays import Real
 from analysis.campaign import Sweep
 from analysis.h1 import h1
 from analysis.protocol.limits import Limits
-from analysis.protocol.programme import Programme, Settling
-from analysis.protocol.protocol import AcquisitionProtocol
-from analysis.protocol.set_points import SweepSetPoint
+from analysis.protocol.protocol import AcquisitionProtocol, Programme, Settling, SweepSetPoint
 from analysis.protocol.sweep import SweepSettings
 from drivers.ni.cards import Record, go_on
-from drivers.ni.modules import NI_9234
-from drivers.ni.output_modules import NI_9260
+from drivers.ni.modules import NI_9211, NI_9234, NI_9260
 from drivers.ni.simulated.surroundings import Module
-from drivers.ni.thermocouple_modules import NI_9211
 from drivers.ni.wiring import Wiring
 from drivers.ovens.settings import oven_settings
 from drivers.ovens.simulated.disturbance import Disturbed

@@ -19,12 +19,12 @@ from analysis.plate_temperature.plate_sensors import PlateSensors
 from drivers.clock import VirtualClock
 from drivers.ovens.simulated.regulated_oven import RegulatedOven, Regulator
 from drivers.ovens.simulated.thermal import Chamber
-from drivers.rig.leg import CLOSING_READINGS
+from drivers.rig.campaign import CLOSING_READINGS
 
 WRONG = 0.5
 """Error of a label, K."""
 TOLERANCE, LOST_AFTER, STALLED = 0.4, 120.0, 1800.0
-"""As `analysis.protocol` and `drivers.rig.leg` have them, K and s."""
+"""As `analysis.protocol` and `drivers.rig.campaign` have them, K and s."""
 SWEEP = 10.0
 """Duration of one sweep with its repeats, s."""
 ROOM = 22.0

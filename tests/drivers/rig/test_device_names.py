@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from drivers.rig.device_names import device_names
+from drivers.rig.occupancy import device_names
 
 KNOWN = {
     "gateway": ["192.0.2.7", "2001:db8::7"],

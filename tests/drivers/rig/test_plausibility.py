@@ -15,13 +15,11 @@ from drivers.ovens.error import OvenError
 from drivers.ovens.expiry import Expiring
 from drivers.ovens.settings import open_oven, oven_settings
 from drivers.ovens.simulated import votsch as simulated_votsch
-from drivers.ovens.simulated.controller import Delivery
+from drivers.ovens.simulated.controller import Delivery, MemoryTransport
 from drivers.ovens.simulated.disturbance import Disturbed
-from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.rig.errors import RigStopped
-from drivers.rig.plausibility import CheckedSensor, require_agreement, require_celsius
-from drivers.rig.readings import Reading
+from drivers.rig.readings import CheckedSensor, Reading, require_agreement, require_celsius
 
 World = Any
 

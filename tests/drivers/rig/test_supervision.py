@@ -11,7 +11,7 @@ import pytest
 from drivers.clock import SystemClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.settings import open_oven
-from drivers.ovens.simulated.memory import MemoryTransport
+from drivers.ovens.simulated.controller import MemoryTransport
 from drivers.rig import approach, session
 from drivers.rig.errors import RigStopped
 from drivers.rig.rest import bring_to_rest

@@ -7,8 +7,8 @@ import pytest
 
 from drivers.clock import VirtualClock
 from drivers.ovens.error import OvenError
+from drivers.ovens.simulated.controller import MemoryTransport
 from drivers.ovens.simulated.disturbance import Disturbed, silenced
-from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.thermometers.settings import THERMOMETERS
 

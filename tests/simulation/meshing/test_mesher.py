@@ -6,11 +6,10 @@ import pytest
 from analysis.geometry import shapes
 from analysis.geometry.fault import GeometryError
 from simulation.meshing.arrangement import Arrangement
-from simulation.meshing.mesher import Border, mesh_plate
+from simulation.meshing.mesher import Border, jacobian_ratio, mesh_plate
 from simulation.meshing.plate_mesh import CURVE_DEGREE
-from simulation.meshing.quality import jacobian_ratio
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.lobatto import lobatto
+from simulation.shell.shape_functions import lobatto
 from simulation.shell.space import ShapeSpace
 
 OUTLINE = Border("outline", shapes.rectangle((0.12, 0.095), (0.24, 0.19)), "outline")

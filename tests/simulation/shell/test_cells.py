@@ -3,8 +3,15 @@
 import numpy as np
 import pytest
 
-from simulation.shell.cells import quad_functions, quad_rule, triangle_functions, triangle_rule
-from simulation.shell.lobatto import bow_coefficients, kernels, lobatto
+from simulation.shell.shape_functions import (
+    bow_coefficients,
+    kernels,
+    lobatto,
+    quad_functions,
+    quad_rule,
+    triangle_functions,
+    triangle_rule,
+)
 
 KINDS = [
     (quad_functions, quad_rule, lambda p: (p + 1) ** 2, 4),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simulation.shell.dissection import dissected
+from simulation.shell.unknowns import dissected
 
 SIDE = 16
 

@@ -6,7 +6,7 @@ import pytest
 from analysis.channel import Footprint
 from analysis.experiment import Plate
 from analysis.material import MaterialBox
-from analysis.material_kinds import KINDS
+from analysis.plate_material import KINDS
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble_for
 from simulation.shell.factors import factorize

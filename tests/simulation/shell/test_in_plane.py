@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.sheet_orthotropy import Orthotropy
-from simulation.shell.in_plane import matrix, moduli, transverse
-from simulation.shell.plane_stress import plane_stress_moduli
+from simulation.shell.in_plane import matrix, moduli, plane_stress_moduli, transverse
 
 
 def test_no_departure_is_the_isotropic_sheet() -> None:

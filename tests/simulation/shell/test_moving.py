@@ -5,8 +5,8 @@ import pytest
 
 from analysis.experiment import Patch, Plate
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.moving import moved_space
 from simulation.shell.shell_plate import ShellPlate
+from simulation.state.state_matrices import moved_space
 
 SHIFT = (0.002, -0.0015)
 

@@ -7,8 +7,7 @@ from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from analysis.outline import CircleOutline
 from simulation.shell.assembly import assemble_for
-from simulation.shell.fineness import Fineness
-from simulation.shell.shortest_wave import shortest_wave
+from simulation.shell.fineness import Fineness, shortest_wave
 from simulation.verification.waves import PlateWaves
 
 BOX = MaterialBox((0.8e9, 4e9), (0.30, 0.49), (0.02, 0.15))

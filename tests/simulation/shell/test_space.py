@@ -8,7 +8,7 @@ from analysis.geometry import shapes
 from analysis.geometry.relations import TOUCH
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.plate_mesh import CURVE_DEGREE, PlateMesh, edges_of
-from simulation.shell.lobatto import lobatto
+from simulation.shell.shape_functions import lobatto
 from simulation.shell.space import ShapeSpace
 
 STRAIGHT = [

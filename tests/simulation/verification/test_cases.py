@@ -10,9 +10,7 @@ from scipy.sparse import block_diag, bmat
 from scipy.sparse.linalg import eigsh
 
 from analysis.geometry.shapes import circle, rectangle
-from simulation.verification.cases import CASES
-from simulation.verification.exact_cases import disc_case, rectangle_case
-from simulation.verification.published import STEEL
+from simulation.verification.cases import CASES, STEEL, disc_case, rectangle_case
 
 
 def named(name):

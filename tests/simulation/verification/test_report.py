@@ -5,9 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simulation.verification.markdown import left_out, modes, percent, section, summary
-from simulation.verification.published import PUBLISHED
-from simulation.verification.report import NotCovered, compare, compare_all, convergence_order
+from simulation.verification.cases import PUBLISHED
+from simulation.verification.report import (
+    NotCovered,
+    compare,
+    compare_all,
+    convergence_order,
+    left_out,
+    modes,
+    percent,
+    section,
+    summary,
+)
 
 FV12 = next(case for case in PUBLISHED if case.name == "fv12")
 FV15 = next(case for case in PUBLISHED if case.name == "fv15")

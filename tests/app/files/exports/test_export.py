@@ -12,8 +12,8 @@ from click.testing import CliRunner
 
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing
+from app.files.hdf5_bytes import BLOCK, sealed
 from app.files.provenance import sha256
-from app.files.seal import BLOCK, sealed
 from app.main import flexura
 
 

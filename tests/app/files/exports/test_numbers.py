@@ -8,8 +8,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.io import wavfile
 
-from app.files.exports.numbers import write_csv, write_npz
-from app.files.exports.responses import write_wav
+from app.files.exports.written_filters import write_csv, write_npz, write_wav
 
 AT = np.array([0.0, 12.5, 60.0])
 

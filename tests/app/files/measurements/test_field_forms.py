@@ -19,7 +19,7 @@ from app.files.measurements.guarded import read_columns
 from app.files.one_actuator import sweeps_of
 from app.files.tdms_file import start_of
 from app.files.uff58 import read_frfs
-from app.files.uff_nodes import read_nodes
+from app.files.uff_geometry import read_nodes
 
 RATE = 1024.0
 N = 400

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from drivers.ni.modules import NI_9234
-from drivers.ni.simulated.input_stage import coupled, delay_taps, delayed, digitised
+from drivers.ni.simulated.acquisition import coupled, delay_taps, delayed, digitised
 
 RATES = [51_200.0, 51_200.0 / 6.0, 51_200.0 / 31.0]
 

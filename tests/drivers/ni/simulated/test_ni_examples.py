@@ -27,12 +27,10 @@ from nidaqmx.constants import (
 from nidaqmx.errors import DaqError
 from nidaqmx.system import System
 
-from drivers.ni.modules import NI_9215, NI_9234
-from drivers.ni.output_modules import NI_9260, NI_9263
+from drivers.ni.modules import NI_9211, NI_9215, NI_9234, NI_9260, NI_9263
 from drivers.ni.simulated.in_process import InProcessChannel
 from drivers.ni.simulated.servicer import SimulatedDaq
 from drivers.ni.simulated.surroundings import Surroundings
-from drivers.ni.thermocouple_modules import NI_9211
 
 NewTask = Callable[..., Any]
 FINITE, CONTINUOUS = AcquisitionType.FINITE, AcquisitionType.CONTINUOUS

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from drivers.ni.output_modules import NI_9260, NI_9263
+from drivers.ni.modules import NI_9260, NI_9263
 from drivers.ni.simulated.output_line import OutputLine
 
 
