@@ -11,6 +11,7 @@ import click
 from app.commands.bad_input import bad_input
 from app.commands.options import Existing, out_folder
 from app.commands.output import Output, output_options
+from app.files.bad_file import quoted
 
 if TYPE_CHECKING:
     from app.modal_test.guessed_channels import NewTest
@@ -178,8 +179,8 @@ def _from_nothing(
     output.result(lambda: {"declaration": str(target), "missing": missing})
     for one in missing:
         output.note(one)
-    onward = {"experiment": f"doctor {target}", "hammer test": f"acquire {target} --rig simulated"}
-    then = onward.get(what, f"focus RUN --panel {target}")
+    onward = {"experiment": f"doctor {quoted(target)}", "hammer test": f"acquire {quoted(target)} --rig simulated"}
+    then = onward.get(what, f"focus RUN --panel {quoted(target)}")
     output.summary(f"{target}: complete it, then: flexura {then}")
 
 
@@ -200,7 +201,8 @@ def _campaign(
     for one in missing:
         output.note(one)
     output.summary(
-        f"{declaration}: put your plate, patches, protocol into it, then: flexura import {declaration.parent}"
+        f"{declaration}: put your plate, patches, protocol into it, then: "
+        f"flexura import {quoted(declaration.parent)}"
     )
 
 
@@ -232,7 +234,7 @@ def _test(files: tuple[Path, ...], options: "NewTest", target: Path, output: Out
     groups = sum(1 for record in declared.record if record.group)
     if groups:
         output.note(f"{groups} groups of channels, each a [[record]]: delete in {target} what is no hit or run")
-    output.summary(f"{target}: {declared.kind}, {len(channels)} channels; then: flexura identify {target}")
+    output.summary(f"{target}: {declared.kind}, {len(channels)} channels; then: flexura identify {quoted(target)}")
 
 
 def _refuse(why: str, options: Mapping[str, object]) -> None:

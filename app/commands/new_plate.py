@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from app.commands.output import Output
+from app.files.bad_file import quoted
 
 
 def write_plate(
@@ -35,4 +36,4 @@ def write_plate(
     if missing:
         output.note(f"to be completed, each a line that begins with #: {', '.join(missing)}")
     first = "complete it" if missing else "check it"
-    output.summary(f"{declaration}: {first}, then: flexura update {named}")
+    output.summary(f"{declaration}: {first}, then: flexura update {quoted(named)}")

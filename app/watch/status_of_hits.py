@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from app.files.bad_file import quoted
 from app.files.folder_lock import is_being_written
 from app.watch.status import CampaignStatus, Standing, at_rest
 from app.watch.watched_hits import WatchedHits
@@ -101,5 +102,5 @@ def _next_step(watched: WatchedHits, state: Standing, missing: int, skipped: int
     if state == "complete" and skipped and missing:
         return f"flexura acquire with --again asks for the {skipped} skipped points"
     if state == "complete":
-        return f"flexura identify {watched.folder}"
+        return f"flexura identify {quoted(watched.folder)}"
     return "the same flexura acquire goes on"
