@@ -1,7 +1,6 @@
 """Filters of a panel that follow the temperature, the paper's figures, and what has changed since a baseline."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from app.stages import health as health_stage
 from app.stages import study as study_stage
 from app.stages.panel_inputs import checked_device, measured_panel, weather_for
 from app.stages.panel_laws import range_of, within
-from flexura.campaigns import File, computing
+from flexura.campaigns import File, as_path, computing
 from flexura.panel_files import Laws, folder_of, kept, laws_read, panel_followed
 
 
@@ -67,14 +66,14 @@ def focus(
         For a twin file that cannot be used.
     """
     _require_method(method)
-    file = None if isinstance(panel, Panel) else Path(panel)
-    declared = panel if isinstance(panel, Panel) else read_panel(Path(panel))
+    file = None if isinstance(panel, Panel) else as_path(panel)
+    declared = panel if isinstance(panel, Panel) else read_panel(as_path(panel))
     extent = None
     if transfers is not None:
         _require_none(laws=laws, twin=twin)
         named = () if temperature is None else tuple(float(here) for here in temperature)
-        measured = measured_panel(declared, Path(transfers), named)
-        run, inputs = kept(out, Path(transfers), file)
+        measured = measured_panel(declared, as_path(transfers), named)
+        run, inputs = kept(out, as_path(transfers), file)
         with computing(shown=progress) as report:
             found = focus_stage.compute_measured(measured, report, method=method)
     else:
@@ -174,7 +173,7 @@ def compensate(
     extent = None
     if transfers is not None:
         _require_none(twin=twin, spacing=spacing, place=place, across=across or None, weather=weather)
-        scan, beside = Path(transfers), folder_of(laws, Path(transfers))
+        scan, beside = as_path(transfers), folder_of(laws, as_path(transfers))
         declared, file, followed = panel_followed(panel, method, beside, scanned=True)
         measured = measured_panel(declared, scan, ())
         run, inputs = kept(out, scan, file)
@@ -192,8 +191,8 @@ def compensate(
         declared, notes = given.on(declared)
         around = None
         if weather is not None:
-            around = weather_for(Path(weather), declared, followed), str(weather)
-            inputs = {**inputs, Path(weather).name: sha256(Path(weather))} if inputs else inputs
+            around = weather_for(as_path(weather), declared, followed), str(weather)
+            inputs = {**inputs, as_path(weather).name: sha256(as_path(weather))} if inputs else inputs
         checked_device(device)
         with computing(shown=progress) as report:
             found = compensate_stage.compute(
@@ -258,9 +257,9 @@ def health(
         cannot be read.
     """
     request = health_stage.HealthRequest(
-        baseline=Path(baseline), dates=tuple(Path(one) for one in dates), rate=rate, mains=mains
+        baseline=as_path(baseline), dates=tuple(as_path(one) for one in dates), rate=rate, mains=mains
     )
-    folder = None if out is None else writable_folder(Path(out), "out")
+    folder = None if out is None else writable_folder(as_path(out), "out")
     with computing(shown=progress) as report:
         found = health_stage.compute(request, report)
     if folder is not None:
@@ -306,10 +305,10 @@ def study(
     """
     request = study_stage.StudyRequest(
         figure=str(figure),
-        run=None if run is None else Path(run),
-        panel=None if panel is None else Path(panel),
+        run=None if run is None else as_path(run),
+        panel=None if panel is None else as_path(panel),
         as_paper=as_paper,
         seed=seed,
     )
     with computing(shown=progress) as report:
-        return study_stage.compute(request, None if out is None else Path(out), report)
+        return study_stage.compute(request, None if out is None else as_path(out), report)
