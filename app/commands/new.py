@@ -109,6 +109,7 @@ def command(
     if what != "experiment":
         _refuse("belongs to an experiment", {"--oven": oven, "--port": port})
     of_tests: dict[str, object] = {"--kind": kind, "--rate": rate, "--roving": roving, "--same-point": same_point}
+    _require_plate(plate)
     channels: dict[str, object] = {"--drive": drive, "--response": response, "--unused": unused}
     of_frfs: dict[str, object] = {"--points": points, "--frf-units": frf_units}
     if what in ("experiment", "panel"):
@@ -145,6 +146,22 @@ def command(
     _test(files, said, target, output)
 
 
+def _require_plate(plate: tuple[float, float, float, float] | None) -> None:
+    """Refuse dimensions that no declaration may have, such as mm for m, before one is written with them."""
+    if plate is None:
+        return
+    from analysis.plate import Plate
+    from app.files.campaign_error import CampaignFileError
+    from app.files.settings_toml import checked
+
+    table = dict(zip(("length_x", "length_y", "thickness", "mass"), plate, strict=True))
+    try:
+        checked(Path("--plate"), table, Plate)
+    except CampaignFileError as error:
+        said = [str(replace(one, file="")) for one in error.problems]
+        raise click.BadParameter("; ".join(said), param_hint="--plate") from error
+
+
 def _from_nothing(
     what: str,
     plate: tuple[float, float, float, float] | None,
@@ -168,6 +185,7 @@ def _from_nothing(
                 for name, value in zip(names, usual, strict=True)
             )
             plate = (lx, ly, thickness, mass)
+            _require_plate(plate)
         if what == "experiment" and oven is None:
             oven = click.prompt("oven: kind of controller", default="eurotherm-2400", err=True)
     if what == "experiment":

@@ -85,6 +85,22 @@ def test_many_files_of_one_folder_become_a_pattern(tmp_path: Path, run_flexura: 
     assert [one.temperature for one in load_campaign(tmp_path).sweeps] == [-5.5, 10.0, 20.0]
 
 
+def test_dimensions_that_no_plate_has_are_refused_before_a_file_is_written(
+    tmp_path: Path, run_flexura: Run
+) -> None:
+    file = write_uff(tmp_path / "a.uff")
+    status, _, said = run_flexura("new", "plate", file, "--plate", "240", "190", "3", "0.13")
+    assert status == 2
+    assert (
+        "--plate: length_x = 240.0; allowed: a number from 0.01 to 5 (m) (values are SI: 240 thousandths" in said
+    )
+    assert "thickness = 3.0" in said
+    status, _, said = run_flexura("new", "campaign", "--plate", "0.24", "0.19", "0.003", "130", "--out", tmp_path)
+    assert status == 2
+    assert "density" in said
+    assert [path.name for path in tmp_path.iterdir()] == ["a.uff"]
+
+
 def test_options_of_a_test_are_refused(tmp_path: Path, run_flexura: Run) -> None:
     status, _, said = run_flexura("new", "plate", write_uff(tmp_path / "a.uff"), "--kind", "frf")
     assert status == 2
