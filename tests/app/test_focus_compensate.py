@@ -311,7 +311,7 @@ def test_a_run_without_laws_says_how_to_make_them(tmp_path):
         (
             "youngs_modulus = [0.9e9, 3.4e9]",
             "youngs_modulus = [1.05e9, 3.4e9]",
-            "widen [twin] in the panel's file. The paper's panel, which is taken where none is named, is of plastic",
+            "widen [twin] in the panel's file. The paper's panel, which is taken where none is named,",
         ),
     ],
 )
