@@ -1,6 +1,7 @@
 """Filters of a panel that follow the temperature, the paper's figures, and what has changed since a baseline."""
 
 from collections.abc import Sequence
+from os import PathLike
 
 import numpy as np
 
@@ -225,7 +226,7 @@ def _require_method(method: str) -> None:
 
 
 def health(
-    dates: Sequence[File],
+    dates: File | Sequence[File],
     baseline: File,
     *,
     rate: float = health_stage.FALSE_ALARM_RATE,
@@ -237,7 +238,7 @@ def health(
 
     Parameters
     ----------
-    dates : sequence of path
+    dates : path or sequence of path
         In order of time: run folders with frf.h5, or campaign folders.
     baseline : path
         Run folder of ``flexura update``, of the panel when it was healthy.
@@ -256,8 +257,9 @@ def health(
         For a rate outside what is allowed, no dates, a baseline that is none, a date of another panel, and what
         cannot be read.
     """
+    those = [dates] if isinstance(dates, str | PathLike) else dates
     request = health_stage.HealthRequest(
-        baseline=as_path(baseline), dates=tuple(as_path(one) for one in dates), rate=rate, mains=mains
+        baseline=as_path(baseline), dates=tuple(as_path(one) for one in those), rate=rate, mains=mains
     )
     folder = None if out is None else writable_folder(as_path(out), "out")
     with computing(shown=progress) as report:
