@@ -1,11 +1,12 @@
 """A plate over temperature: recordings, FRFs, modes, material laws, and what its twin lacks."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from analysis.frf import Frf, campaign_frf
@@ -38,6 +39,11 @@ def as_path(file: File) -> Path:
             "; write it with out=FOLDER, and name that folder" if kind.__module__.startswith("app.stages") else ""
         )
         raise TypeError(f"a path is wanted (str or pathlib.Path), not {kind.__name__}{made}") from error
+
+
+def numbers(values: float | Sequence[float]) -> tuple[float, ...]:
+    """Return one number or several as several."""
+    return tuple(float(one) for one in np.atleast_1d(np.asarray(values, float)))
 
 
 def load(campaign: File) -> AnyCampaign:

@@ -188,7 +188,7 @@ class ForwardTwin:
     def derivatives(
         self,
         frequency: ArrayLike,
-        by: Sequence[str],
+        by: str | Sequence[str],
         material: Material | None = None,
         *,
         effects: Mapping[str, Values] | None = None,
@@ -201,7 +201,7 @@ class ForwardTwin:
         Parameters
         ----------
         frequency : (F,) array_like, Hz
-        by : sequence of str
+        by : str or sequence of str
             ``youngs_modulus``, ``poisson_ratio``, ``loss_factor``, or names of `parameters`.
         material, effects, temperature, level, actuator
             As in `frf`.
@@ -217,6 +217,7 @@ class ForwardTwin:
         ValueError
             As `frf`.
         """
+        by = [by] if isinstance(by, str) else by
         laws, on, point = self._asked(material, effects, temperature, level, actuator)
         tangents = [self._tangent(name, on) for name in by if name not in MATERIAL]
         found = self._referred(laws, [*on, *(t[0] for t in tangents)]).linearise(

@@ -17,7 +17,7 @@ from app.stages import health as health_stage
 from app.stages import study as study_stage
 from app.stages.panel_inputs import checked_device, measured_panel, weather_for
 from app.stages.panel_laws import range_of, within
-from flexura.campaigns import File, as_path, computing
+from flexura.campaigns import File, as_path, computing, numbers
 from flexura.panel_files import Laws, folder_of, kept, laws_read, panel_followed
 
 
@@ -27,7 +27,7 @@ def focus(
     *,
     transfers: File | None = None,
     twin: File | None = None,
-    temperature: Sequence[float] | None = None,
+    temperature: float | Sequence[float] | None = None,
     method: Method = "stif",
     out: File | None = None,
     progress: bool | None = None,
@@ -45,7 +45,7 @@ def focus(
         Measured transfers (UFF58 with nodes, a folder of such, or HDF5) in place of laws and the panel's twin.
     twin : path, optional
         Twin file whose laws the panel's plate obeys, in place of those of the run folder.
-    temperature : sequence of float, optional
+    temperature : float or sequence of float, optional
         Degrees Celsius; every 5 K of what laws and panel share where it is left out. Of `transfers` in a universal
         file, the one at which they were measured.
     method : str
@@ -72,7 +72,7 @@ def focus(
     extent = None
     if transfers is not None:
         _require_none(laws=laws, twin=twin)
-        named = () if temperature is None else tuple(float(here) for here in temperature)
+        named = () if temperature is None else numbers(temperature)
         measured = measured_panel(declared, as_path(transfers), named)
         run, inputs = kept(out, as_path(transfers), file)
         with computing(shown=progress) as report:
@@ -110,7 +110,7 @@ def compensate(
     training: Training | None = None,
     spacing: float | None = None,
     place: int | None = None,
-    across: Sequence[float] = (),
+    across: float | Sequence[float] = (),
     weather: File | None = None,
     method: Method | None = None,
     device: str = "cpu",
@@ -139,7 +139,7 @@ def compensate(
         Between training temperatures, K; 5 where it is left out.
     place : int, optional
         How many training temperatures are placed where the filters need them, instead of every `spacing`.
-    across : sequence of float
+    across : float or sequence of float
         Differences of temperature between two opposite sides of the panel, K, at which the filters are tried.
     weather : path, optional
         A weather's file: the panel's field of temperatures moves as it says, and filters are judged by what is
@@ -173,7 +173,7 @@ def compensate(
         raise ValueError(f"spacing {spacing:g} K: it must be above 0")
     extent = None
     if transfers is not None:
-        _require_none(twin=twin, spacing=spacing, place=place, across=across or None, weather=weather)
+        _require_none(twin=twin, spacing=spacing, place=place, across=numbers(across) or None, weather=weather)
         scan, beside = as_path(transfers), folder_of(laws, as_path(transfers))
         declared, file, followed = panel_followed(panel, method, beside, scanned=True)
         measured = measured_panel(declared, scan, ())
@@ -203,7 +203,7 @@ def compensate(
                 training=training,
                 spacing=spacing or 5.0,
                 place=place,
-                across=across,
+                across=numbers(across),
                 weather=around,
                 method=followed,
                 device=device,

@@ -165,6 +165,8 @@ def test_unknown_derivatives_and_lines_outside_the_band_are_refused(twin: Forwar
         twin.derivatives(LINES, ["mass"], MATERIAL)
     with pytest.raises(ValueError, match=r"no parameter; did you mean youngs_modulus\? allowed: "):
         twin.derivatives(LINES, ["youngsmodulus"], MATERIAL)
+    one, slopes = twin.derivatives(LINES, "loss_factor", MATERIAL)
+    assert slopes.shape == (1, *one.shape)
     with pytest.raises(ValueError, match="Hz"):
         twin.frf([5.0], MATERIAL)
 
