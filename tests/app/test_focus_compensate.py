@@ -601,9 +601,9 @@ def test_the_library_follows_the_filters_of_the_run_as_the_verb(run, panel, monk
         asked.update(options, panel=declared)
 
     monkeypatch.setattr(compensate_stage, "compute", noted)
-    library.compensate(run, place=6, across=[10.0])
+    library.compensate(run, place=6, across=10.0)
     assert (asked["panel"], asked["method"]) == (read_panel(panel), "time-reversal")
-    assert (asked["place"], asked["across"]) == (6, [10.0])
+    assert (asked["place"], asked["across"]) == (6, (10.0,))
     library.compensate(run, SECTION_2)
     assert (asked["panel"], asked["method"]) == (read_panel(SECTION_2), "stif")
 
