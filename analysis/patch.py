@@ -4,7 +4,7 @@ from functools import cached_property
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from analysis.declared import Degrees, Point, Sparse, Width
 from analysis.geometry import shapes
@@ -32,7 +32,7 @@ class Patch(Sparse):
     quantity: Literal["voltage", "charge"] = "voltage"
     center: Point
     size: tuple[Width, Width] = (UNSET, UNSET)
-    diameter: Annotated[float | None, Field(ge=0.001, le=1.0, description="m")] = None
+    diameter: Annotated[float | None, Field(ge=0.001, le=1.0, description="m", validate_default=True)] = None
     angle: Degrees = 0.0
     thickness: Annotated[float, Field(ge=5e-5, le=5e-3, description="m")]
     side: Literal["top", "bottom"] = "top"
@@ -70,11 +70,18 @@ class Patch(Sparse):
         """Whether both cover a common area of the same face."""
         return self.side == other.side and overlap(self.loop, other.loop) is not None
 
+    @field_validator("diameter")
+    @classmethod
+    def _has_an_extent(cls, value: float | None, others: ValidationInfo) -> float | None:
+        """Of a field and not of the whole patch, to be told together with other keys that are missing."""
+        if value is None and np.isnan(others.data.get("size", (0.0,))[0]):
+            named = others.data.get("id", "")
+            raise ValueError(f"patch {named!r} has no extent; give size = [along, across] or diameter, in m")
+        return value
+
     @model_validator(mode="after")
     def _one_shape(self) -> Self:
         if self.diameter is None:
-            if "size" not in self.model_fields_set:
-                raise ValueError(f"patch {self.id!r} has no extent; give size = [along, across] or diameter, in m")
             return self
         if "size" in self.model_fields_set and set(self.size) != {self.diameter}:
             raise ValueError(f"patch {self.id!r} has a size and a diameter; keep one of them")

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self, TypeVar
 import numpy as np
 from numpy.polynomial import polynomial
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from analysis.arrays import Real
 from analysis.declared import TEMPERATURES, Length, Sparse, Temperature, Thickness
@@ -185,7 +185,7 @@ class Plate(Sparse):
 
     length_x: Length = UNSET
     length_y: Length = UNSET
-    outline: AnyOutline | None = None
+    outline: Annotated[AnyOutline | None, Field(validate_default=True)] = None
     hole: Annotated[tuple[AnyOutline, ...], Field(max_length=200)] = ()
     zone: Annotated[tuple[AnyZone, ...], Field(max_length=200)] = ()
     thickness: Thickness
@@ -303,12 +303,20 @@ class Plate(Sparse):
     def _half(self) -> tuple[float, float]:
         return 0.5 * self.length_x, 0.5 * self.length_y
 
+    @field_validator("outline")
+    @classmethod
+    def _has_an_extent(cls, value: AnyOutline | None, others: ValidationInfo) -> AnyOutline | None:
+        """Of a field and not of the whole plate, to be told together with other keys that are missing."""
+        missing = [name for name in ("length_x", "length_y") if np.isnan(others.data.get(name, 0.0))]
+        if value is None and missing:
+            they = " and ".join(f"plate.{name}" for name in missing)
+            verb, them = ("is", "it") if len(missing) == 1 else ("are", "them")
+            raise ValueError(f"{they} {verb} missing; give {them} in m (0.01 to 5), or [plate.outline]")
+        return value
+
     @model_validator(mode="after")
     def _extent(self) -> Self:
         if self.outline is None:
-            for name in ("length_x", "length_y"):
-                if name not in self.model_fields_set:
-                    raise ValueError(f"plate.{name} is missing; give it in m (0.01 to 5), or [plate.outline]")
             return self
         for axis, name in enumerate(("length_x", "length_y")):
             low, high = (corner[axis] for corner in self.bounds)

@@ -1,11 +1,12 @@
 """A plate over temperature: recordings, FRFs, modes, material laws, and what its twin lacks."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from analysis.frf import Frf, campaign_frf
@@ -28,6 +29,23 @@ from app.terminal.progress import progress as bars
 File = str | PathLike[str]
 
 
+def as_path(file: File) -> Path:
+    """Path of a file or folder; TypeError for what is none, with what to do for a result in memory."""
+    try:
+        return Path(file)
+    except TypeError as error:
+        kind = type(file)
+        made = (
+            "; write it with out=FOLDER, and name that folder" if kind.__module__.startswith("app.stages") else ""
+        )
+        raise TypeError(f"a path is wanted (str or pathlib.Path), not {kind.__name__}{made}") from error
+
+
+def numbers(values: float | Sequence[float]) -> tuple[float, ...]:
+    """Return one number or several as several."""
+    return tuple(float(one) for one in np.atleast_1d(np.asarray(values, float)))
+
+
 def load(campaign: File) -> AnyCampaign:
     """Read a campaign: a folder with ``campaign.toml``, ``protocol.json`` or ``plate.toml``.
 
@@ -35,7 +53,7 @@ def load(campaign: File) -> AnyCampaign:
     The other functions take such a folder, too, and read it anew each time. Raises
     `app.files.campaign_error.CampaignFileError` with everything that is wrong with it.
     """
-    return load_campaign(Path(campaign))
+    return load_campaign(as_path(campaign))
 
 
 def frf(campaign: File | AnyCampaign, *, mains: float = 50.0) -> Frf:
@@ -90,7 +108,7 @@ def identify(
     wanted = Wanted(Settings(mains=mains), damping, method, band, actuator)
     campaign, run = _loaded(campaign), _run(out)
     with computing(shown=progress) as report:
-        found = identify_stage.compute(campaign, wanted, report, None if twin is None else Path(twin))
+        found = identify_stage.compute(campaign, wanted, report, None if twin is None else as_path(twin))
     if run is not None:
         identify_stage.save(run, campaign, found, wanted)
     return found
@@ -184,7 +202,7 @@ def gap(
     """
     rig = None
     if experiment is not None or (plan and not isinstance(campaign, AnyCampaign)):
-        rig = rig_table(Path() if isinstance(campaign, AnyCampaign) else Path(campaign), _path(experiment))
+        rig = rig_table(Path() if isinstance(campaign, AnyCampaign) else as_path(campaign), _path(experiment))
     request = GapRequest(
         _loaded(campaign),
         twin=_path(twin),
@@ -193,7 +211,7 @@ def gap(
         plan=plan,
         hours=hours or {},
         rig=rig,
-        after=None if after is None else (_loaded(after[0]), Path(after[1])),
+        after=None if after is None else (_loaded(after[0]), as_path(after[1])),
     )
     run, began = _run(out), perf_counter()
     with computing(shown=progress) as report:
@@ -226,7 +244,7 @@ def update_modes(
     app.files.bad_file.ResultFileError
         For modes that cannot be read or fitted, with the reason.
     """
-    loaded = read_plate_of_modes(Path(plate), None if table is None else Path(table))
+    loaded = read_plate_of_modes(as_path(plate), None if table is None else as_path(table))
     run = _run(out)
     with computing(shown=progress) as report:
         found = update_modes_stage.compute(loaded, report)
@@ -252,12 +270,12 @@ def _loaded(campaign: File | AnyCampaign) -> AnyCampaign:
 
 
 def _path(file: File | None) -> Path | None:
-    return None if file is None else Path(file)
+    return None if file is None else as_path(file)
 
 
 def _run(out: File | None) -> Path | None:
     """Run folder that results go to, made if need be; None where nothing is to be written."""
-    return None if out is None else writable_folder(Path(out), "out")
+    return None if out is None else writable_folder(as_path(out), "out")
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from app.files.exports.written_filters import export_temperatures, same_names, w
 from app.files.run_folder import is_test_run, run_file, writable_folder
 from app.files.sweeps_out import write_sweeps
 from app.report.written import WrittenReport, write_report
-from flexura.campaigns import File, computing
+from flexura.campaigns import File, as_path, computing, numbers
 
 Form = Literal["c", "onnx", "npz", "wav", "csv"]
 SweepForm = Literal["tdms", "mat", "csv", "uff"]
@@ -39,10 +39,10 @@ def report(
     app.files.bad_file.ResultFileError
         For a folder without results, or one that cannot be written.
     """
-    folder = Path(run)
+    folder = as_path(run)
     if not is_test_run(folder):
         run_file(folder, "frf.h5", "report")
-    target = writable_folder(folder if out is None else Path(out), "out")
+    target = writable_folder(folder if out is None else as_path(out), "out")
     with computing(shown=progress) as told:
         return write_report(folder, target, told, pictures=pictures)
 
@@ -55,7 +55,7 @@ def export_filters(
     number: Literal["float32", "int16"] = "float32",
     prefix: str = PREFIX,
     tilt: bool = False,
-    temperature: Sequence[float] = (),
+    temperature: float | Sequence[float] = (),
     out: File | None = None,
 ) -> tuple[Path, ...]:
     """Write the filters of a run so that other programs run them, as ``flexura export``.
@@ -72,7 +72,7 @@ def export_filters(
         Numbers of the C code, and the first word of its names.
     tilt : bool
         C code that follows several thermometers, of a run that was judged in a weather.
-    temperature : sequence of float
+    temperature : float or sequence of float
         Degrees Celsius, for ``npz``, ``wav`` and ``csv``; every 5 K where it is left out.
     out : path, optional
         Folder for the files; the run folder where it is left out.
@@ -94,14 +94,14 @@ def export_filters(
         raise ValueError(f"to {to!r}, number {number!r}; allowed: {', '.join(get_args(Form))}; float32, int16")
     if tilt and to != "c":
         raise ValueError(f"tilt of {to!r}; allowed: of 'c'")
-    folder = Path(run)
+    folder = as_path(run)
     sent = shipment(folder, method, "export").chosen(
         {"to": to, "number": number, **({"tilt": True} if tilt else {})}
     )
-    wanted = export_temperatures(sent, temperature, "temperature")
+    wanted = export_temperatures(sent, numbers(temperature), "temperature")
     if to == "wav" and same_names(wanted):
         raise ValueError("temperature: two of them are the same to 0.01 °C, as in the names of WAV files")
-    target = writable_folder(folder if out is None else Path(out), "out")
+    target = writable_folder(folder if out is None else as_path(out), "out")
     return write_filters(sent, to, target, wanted, number=number, prefix=prefix, tilt=tilt)
 
 
@@ -135,9 +135,9 @@ def export_sweeps(
     """
     if to not in get_args(SweepForm):
         raise ValueError(f"to {to!r}; allowed: {', '.join(get_args(SweepForm))}")
-    loaded = campaign if isinstance(campaign, Campaign) else load_campaign(Path(campaign))
+    loaded = campaign if isinstance(campaign, Campaign) else load_campaign(as_path(campaign))
     if not isinstance(loaded, Campaign):
         raise ValueError(f"{campaign} holds FRFs and no sweeps")
-    folder = writable_folder(Path(out), "out")
+    folder = writable_folder(as_path(out), "out")
     with computing(shown=progress) as told:
         return list(write_sweeps(loaded, folder, to, told))

@@ -1,6 +1,6 @@
 """A plate's twin as a function: material and effects in; FRFs, their derivatives, modes and matrices out."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,13 +14,17 @@ from analysis.frf_campaign import AnyCampaign
 from analysis.local_laws import LocalLaws
 from analysis.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects, Tangent
+from app.files.allowed_values import nearest
+from app.files.bad_file import ResultFileError
 from app.files.campaign import load_campaign
+from app.files.campaign_kind import DECLARATION, PROTOCOL
 from app.files.experiment_toml import read_declared_experiment
+from app.files.plate_toml import NAME as PLATE
 from app.files.settings_toml import read_table
 from app.files.twin_file import TwinFile, read_twin
 from app.stages.panel_laws import laws_of_twin
 from app.twins.campaign_twin import effect_twin
-from flexura.campaigns import File, computing
+from flexura.campaigns import File, as_path, computing
 from simulation.state.attached import deflection_at
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.instruments import ports
@@ -176,15 +180,15 @@ class ForwardTwin:
         Raises
         ------
         ValueError
-            For an unknown name, and outside the band, the material's box or a parameter's certified range.
+            For no frequency, an unknown name, and outside the band, the material's box or a certified range.
         """
         laws, on, point = self._asked(material, effects, temperature, level, actuator)
-        return self._referred(laws, on).frf(laws, frequency, on, point)
+        return self._referred(laws, on).frf(laws, _given(frequency), on, point)
 
     def derivatives(
         self,
         frequency: ArrayLike,
-        by: Sequence[str],
+        by: str | Sequence[str],
         material: Material | None = None,
         *,
         effects: Mapping[str, Values] | None = None,
@@ -197,7 +201,7 @@ class ForwardTwin:
         Parameters
         ----------
         frequency : (F,) array_like, Hz
-        by : sequence of str
+        by : str or sequence of str
             ``youngs_modulus``, ``poisson_ratio``, ``loss_factor``, or names of `parameters`.
         material, effects, temperature, level, actuator
             As in `frf`.
@@ -213,10 +217,11 @@ class ForwardTwin:
         ValueError
             As `frf`.
         """
+        by = [by] if isinstance(by, str) else by
         laws, on, point = self._asked(material, effects, temperature, level, actuator)
         tangents = [self._tangent(name, on) for name in by if name not in MATERIAL]
         found = self._referred(laws, [*on, *(t[0] for t in tangents)]).linearise(
-            laws, frequency, on, point, tangents
+            laws, _given(frequency), on, point, tangents
         )
         e, eta = laws.youngs_modulus(point.temperature), laws.loss_factor(point.temperature)
         of_material = found.by_material / np.array([e, 1.0, eta])[:, None, None]
@@ -321,14 +326,16 @@ class ForwardTwin:
         """Return all parameters of the effects that are on; ValueError for one that does not exist."""
         if effects is None:
             return NO_EFFECTS if self.given is None else {**self.given.departures, **self.given.effects}
+        if not (isinstance(effects, Mapping) and all(isinstance(values, Mapping) for values in effects.values())):
+            raise TypeError('effects: values by effect and parameter, {"point_mass": {"mass": 1e-3}}, are wanted')
         cards, complete = self._cards, {}
         for name, values in effects.items():
             if name not in cards:
-                raise ValueError(f"effect {name!r} is not known; allowed: {', '.join(cards)}")
+                raise ValueError(f"effect {name!r} is not known{_allowed(name, cards)}")
             known = {one.name: one for one in cards[name].parameters}
             for parameter, value in values.items():
                 if parameter not in known:
-                    raise ValueError(f"{name} has no parameter {parameter!r}; allowed: {', '.join(known)}")
+                    raise ValueError(f"{name} has no parameter {parameter!r}{_allowed(parameter, known)}")
                 low, high, unit = known[parameter].low, known[parameter].high, known[parameter].unit
                 if not low <= value <= high:
                     raise ValueError(f"{name}.{parameter} = {value:g}; allowed: {low:g} to {high:g} {unit}")
@@ -337,7 +344,7 @@ class ForwardTwin:
 
     def _tangent(self, name: str, on: Effects) -> Tangent:
         if name not in self.parameters:
-            raise ValueError(f"{name!r} is no parameter; allowed: {', '.join((*MATERIAL, *self.parameters))}")
+            raise ValueError(f"{name!r} is no parameter{_allowed(name, (*MATERIAL, *self.parameters))}")
         effect, _, parameter = name.rpartition(".")
         return effect, parameter, on.get(effect, self._cards[effect].zero())
 
@@ -384,11 +391,11 @@ def twin(
     ValueError
         For a user's effects that cannot be loaded.
     """
-    given = None if isinstance(plate, AnyCampaign | Experiment) else _twin_file(Path(plate))
+    given = None if isinstance(plate, AnyCampaign | Experiment) else _twin_file(as_path(plate))
     declared = _declared(plate) if given is None else given.experiment()
     with computing(shown=progress) as report:
         known = NO_EFFECTS if given is None else given.departures
-        folder = None if effects is None else Path(effects)
+        folder = None if effects is None else as_path(effects)
         return ForwardTwin(effect_twin(declared, report, folder, declared=known), given)
 
 
@@ -397,6 +404,8 @@ def _twin_file(path: Path) -> TwinFile | None:
     inside = path / "twin.toml"
     if inside.is_file():
         return read_twin(inside)
+    if (path / "laws.h5").is_file() and not any((path / one).is_file() for one in (DECLARATION, PROTOCOL, PLATE)):
+        raise ResultFileError(f"{path}: holds no twin.toml; make it with: flexura gap, or name the campaign")
     if path.suffix != ".toml" or not path.is_file():
         return None
     return read_twin(path) if str(read_table(path).get("format", "")).startswith("flexura-twin/") else None
@@ -407,7 +416,7 @@ def _declared(plate: File | AnyCampaign | Experiment) -> Experiment:
         return plate
     if isinstance(plate, AnyCampaign):
         return plate.experiment
-    path = Path(plate)
+    path = as_path(plate)
     if path.suffix == ".toml" and "oven" in read_table(path) and "cards" in read_table(path):
         found = read_declared_experiment(path)
         return found.recorded(found.sample_rate)
@@ -415,7 +424,20 @@ def _declared(plate: File | AnyCampaign | Experiment) -> Experiment:
 
 
 def _laws_of(material: Material, temperature: float) -> LocalLaws:
+    if np.shape(material) != (3,):
+        raise ValueError(f"material {material}: three numbers are wanted, E in Pa, nu and eta")
     e, nu, eta = (float(one) for one in material)
     if not (e > 0.0 and eta > 0.0 and np.isfinite([e, nu, eta]).all()):
         raise ValueError(f"material {material}: E in Pa, nu and eta are wanted, E and eta above 0")
     return LocalLaws.of_material(e, nu, eta, reference=temperature)
+
+
+def _given(frequency: ArrayLike) -> ArrayLike:
+    if not np.size(frequency):
+        raise ValueError("no frequency is given")
+    return frequency
+
+
+def _allowed(name: str, known: Collection[str]) -> str:
+    meant = nearest(name, known)
+    return f"; {meant + ' ' if meant else ''}allowed: {', '.join(known)}"

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.reading import Damping
@@ -14,7 +13,7 @@ from app.modal_test.modes_of_test import TestModes
 from app.modal_test.universal_frfs import frfs_of_file
 from app.stages import identify_structure as stage
 from app.stages.identify_options import Method, Wanted
-from flexura.campaigns import File, computing
+from flexura.campaigns import File, as_path, computing
 
 Test = File | FrfSet | Sequence[MeasuredTransfer]
 """``test.toml`` or its folder, a universal file, or FRFs in memory that share their lines."""
@@ -36,7 +35,7 @@ def frfs_of_test(test: File, *, progress: bool | None = None) -> FrfSet:
         For files that cannot be used, with all that is wrong with them.
     """
     with computing(shown=progress) as report:
-        return frfs_of_file(Path(test), report)
+        return frfs_of_file(as_path(test), report)
 
 
 def identify_test(
@@ -77,7 +76,7 @@ def identify_test(
     """
     settings = Settings() if mains is None else Settings(mains=mains)
     wanted = Wanted(settings, damping, method, band)
-    run = None if out is None else writable_folder(Path(out), "out")
+    run = None if out is None else writable_folder(as_path(out), "out")
     with computing(shown=progress) as report:
         frfs = _taken(test, report)
         if mains is not None:
@@ -96,4 +95,4 @@ def _taken(test: Test, report: Progress) -> FrfSet:
         if len(lines) != 1:
             raise ValueError(f"{len(test)} FRFs over {len(lines)} different sets of lines; one set is wanted")
         return FrfSet("FRFs in memory", tuple(test))
-    return frfs_of_file(Path(test), report)
+    return frfs_of_file(as_path(test), report)

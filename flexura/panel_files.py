@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 
 from analysis.campaign import CampaignExtent
@@ -17,7 +18,7 @@ from app.stages.panel_inputs import method_for, panel_for, scanned_panel
 from app.stages.panel_laws import PanelLaws, laws_for
 from app.stages.update import Updating
 from app.summaries.update import too_few
-from flexura.campaigns import File
+from flexura.campaigns import File, as_path
 
 Laws = File | MaterialLaws | Updating | GapComparison
 """A run folder, whose best twin is taken, or a file of laws; laws, or a result of `update` or `gap`."""
@@ -92,6 +93,11 @@ def laws_read(laws: Laws | None, twin: File | None, verb: str) -> GivenLaws:
             of = laws.plain if isinstance(laws, GapComparison) else laws
             raise ValueError(too_few(of.updated))
         return GivenLaws(found)
+    if not (laws is None or isinstance(laws, str | PathLike)):
+        raise TypeError(
+            "laws: a run folder of flexura.update, laws.h5, what flexura.update or flexura.gap returned, or "
+            f"MaterialLaws are wanted, not {type(laws).__name__}"
+        )
     read = laws_for(path_of(laws), path_of(twin), verb)
     return GivenLaws(read.laws, read)
 
@@ -137,9 +143,9 @@ def folder_of(run: Laws | None, transfers: Path) -> Path:
     """Run folder of the filters that were designed from transfers; that of the transfers where none is named."""
     if run is None:
         return transfers.parent
-    if isinstance(run, MaterialLaws | Updating | GapComparison) or not Path(run).is_dir():
+    if isinstance(run, MaterialLaws | Updating | GapComparison) or not as_path(run).is_dir():
         raise ValueError("laws beside transfers: the run folder of flexura focus --transfers, or leave it out")
-    return Path(run)
+    return as_path(run)
 
 
 def kept(out: File | None, laws: Path | None, panel: Path | None) -> tuple[Path | None, Mapping[str, str]]:
@@ -171,9 +177,9 @@ def kept(out: File | None, laws: Path | None, panel: Path | None) -> tuple[Path 
             "in place of laws, and the panel's file in place of a panel"
         )
     files = (*transfer_files(laws), panel)
-    return writable_folder(Path(out), "out"), {path.name: sha256(path) for path in files}
+    return writable_folder(as_path(out), "out"), {path.name: sha256(path) for path in files}
 
 
 def path_of(file: File | None) -> Path | None:
     """Path of a file, if one is named."""
-    return None if file is None else Path(file)
+    return None if file is None else as_path(file)

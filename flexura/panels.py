@@ -1,7 +1,7 @@
 """Filters of a panel that follow the temperature, the paper's figures, and what has changed since a baseline."""
 
 from collections.abc import Sequence
-from pathlib import Path
+from os import PathLike
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from app.stages import health as health_stage
 from app.stages import study as study_stage
 from app.stages.panel_inputs import checked_device, measured_panel, weather_for
 from app.stages.panel_laws import range_of, within
-from flexura.campaigns import File, computing
+from flexura.campaigns import File, as_path, computing, numbers
 from flexura.panel_files import Laws, folder_of, kept, laws_read, panel_followed
 
 
@@ -27,7 +27,7 @@ def focus(
     *,
     transfers: File | None = None,
     twin: File | None = None,
-    temperature: Sequence[float] | None = None,
+    temperature: float | Sequence[float] | None = None,
     method: Method = "stif",
     out: File | None = None,
     progress: bool | None = None,
@@ -45,7 +45,7 @@ def focus(
         Measured transfers (UFF58 with nodes, a folder of such, or HDF5) in place of laws and the panel's twin.
     twin : path, optional
         Twin file whose laws the panel's plate obeys, in place of those of the run folder.
-    temperature : sequence of float, optional
+    temperature : float or sequence of float, optional
         Degrees Celsius; every 5 K of what laws and panel share where it is left out. Of `transfers` in a universal
         file, the one at which they were measured.
     method : str
@@ -67,14 +67,14 @@ def focus(
         For a twin file that cannot be used.
     """
     _require_method(method)
-    file = None if isinstance(panel, Panel) else Path(panel)
-    declared = panel if isinstance(panel, Panel) else read_panel(Path(panel))
+    file = None if isinstance(panel, Panel) else as_path(panel)
+    declared = panel if isinstance(panel, Panel) else read_panel(as_path(panel))
     extent = None
     if transfers is not None:
         _require_none(laws=laws, twin=twin)
-        named = () if temperature is None else tuple(float(here) for here in temperature)
-        measured = measured_panel(declared, Path(transfers), named)
-        run, inputs = kept(out, Path(transfers), file)
+        named = () if temperature is None else numbers(temperature)
+        measured = measured_panel(declared, as_path(transfers), named)
+        run, inputs = kept(out, as_path(transfers), file)
         with computing(shown=progress) as report:
             found = focus_stage.compute_measured(measured, report, method=method)
     else:
@@ -110,7 +110,7 @@ def compensate(
     training: Training | None = None,
     spacing: float | None = None,
     place: int | None = None,
-    across: Sequence[float] = (),
+    across: float | Sequence[float] = (),
     weather: File | None = None,
     method: Method | None = None,
     device: str = "cpu",
@@ -139,7 +139,7 @@ def compensate(
         Between training temperatures, K; 5 where it is left out.
     place : int, optional
         How many training temperatures are placed where the filters need them, instead of every `spacing`.
-    across : sequence of float
+    across : float or sequence of float
         Differences of temperature between two opposite sides of the panel, K, at which the filters are tried.
     weather : path, optional
         A weather's file: the panel's field of temperatures moves as it says, and filters are judged by what is
@@ -173,8 +173,8 @@ def compensate(
         raise ValueError(f"spacing {spacing:g} K: it must be above 0")
     extent = None
     if transfers is not None:
-        _require_none(twin=twin, spacing=spacing, place=place, across=across or None, weather=weather)
-        scan, beside = Path(transfers), folder_of(laws, Path(transfers))
+        _require_none(twin=twin, spacing=spacing, place=place, across=numbers(across) or None, weather=weather)
+        scan, beside = as_path(transfers), folder_of(laws, as_path(transfers))
         declared, file, followed = panel_followed(panel, method, beside, scanned=True)
         measured = measured_panel(declared, scan, ())
         run, inputs = kept(out, scan, file)
@@ -192,8 +192,8 @@ def compensate(
         declared, notes = given.on(declared)
         around = None
         if weather is not None:
-            around = weather_for(Path(weather), declared, followed), str(weather)
-            inputs = {**inputs, Path(weather).name: sha256(Path(weather))} if inputs else inputs
+            around = weather_for(as_path(weather), declared, followed), str(weather)
+            inputs = {**inputs, as_path(weather).name: sha256(as_path(weather))} if inputs else inputs
         checked_device(device)
         with computing(shown=progress) as report:
             found = compensate_stage.compute(
@@ -203,7 +203,7 @@ def compensate(
                 training=training,
                 spacing=spacing or 5.0,
                 place=place,
-                across=across,
+                across=numbers(across),
                 weather=around,
                 method=followed,
                 device=device,
@@ -226,7 +226,7 @@ def _require_method(method: str) -> None:
 
 
 def health(
-    dates: Sequence[File],
+    dates: File | Sequence[File],
     baseline: File,
     *,
     rate: float = health_stage.FALSE_ALARM_RATE,
@@ -238,7 +238,7 @@ def health(
 
     Parameters
     ----------
-    dates : sequence of path
+    dates : path or sequence of path
         In order of time: run folders with frf.h5, or campaign folders.
     baseline : path
         Run folder of ``flexura update``, of the panel when it was healthy.
@@ -257,10 +257,11 @@ def health(
         For a rate outside what is allowed, no dates, a baseline that is none, a date of another panel, and what
         cannot be read.
     """
+    those = [dates] if isinstance(dates, str | PathLike) else dates
     request = health_stage.HealthRequest(
-        baseline=Path(baseline), dates=tuple(Path(one) for one in dates), rate=rate, mains=mains
+        baseline=as_path(baseline), dates=tuple(as_path(one) for one in those), rate=rate, mains=mains
     )
-    folder = None if out is None else writable_folder(Path(out), "out")
+    folder = None if out is None else writable_folder(as_path(out), "out")
     with computing(shown=progress) as report:
         found = health_stage.compute(request, report)
     if folder is not None:
@@ -306,10 +307,10 @@ def study(
     """
     request = study_stage.StudyRequest(
         figure=str(figure),
-        run=None if run is None else Path(run),
-        panel=None if panel is None else Path(panel),
+        run=None if run is None else as_path(run),
+        panel=None if panel is None else as_path(panel),
         as_paper=as_paper,
         seed=seed,
     )
     with computing(shown=progress) as report:
-        return study_stage.compute(request, None if out is None else Path(out), report)
+        return study_stage.compute(request, None if out is None else as_path(out), report)

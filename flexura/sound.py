@@ -1,14 +1,12 @@
 """What a panel plays, what is heard of it, and what its own patches say of its temperature."""
 
-from pathlib import Path
-
 from app.stages import radiation as radiation_stage
 from app.stages import render as render_stage
 from app.stages import thermometer as thermometer_stage
 from app.stages.radiation import RadiatingPanel, RadiationRequest
 from app.stages.render import USUAL_BLOCK, RenderedSound, RenderRequest
 from app.stages.thermometer import MeasuredTemperatures, ThermometerRequest
-from flexura.campaigns import File, computing
+from flexura.campaigns import File, as_path, computing
 
 
 def render(
@@ -57,17 +55,17 @@ def render(
         filters cover.
     """
     request = RenderRequest(
-        sound=Path(sound),
-        run=Path(run),
+        sound=as_path(sound),
+        run=as_path(run),
         temperature=None if temperature is None else str(temperature),
-        weather=None if weather is None else Path(weather),
+        weather=None if weather is None else as_path(weather),
         method=method,
         block=block,
         heard=heard,
-        twin=None if twin is None else Path(twin),
+        twin=None if twin is None else as_path(twin),
     )
     with computing(shown=progress) as report:
-        return render_stage.compute(request, Path(run if out is None else out), report)
+        return render_stage.compute(request, as_path(run if out is None else out), report)
 
 
 def radiation(
@@ -105,13 +103,13 @@ def radiation(
         For a twin file that cannot be used.
     """
     request = RadiationRequest(
-        run=Path(run),
-        panel=None if panel is None else Path(panel),
-        transfers=None if transfers is None else Path(transfers),
-        twin=None if twin is None else Path(twin),
+        run=as_path(run),
+        panel=None if panel is None else as_path(panel),
+        transfers=None if transfers is None else as_path(transfers),
+        twin=None if twin is None else as_path(twin),
     )
     with computing(shown=progress) as report:
-        return radiation_stage.compute(request, None if out is None else Path(out), report)
+        return radiation_stage.compute(request, None if out is None else as_path(out), report)
 
 
 def thermometer(
@@ -166,17 +164,17 @@ def thermometer(
         temperatures outside what laws or filters cover.
     """
     request = ThermometerRequest(
-        run=Path(run),
-        drive=None if drive is None else Path(drive),
-        response=None if response is None else Path(response),
-        simulate=None if simulate is None else Path(simulate),
+        run=as_path(run),
+        drive=None if drive is None else as_path(drive),
+        response=None if response is None else as_path(response),
+        simulate=None if simulate is None else as_path(simulate),
         temperature=None if temperature is None else str(temperature),
         sensor=sensor,
         snr=snr,
         seed=seed,
         stretch=stretch,
         largest_sigma=largest_sigma,
-        twin=None if twin is None else Path(twin),
+        twin=None if twin is None else as_path(twin),
     )
     with computing(shown=progress) as report:
-        return thermometer_stage.compute(request, Path(run if out is None else out), report)
+        return thermometer_stage.compute(request, as_path(run if out is None else out), report)

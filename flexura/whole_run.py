@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from pathlib import Path
 from typing import Any
 
 from threadpoolctl import threadpool_limits
@@ -16,7 +15,7 @@ from app.files.run_record import RunRecord
 from app.files.run_settings import Stage, read_run_options, run_options_of
 from app.terminal.engine import spare_workers
 from app.terminal.progress import progress as bars
-from flexura.campaigns import File
+from flexura.campaigns import File, as_path
 
 
 def run(
@@ -68,13 +67,13 @@ def run(
     app.files.bad_file.ResultFileError
         For a run folder that cannot be used.
     """
-    folder = Path(campaign)
+    folder = as_path(campaign)
     if not (is_campaign_folder(folder) or is_recorded_campaign(folder) or declares_plate(folder)):
         raise not_a_campaign(folder)
     chosen = read_run_options(folder, None, ()) if options is None else run_options_of(options)
     left_out = (*without, *chosen.settings.without)
     stages = chosen_stages(first, last, (), left_out)
-    run_folder = None if out is None else Path(out)
+    run_folder = None if out is None else as_path(out)
     request = RunRequest(folder, run_folder, stages, chosen, force, in_place="import" in left_out)
     listener = RunListener(
         lambda stage, state: None,

@@ -339,7 +339,12 @@ class Panel(Sparse):
             )
         constants = self.illustration
         values = np.array([constants.youngs_modulus, constants.poisson_ratio, constants.loss_factor])
-        if not (self.box.clip(values) == values).all():
+        inside = self.box.clip(values)
+        names = ("youngs_modulus", "poisson_ratio", "loss_factor")
+        moved = {name: float(one) for name, one, was in zip(names, inside, values, strict=True) if one != was}
+        if moved and not moved.keys() & constants.model_fields_set:  # the defaults are a plastic's
+            self.__dict__["illustration"] = constants.model_copy(update=moved)
+        elif moved:
             raise ValueError(
                 "illustration lies outside the ranges of twin (or else of plate.material); widen them or move it"
             )

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import ResultFileError, quoted
 from app.files.best_twin import PLAIN, best_twin, gap_record_of
 from app.report.summary import summary, worth_of
 from app.summaries.briefing import briefing
@@ -41,7 +41,8 @@ def found_rows(run: Path, campaign: str) -> Rows:
     rows = [row for row in rows if row[0] != "next"]
     if (run / "report.html").is_file():
         page = run / "report.html"
-        rows.append(("report", f"{page}: open it in a browser; to look at it all in a window: flexura view {run}"))
+        window = f"flexura view {quoted(run)}"
+        rows.append(("report", f"{page}: open it in a browser; to look at it all in a window: {window}"))
     return (*rows, *last)
 
 

@@ -1,5 +1,6 @@
 """What is asked of a run: the campaign, the folder, the stages and their options."""
 
+import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -37,8 +38,16 @@ def chosen_stages(
     Raises
     ------
     ValueError
-        Where nothing is left.
+        For a name that is no stage, and where nothing is left.
     """
+    for names in (only, without):
+        if isinstance(names, str):
+            raise ValueError(f"{names!r}: a list of stages is wanted, such as [{names!r}]")
+    for name in (*((first,) if first else ()), *((last,) if last else ()), *only, *without):
+        if name not in STAGES:
+            close = difflib.get_close_matches(str(name), STAGES, 1)
+            meant = f"did you mean {close[0]}? " if close else ""
+            raise ValueError(f"{name!r} is no stage; {meant}allowed: {', '.join(STAGES)}")
     begin = 0 if first is None else STAGES.index(first)
     end = len(STAGES) if last is None else STAGES.index(last) + 1
     found = tuple(one for one in STAGES[begin:end] if (not only or one in only) and one not in without)

@@ -12,7 +12,7 @@ from analysis.progress import Progress
 from app.chain.links import LINKS, Link
 from app.chain.request import RunRequest
 from app.chain.work import Made, Work
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import ResultFileError, quoted
 from app.files.campaign_error import CampaignFileError
 from app.files.disk_room import room_of, told
 from app.files.run_folder import run_folder
@@ -116,7 +116,7 @@ class _Chain:
         if made or not self._record.found:
             from app.chain.found import found_rows
 
-            found = found_rows(self._work.run, f"{self._work.folder} --out {self._work.run}")
+            found = found_rows(self._work.run, f"{quoted(self._work.folder)} --out {quoted(self._work.run)}")
             self._record = replace(self._record, found=found)
             write_run_record(self._work.run, self._record)
         return replace(self._record, stages={**self._record.stages, **self._states})

@@ -198,8 +198,13 @@ def _open(declared: "AcquiredExperiment", kind: "RigKind", experiment: Path, out
     from app.rig.assembly import rig_of
 
     with ExitStack() as stack:
-        with output.progress() as report:
-            rig = stack.enter_context(rig_of(declared, kind, experiment, report))
+        try:
+            with output.progress() as report:
+                rig = stack.enter_context(rig_of(declared, kind, experiment, report))
+        except KeyboardInterrupt:
+            if kind == "simulated":
+                output.note("nothing was begun: the simulated plate was still being made")
+            raise
         yield rig
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.output import Output
+from app.files.bad_file import quoted
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -162,7 +163,7 @@ def _complete(outcome: "HammerOutcome", unsafe: tuple[str, ...], folder: Path, s
     elif outcome.missing:
         line += f"; {outcome.missing} are missing at {outcome.skipped} skipped points (--again asks for them)"
     else:
-        line += f"; flexura identify {folder}, flexura update {folder}"
+        line += f"; flexura identify {quoted(folder)}, flexura update {quoted(folder)}"
     if outcome.doubted:
         line += f"; the temperature of {outcome.doubted} is in doubt (events.jsonl says why)"
     status = NOT_AT_REST if unsafe else NOT_GOOD_ENOUGH if outcome.missing else 0

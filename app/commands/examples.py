@@ -1,5 +1,6 @@
 """``flexura examples``: the examples that come with Flexura, copied to where one works."""
 
+import difflib
 import shutil
 from pathlib import Path
 
@@ -43,10 +44,12 @@ def command(name: str | None, everything: bool, out: Path | None, output: Output
         source, target = shipped(""), folder / "examples"
     else:
         found = (name or "").removeprefix("examples/").rstrip("/")
-        if found not in shipped_names():
-            raise click.ClickException(
-                f"no example {name!r}; there are: {', '.join(shipped_names()) or 'none here'}"
-            )
+        there = shipped_names()
+        found = found if found in there else next((one for one in there if Path(one).stem == found), found)
+        if found not in there:
+            close = difflib.get_close_matches(found, there, 1)
+            meant = f"did you mean {close[0]}? " if close else ""
+            raise click.ClickException(f"no example {name!r}; {meant}there are: {', '.join(there) or 'none here'}")
         source, target = shipped(found), folder / found
     if target.exists():
         raise click.ClickException(f"{target}: is there already; name another folder with --out, or remove it")

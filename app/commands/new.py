@@ -11,6 +11,7 @@ import click
 from app.commands.bad_input import bad_input
 from app.commands.options import Existing, out_folder
 from app.commands.output import Output, output_options
+from app.files.bad_file import quoted
 
 if TYPE_CHECKING:
     from app.modal_test.guessed_channels import NewTest
@@ -66,7 +67,7 @@ def write_plate(
     if missing:
         output.note(f"to be completed, each a line that begins with #: {', '.join(missing)}")
     first = "complete it" if missing else "check it"
-    output.summary(f"{declaration}: {first}, then: flexura update {named}")
+    output.summary(f"{declaration}: {first}, then: flexura update {quoted(named)}")
 
 
 @click.command(name="new", epilog=EXAMPLES, short_help="Write a declaration to start from.")
@@ -142,6 +143,7 @@ def command(
     if what != "experiment":
         _refuse("belongs to an experiment", {"--oven": oven, "--port": port})
     of_tests: dict[str, object] = {"--kind": kind, "--rate": rate, "--roving": roving, "--same-point": same_point}
+    _require_plate(plate)
     channels: dict[str, object] = {"--drive": drive, "--response": response, "--unused": unused}
     of_frfs: dict[str, object] = {"--points": points, "--frf-units": frf_units}
     if what in ("experiment", "panel"):
@@ -177,6 +179,22 @@ def command(
     _test(files, said, target, output)
 
 
+def _require_plate(plate: tuple[float, float, float, float] | None) -> None:
+    """Refuse dimensions that no declaration may have, such as mm for m, before one is written with them."""
+    if plate is None:
+        return
+    from analysis.plate import Plate
+    from app.files.campaign_error import CampaignFileError
+    from app.files.settings_toml import checked
+
+    table = dict(zip(("length_x", "length_y", "thickness", "mass"), plate, strict=True))
+    try:
+        checked(Path("--plate"), table, Plate)
+    except CampaignFileError as error:
+        said = [str(replace(one, file="")) for one in error.problems]
+        raise click.BadParameter("; ".join(said), param_hint="--plate") from error
+
+
 def _from_nothing(
     what: str,
     plate: tuple[float, float, float, float] | None,
@@ -200,6 +218,7 @@ def _from_nothing(
                 for name, value in zip(names, usual, strict=True)
             )
             plate = (lx, ly, thickness, mass)
+            _require_plate(plate)
         if what == "experiment" and oven is None:
             oven = click.prompt("oven: kind of controller", default="eurotherm-2400", err=True)
     if what == "experiment":
@@ -211,8 +230,8 @@ def _from_nothing(
     output.result(lambda: {"declaration": str(target), "missing": missing})
     for one in missing:
         output.note(one)
-    onward = {"experiment": f"doctor {target}", "hammer test": f"acquire {target} --rig simulated"}
-    then = onward.get(what, f"focus RUN --panel {target}")
+    onward = {"experiment": f"doctor {quoted(target)}", "hammer test": f"acquire {quoted(target)} --rig simulated"}
+    then = onward.get(what, f"focus RUN --panel {quoted(target)}")
     output.summary(f"{target}: complete it, then: flexura {then}")
 
 
@@ -233,7 +252,8 @@ def _campaign(
     for one in missing:
         output.note(one)
     output.summary(
-        f"{declaration}: put your plate, patches, protocol into it, then: flexura import {declaration.parent}"
+        f"{declaration}: put your plate, patches, protocol into it, then: "
+        f"flexura import {quoted(declaration.parent)}"
     )
 
 
@@ -265,7 +285,7 @@ def _test(files: tuple[Path, ...], options: "NewTest", target: Path, output: Out
     groups = sum(1 for record in declared.record if record.group)
     if groups:
         output.note(f"{groups} groups of channels, each a [[record]]: delete in {target} what is no hit or run")
-    output.summary(f"{target}: {declared.kind}, {len(channels)} channels; then: flexura identify {target}")
+    output.summary(f"{target}: {declared.kind}, {len(channels)} channels; then: flexura identify {quoted(target)}")
 
 
 def _refuse(why: str, options: Mapping[str, object]) -> None:

@@ -1,8 +1,10 @@
 """Options common to several verbs, each with one name, text and range; campaigns that are watched."""
 
+import difflib
 import functools
 import os
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -16,6 +18,15 @@ PATH = click.Path(path_type=Path)
 """A file or folder that is written, or may be missing."""
 
 
+def _mistyped(path: Path) -> str:
+    """Name the file or folder beside `path` that is called almost alike."""
+    with suppress(OSError, ValueError):
+        there = [beside.name for beside in path.parent.iterdir()]
+        close = difflib.get_close_matches(path.name, there, 1, MISTYPED)
+        return f" (did you mean {path.parent / close[0]}?)" if close else ""
+    return ""
+
+
 def _shipped(path: Path) -> str:
     """Say how an example is got that comes with Flexura and is not in the current folder; else empty."""
     from app.files.shipped import shipped
@@ -23,6 +34,10 @@ def _shipped(path: Path) -> str:
     if path.parts[:1] != ("examples",) or ".." in path.parts or not shipped(str(Path(*path.parts[1:]))).exists():
         return ""
     return "it comes with Flexura: flexura examples --all copies all of them to the folder examples"
+
+
+MISTYPED = 0.8
+"""Likeness of names, 0 to 1, from which one is taken for the other mistyped."""
 
 
 class Existing(click.Path):
@@ -59,7 +74,9 @@ class Existing(click.Path):
         path = Path(os.fspath(value))
         if not os.path.exists(path):  # noqa: PTH110 (Path.exists raises for too long a name or without permission)
             option = f"{param.opts[0]} " if isinstance(param, click.Option) else ""
-            raise click.ClickException(f"{option}{path}: does not exist; {_shipped(path) or self.onward}")
+            raise click.ClickException(
+                f"{option}{path}: does not exist; {_shipped(path) or self.onward}{_mistyped(path)}"
+            )
         return path
 
 

@@ -1,6 +1,7 @@
 """``flexura status``: how campaigns stand, once, for scripts and remote shells."""
 
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -8,6 +9,8 @@ import click
 from app.commands.bad_input import bad_input
 from app.commands.options import PATH, require_campaigns
 from app.commands.output import Output, output_options
+from app.files.bad_file import ResultFileError
+from app.files.campaign_error import CampaignFileError
 
 EXAMPLES = """\b
 Examples:
@@ -15,8 +18,20 @@ Examples:
   flexura status my-campaign --json
   ssh laboratory flexura status left-rig right-rig
 """
-WORST = (3, 4, 1, 5, 0)
+BAD_NAME = 2
+WORST = (3, 4, BAD_NAME, 1, 5, 0)
 """Exit statuses, the one that counts of several campaigns first."""
+
+
+def _refused(check: Callable[[tuple[Path, ...]], None], folder: Path) -> str:
+    """Why a folder is no campaign that can be told; empty where it is one."""
+    try:
+        check((folder,))
+    except click.ClickException as error:
+        return error.message
+    except (CampaignFileError, ResultFileError) as error:
+        return str(error)
+    return ""
 
 
 @click.command(name="status", epilog=EXAMPLES, short_help="How a campaign stands, in a line.")
@@ -29,14 +44,18 @@ def command(campaigns: tuple[Path, ...], output: Output) -> None:
     Nothing is written. Exit status 0: complete; 1: stopped, or complete with sweeps or hits missing; 3: something
     is NOT AT REST; 4: silent, nothing was written for longer than a sweep and a margin (of a hammer test: its
     process is gone, and nothing says that its oven is at rest); 5: under way, or not begun. Of several campaigns
-    the first of 3, 4, 1, 5, 0 that occurs.
+    the first of 3, 4, 2, 1, 5, 0 that occurs; 2: a name is no campaign, and the others are told nevertheless.
     """
-    require_campaigns(campaigns)
-    from app.watch.watcher import WatchedFolder, names, require_acquired
+    refused = {one: why for one in campaigns if (why := _refused(require_campaigns, one))}
+    told = [one for one in campaigns if one not in refused]
+    if told:
+        from app.watch.watcher import WatchedFolder, names, require_acquired
 
-    for one in campaigns:
-        require_acquired(one)
-    folders = [WatchedFolder(one, name) for one, name in zip(campaigns, names(campaigns), strict=True)]
+        refused |= {one: why for one in told if (why := _refused(lambda named: require_acquired(*named), one))}
+        told = [one for one in campaigns if one not in refused]
+    if not told:
+        raise click.ClickException("\n".join(refused.values()))
+    folders = [WatchedFolder(one, name) for one, name in zip(told, names(told), strict=True)]
     statuses = [one.look(time.time()) for one in folders]
 
     def show() -> None:
@@ -44,6 +63,9 @@ def command(campaigns: tuple[Path, ...], output: Output) -> None:
             click.echo(f"{one.name}: {one.line}")
 
     output.result(lambda: [one.record() for one in statuses], show)
-    worst = next(status for status in WORST if status in {one.exit_status for one in statuses})
+    for why in refused.values():
+        output.failure(f"Error: {why}")
+    ended = {one.exit_status for one in statuses} | ({BAD_NAME} if refused else set())
+    worst = next(status for status in WORST if status in ended)
     if worst:
         raise click.exceptions.Exit(worst)

@@ -21,6 +21,8 @@ Examples:
   flexura view hammer-run --beside hammer-run-before
   flexura view hammer-run --beside plate-run
 """
+PICTURES = {".png", ".jpg", ".jpeg", ".svg", ".pdf"}
+"""Endings of what is meant as a file, where a folder is wanted."""
 
 
 @click.command(name="view", epilog=EXAMPLES, short_help="Show a campaign, running or recorded.")
@@ -74,6 +76,11 @@ def command(
         from app.files.disk_room import RESULTS, require_room
         from app.files.run_folder import writable_folder
 
+        if screenshot.suffix.lower() in PICTURES:
+            raise click.BadParameter(
+                f"{screenshot}: a folder is wanted, into which a picture of each page goes",
+                param_hint="--screenshot",
+            )
         writable_folder(screenshot, "--screenshot")
         require_room(screenshot, RESULTS, "--screenshot")
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")

@@ -1,5 +1,6 @@
 """What a settings model allows at one of its keys, in words a person can act on."""
 
+import difflib
 import types
 from collections.abc import Iterable, Sequence
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -7,6 +8,10 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import annotated_types
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+ZERO_CELSIUS = 273.15
+"""0 °C in K."""
 
 
 def allowed_at(model: type[BaseModel], place: Sequence[int | str]) -> str:
@@ -142,3 +147,37 @@ def _range(fields: Sequence[FieldInfo]) -> str:
             case annotated_types.MaxLen(max_length=many):
                 words += f", at most {many}"
     return words
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return "did you mean X?" for a name that is unknown, empty where none of the known ones is like it."""
+    close = difflib.get_close_matches(name, list(known), 1)
+    return f"did you mean {close[0]}?" if close else ""
+
+
+def unit_hint(seen: object, detail: ErrorDetails, allowed: str) -> str:
+    """Suggest the unit where a value would fit as thousandths (of mm, g, mV), as GPa or MPa, or as kelvins.
+
+    Parameters
+    ----------
+    seen : object
+        The value.
+    detail : ErrorDetails
+        What pydantic says of it.
+    allowed : str
+        Of `allowed_at`.
+    """
+    limits = detail.get("ctx", {})
+    lowest, highest = (limits.get(one, limits.get(other)) for one, other in (("ge", "gt"), ("le", "lt")))
+    if not isinstance(seen, int | float) or not allowed.endswith(")"):
+        return ""
+    if lowest is not None and allowed.endswith("(Pa)") and seen > 0.0:
+        prefix, factor = ("GPa", 1e9) if seen < 1000.0 else ("MPa", 1e6)
+        return f"values are SI: {seen:g} {prefix} are {factor * seen:g}"
+    if highest is None:
+        return ""
+    if allowed.endswith("(degrees Celsius)"):
+        return f"{seen:g} K are {seen - ZERO_CELSIUS:.5g} °C" if highest < seen <= highest + ZERO_CELSIUS else ""
+    return (
+        f"values are SI: {seen:g} thousandths are {seen / 1000.0:g}" if highest < seen <= 1000.0 * highest else ""
+    )

@@ -1,8 +1,12 @@
 """What goes wrong with a file of results, or with a declaration whose geometry cannot be, and where.
 
-A picture of it is drawn from the places.
+A picture of it is drawn from the places. How a message writes the command that mends it is here, too.
 """
 
+import os
+import re
+import shlex
+import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -74,3 +78,15 @@ class ResultFileError(ValueError):
 
 class UnsuitedOptionError(ResultFileError):
     """An option does not suit the files that are there: what was typed is wrong, not a file."""
+
+
+def quoted(path: Path | str) -> str:
+    """Write a path as it is typed in a shell: in quotation marks where it holds spaces and the like.
+
+    Every command in a message writes its paths with it, so that the command can be copied
+    (``tests/app/test_commands_in_messages.py``).
+    """
+    text = str(path)
+    if re.fullmatch(r"[\w@%+=:,./~-][\w@%+=:,./\\~-]*", text) and (os.name == "nt" or "\\" not in text):
+        return text  # letters of any language: no shell takes them apart
+    return subprocess.list2cmdline([text]) if os.name == "nt" else shlex.quote(text)

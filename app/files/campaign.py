@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app.files.bad_file import quoted
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_kind import DECLARATION, PROTOCOL, is_campaign_folder, is_recorded_campaign
 from app.files.plate_toml import FORMAT as OF_PLATE
@@ -48,7 +49,8 @@ def not_a_campaign(path: Path) -> CampaignFileError:
     if not path.exists():
         return CampaignFileError(path, [Problem("", "", "does not exist", allowed)])
     if declares_plate(path):
-        message = f"declares a plate with FRFs or modes of other programs; flexura update {path} takes it as it is"
+        takes = f"flexura update {quoted(path)} takes it as it is"
+        message = f"declares a plate with FRFs or modes of other programs; {takes}"
         return CampaignFileError(path, [Problem("", "", message, "")])
     from app.files.modal_test_toml import NAME as TEST
     from app.files.modal_test_toml import declares_test
@@ -56,19 +58,20 @@ def not_a_campaign(path: Path) -> CampaignFileError:
     if declares_test(path):
         test = path if path.is_file() else path / TEST
         message = (
-            f"declares a modal test; flexura identify {path} finds its modes; for E, nu and eta say what "
-            f"plate it is: flexura new plate {test}"
+            f"declares a modal test; flexura identify {quoted(path)} finds its modes; for E, nu and eta say what "
+            f"plate it is: flexura new plate {quoted(test)}"
         )
         return CampaignFileError(path, [Problem("", "", message, "")])
     if not path.is_dir():
         return _no_folder(path, allowed)
     listed = sorted(child.name for child in path.iterdir())
     if "frf.h5" in listed:
-        message = f"a run folder, no campaign; to start from its FRFs: flexura new plate {path / 'frf.h5'}"
+        message = f"a run folder, no campaign; to start from its FRFs: flexura new plate {quoted(path / 'frf.h5')}"
         return CampaignFileError(path, [Problem("", "", message, "")])
     frfs = [name for name in listed if Path(name).suffix.lower() in WITH_FRFS]
     if frfs:
-        message = f"holds {frfs[0]}, but no {PLATE}; say what plate it is: flexura new plate {path / frfs[0]}"
+        onward = f"flexura new plate {quoted(path / frfs[0])}"
+        message = f"holds {frfs[0]}, but no {PLATE}; say what plate it is: {onward}"
         return CampaignFileError(path, [Problem("", "", message, "")])
     held = ", ".join(listed[:6]) + (", ..." if len(listed) > 6 else "") if listed else "nothing"
     return CampaignFileError(path, [Problem("", "", f"not a campaign; it holds {held}", allowed)])
@@ -80,9 +83,9 @@ def _no_folder(path: Path, allowed: str) -> CampaignFileError:
     from app.files.settings_toml import read_table
 
     if path.suffix.lower() in (*WITH_FRFS, *TEXTS, ".h5", ".hdf5"):
-        message = f"FRFs alone; say what plate they are of: flexura new plate {path}"
+        message = f"FRFs alone; say what plate they are of: flexura new plate {quoted(path)}"
         if path.suffix.lower() in (".csv", *TEXTS):
-            message += f"; of a table of modes: flexura update {path} --plate PLATE.toml"
+            message += f"; of a table of modes: flexura update {quoted(path)} --plate PLATE.toml"
         return CampaignFileError(path, [Problem("", "", message, "")])
     if path.suffix.lower() != ".toml":
         return CampaignFileError(path, [Problem("", "", "a file, not a campaign", allowed)])
@@ -91,7 +94,7 @@ def _no_folder(path: Path, allowed: str) -> CampaignFileError:
     except CampaignFileError as error:
         return error
     known = {
-        "experiment/1": f"an experiment, not yet a campaign; flexura acquire {path} makes one of it",
+        "experiment/1": f"an experiment, not yet a campaign; flexura acquire {quoted(path)} makes one of it",
         FORMAT: f"declares a recorded campaign; name its folder: {path.parent}",
     }
     if declared in known:

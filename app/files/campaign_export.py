@@ -163,7 +163,7 @@ def _coherence_text(frf: MeasuredTransfer, coherence: Real) -> str:
     lines = frf_text(frf).splitlines()
     head, axes = lines[:7], lines[8:12]
     head += [f"{COHERENCE_FUNCTION:5d}{lines[7][5:]}"]
-    abscissa, ordinate = axes[0], axes[1]
+    abscissa = axes[0]
     even = int(abscissa[20:30])
     form = f"{DOUBLE_REAL:10d}{abscissa[10:]}"
     # the first line after the function's is the abscissa's form, then the axes: frequency, ordinate, denominator
@@ -172,8 +172,8 @@ def _coherence_text(frf: MeasuredTransfer, coherence: Real) -> str:
         rows = ["".join(values[n : n + 4]) for n in range(0, len(values), 4)]
     else:
         rows = [line[:13] + value for line, value in zip(lines[13:-1], values, strict=True)]
-    unitless = [lines[9], f"{0:10d}{ordinate[10:26]}{'NONE':20} {'NONE':20}"]
-    return "\n".join([*head, form, *unitless, lines[11], lines[12], *rows, lines[-1]]) + "\n"
+    unitless = f"{0:10d}{axes[1][10:26]}{'NONE':20} {'NONE':20}"  # no exponents of length, force or temperature
+    return "\n".join([*head, form, lines[9], unitless, unitless, lines[12], *rows, lines[-1]]) + "\n"
 
 
 def _write_mat(target: Path, experiment: Experiment, frf: Frf, wanted: list[int]) -> None:

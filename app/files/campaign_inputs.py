@@ -12,6 +12,7 @@ from typing import Any
 
 from analysis.campaign import CampaignExtent
 from analysis.frf_campaign import AnyCampaign
+from app.files.bad_file import quoted
 from app.files.campaign_folder import SWEEPS, sweep_paths
 from app.files.campaign_kind import DECLARATION, PROTOCOL, is_campaign_folder
 from app.files.hdf5_file import result_file
@@ -114,9 +115,10 @@ def said_of_more_sweeps(run: Path, made_from: Hashes, again: str) -> str | None:
             return None
         if kept or run == beside(campaign):  # a copy of the campaign may have gone another way
             others = "" if len(used) != len(there) else ", others"
+            into = "" if run == beside(campaign) else f" --out {quoted(run)}"
             return (
                 f"made from {_counted(len(used))} of a campaign that has {len(there)} finished ones now{others}; "
-                f"to take them in: flexura {again} {campaign}{'' if run == beside(campaign) else f' --out {run}'}"
+                f"to take them in: flexura {again} {quoted(campaign)}{into}"
             )
     return None
 

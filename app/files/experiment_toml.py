@@ -17,6 +17,7 @@ from analysis.protocol.protocol import AcquisitionProtocol, Programme
 from analysis.protocol.sweep import SweepSettings
 from analysis.tolerances import Tolerances
 from analysis.transducers import Drive, Sensor
+from app.files.bad_file import quoted
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_kind import DECLARATION
 from app.files.campaign_toml import FORMAT
@@ -321,15 +322,22 @@ def read_declared_experiment(path: Path) -> AcquiredExperiment:
         With every key that is wrong.
     """
     if path.is_dir():
-        takes = f"; flexura import {path} takes this recorded campaign" if (path / DECLARATION).is_file() else ""
+        takes = (
+            f"; flexura import {quoted(path)} takes this recorded campaign"
+            if (path / DECLARATION).is_file()
+            else ""
+        )
         raise CampaignFileError(path, [Problem("", "", f"a folder; an experiment is a TOML file{takes}", "")])
     table = read_table(path)
     if table.get("format") == FORMAT:
-        seen = f"declares a recorded campaign (format {FORMAT!r}), which flexura import {path.parent} takes"
+        seen = (
+            f"declares a recorded campaign (format {FORMAT!r}), which flexura import {quoted(path.parent)} takes"
+        )
         raise CampaignFileError(path.parent, [Problem(path.name, "", seen, "")])
     if table.get("kind") == "hammer":
         seen = (
-            f"declares a hammer test, which flexura acquire {path} takes, and no campaign over an oven's programme"
+            f"declares a hammer test, which flexura acquire {quoted(path)} takes, and no campaign over an oven's "
+            "programme"
         )
         raise CampaignFileError(path.parent, [Problem(path.name, "kind", seen, "")])
     _require_recorded_force(path, table)

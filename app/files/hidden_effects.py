@@ -1,12 +1,12 @@
 """``[simulation.effects]`` of an experiment held against the cards of the library."""
 
-import difflib
 from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
+from app.files.allowed_values import nearest
 from app.files.campaign_error import Problem
 from simulation.effects.library import LIBRARY, library
 
@@ -76,5 +76,4 @@ def _range(parameter: Parameter) -> str:
 
 
 def _nearest(name: str, known: Mapping[str, object]) -> str:
-    close = difflib.get_close_matches(name, known, 1)
-    return f"did you mean {close[0]}?" if close else "remove it"
+    return nearest(name, known) or "remove it"

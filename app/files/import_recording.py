@@ -15,6 +15,7 @@ from typing import Any, Literal
 from analysis.progress import Progress
 from app.files import events
 from app.files.atomic import PARTIAL, force_folder_to_disk
+from app.files.bad_file import quoted
 from app.files.campaign import not_a_campaign
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_folder import (
@@ -171,7 +172,7 @@ def _into(target: Path, recording: Recording, folders: Sequence[Path], report: P
 
 
 def _already_one(folder: Path) -> CampaignFileError:
-    remedy = f"complete or not, the other verbs take it: flexura identify {folder}"
+    remedy = f"complete or not, the other verbs take it: flexura identify {quoted(folder)}"
     return CampaignFileError(folder, [Problem("", "", "a campaign folder already", "a recorded campaign", remedy)])
 
 

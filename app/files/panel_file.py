@@ -8,7 +8,7 @@ from pydantic_core import ErrorDetails
 
 from analysis.focusing.panel import Panel
 from analysis.weather.declared_weather import Weather
-from app.files.allowed_values import allowed_at, key_at, keys_at
+from app.files.allowed_values import allowed_at, key_at, keys_at, nearest, unit_hint
 from app.files.bad_file import Misplaced, ResultFileError, misplaced
 from app.files.campaign_error import CampaignFileError
 from app.files.drawing import DrawingError, with_drawings
@@ -66,10 +66,16 @@ def _sentence(detail: ErrorDetails) -> str:
     if detail["type"] == "missing":
         return f"{key} is missing; allowed: {allowed}"
     if detail["type"] == "extra_forbidden":
-        return f"{key} is not known; the keys here are " + ", ".join(keys_at(Panel, place[:-1]))
+        known = keys_at(Panel, place[:-1])
+        return f"{key} is not known; the keys here are {', '.join(known)}{_hinted(nearest(str(place[-1]), known))}"
     if detail["type"] == "value_error":  # a check over several keys says itself what it saw and allows
         return f"{key}: {detail['ctx']['error']}"
-    return f"{key} = {seen if len(seen) <= 60 else seen[:57] + '...'}; allowed: {allowed}"
+    hint = _hinted(unit_hint(detail["input"], detail, allowed))
+    return f"{key} = {seen if len(seen) <= 60 else seen[:57] + '...'}; allowed: {allowed}{hint}"
+
+
+def _hinted(hint: str) -> str:
+    return f" ({hint})" if hint else ""
 
 
 def read_weather(path: Path) -> Weather:

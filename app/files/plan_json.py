@@ -9,7 +9,7 @@ from analysis.gap.plan.measurement import OVEN_FIXED, Measurement
 from analysis.gap.plan.question import Question
 from analysis.gap.plan.ranking import Expected, Plan
 from analysis.gap.plan.separation import ENOUGH
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import ResultFileError, quoted
 from app.files.campaign_error import CampaignFileError
 from app.files.parsed_text import parse_json, read_text
 
@@ -109,7 +109,7 @@ def open_before(run: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
         names = [name for one in plan["questions"] for name in (one["effect"], one["rival"]) if name]
         chosen = plan["next"] or {}
     except (OSError, CampaignFileError, ValueError, KeyError, TypeError) as error:
-        wanted = f"make it with: flexura gap CAMPAIGN --plan --out {run}"
+        wanted = f"make it with: flexura gap CAMPAIGN --plan --out {quoted(run)}"
         raise ResultFileError(f"{file}: holds no plan; {wanted}") from error
     if not names:
         raise ResultFileError(f"{file}: its plan has no questions; nothing was open that could be decided")

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import ResultFileError, quoted
 from app.files.disk_room import RESULTS, require_room
 
 MADE_BY = {
@@ -100,7 +100,7 @@ def run_file(run: Path, name: str, verb: str) -> Path:
     if (own / name).is_file():
         typed = run.parent / own.name if run.name not in ("", "..") else own
         raise ResultFileError(
-            f"{run}: holds no {name}; the results of this campaign are in {typed}: flexura {verb} {typed}"
+            f"{run}: holds no {name}; the results of this campaign are in {typed}: flexura {verb} {quoted(typed)}"
         )
     later = [other for other in LATER if (run / other).is_file()]
     if later and name in FIRST:

@@ -1,6 +1,5 @@
 """Settings in a TOML file, checked strictly against their model; errors name the keys of the file."""
 
-import difflib
 import json
 import re
 import tomllib
@@ -12,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from analysis.tolerances import without_tolerances
-from app.files.allowed_values import allowed_at, key_at, keys_at
+from app.files.allowed_values import allowed_at, key_at, keys_at, nearest, unit_hint
 from app.files.bad_file import Misplaced, misplaced
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.drawing import DrawingError, with_drawings
@@ -20,9 +19,6 @@ from app.files.mesh_check import mesh_fault
 from app.files.parsed_text import parse_toml, read_text
 
 Model = TypeVar("Model", bound=BaseModel)
-
-ZERO_CELSIUS = 273.15
-"""0 °C in K."""
 
 
 def read_settings(path: Path, model: type[Model]) -> Model:
@@ -111,7 +107,10 @@ def _syntax(name: str, text: str, error: tomllib.TOMLDecodeError) -> Problem:
     number = int(place[1]) if place else max(len(lines), 1)
     line = lines[number - 1].strip() if number <= len(lines) else ""
     comma = re.match(r"[\w.\"'-]+\s*=\s*([+-]?\d+),(\d+)\s*(?:#|$)", line)
+    empty = re.search(r"immutable namespace \('([\w-]+)',\)", str(error))
     hint = f"write {comma[1]}.{comma[2]}, with a decimal point" if comma else str(error)
+    if empty:  # as a written twin file has it where there is nothing of a kind
+        hint = f"{empty[1]} = ... stands above: remove that line"
     return Problem(name, f"line {number}", _shown(line), "TOML", hint)
 
 
@@ -136,29 +135,14 @@ def _problem(name: str, model: type[BaseModel], detail: ErrorDetails) -> Problem
         return Problem(name, key, "nothing", allowed, "the key is missing")
     if kind == "extra_forbidden":
         known = keys_at(model, place[:-1])
-        close = difflib.get_close_matches(str(place[-1]), known, 1)
-        remedy = f"did you mean {close[0]}?" if close else "remove it"
+        remedy = nearest(str(place[-1]), known) or "remove it"
         return Problem(name, key, "unknown key", "the keys " + ", ".join(known), remedy)
     if kind == "value_error":  # a check over several keys: it says itself what it saw and allows
         return Problem(name, key, str(detail["ctx"]["error"]), "")
     if kind == "literal_error" and isinstance(seen, str):
         words = re.findall(r"'([^']+)'", allowed)
-        near = difflib.get_close_matches(seen.lower(), words, 1) if len(words) > 1 else []
-        return Problem(name, key, _shown(seen), allowed, f"did you mean {near[0]}?" if near else "")
-    return Problem(name, key, _shown(seen), allowed, _unit_hint(seen, detail, allowed))
-
-
-def _unit_hint(seen: object, detail: ErrorDetails, allowed: str) -> str:
-    """Suggest SI where a value would fit as thousandths (of mm, g, mV), and °C where it would fit as kelvins."""
-    limits = detail.get("ctx", {})
-    highest = limits.get("le", limits.get("lt"))
-    if not isinstance(seen, int | float) or highest is None or not allowed.endswith(")"):
-        return ""
-    if allowed.endswith("(degrees Celsius)"):
-        return f"{seen:g} K are {seen - ZERO_CELSIUS:.5g} °C" if highest < seen <= highest + ZERO_CELSIUS else ""
-    return (
-        f"values are SI: {seen:g} thousandths are {seen / 1000.0:g}" if highest < seen <= 1000.0 * highest else ""
-    )
+        return Problem(name, key, _shown(seen), allowed, nearest(seen.lower(), words) if len(words) > 1 else "")
+    return Problem(name, key, _shown(seen), allowed, unit_hint(seen, detail, allowed))
 
 
 def _shown(value: object) -> str:

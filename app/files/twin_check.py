@@ -7,6 +7,7 @@ from typing import Any
 from analysis.declared import Declared
 from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
+from app.files.allowed_values import nearest
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.twin_file import TwinFile
 
@@ -86,7 +87,8 @@ def require_known_effects(path: Path, twin: TwinFile, cards: Mapping[str, Effect
     for number, effect in enumerate(twin.effect):
         place = f"effect[{number}]"
         if effect.name not in cards:
-            remedy = "a user's own needs --effects FOLDER"
+            own = "a user's own needs --effects FOLDER"
+            remedy = "; ".join(filter(None, (nearest(effect.name, cards), own)))
             problems.append(Problem(path.name, f"{place}.name", repr(effect.name), ", ".join(cards), remedy))
             continue
         known = {p.name: p for p in cards[effect.name].parameters}

@@ -17,7 +17,7 @@ from analysis.arrays import Real
 from analysis.estimation.coherence import coherence_variance
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.atomic import write_text
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import ResultFileError, quoted
 from app.files.measurements.columns import unused_name
 from app.files.measurements.formats import FORMATS
 from app.files.uff_file import FileUnits, file_units, in_hertz, opened_uff, unit_of
@@ -163,14 +163,15 @@ def read_frfs(path: Path) -> list[MeasuredTransfer]:
     except Exception as error:  # pyuff says what is wrong with a file by bare Exception, and by accident
         if any(path.suffix.lower() in one.endings for one in FORMATS if one.name != "uff"):
             raise ResultFileError(
-                f"{path}: no universal file; its signals or FRFs are declared first: flexura new test {path}"
+                f"{path}: no universal file; its signals or FRFs are declared first: "
+                f"flexura new test {quoted(path)}"
             ) from error
         raise ResultFileError(f"{path}: not a readable universal file, or cut short ({error})") from error
     if not frfs:
         held = sorted({FUNCTIONS.get(int(d.get("func_type", -1)), str(d.get("func_type"))) for d in sets})
         other = sorted({str(kind) for kind in kinds if kind != 58})
         listed = ", ".join([*(f"58 ({h})" for h in held), *other]) or "none"
-        onward = f"; of its signals make FRFs: flexura new test {path}" if "time response" in held else ""
+        onward = f"; of its signals make FRFs: flexura new test {quoted(path)}" if "time response" in held else ""
         raise ResultFileError(
             f"{path}: holds no frequency response function (data set 58, function type 4); found: {listed}{onward}"
         )

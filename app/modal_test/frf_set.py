@@ -61,6 +61,12 @@ class FrfSet:
     date: str = ""
     without_hits: tuple[WithoutHit, ...] = field(default=(), repr=False)
 
+    def __repr__(self) -> str:
+        """Title, number and lines in one line."""
+        lines = self.transfers[0].frequency
+        span = f"{len(lines)} lines from {lines[0]:g} to {lines[-1]:g} Hz"
+        return f"<FrfSet {self.title!r}: {len(self.transfers)} FRF{'s'[: len(self.transfers) > 1]}, {span}>"
+
     def __post_init__(self) -> None:
         if not self.transfers:
             raise ValueError("no FRF")

@@ -145,7 +145,7 @@ def read_plate(path: Path) -> FrfCampaign:
         seen = (
             "has modes, no FRFs: flexura update takes it"
             if said.modes
-            else 'names no FRFs; add [[frf]] file = "..."'
+            else 'names no FRFs; add [[frf]] file = "...", or for natural frequencies alone [[modes]]'
         )
         raise CampaignFileError(file.parent, [Problem(file.name, "frf", seen, "")])
     if said.modes:

@@ -181,6 +181,7 @@ def _sections(
     stars = _stars(found)
     volts = False
     roving = _roving(found, said)
+    below = _below(found)
     if roving:
         sections.append(_roving_hammer(roving, places))
     for frf in found.transfers:
@@ -191,7 +192,10 @@ def _sections(
         key = stars.get(frf.name, frf.name if path.suffix.lower() not in UNIVERSAL else _node(frf.response))
         if key not in sensors:
             sensors[key] = f"S{len(sensors) + 1}"
-            sections.append(_end(sensors[key], response, places.get(_node(frf.response)), drives=False))
+            section = _end(sensors[key], response, places.get(_node(frf.response)), drives=False)
+            if section[0] == "[[sensor]]" and frf.response in below:
+                section[1].append(KeyLine("side", "bottom", "-z in the file: out of the bottom face"))
+            sections.append(section)
             volts = volts or response == "voltage"
     if volts:
         sections.append(
@@ -204,6 +208,17 @@ def _sections(
             )
         )
     return sections, _frf_lines(path, found, said, drives, sensors, stars=bool(stars))
+
+
+def _below(found: FrfsOfFile) -> set[str]:
+    """Return responses that count out of the bottom face: along -z, beside others or where the force is, too.
+
+    Where all responses are along -z and the force is not, their common sign is that of the force.
+    """
+    ends = {one.response for one in found.transfers}
+    down = {end for end in ends if re.fullmatch(r"-[3z]", end.partition(":")[2])}
+    pushed = any(re.fullmatch(r"-[3z]", one.reference.partition(":")[2]) for one in found.transfers)
+    return down if pushed or down != ends else set()
 
 
 FEWEST_HITS = 3

@@ -11,7 +11,7 @@ from analysis.arrays import Numbers, Real
 from analysis.estimation.coherence import without_information
 from analysis.estimation.quantities import frf_name
 from analysis.estimation.transfer import MeasuredTransfer
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import ResultFileError, quoted
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns
 from app.files.modal_test_toml import ModalTest, RecordOfTest, declares_test
@@ -149,7 +149,7 @@ def _of_columns(path: Path, columns: Columns, said: FrfsOfPlate) -> FrfsOfFile:
         what = f"no FRF {missing[0]!r}" if missing else "no FRFs of complex values"
         raise ResultFileError(
             f"{path}: {what}; it holds: {held}. Export complex FRFs, or real and imaginary parts; of time signals "
-            f"make FRFs first (flexura new test {path.name}) and name the test.toml in [[frf]] file"
+            f"make FRFs first (flexura new test {quoted(path.name)}) and name the test.toml in [[frf]] file"
         )
     if "frequency" not in roles:
         raise ResultFileError(

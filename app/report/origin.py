@@ -45,13 +45,14 @@ def outdated(run: Path, found: Stamps) -> list[str]:
     for name, stamp in found.items():
         apart = []
         for made_from, digest in stamp["inputs"].items():
-            other, theirs = first.setdefault(made_from, (name, digest))
             if here.get(made_from, digest) != digest:
                 said.append(
                     f"{name} was made from another {made_from} than the one that is here now; "
                     f"make it again: flexura {MADE_BY[name]}"
                 )
-            elif theirs != digest:
+                continue
+            other, theirs = first.setdefault(made_from, (name, digest))
+            if theirs != digest:
                 apart.append(f"{name} and {other} were made from different files called {made_from}")
         if apart:
             said.append(f"{apart[0]}; make both again from one recording")

@@ -38,7 +38,7 @@ def _measured(path: Path) -> str:
 def _identified(path: Path) -> str:
     tracked = load_modes(path)
     counts = [int(modes.real.sum()) for modes in tracked.modes]
-    return f"{min(counts)} to {max(counts)} modes a temperature, misfit at most {100 * tracked.misfit.max():.2f} %"
+    return f"{span(counts, '.0f')} modes a temperature, misfit at most {100 * tracked.misfit.max():.2f} %"
 
 
 def _updated(path: Path) -> str:

@@ -151,6 +151,7 @@ def new_panel(target: Path, plate: Plate | None, title: str) -> list[str]:
     missing.append(
         "[[patch]], [target], [filters]: the example's; plate.boundary is " + table["plate"]["boundary"]
     )
+    missing.append("[twin], [illustration]: a plastic's; for another material remove both, declare plate.material")
     _write(target, toml_text(table, PANEL_HEAD), read_panel)
     return missing
 

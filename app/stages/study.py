@@ -92,6 +92,12 @@ class StudiedPanel:
     extent: CampaignExtent | None = None
     notes: tuple[str, ...] = field(default=(), repr=False)
 
+    def __repr__(self) -> str:
+        """Say where the figures' data are, in one line, and the notes."""
+        from app.summaries.table import as_text
+
+        return as_text(f"StudiedPanel: {self.file}, {self.seconds:.1f} s", self.notes)
+
 
 def compute(request: StudyRequest, out: Path | None, report: Progress) -> StudiedPanel:
     """Compute the data of figures, and write studies.h5.

@@ -79,7 +79,7 @@ def briefing(
     record : mapping or None
         Of its comparison, see `app.files.gap_json`; None without one.
     campaign : str
-        How commands name the campaign.
+        How commands name the campaign, `app.files.bad_file.quoted` already.
     worth : Worth, optional
         Of the correction, for filters.
     """

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from app.files.bad_file import quoted
 from app.files.events import seconds
 from app.files.folder_lock import is_being_written
 from app.summaries.numbers import duration
@@ -389,5 +390,5 @@ def _next_step(watched: WatchedHits, state: Standing, missing: int, skipped: int
     if state == "complete" and skipped and missing:
         return f"flexura acquire with --again asks for the {skipped} skipped points"
     if state == "complete":
-        return f"flexura identify {watched.folder}"
+        return f"flexura identify {quoted(watched.folder)}"
     return "the same flexura acquire goes on"

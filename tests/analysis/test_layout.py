@@ -127,6 +127,16 @@ def test_no_extent_and_a_turned_disc_are_refused() -> None:
         disc((0.3, 0.2), 0.02, angle=10.0)
 
 
+def test_no_extent_is_told_together_with_other_keys_that_are_missing() -> None:
+    """Else a person completes what the first message named and gets a second one."""
+    with pytest.raises(ValidationError) as refused:
+        Patch.model_validate({"id": "P", "role": "sensor"})
+    assert {error["loc"][0] for error in refused.value.errors()} == {"center", "thickness", "diameter"}
+    with pytest.raises(ValidationError) as refused:
+        Patch.model_validate({"id": "P", "role": "sensor", "center": (0, 0), "thickness": 5e-4, "size": 0.02})
+    assert [error["loc"][0] for error in refused.value.errors()] == ["size"]
+
+
 def test_points_off_the_plate_and_in_a_hole_are_refused() -> None:
     check_point(PLATE, "string[0].point", (0.0, 0.2))
     with pytest.raises(GeometryError, match=r"string\[0\]\.point \[0\.1, 0\.25\] m is off the plate") as caught:

@@ -209,7 +209,7 @@ def test_bad_geometry_is_refused_with_its_place(changes: Changes, words: str, pl
         ),
         ({"mass": 0.0003}, "mass inconsistent with the area, 0.09874 m2"),
         ({"length_x": 0.3}, "length_x and .* both declare the outline; remove length_x"),
-        ({"outline": None}, "plate.length_x is missing"),
+        ({"outline": None}, "plate.length_x and plate.length_y are missing; give them in m"),
         ({"outline": {"kind": "oval"}}, "'oval'"),
         ({"outline": {"kind": "polygon", "points": [[0, 0], [1, 1]]}}, "at least 3"),
         ({"outline": {"kind": "curves", "curves": [[0, 0, 1, 1, 2]]}}, "has 5 numbers; allowed 4"),
@@ -234,3 +234,11 @@ def test_bad_geometry_is_refused_with_its_place(changes: Changes, words: str, pl
 def test_nonsense_is_refused(changes: Changes, words: str) -> None:
     with pytest.raises(ValidationError, match=words):
         plate(**changes)
+
+
+def test_no_extent_is_told_together_with_other_keys_that_are_missing() -> None:
+    with pytest.raises(ValidationError) as refused:
+        Plate.model_validate({"length_x": 0.3, "mass": 0.1})
+    told = {error["loc"][0]: error["msg"] for error in refused.value.errors()}
+    assert told.keys() == {"outline", "thickness"}
+    assert "plate.length_y is missing; give it in m" in told["outline"]

@@ -292,6 +292,19 @@ def test_whatever_ends_a_campaign_is_told_with_how_the_rig_was_left(
     assert said in result.stderr
 
 
+def test_an_end_before_the_simulated_plate_is_made_says_that_nothing_was_begun(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(app.rig.assembly, "rig_of", stopped)
+    result = run("acquire", experiment(tmp_path), "--out", tmp_path / "mine")
+    assert result.exit_code != 0
+    assert "note: nothing was begun: the simulated plate was still being made" in result.output
+    assert not (tmp_path / "mine").exists()
+
+
 def test_a_second_process_does_not_touch_the_rig(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It is another's: neither oven nor cards are opened, let alone brought to rest."""
     touched: list[str] = []

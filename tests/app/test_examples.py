@@ -83,3 +83,35 @@ def test_an_installation_without_them_says_so(
     status, _, err = run_flexura("examples", "pp-plate")
     assert status == 2
     assert "none here" in err
+
+
+def test_an_ending_may_be_left_out_and_a_mistyped_name_is_answered_with_the_nearest(
+    run_flexura: Flexura, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run_flexura("examples", "quick-rig", "-q")[0] == 0
+    assert (tmp_path / "quick-rig.toml").is_file()
+    status, _, said = run_flexura("examples", "pp-plat")
+    assert status == 2
+    assert "no example 'pp-plat'; did you mean pp-plate? there are: " in said
+
+
+def test_a_mistyped_file_or_folder_is_answered_with_the_one_beside_it(
+    run_flexura: Flexura, tmp_path: Path
+) -> None:
+    (tmp_path / "Meine Prüfung.toml").touch()
+    status, _, said = run_flexura("acquire", tmp_path / "Meine Prufung.toml")
+    assert status == 2
+    assert f"(did you mean {tmp_path / 'Meine Prüfung.toml'}?)" in said
+    assert "did you mean" not in run_flexura("acquire", tmp_path / "rig.toml")[2]
+    assert "did you mean" not in run_flexura("acquire", tmp_path / "none" / "Meine Prüfung.toml")[2]
+
+
+def test_pictures_of_the_window_go_into_a_folder_and_not_into_a_file(run_flexura: Flexura, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    folder.mkdir()
+    (folder / "frf.h5").touch()
+    status, _, said = run_flexura("view", folder, "--screenshot", tmp_path / "a.png")
+    assert status == 2
+    assert "a folder is wanted" in said
+    assert not (tmp_path / "a.png").exists()

@@ -311,7 +311,7 @@ def test_a_run_without_laws_says_how_to_make_them(tmp_path):
         (
             "youngs_modulus = [0.9e9, 3.4e9]",
             "youngs_modulus = [1.05e9, 3.4e9]",
-            "widen [twin] in the panel's file",
+            "widen [twin] in the panel's file. The paper's panel, which is taken where none is named,",
         ),
     ],
 )
@@ -601,9 +601,9 @@ def test_the_library_follows_the_filters_of_the_run_as_the_verb(run, panel, monk
         asked.update(options, panel=declared)
 
     monkeypatch.setattr(compensate_stage, "compute", noted)
-    library.compensate(run, place=6, across=[10.0])
+    library.compensate(run, place=6, across=10.0)
     assert (asked["panel"], asked["method"]) == (read_panel(panel), "time-reversal")
-    assert (asked["place"], asked["across"]) == (6, [10.0])
+    assert (asked["place"], asked["across"]) == (6, (10.0,))
     library.compensate(run, SECTION_2)
     assert (asked["panel"], asked["method"]) == (read_panel(SECTION_2), "stif")
 

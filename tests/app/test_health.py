@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import flexura
 from analysis.health.candidates import ChangeCandidate, change_candidates
 from analysis.health.health_report import HealthDate, HealthReport, NamedChange
 from analysis.health.refined import RefinedChange
@@ -78,6 +79,15 @@ def test_a_folder_that_is_no_baseline_is_refused(run_flexura: Flexura, tmp_path:
     status, _, err = run_flexura("health", write_run(tmp_path / "week"), "--baseline", tmp_path / "empty")
     assert status == 2
     assert "empty: holds no laws.h5; make it with: flexura update" in err
+
+
+def test_one_date_of_the_library_need_not_be_in_a_list(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The letters of its name were taken for folders."""
+    asked = []
+    monkeypatch.setattr("app.stages.health.compute", lambda request, report: asked.append(request.dates))
+    for dates in ("week", Path("week"), ["week"]):
+        flexura.health(dates, "healthy", progress=False)
+    assert asked == 3 * [(Path("week"),)]
 
 
 def test_the_baseline_of_another_plate_is_refused(run_flexura: Flexura, tmp_path: Path) -> None:

@@ -48,6 +48,23 @@ def test_several_sweeps_are_no_structure(campaign: Path, tmp_path: Path, run_fle
         assert part in said
 
 
+def test_a_coherence_has_no_unit_in_pyuff(campaign: Path, tmp_path: Path, run_flexura: Run) -> None:
+    """Its denominator was that of the FRF."""
+    import pyuff
+
+    file = tmp_path / "all.uff"
+    run_flexura("identify", campaign, "--method", "peak-picking", "--out", tmp_path / "run", "--export", file)
+    sets = [one for one in pyuff.UFF(str(file)).read_sets() if one["type"] == 58]
+    of_frf, of_coherence = ([one for one in sets if one["func_type"] == kind] for kind in (4, 6))
+    assert len(of_frf) == len(of_coherence) == 12
+    assert {(one["ordinate_axis_units_lab"], one["orddenom_axis_units_lab"]) for one in of_frf} == {("V", "V")}
+    for end in ("ordinate", "orddenom"):
+        assert {(one[f"{end}_axis_units_lab"], one[f"{end}_spec_data_type"]) for one in of_coherence} == {
+            ("NONE", 0)
+        }
+    np.testing.assert_array_equal([len(one["data"]) for one in sets], len(sets[0]["data"]))
+
+
 def test_the_sweep_nearest_to_a_temperature_is_one(campaign: Path, tmp_path: Path, run_flexura: Run) -> None:
     words = ("identify", campaign, "--method", "peak-picking", "--out", tmp_path / "run", "--export")
     _, _, said = run_flexura(*words, tmp_path / "one.uff", "--temperature", "23")

@@ -33,6 +33,7 @@ def test_one_figure_is_made_and_its_numbers_stand_beside_the_paper(run, panel): 
 def test_the_library_makes_the_same_figure_as_the_verb(run, panel, tmp_path):  # noqa: F811
     assert flex("study", "4", run, "--panel", panel).exit_code == 0
     found = flexura.study(4, run, panel=panel, out=tmp_path / "out")
+    assert repr(found).splitlines()[0].startswith(f"<StudiedPanel: {tmp_path / 'out'}")
     said = load_studies(run / "studies.h5")
     np.testing.assert_array_equal(found.studies.played.total, said.played.total)
     assert found.file == tmp_path / "out" / "studies.h5"

@@ -131,6 +131,20 @@ def test_hum_of_no_frequency_is_refused(campaign: Campaign) -> None:
         flexura.frf(campaign, mains=0.0)
 
 
+def test_what_is_no_path_is_refused_with_what_is_wanted(
+    campaign: Campaign, identified: tuple[Path, IdentifiedCampaign]
+) -> None:
+    focus: Any = flexura.focus
+    with pytest.raises(TypeError, match=r"laws: a run folder of flexura.update, .* are wanted, not Campaign"):
+        focus(campaign)
+    report: Any = flexura.report
+    with pytest.raises(TypeError, match=r"a path is wanted .*, not IdentifiedCampaign; write it with out=FOLDER"):
+        report(identified[1])
+    load: Any = flexura.load
+    with pytest.raises(TypeError, match=r"a path is wanted \(str or pathlib.Path\), not NoneType"):
+        load(None)
+
+
 def test_an_unknown_name_is_told() -> None:
     assert set(flexura.__all__) < set(dir(flexura))
     with pytest.raises(AttributeError, match=r"no attribute 'identity'; it has compensate, .*, update"):

@@ -16,6 +16,7 @@ import flexura
 from analysis.frf import Frf
 from analysis.local_laws import LocalLaws
 from analysis.updating.update import update
+from app.files.bad_file import ResultFileError
 from app.twins.campaign_twin import campaign_twin
 from flexura.forward_twin import ForwardTwin
 from flexura.um_bridge import ModelServer
@@ -122,6 +123,12 @@ def test_shapes_are_wanted_where_one_asks_for_them(twin: ForwardTwin) -> None:
             {"material": MATERIAL, "effects": {"point_mass": {"weight": 1.0}}},
             "no parameter 'weight'; allowed: ",
         ),
+        ({"material": MATERIAL, "effects": {"pointmass": {}}}, "not known; did you mean point_mass. allowed: "),
+        (
+            {"material": MATERIAL, "effects": {"point_mass": {"mas": 1e-3}}},
+            "'mas'; did you mean mass. allowed: mass",
+        ),
+        ({"material": (2.1e9, 0.39)}, "three numbers are wanted, E in Pa, nu and eta"),
         ({"material": MATERIAL, "effects": {"point_mass": {"mass": 9.0}}}, "point_mass.mass = 9; allowed: "),
         ({"material": MATERIAL, "effects": {"point_mass": {"mass": float("nan")}}}, "point_mass.mass = nan"),
         ({"material": MATERIAL, "actuator": "A9"}, "'A9' is not one of A1"),
@@ -132,9 +139,34 @@ def test_bad_questions_are_refused_by_name(twin: ForwardTwin, asked: dict[str, A
         twin.frf(LINES, **asked)
 
 
+@pytest.mark.parametrize("effects", [["point_mass"], "point_mass", {"point_mass": 1e-3}])
+def test_effects_of_another_form_are_refused_with_the_form(twin: ForwardTwin, effects: Any) -> None:
+    with pytest.raises(
+        TypeError, match=r'effects: values by effect and parameter, \{"point_mass": \{"mass": 1e-3\}\}'
+    ):
+        twin.frf(LINES, MATERIAL, effects=effects)
+
+
+def test_no_frequency_is_refused(twin: ForwardTwin) -> None:
+    with pytest.raises(ValueError, match="no frequency is given"):
+        twin.frf([], MATERIAL)
+
+
+def test_a_run_folder_without_a_twin_file_says_what_makes_one(tmp_path: Path) -> None:
+    (tmp_path / "laws.h5").touch()
+    with pytest.raises(
+        ResultFileError, match=r"holds no twin\.toml; make it with: flexura gap, or name the campaign"
+    ):
+        flexura.twin(tmp_path)
+
+
 def test_unknown_derivatives_and_lines_outside_the_band_are_refused(twin: ForwardTwin) -> None:
-    with pytest.raises(ValueError, match="'mass' is no parameter; allowed: youngs_modulus, "):
+    with pytest.raises(ValueError, match=r"'mass' is no parameter; .*allowed: youngs_modulus, "):
         twin.derivatives(LINES, ["mass"], MATERIAL)
+    with pytest.raises(ValueError, match=r"no parameter; did you mean youngs_modulus\? allowed: "):
+        twin.derivatives(LINES, ["youngsmodulus"], MATERIAL)
+    one, slopes = twin.derivatives(LINES, "loss_factor", MATERIAL)
+    assert slopes.shape == (1, *one.shape)
     with pytest.raises(ValueError, match="Hz"):
         twin.frf([5.0], MATERIAL)
 

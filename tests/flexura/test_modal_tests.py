@@ -34,6 +34,8 @@ def test_a_test_is_identified_as_by_the_verb(declared: Path, tmp_path: Path) -> 
 
 def test_frfs_are_values_that_may_be_changed(declared: Path) -> None:
     frfs = flexura.frfs_of_test(declared, progress=False)
+    assert "\n" not in repr(frfs)
+    assert " FRFs, " in repr(frfs)
     whole = flexura.identify_test(frfs, band=(40.0, 700.0), progress=False)
     twice = replace(frfs, transfers=tuple(replace(one, h=2.0 * one.h, variance=None) for one in frfs.transfers))
     again = flexura.identify_test(twice, band=(40.0, 700.0), progress=False)

@@ -187,3 +187,19 @@ def test_what_does_not_go_together_is_refused(panel: Path, scan: Path, twin: Pat
         flexura.focus(panel=panel, transfers=scan, temperature=[21.0])
     with pytest.raises(CampaignFileError, match="no-twin"):
         flexura.focus(twin=tmp_path / "no-twin.toml", panel=panel)
+
+
+@pytest.mark.parametrize("temperature", [21.5, [21.5], np.array([21.5])])
+def test_one_temperature_need_not_be_in_a_list(
+    panel: Path, scan: Path, monkeypatch: pytest.MonkeyPatch, temperature: Any
+) -> None:
+    asked = []
+
+    def stopped(_: object, __: object, named: tuple[float, ...]) -> None:
+        asked.append(named)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("flexura.panels.measured_panel", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        flexura.focus(panel=panel, transfers=scan, temperature=temperature)
+    assert asked == [(21.5,)]

@@ -18,7 +18,7 @@ from analysis.focusing.panel import Panel
 from analysis.rendering.following import FollowingBank
 from analysis.weather.family import TiltFamily
 from analysis.weather.judgement import WeatherJudgement
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import ResultFileError, quoted
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing, load_method, load_panel
 from app.files.hdf5_file import result_file
@@ -127,7 +127,7 @@ def _newer(run: Path, panel: Panel, method: str) -> list[str]:
         return []
     return [
         f"compensation.h5, which is taken, follows filters of another panel or other settings than {path} holds; "
-        f"make it again: flexura compensate {run}"
+        f"make it again: flexura compensate {quoted(run)}"
     ]
 
 

@@ -98,3 +98,15 @@ def test_a_sensor_or_overlapping_patches_are_refused(supported):
     declared["patch"][1]["center"] = declared["patch"][0]["center"]
     with pytest.raises(ValidationError, match="overlap"):
         Panel(**declared)
+
+
+def test_an_illustration_that_was_not_declared_follows_the_ranges_of_the_twin(supported):
+    """Its defaults are a plastic's: a panel of metal was refused for a table that its file does not have."""
+    declared = supported.panel.model_dump(exclude={"twin", "illustration"})
+    metal = {**declared["plate"], "material": {"kind": "aluminium"}, "mass": 2700.0 * supported.panel.plate.volume}
+    found = Panel(**{**declared, "plate": metal})
+    low, high = found.box.youngs_modulus
+    assert low <= found.illustration.youngs_modulus <= high
+    assert Panel.model_validate_json(found.model_dump_json()) == found
+    with pytest.raises(ValidationError, match="illustration lies outside the ranges of twin"):
+        Panel(**{**declared, "plate": metal, "illustration": {"youngs_modulus": 2e9}})

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -106,6 +107,19 @@ def test_stages_are_chosen() -> None:
     assert chosen_stages(last="gap", without=("gap", "import")) == ("identify", "update")
     with pytest.raises(ValueError, match="no stage is left"):
         chosen_stages("report", "gap")
+
+
+@pytest.mark.parametrize("wrong", [{"without": ["gp"]}, {"only": ["gp"]}, {"first": "gp"}, {"last": "gp"}])
+def test_a_name_that_is_no_stage_is_refused(wrong: Any) -> None:
+    """One to be left out was passed over, and everything was run."""
+    with pytest.raises(ValueError, match=r"'gp' is no stage; did you mean gap\? allowed: import, identify"):
+        chosen_stages(**wrong)
+
+
+def test_one_stage_in_place_of_a_list_is_refused() -> None:
+    stages: Any = "gap"
+    with pytest.raises(ValueError, match="'gap': a list of stages is wanted"):
+        chosen_stages(without=stages)
 
 
 def test_a_table_that_is_damaged_is_written_again(words: list[str], tmp_path: Path, run_flexura: Run) -> None:

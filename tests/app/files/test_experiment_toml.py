@@ -43,6 +43,16 @@ def changed(tmp_path: Path, pattern: str, replacement: str, example: Path = EXAM
             'thickness = 0.003\nmaterial = { kind = "aluminum" }',
             r"did you mean aluminium\?",
         ),
+        (
+            r"^thickness = 0.003",
+            "thickness = 0.003\nmaterial = { youngs_modulus = [1.5, 1800.0] }",
+            r"\[0\] = 1.5; .*\(values are SI: 1.5 GPa are 1.5e\+09\)",
+        ),
+        (
+            r"^thickness = 0.003",
+            "thickness = 0.003\nmaterial = { youngs_modulus = [1.5, 1800.0] }",
+            r"\[1\] = 1800.0; .*\(values are SI: 1800 MPa are 1.8e\+09\)",
+        ),
         (r"^kind = \"watlow-f4t\"", 'kind = "watlow"', "'votsch-ascii2'"),
         (r"^center = \[0.04", "center = [0.24", "the plate allows 0 to 0.24"),
         (r"^room_temperature = 22.0", "room_temperature = 295.0", r"\(295 K are 21.85 °C\)"),

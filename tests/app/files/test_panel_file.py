@@ -70,6 +70,12 @@ def test_a_round_panel_and_one_from_a_drawing(tmp_path: Path) -> None:
             'file = "a.svg"',
             r"plate\.outline\.file is not known; the keys here are kind, center, radius",
         ),
+        (
+            "radius = 0.15",
+            "radius = 150.0",
+            r"plate\.outline\.radius = 150\.0; allowed: .* \(m\) \(values are SI: 150 thousandths are 0\.15\)",
+        ),
+        ("radius = 0.15", "radus = 0.15", r"plate\.outline\.radus is not known; .* \(did you mean radius\?\)"),
         ('kind = "circle"', 'kind = "drawing"', r"plate\.outline\.file: Field required; allowed: a text"),
     ],
 )

@@ -113,6 +113,11 @@ def test_the_file_is_for_people(file: Path) -> None:
         ("error = 0.0001", "error = " + "9" * 5000, "cannot be parsed"),
         ("error = 0.0001", "error = " + "[" * 5000, ""),
         ("[oven]", "[oven", "line"),
+        (
+            'format = "flexura-twin/1"',
+            'format = "flexura-twin/1"\neffect = []',
+            "allowed: TOML (effect = ... stands above: remove that line)",
+        ),
     ],
 )
 def test_a_spoilt_file_is_refused_with_file_key_and_value(file: Path, old: str, new: str, said: str) -> None:
@@ -171,6 +176,11 @@ def test_another_recorder_on_the_same_plate_is_welcome(file: Path, twin: TwinFil
     ("name", "parameter", "said"),
     [
         ("ghost", {"mass": (8e-4, "kg")}, r"effect\[0\].name = 'ghost'; allowed: point_mass, thermal_lag"),
+        (
+            "pointmass",
+            {"mass": (8e-4, "kg")},
+            r"\(did you mean point_mass\?; a user's own needs --effects FOLDER\)",
+        ),
         ("point_mass", {"tau": (8e-4, "kg")}, r"effect\[0\].parameter = tau; allowed: exactly mass"),
         ("point_mass", {"mass": (8e-4, "g")}, r"parameter.mass.unit = 'g'; allowed: 'kg'"),
         ("point_mass", {"mass": (0.8, "kg")}, r"parameter.mass.value = 0.8; allowed: 0 to 0.02 kg"),

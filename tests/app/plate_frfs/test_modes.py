@@ -113,6 +113,11 @@ def test_modes_in_the_declaration_are_the_same(tmp_path: Path, run_flexura: Run)
         status, _, said = run_flexura(verb, tmp_path / "steel")
         assert status == 2
         assert "has modes, no FRFs: flexura update takes it" in said
+    write(tmp_path / "bare" / "plate.toml", PLATE)
+    status, _, said = run_flexura("update", tmp_path / "bare")
+    assert status == 2
+    assert "names no FRFs; " in said
+    assert "for natural frequencies alone [[modes]]" in said
 
 
 HEAD = "temperature,frequency,damping_ratio\n"

@@ -20,12 +20,12 @@ LINES = np.arange(50.0, 1000.0, 0.5)
 SIZE = ("--plate", 0.3, 0.2, 0.003, 0.48)
 
 
-def write_uff(path: Path) -> Path:
+def write_uff(path: Path, ends: tuple[str, str] = ("+3", "+3"), hit: str = "-3") -> Path:
     """Accelerances in g/N of two points, hit at a third, with the coordinates of all."""
     h = LINES**2 / (300.0**2 - LINES**2 + 0.01j * 300.0**2)
     frfs = [
-        MeasuredTransfer("NONE", f"{node}:+3", "7:-3", "acceleration", LINES, node * h, units=("g", "N"))
-        for node in (1, 2)
+        MeasuredTransfer("NONE", f"{node}:{end}", f"7:{hit}", "acceleration", LINES, node * h, units=("g", "N"))
+        for node, end in zip((1, 2), ends, strict=True)
     ]
     write_frfs(path, frfs, {1: (0.1, 0.15, 0.0), 2: (0.25, 0.15, 0.0), 7: (0.05, 0.05, 0.0)})
     return path
@@ -47,6 +47,24 @@ def test_a_universal_file_with_nodes_leaves_nothing_to_complete(tmp_path: Path, 
     status, _, said = run_flexura("new", "plate", tmp_path / "scan_-5.5C.uff", *SIZE)
     assert status == 2
     assert "is there already" in said
+
+
+@pytest.mark.parametrize(
+    ("ends", "hit", "sides"),
+    [
+        (("+3", "-3"), "-3", ["top", "bottom"]),
+        (("-3", "-3"), "-3", ["bottom", "bottom"]),
+        (("+3", "-3"), "+3", ["top", "bottom"]),
+        (("-3", "-3"), "+3", ["top", "top"]),
+    ],
+)
+def test_a_response_against_the_others_or_along_the_force_is_out_of_the_bottom_face(
+    tmp_path: Path, run_flexura: Run, ends: tuple[str, str], hit: str, sides: list[str]
+) -> None:
+    """As Flexura's own exports are; with sides on the top face such a channel was called inverted."""
+    file = write_uff(tmp_path / "scan_20C.uff", ends, hit)
+    assert run_flexura("new", "plate", file, *SIZE)[0] == 0
+    assert [sensor.side for sensor in load_campaign(tmp_path).experiment.sensor] == sides
 
 
 def test_what_files_do_not_say_is_left_as_a_comment(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:
@@ -83,6 +101,22 @@ def test_many_files_of_one_folder_become_a_pattern(tmp_path: Path, run_flexura: 
     assert status == 0
     assert 'file = "scan_*C.uff"' in (tmp_path / "plate.toml").read_text(encoding="utf-8")
     assert [one.temperature for one in load_campaign(tmp_path).sweeps] == [-5.5, 10.0, 20.0]
+
+
+def test_dimensions_that_no_plate_has_are_refused_before_a_file_is_written(
+    tmp_path: Path, run_flexura: Run
+) -> None:
+    file = write_uff(tmp_path / "a.uff")
+    status, _, said = run_flexura("new", "plate", file, "--plate", "240", "190", "3", "0.13")
+    assert status == 2
+    assert (
+        "--plate: length_x = 240.0; allowed: a number from 0.01 to 5 (m) (values are SI: 240 thousandths" in said
+    )
+    assert "thickness = 3.0" in said
+    status, _, said = run_flexura("new", "campaign", "--plate", "0.24", "0.19", "0.003", "130", "--out", tmp_path)
+    assert status == 2
+    assert "density" in said
+    assert [path.name for path in tmp_path.iterdir()] == ["a.uff"]
 
 
 def test_options_of_a_test_are_refused(tmp_path: Path, run_flexura: Run) -> None:

@@ -44,6 +44,17 @@ def test_a_result_older_than_what_it_was_made_from_is_told_of(run: Path) -> None
     )
 
 
+def test_a_result_that_is_told_to_be_made_again_is_not_held_against_newer_ones(run: Path) -> None:
+    """The advice was to make the newer one again, too, "from one recording"."""
+    write(run / "filters.h5", {"laws.h5": sha256(run / "laws.h5")}, panel=PANEL, taps=128)
+    write(run / "studies.h5", {"filters.h5": sha256(run / "filters.h5")}, panel=PANEL)
+    said = outdated(run, stamps(run, (*NAMES, "studies.h5")))
+    assert said == [
+        "compensation.h5 was made from another filters.h5 than the one that is here now; "
+        "make it again: flexura compensate"
+    ]
+
+
 def test_results_of_two_recordings_are_told_of_once(run: Path) -> None:
     write(run / "frf.h5", {f"sweeps/{n}.tdms": f"{n + 7:064x}" for n in range(3)}, mains=50.0)
     (said,) = outdated(run, stamps(run, NAMES))

@@ -181,6 +181,22 @@ def test_the_verb_says_it_with_its_exit_status(campaign: Campaign, finished: Pat
     assert run_flexura("status", str(finished), "--quiet") == (0, "", "")
 
 
+def test_a_name_that_is_no_campaign_does_not_hide_the_others(
+    campaign: Campaign, finished: Path, tmp_path: Path, run_flexura: Flexura
+) -> None:
+    unsafe = campaign("unsafe", more=[AT_REST | {"unsafe": ["oven"]}])
+    none = str(tmp_path / "mistyped")
+    code, out, err = run_flexura("status", none, str(finished), "--json")
+    assert (code, [one["state"] for one in json.loads(out)]) == (2, ["complete"])
+    assert err == f"Error: {none}: does not exist; allowed: a folder with protocol.json or hammer.json, " + (
+        "as flexura acquire makes it\n"
+    )
+    code, out, err = run_flexura("status", str(unsafe), none)
+    assert code == 3
+    assert "NOT AT REST" in out
+    assert "mistyped: does not exist" in err
+
+
 def test_what_is_no_campaign_is_refused_in_a_sentence(tmp_path: Path, run_flexura: Flexura) -> None:
     for folder, words in ((tmp_path / "none", "does not exist"), (tmp_path, "is no campaign of flexura acquire")):
         for verb in ("status", "watch"):
