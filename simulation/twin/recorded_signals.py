@@ -15,7 +15,7 @@ from simulation.state.plate_state import SPECTRA, PlateState
 from simulation.twin.instruments import Instruments
 from simulation.twin.local_solution import LocalSolution
 from simulation.twin.reduced_plate import CompositeSlopes
-from simulation.twin.sensitivity import ModalSensitivity, Step, TransferSensitivity
+from simulation.twin.sensitivity import ModalSensitivity, ParameterChange, TransferSensitivity
 from simulation.twin.strain_energy import EnergySlopes, StateOf
 from simulation.twin.transfer import Transfer
 
@@ -194,7 +194,7 @@ class Derivatives:
             for (_, stepped), change in zip(steps, changes, strict=True):
                 yield self.reading.change(change, stepped)
 
-    def _step(self, state_of: StateOf) -> Step:
+    def _step(self, state_of: StateOf) -> ParameterChange:
         stepped = state_of(self.energy)
         moved = self.slopes.by(stepped)
         if self.by_energy:

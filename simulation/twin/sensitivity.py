@@ -21,7 +21,7 @@ from simulation.twin.local_plate import deflection_at
 from simulation.twin.local_solution import LocalSolution
 from simulation.twin.transfer import Transfer
 
-Step = tuple[Composite, PlateState]
+ParameterChange = tuple[Composite, PlateState]
 """What a parameter changes: the derivative of the composite, in local coordinates, and the state with an imaginary
 step of the parameter."""
 
@@ -74,7 +74,7 @@ class TransferSensitivity:
         """
         return cls(solved, state, drive, sense, solved.driven(drive))
 
-    def by_each(self, steps: Sequence[Step]) -> Iterator[Complex]:
+    def by_each(self, steps: Sequence[ParameterChange]) -> Iterator[Complex]:
         """Differentiate by each of some parameters in turn."""
         return (self.by(local, stepped) for local, stepped in steps)
 
@@ -133,13 +133,13 @@ class ModalSensitivity:
     transfer: Transfer
     slopes: ModalSlopes
 
-    def by_each(self, steps: Sequence[Step]) -> Iterator[Complex]:
+    def by_each(self, steps: Sequence[ParameterChange]) -> Iterator[Complex]:
         """Differentiate by each of some parameters as `TransferSensitivity.by`, many at once."""
         size = max(1, AT_ONCE // self.slopes.whole.size)
         for first in range(0, len(steps), size):
             yield from self._together(steps[first : first + size])
 
-    def _together(self, steps: Sequence[Step]) -> Complex:
+    def _together(self, steps: Sequence[ParameterChange]) -> Complex:
         """Return the derivatives (D, K, F) by D parameters."""
         ports = self.solved.composite.coupling
         seen, driving = list(self.transfer.instruments.seen), list(self.transfer.instruments.driving)
