@@ -1,5 +1,7 @@
 """The whole workflow on toy campaigns whose truth is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -91,6 +93,15 @@ def test_two_effects_are_both_found(solve, effects):
     for found in report.effects:
         for parameter in found.parameters:
             assert parameter.value == pytest.approx(effects[found.name][parameter.name], rel=0.03)
+
+
+@pytest.mark.parametrize(("form", "expected"), [(0.0, {"damage", "feedthrough"}), (0.3, {"damage"})])
+def test_what_the_form_of_an_effect_leaves_is_no_further_effect(solve, toy, monkeypatch, form, expected):
+    """A formula that only sketches a strong effect leaves a share of it: what is named beside it is larger."""
+    monkeypatch.setitem(toy.cards, "damage", replace(toy.cards["damage"], form=form))
+    report, _ = solve(effects={"damage": {"loss": 0.05, "x": 0.33}, "feedthrough": {"gain": 2e-5}})
+    assert names(report) == expected
+    assert report.verdict == "explained"
 
 
 def resonator(frequency, temperature):
