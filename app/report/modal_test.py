@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from analysis.estimation.transfer import direction_sign
 from analysis.identification.modes import Modes
@@ -11,13 +12,14 @@ from analysis.shapes.assurance import mac
 from analysis.shapes.indicator import cmif
 from analysis.shapes.participation import ModeShapes
 from analysis.shapes.stabilization import StabilizationChart
+from app.files.bad_file import quoted
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import load_test
 from app.modal_test.records import AXIS, MODE_HEADINGS, mode_names, mode_rows
 from app.modal_test.saved import load_stabilization
 from app.modal_test.without_windows import rebuilt
 from app.report.origin import origin, stamps
-from app.report.page import Item, Listing, PageTable, Paragraph, Picture, Section
+from app.report.page import Item, Listing, PageTable, Paragraph, Picture, Section, Words
 from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
 from app.summaries.modes import READ_AS
 
@@ -25,6 +27,10 @@ FRFS_DRAWN = 4
 """FRFs drawn at most."""
 DRAWN_SHAPES = 12
 """Mode shapes drawn at most: four rows of three fit a page."""
+POOR_COHERENCE = 0.9
+"""Median over the lines below which an FRF is named: noise, a nonlinear structure, or averages that disagree."""
+ALIKE = 0.9
+"""MAC from which the places measured do not tell two shapes apart."""
 FILES = ("transfers.h5", "modes.h5", "stabilization.h5")
 
 
@@ -69,7 +75,11 @@ def sections_of_test(run: Path) -> tuple[str, str, list[Section]]:
             "Poles by order over the CMIF; full dots: stable in frequency and damping, rings: in frequency.",
         ),
     ]
-    parts = [Section("Measurement", measured), Section("Modes", found)]
+    parts = [
+        Section("In short", [in_short(run, frfs, modes, shapes)]),
+        Section("Measurement", measured),
+        Section("Modes", found),
+    ]
     if len(shapes.places) > 1 and len(shapes.pole):
         moving, alike = drawn_shapes(frfs, modes, shapes), auto_mac(modes, shapes)
         pictures = [
@@ -79,6 +89,51 @@ def sections_of_test(run: Path) -> tuple[str, str, list[Section]]:
         parts.append(Section("Shapes", pictures))
     parts.append(Section("Provenance", origin(stamps(run, FILES))))
     return frfs.title, f"{len(frfs.transfers)} FRFs, {int(modes.real.sum())} modes", parts
+
+
+def in_short(run: Path, frfs: FrfSet, modes: Modes, shapes: ModeShapes) -> Words:
+    """Say what was found, how sure it is, and what to do next."""
+    reading, real = modes.reading(), np.flatnonzero(modes.real)
+    frequency, ratio = reading.frequency_hz[real], 100.0 * reading.damping_ratio[real]
+    unsure = [f"{reading.frequency_hz[j]:.4g} Hz" for j in real if not modes.sure[j]]
+    poor, alike = _poor(frfs), _alike(modes, shapes)
+    headline, found = "no mode was found", []
+    if len(real):
+        headline = f"{len(real)} mode{'s' if len(real) > 1 else ''}, {_from_to(frequency, '.4g')} Hz"
+        found.append(f"Damping ratio: {_from_to(ratio, '.3g')} %.")
+    if unsure:
+        headline += f"; {len(unsure)} not confirmed"
+        found.append(f"Weak, or not confirmed by refits: {', '.join(unsure)}.")
+    extent = f"{len(frfs.transfers)} FRFs of {len(shapes.places)} places, {_from_to(frfs.frequency, '.4g')} Hz."
+    parts = [("what was measured", [extent]), ("modes", found)]
+    if len(shapes.places) > 1 and len(shapes.pole) > 1:
+        parts.append(("shapes", [alike or "The places measured tell all shapes apart."]))
+    onward = ["Measure the FRFs named above again before the modes are used."] if poor else []
+    onward += ["Measure at more places, so that these shapes differ."] if alike else []
+    onward += [f"See the shapes move: flexura view {quoted(run)}"]
+    return Words(headline, bool(len(real)) and not (unsure or poor or alike), poor, [*parts, ("next", onward)])
+
+
+def _from_to(values: NDArray[np.float64], form: str) -> str:
+    low, high = (format(one, form) for one in (values.min(), values.max()))
+    return low if low == high else f"{low} to {high}"
+
+
+def _poor(frfs: FrfSet) -> list[str]:
+    """Name the FRFs whose coherence says that they cannot be trusted."""
+    known = [(one.name, float(np.median(one.coherence))) for one in frfs.transfers if one.coherence is not None]
+    poor = [f"{name} ({median:.2g})" for name, median in known if median < POOR_COHERENCE]
+    return [f"Median coherence below {POOR_COHERENCE:g}: {', '.join(poor)}."] if poor else []
+
+
+def _alike(modes: Modes, shapes: ModeShapes) -> str:
+    """Name the two shapes that are most alike, where they are too much so."""
+    between = np.abs(mac(shapes.shape, shapes.shape)) - np.eye(len(shapes.pole))
+    if between.size < 2 or between.max() < ALIKE:
+        return ""
+    first, second = np.unravel_index(int(between.argmax()), between.shape)
+    names = mode_names(modes, shapes)
+    return f"Shapes {names[first]} and {names[second]} Hz look alike at these places (MAC {between.max():.2f})."
 
 
 def mode_table(modes: Modes, shapes: ModeShapes) -> PageTable:

@@ -107,7 +107,7 @@ def sections(run: Path, report: Progress, part: Callable[[Path, str], Part] = pa
     """
     if is_test_run(run):
         title, subtitle, of_test = sections_of_test(run)
-        return Found(title, subtitle, of_test, [])
+        return Found(title, subtitle, of_test, [], lead=1)
     experiment, frf = load_frf(run_file(run, "frf.h5", "report"))
     rows: list[paper.PaperRow] = []
     lines = [(verb, line) for verb, line in summary(run).items() if verb != "import"]
