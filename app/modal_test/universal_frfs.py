@@ -1,6 +1,6 @@
 """FRFs of a universal file as those of one structure."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from app.files.uff_geometry import read_nodes
 from app.modal_test.declared_test import declared_frfs
 from app.modal_test.frf_set import (
     FrfSet,
+    Position,
     require_convention,
     require_one_of_each,
     said_of_coherence,
@@ -27,6 +28,8 @@ SHARED = (
     "FRF is identified by itself"
 )
 """What to do with several FRFs between the same ends."""
+LARGEST_STRUCTURE = 30.0
+"""m. Programs that write mm without their unit make 240 m of a plate."""
 
 
 def frfs_of_file(path: Path, report: Progress) -> FrfSet:
@@ -60,13 +63,27 @@ def of_universal(path: Path, transfers: list[MeasuredTransfer]) -> FrfSet:
     """
     try:
         alive, dead = _alive(transfers)
-        notes, hashes = (*dead, *said_of_reference(alive), *said_of_coherence(alive)), {path.name: sha256(path)}
-        frfs = FrfSet(path.stem, tuple(alive), read_nodes(path), notes=notes, hashes=hashes)
+        nodes, hashes = read_nodes(path), {path.name: sha256(path)}
+        notes = (*dead, *said_of_reference(alive), *said_of_coherence(alive), *_said_of_extent(nodes))
+        frfs = FrfSet(path.stem, tuple(alive), nodes, notes=notes, hashes=hashes)
         require_one_of_each(frfs.transfers, SHARED)
         require_convention(frfs.transfers)
     except ValueError as error:
         raise ResultFileError(f"{path}: {error}") from error
     return frfs
+
+
+def _said_of_extent(nodes: Mapping[int, Position]) -> list[str]:
+    """Say so where nodes are so far apart that their unit is probably another than was read."""
+    if not nodes:
+        return []
+    extent = float(np.ptp(np.array(list(nodes.values())), axis=0).max())
+    if extent <= LARGEST_STRUCTURE:
+        return []
+    return [
+        f"its nodes are up to {extent:.4g} m apart; if they are in mm, export the file with data set 164, which "
+        "names the unit: without one, coordinates are in m"
+    ]
 
 
 def _alive(transfers: Sequence[MeasuredTransfer]) -> tuple[list[MeasuredTransfer], list[str]]:

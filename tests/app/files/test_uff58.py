@@ -93,6 +93,16 @@ def test_a_coherence_of_one_throughout_gives_no_variance_and_a_note(tmp_path: Pa
     assert "door panel: coherence 1 on every line" in note
 
 
+@pytest.mark.parametrize(("unit", "said"), [(1.0, 0), (1000.0, 1)])
+def test_a_structure_as_large_as_a_street_is_asked_for_its_unit(tmp_path: Path, unit: float, said: int) -> None:
+    """240 mm without a data set 164 are 240 m."""
+    nodes = {2: (0.0, 0.0, 0.0), 7: (0.24 * unit, 0.19 * unit, 0.0)}
+    path = tmp_path / "a.uff"
+    write_frfs(path, [MeasuredTransfer("a", "7:+3", "2:+3", "accelerance", FREQUENCY[1:], H[1:])], nodes)
+    notes = of_universal(path, read_frfs(path)).notes
+    assert sum("up to 240 m apart; if they are in mm" in one for one in notes) == said
+
+
 def test_a_dead_channel_with_a_coherence_of_zero_is_left_out_with_a_note(tmp_path: Path) -> None:
     dead = [data_set(rsp_node=8, data=0.0 * H, id1="dead"), coherence_set(np.zeros(100), rsp_node=8)]
     path = written(tmp_path / "a.uff", data_set(), coherence_set(np.full(100, 0.9)), *dead)
