@@ -109,7 +109,7 @@ class Focusing:
         aims = ("uncut.contrast", "direct.contrast", "fixed.contrast")
         check_shapes(self, temperature="T", frequency="F", **dict.fromkeys(aims, "T F"))
         check_finite(self, "temperature", "lines", "filters")
-        check_ascending(self, "lines", "frequency", "temperature", "bank.temperature")
+        check_ascending(self, "lines", "frequency")
 
     @property
     def rank_changes(self) -> NDArray[np.int64]:

@@ -6,6 +6,7 @@ from typing import Any
 
 import h5py
 
+from analysis.checked_fields import check_ascending
 from analysis.focusing.methods import METHODS, Method, MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
@@ -52,7 +53,9 @@ def load_focusing(path: Path) -> tuple[Panel, Focusing, MethodComparison]:
     """Read back what `save_focusing` wrote."""
     with result_file(path, "focus") as file:
         panel = panel_of_text(str(file.attrs["panel"]), str(path))
-        return panel, read_value(file["focusing"], Focusing), read_value(file["comparison"], MethodComparison)
+        focusing = read_value(file["focusing"], Focusing)
+        check_ascending(focusing, "temperature", "bank.temperature")  # of a result: splines and exports need it
+        return panel, focusing, read_value(file["comparison"], MethodComparison)
 
 
 def load_uncorrected(path: Path) -> Aim | None:

@@ -112,6 +112,8 @@ class _Trial:
     """Equations of the point at which derivatives by declared quantities were computed; None without such."""
     away: float = 0.0
     """Relative change of the derivative by log E since then."""
+    borrowed: bool = False
+    """Whether they were computed by another fit."""
     whole: bool = True
     """Whether `equations` have derivatives by declared quantities; a step that is refused needs none."""
 
@@ -239,19 +241,20 @@ class _Descent:
         away, there = self.known.nearest(held.equations)
         if away > NEAR:
             return self.evaluate(held.state, free)
-        return self._joined(held.state, free, held.equations, there, away)
+        return replace(self._joined(held.state, free, held.equations, there, away), borrowed=True)
 
     def to_the_end(self, best: _Trial, free: FreeParameters) -> tuple[_Trial, bool, int]:
         """Iterate from `best`: return the final point, whether it settled, and the number of linearisations.
 
-        Near the data, a point at which it settles with known derivatives is linearised by everything, and the
-        iteration goes on from there until little is left to gain.
+        Near the data, and with derivatives of another fit, a point at which it settles with known derivatives is
+        linearised by everything, and the iteration goes on from there until little is left to gain.
         """
         best, done, passes = self.along(best, free)
         near = not self._leaves_more(best) if free.effects else not self._rough(best)
-        if best.away > NEAR_ENOUGH and done and near and passes < self.most_steps:
+        if best.away > NEAR_ENOUGH and done and (near or best.borrowed) and passes < self.most_steps:
+            rest = replace(self, target=AGAIN * self.target) if near else self
             best = self.evaluate(best.state, free)
-            best, done, more = replace(self, target=AGAIN * self.target).along(best, free)
+            best, done, more = rest.along(best, free)
             passes += more
         return best, done, passes
 
@@ -323,7 +326,7 @@ class _Descent:
         away = max(part.changed_from(there) for part, there in pairs)
         if away > NEAR:
             return replace(self._trial(state, free, parts, None), whole=False)
-        return self._joined(state, free, parts, best.known, away)
+        return replace(self._joined(state, free, parts, best.known, away), borrowed=best.borrowed)
 
     def _joined(
         self,
