@@ -230,7 +230,7 @@ def test_the_report_of_a_test_stands_on_its_own_files(tmp_path: Path, beam: Beam
     assert result.exit_code == 0, result.output
     told = json.loads(result.stdout)
     assert told["figures"] == ["frfs", "coherence", "stabilization", "shapes", "auto-mac"]
-    assert told["sections"] == ["Measurement", "Modes", "Shapes", "Provenance"]
+    assert told["sections"] == ["In short", "Measurement", "Modes", "Shapes", "Provenance"]
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert "accelerance [m/s2/N]" in page
     assert "the paper" not in page
