@@ -250,7 +250,7 @@ class PatchMoves:
         """Add what the own moves of patch k change, but for the mass."""
         fixed, in_plane, shear, _ = self._own_moves(k)
         found.fixed[...] += c.patch_modulus[k] * fixed
-        for whole, moduli in ((found.plate, _in_the_middle(c)[0]), (found.plate_loss, _in_the_middle(c)[1])):
+        for whole, moduli in zip((found.plate, found.plate_loss), _in_the_middle(c), strict=True):
             if moduli.any():
                 whole += np.tensordot(moduli[:-1], in_plane, 1) + moduli[-1] * shear
         found.coupling[:, k] = c.columns[k] * self._coupling(k, self._value.moves[k])
