@@ -180,8 +180,8 @@ class _Plan:
             measured = measured_error(plan.model, small, vectors, plan.lines, attempt, tolerance)
             if measured.error <= tolerance:
                 report(STAGE, 1.0)
-                driven = _driven(small)
-                return replace(small.restricted(driven), error=measured.error), vectors @ driven
+                small, vectors = _driven(small, vectors)
+                return replace(small, error=measured.error), vectors
             report(STAGE, 0.8 + 0.05 * attempt)
             seen = np.hstack([measured.seen.real, measured.seen.imag])
             plan = replace(plan, responses=np.hstack([plan.responses, seen]))
@@ -205,8 +205,8 @@ class _Plan:
             return extended_basis(vectors, missing, self.energy, self.model.mass, self.tail, gram=gram)
 
 
-def _driven(small: ReducedModel) -> Real:
-    """Coordinates (r, s) without rigid motions that nothing drives.
+def _driven(small: ReducedModel, vectors: Real) -> tuple[ReducedModel, Real]:
+    """Return a model and its vectors (n, r) without rigid motions that nothing drives.
 
     A patch moves a free plate nowhere; rounding brings such a motion in where a basis is extended, and it would be
     listed among the plate's modes, near 0 Hz.
@@ -215,7 +215,8 @@ def _driven(small: ReducedModel) -> Real:
     strength = np.abs(np.hstack([small.coupling, small.dashpots]).T @ shapes).max(axis=0)
     driven = strength > UNDRIVEN * strength.max()
     idle = ~driven & (squares < RIGID * squares[driven].min())
-    return np.asarray(shapes[:, ~idle]) if idle.any() else np.eye(small.size)
+    kept = shapes[:, ~idle]
+    return (small.restricted(kept), vectors @ kept) if idle.any() else (small, vectors)
 
 
 def _check(model: ShellModel, box: MaterialBox, band: tuple[float, float]) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -87,6 +88,10 @@ class SearchContext:
     known: KnownDerivatives = field(repr=False, default_factory=KnownDerivatives)
     known_at_few: KnownDerivatives = field(repr=False, default_factory=KnownDerivatives)
 
+    def fit_from(self, start: GapState, effects: Sequence[str], **options: Any) -> GapFit:
+        """Fit anew with `options` of `fit_gap`; derivatives that earlier fits computed nearby are used again."""
+        return fit_gap(self.model, self.sweeps, start, effects, self.executor, known=self.known, **options)
+
     def fit(self, start: GapState, effects: Sequence[str], *, roughly: bool = False) -> GapFit:
         """Fit laws, readings, gain and `effects` to all sweeps; a result in `fits` is used again.
 
@@ -95,16 +100,7 @@ class SearchContext:
         found = self.fits.known(effects)
         if found is None:
             target = ROUGHLY_SETTLED if roughly else self.settled
-            found = fit_gap(
-                self.model,
-                self.sweeps,
-                start,
-                effects,
-                self.executor,
-                target=target,
-                declared_free=not roughly,
-                known=self.known,
-            )
+            found = self.fit_from(start, effects, target=target, declared_free=not roughly)
             self.fits.keep(effects, found)
         return found
 
@@ -119,16 +115,12 @@ class SearchContext:
         known, first = self.fits.known(names), self.fits.first_without(names, name)
         if known is None or not first:
             return self.fit(start, names, roughly=roughly)
-        again = fit_gap(
-            self.model,
-            self.sweeps,
+        again = self.fit_from(
             start,
             names,
-            self.executor,
             target=ROUGHLY_SETTLED if roughly else self.settled,
             declared_free=not roughly,
             enough=-2.0 * (known.log_evidence + self.settled),
-            known=self.known,
         )
         if not again.settled or again.log_evidence <= known.log_evidence + self.settled:
             return known
@@ -147,17 +139,8 @@ class SearchContext:
         """Do what `fit` does, but stop where `fit_gap` would with these bounds; what was stopped is not kept."""
         found = self.fits.known(effects)
         if found is None:
-            found = fit_gap(
-                self.model,
-                self.sweeps,
-                start,
-                effects,
-                self.executor,
-                target=self.settled,
-                enough=enough,
-                margin=margin,
-                enough_held=enough_held,
-                known=self.known,
+            found = self.fit_from(
+                start, effects, target=self.settled, enough=enough, margin=margin, enough_held=enough_held
             )
             if found.settled:  # one that was given up was so against others
                 self.fits.keep(effects, found)

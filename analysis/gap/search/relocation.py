@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.effect_card import EffectCard, Values
-from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.drop_and_swap import dropped
@@ -50,14 +49,14 @@ def _placed_again(context: SearchContext, fit: GapFit, rest: GapFit, name: str) 
     for site in sites:
         start = started_from(reference, on, absent(context, contest, site))
         enough = -2.0 * best.log_evidence if best else float("inf")
-        trial = fit_gap(few.model, few.sweeps, start, on, few.executor, enough=enough, known=few.known)
+        trial = few.fit_from(start, on, enough=enough)
         best = trial if best is None or trial.log_evidence > best.log_evidence else best
     if best is None:
         return fit
     seen = best
     if few is not context:
         start = rest.state.corrected(context.sweeps, reference.state, best.state, few.sweeps)
-        best = fit_gap(context.model, context.sweeps, start, on, context.executor, known=context.known)
+        best = context.fit_from(start, on)
     if best.log_evidence <= fit.log_evidence:
         return fit
     few.fits.keep(on, seen)
@@ -99,17 +98,7 @@ def best_image(context: SearchContext, fit: GapFit, name: str) -> GapFit:
         start = replace(reference.state, effects={**reference.state.effects, name: place})
         enough = -2.0 * best.log_evidence
         try:
-            trial = fit_gap(
-                few.model,
-                few.sweeps,
-                start,
-                on,
-                few.executor,
-                target=few.settled,
-                enough=enough,
-                margin=NEAR_MARGIN,
-                known=few.known,
-            )
+            trial = few.fit_from(start, on, target=few.settled, enough=enough, margin=NEAR_MARGIN)
         except ValueError:  # an image off the plate, in a notch of its outline
             continue
         best = trial if trial.settled and trial.log_evidence > best.log_evidence else best
@@ -119,9 +108,7 @@ def best_image(context: SearchContext, fit: GapFit, name: str) -> GapFit:
     if few is context:
         return best
     start = fit.state.corrected(context.sweeps, reference.state, best.state, few.sweeps)
-    full = fit_gap(
-        context.model, context.sweeps, start, on, context.executor, target=context.settled, known=context.known
-    )
+    full = context.fit_from(start, on, target=context.settled)
     if full.log_evidence <= fit.log_evidence:
         return fit
     context.fits.keep(on, full)
