@@ -99,7 +99,10 @@ function show(state) {
     parts.name.textContent = one.name;
     parts.stage.textContent = one.under_way ? one.stage : one.ending;
     const warnings = one.unsafe.map((what) => "NOT AT REST: " + what);
-    if (one.state === "silent") warnings.push("silent: nothing was written for " + duration(one.silent_for));
+    if (one.state === "silent") {
+      const what = one.abandoned ? "its process is gone without a word" : "nothing was written";
+      warnings.push("silent: " + what + " for " + duration(one.silent_for));
+    }
     if (one.trouble) warnings.push("trouble: " + one.trouble);
     if (one.clipping.length) warnings.push("clipping: " + one.clipping.join(", "));
     if (one.problem) warnings.push("cannot be read: " + one.problem);

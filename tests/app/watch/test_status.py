@@ -1,12 +1,14 @@
 """How campaigns stand, in fields, in a line, and as exit status."""
 
 import json
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from app.files.folder_lock import folder_lock
 from app.watch.status import CampaignStatus
 from app.watch.watcher import WatchedFolder, names
 from app.watch.words import in_words
@@ -49,6 +51,23 @@ def test_silence_begins_after_a_sweep_and_a_margin(campaign: Campaign, later: fl
     assert found.state == state
     assert found.patience == pytest.approx(PATIENCE)
     assert found.exit_status == (4 if state == "silent" else 5)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nobody says who is gone")
+def test_one_that_was_killed_is_silent_at_once(campaign: Campaign) -> None:
+    """Not after a minute, for as long as its process runs not at all, and not of one that another computer runs."""
+    folder = campaign("killed")
+    with folder_lock(folder):
+        assert status(folder).state == "running"
+        held = (lock := folder.with_name("killed.lock")).read_text()
+    owner = json.loads(held) | {"begun": 1}
+    lock.write_text(json.dumps(owner))
+    found = status(folder)
+    assert (found.state, found.abandoned, found.exit_status) == ("silent", True, 4)
+    assert found.line.startswith("silent: its process is gone without a word for ")
+    assert found.line.endswith("the same flexura acquire continues it")
+    lock.write_text(json.dumps(owner | {"system": "elsewhere"}))
+    assert status(folder).state == "running"
 
 
 def test_a_rig_in_trouble_has_the_time_that_it_needs_to_overcome_it(campaign: Campaign) -> None:
