@@ -227,7 +227,10 @@ def _after_a_kill(rest: str, *, simulated: bool) -> str:
     """Say what to do where the process is gone; a simulated oven has gone with it."""
     if simulated or rest == "at rest":
         return "the same flexura acquire continues it"
-    return "look at the oven: nothing says that it is at rest; the same flexura acquire continues, flexura safe ends it"
+    return (
+        "look at the oven: nothing says that it is at rest; the same flexura acquire continues it, flexura safe "
+        "brings the oven to rest"
+    )
 
 
 def gone(name: str, folder: str, why: str) -> CampaignStatus:

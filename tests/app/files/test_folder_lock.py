@@ -60,9 +60,7 @@ def test_who_takes_the_folder_again_is_there_and_leaves_nothing(
         ({"process": None}, False),
     ],
 )
-def test_a_number_used_again_is_not_the_writer(
-    tmp_path: Path, change: dict[str, object], abandoned: bool
-) -> None:
+def test_a_number_used_again_is_not_the_writer(tmp_path: Path, change: dict[str, object], abandoned: bool) -> None:
     lock = tmp_path / "campaign.lock"
     with folder_lock(tmp_path / "campaign"):
         owner = json.loads(lock.read_text())

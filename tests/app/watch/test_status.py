@@ -55,7 +55,7 @@ def test_silence_begins_after_a_sweep_and_a_margin(campaign: Campaign, later: fl
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nobody says who is gone")
 def test_one_that_was_killed_is_silent_at_once(campaign: Campaign) -> None:
-    """Not after a minute, for as long as its process runs not at all, and not of one that another computer runs."""
+    """Not after a minute; of a process on another computer nobody here can tell."""
     folder = campaign("killed")
     with folder_lock(folder):
         assert status(folder).state == "running"
