@@ -39,7 +39,7 @@ const sizes = [...document.querySelectorAll('body *')]
 return Math.min(...sizes);
 """
 TALLEST = """
-return Math.max(0, ...[...document.querySelectorAll('tbody tr')].filter((row) => row.cells.length >= 5)
+return Math.max(0, ...[...document.querySelectorAll('tbody tr')].filter((row) => row.cells.length >= 4)
   .map((row) => row.getBoundingClientRect().height));
 """
 """Height of the tallest row of a table that is wider than a telephone and scrolls, px."""
