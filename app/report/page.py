@@ -14,7 +14,7 @@ POLICY = "default-src 'none'; img-src data:; media-src data:; style-src 'unsafe-
 """What browsers hold the page to: it can fetch nothing, nor run anything."""
 LARGEST_SVG = 500_000
 """Bytes beyond which a figure (a map, ten thousand lines) goes in as PNG: a page has some twenty."""
-SCROLLED, SENTENCE = 4, 80
+SCROLLED, SENTENCE = 4, 70
 """Columns from which on a table is wider than a telephone; letters beyond which a cell holds a sentence."""
 FULL_WIDTH = 10.0
 """Inches from which on a figure is as wide as the page."""

@@ -98,7 +98,9 @@ def test_a_campaign_that_is_continued_runs_before_its_first_ramp(campaign: Campa
         ("RigInterrupted: SIGINT", "Ctrl-C; the same command continues it"),
         ("RigInterrupted: SIGTERM", "kill; the same command continues it"),
         ("RigInterrupted: the console was closed", "the console was closed; the same command continues it"),
-        ("OSError: no space", "OSError: no space"),
+        ("OSError: [Errno 28] 0 MB are free, 50 MB are needed: 'a'", "0 MB are free, 50 MB are needed: 'a'"),
+        ("OvenError: the oven does not answer", "the oven does not answer"),
+        ("KeyError: 'a'", "KeyError: 'a'"),
     ],
 )
 def test_why_a_campaign_ended_is_said_in_the_words_of_people(campaign: Campaign, logged: str, said: str) -> None:
