@@ -14,8 +14,8 @@ POLICY = "default-src 'none'; img-src data:; media-src data:; style-src 'unsafe-
 """What browsers hold the page to: it can fetch nothing, nor run anything."""
 LARGEST_SVG = 500_000
 """Bytes beyond which a figure (a map, ten thousand lines) goes in as PNG: a page has some twenty."""
-SCROLLED, SENTENCE = 4, 70
-"""Columns from which on a table is wider than a telephone; letters beyond which a cell holds a sentence."""
+SCROLLED, SENTENCE = 4, 40
+"""Columns from which on a table is wider than a telephone; mean letters beyond which a column holds sentences."""
 FULL_WIDTH = 10.0
 """Inches from which on a figure is as wide as the page."""
 STYLE = """
@@ -46,7 +46,7 @@ pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; font-size: 0.8rem 
 }
 @media screen and (max-width: 68rem) {
   table { display: block; overflow-x: auto }
-  tr > :first-child:nth-last-child(n+5) ~ td:not(.n) { min-width: 7rem }
+  tr > :first-child:nth-last-child(n+5) ~ td:not(.n, .w) { min-width: 7rem }
   td.w { min-width: 28rem }
   tr > :first-child:nth-last-child(n+4):not(.n) { min-width: 7rem }
   figure { overflow-x: auto } figure img { width: auto !important; max-width: none }
@@ -94,7 +94,8 @@ class PageTable:
     def _sentences(self) -> list[int]:
         if len(self.headings) < SCROLLED:
             return []
-        return [n for n in range(len(self.headings)) if any(len(row[n]) > SENTENCE for row in self.rows)]
+        letters = [sum(len(row[n]) for row in self.rows) for n in range(len(self.headings))]
+        return [n for n, count in enumerate(letters) if count > SENTENCE * len(self.rows)]
 
 
 @dataclass(frozen=True)
