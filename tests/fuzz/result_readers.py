@@ -60,7 +60,7 @@ def _result(root: Path, name: str) -> object:
 
 RESULTS = (
     Reader("HDF5, results", tuple(RUN), _result, 0.09, digest=True),
-    Reader("gap.json", ("run/gap.json",), lambda root, name: gap_record_of((root / name).parent), 0.005, text=True),
+    Reader("gap.json", ("run/gap.json",), lambda root, name: gap_record_of((root / name).parent), 0.01, text=True),
     Reader("laws.json", ("apart/laws.json",), lambda root, _: laws_elsewhere(root / "apart"), 0.005, text=True),
     Reader("HDF5, results of a panel", tuple(FOCUSED), _result, 0.025, digest=True),
     Reader("HDF5, results of a test", tuple(TESTED), _result, 0.015, digest=True),
