@@ -26,7 +26,9 @@ class _PrefixName(click.ParamType[str]):
     name = "name"
 
     def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", value):
+        from app.files.exports.c_code import PREFIXES
+
+        if not re.fullmatch(PREFIXES, value):
             self.fail(
                 f"{value!r}: a small letter, then at most 30 small letters, digits and underscores", param, ctx
             )
