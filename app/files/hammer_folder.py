@@ -307,7 +307,7 @@ def said_of_missing_hits(folder: Path, files: Sequence[str]) -> list[str]:
     places = len({name.rpartition("_")[2] for name in counted})
     return [
         f"hammer test: {len(counted)} of {points * hits} hits, at {places} of {points} points: it was "
-        "interrupted, or points were skipped; flexura acquire continues it, with --again at points that were skipped"
+        "interrupted, or points were skipped; flexura acquire continues it, --again for skipped points"
     ]
 
 
