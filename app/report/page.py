@@ -59,6 +59,7 @@ pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; font-size: 0.8rem 
 @media print {
   body { font-size: 10.5pt; max-width: none; margin: 0; padding: 0 } nav ul { display: none }
   h2, h3 { break-after: avoid } figure, tr, .verdict { break-inside: avoid } thead { display: table-header-group }
+  table { font-size: 8.5pt } th, td { padding: 0.15rem 0.4rem } td.w { width: 45% }
   figure img { max-height: 22cm; object-fit: contain } pre { white-space: pre-wrap; word-break: break-all }
   .verdict, .absent, nav, pre { print-color-adjust: exact }
   details::details-content { content-visibility: visible; block-size: auto }
