@@ -225,3 +225,11 @@ def test_what_is_no_campaign_is_refused_in_a_sentence(tmp_path: Path, run_flexur
             assert (code, out) == (2, "")
             assert words in err
             assert err.count("\n") == 1
+
+
+def test_a_folder_of_campaigns_names_them(campaign: Campaign, tmp_path: Path, run_flexura: Flexura) -> None:
+    campaign("left rig")
+    campaign("right")
+    code, _, err = run_flexura("status", str(tmp_path))
+    assert code == 2
+    assert f"It holds such: '{tmp_path / 'left rig'}', {tmp_path / 'right'}" in err
