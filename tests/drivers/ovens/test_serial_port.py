@@ -157,9 +157,7 @@ def test_port_reads_what_comes_and_drops_what_came_before(place):
 
 @posix
 def test_a_port_that_is_not_there_is_said_once():
-    with pytest.raises(
-        OvenError, match="^/dev/no-such-port cannot be opened: no such file or directory"
-    ) as caught:
+    with pytest.raises(OvenError, match="port cannot be opened: no such file or directory") as caught:
         SerialPort("/dev/no-such-port")
     assert "Errno" not in str(caught.value)
 
