@@ -70,8 +70,8 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     file = path / NAME if path.is_dir() else path
     test = read_modal_test(file)
     hashes = {file.name: sha256(file)}
-    files = [record.file for record in test.record]
-    notes = said_of_missing_hits(file.parent, files) + said_of_doubts(hit_doubts(file.parent, files), "hits")
+    hits = [record.file for record in test.record]
+    notes = said_of_missing_hits(file.parent, hits) + said_of_doubts(hit_doubts(file.parent, hits), "hits")
     transfers, runs = _read_files(file.parent, test, hashes, notes, report)
     rates, cut = {0.0}, False
     singles: list[list[Spectra]] = []
