@@ -120,7 +120,10 @@ def test_a_campaign_that_was_killed_is_told_once_and_its_end_when_it_is_continue
         while not told(file):
             assert time.monotonic() - killed < patience + 60.0
             time.sleep(0.5)
-        assert time.monotonic() - killed > patience - 5.0
+        if sys.platform == "linux":  # the lock says which process is gone; elsewhere silence has to last
+            assert time.monotonic() - killed < 0.5 * patience
+        else:
+            assert time.monotonic() - killed > patience - 5.0
         time.sleep(20.0)
         assert told(file) == ["silent"]
         assert get(url + "status.json")["campaigns"][0]["state"] == "silent"
