@@ -16,6 +16,7 @@ when it is first asked for, so that ``import flexura`` costs little. See ``docs/
 ``panel_files``       laws, twin files, panels and run folders that these two take
 ``figures``           `plot`: figures of all these results
 ``shipped_examples``  `example`: those that come with it
+``keywords``          errors name keywords, where those of a verb name options
 ``own_packages``      Flexura's own packages are imported, not others of the same name
 ====================  ==============================================================
 """
@@ -98,7 +99,10 @@ def __getattr__(name: str) -> Any:
         return import_module("analysis").__version__
     if name not in _MODULES:
         raise AttributeError(f"module 'flexura' has no attribute {name!r}; it has {', '.join(__all__)}")
-    return getattr(import_module(f"flexura.{_MODULES[name]}"), name)
+    from flexura.keywords import keyworded
+
+    globals()[name] = keyworded(getattr(import_module(f"flexura.{_MODULES[name]}"), name))
+    return globals()[name]
 
 
 def __dir__() -> list[str]:

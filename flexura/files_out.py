@@ -1,12 +1,13 @@
 """What leaves Flexura: the report of a run, its filters for other programs, a campaign's raw sweeps."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, get_args
 
 from analysis.campaign import Campaign
 from app.files.campaign import load_campaign
-from app.files.exports.c_code import PREFIX
+from app.files.exports.c_code import PREFIX, PREFIXES
 from app.files.exports.shipment import shipment
 from app.files.exports.written_filters import export_temperatures, same_names, write_filters
 from app.files.run_folder import is_test_run, run_file, writable_folder
@@ -85,13 +86,19 @@ def export_filters(
     Raises
     ------
     ValueError
-        For an unknown form or number, a tilt of another form than ``c``, and for temperatures that would share
-        the name of a WAV file.
+        For an unknown form or number, a prefix that C does not take, a tilt of another form than ``c``,
+        temperatures of a form that follows all, and such that would share the name of a WAV file.
     app.files.bad_file.ResultFileError
-        For a folder without such filters, and a temperature that they do not cover.
+        For a folder without such filters, an unknown method, and a temperature that they do not cover.
     """
     if to not in get_args(Form) or number not in ("float32", "int16"):
         raise ValueError(f"to {to!r}, number {number!r}; allowed: {', '.join(get_args(Form))}; float32, int16")
+    if not re.fullmatch(PREFIXES, prefix):
+        raise ValueError(
+            f"prefix {prefix!r}; allowed: a small letter, then at most 30 small letters, digits and _"
+        )
+    if numbers(temperature) and to in ("c", "onnx"):
+        raise ValueError(f"temperature is for npz, wav and csv; {to} follows every temperature")
     if tilt and to != "c":
         raise ValueError(f"tilt of {to!r}; allowed: of 'c'")
     folder = as_path(run)

@@ -9,6 +9,7 @@ from analysis.campaign import CampaignExtent
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
+from app.files.laws_elsewhere import remember_laws
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import sha256
 from app.files.run_folder import writable_folder
@@ -57,6 +58,11 @@ class GivenLaws:
     def origin(self) -> Path:
         """Return what messages name."""
         return self.path or Path("laws")
+
+    def remember(self, folder: Path) -> None:
+        """Write into a folder of results where their laws are, if they are elsewhere."""
+        if self.read is not None:
+            remember_laws(folder, self.read.path, kind=self.read.kind)
 
     def on(self, panel: Panel) -> tuple[Panel, list[str]]:
         """Return a panel with what was found about its plate, and notes, see `PanelLaws.on`."""

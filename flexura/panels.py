@@ -69,7 +69,7 @@ def focus(
     _require_method(method)
     file = None if isinstance(panel, Panel) else as_path(panel)
     declared = panel if isinstance(panel, Panel) else read_panel(as_path(panel))
-    extent = None
+    extent, given = None, None
     if transfers is not None:
         _require_none(laws=laws, twin=twin)
         named = () if temperature is None else numbers(temperature)
@@ -98,6 +98,8 @@ def focus(
             )
     if run is not None:
         focus_stage.save(run, found, inputs, extent)
+        if given is not None:
+            given.remember(run)
     return found
 
 
@@ -171,7 +173,7 @@ def compensate(
         _require_method(method)
     if spacing is not None and not spacing > 0.0:
         raise ValueError(f"spacing {spacing:g} K: it must be above 0")
-    extent = None
+    extent, given = None, None
     if transfers is not None:
         _require_none(twin=twin, spacing=spacing, place=place, across=numbers(across) or None, weather=weather)
         scan, beside = as_path(transfers), folder_of(laws, as_path(transfers))
@@ -211,6 +213,8 @@ def compensate(
             )
     if run is not None:
         compensate_stage.save(run, found, inputs, extent)
+        if given is not None:
+            given.remember(run)
     return found
 
 

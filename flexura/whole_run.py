@@ -24,7 +24,7 @@ def run(
     out: File | None = None,
     first: Stage | None = None,
     last: Stage | None = None,
-    without: Sequence[Stage] = (),
+    without: Stage | Sequence[Stage] = (),
     options: Mapping[str, Any] | None = None,
     force: bool = False,
     workers: bool = False,
@@ -40,7 +40,7 @@ def run(
         Run folder; ``NAME-run`` beside the campaign where it is left out.
     first, last : str, optional
         Begin with this stage, end with this one.
-    without : sequence of str
+    without : str or sequence of str
         Stages left out.
     options : mapping, optional
         What the table ``[run]`` of a file holds, for example ``{"focus": {"panel": "door.toml"}}``; that of the
@@ -71,7 +71,7 @@ def run(
     if not (is_campaign_folder(folder) or is_recorded_campaign(folder) or declares_plate(folder)):
         raise not_a_campaign(folder)
     chosen = read_run_options(folder, None, ()) if options is None else run_options_of(options)
-    left_out = (*without, *chosen.settings.without)
+    left_out = (*((without,) if isinstance(without, str) else without), *chosen.settings.without)
     stages = chosen_stages(first, last, (), left_out)
     run_folder = None if out is None else as_path(out)
     request = RunRequest(folder, run_folder, stages, chosen, force, in_place="import" in left_out)

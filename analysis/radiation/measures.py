@@ -178,5 +178,11 @@ def third_octave_levels(response: Complex, frequency: Real) -> Real:
 
 
 def ripple(response: Complex, frequency: Real) -> Real:
-    """Ripple (...), ± dB: half the difference of the loudest and the softest third-octave band."""
-    return np.asarray(0.5 * np.ptp(third_octave_levels(response, frequency), axis=-1))
+    """Ripple (...), ± dB: half the difference of the loudest and the softest third-octave band.
+
+    Of lines where none of the bands lies within `frequency`.
+    """
+    levels = third_octave_levels(response, frequency)
+    if not levels.shape[-1]:
+        levels = 20.0 * np.log10(np.maximum(np.abs(response), 1e-10))
+    return np.asarray(0.5 * np.ptp(levels, axis=-1))

@@ -241,6 +241,7 @@ def command(
             output.failure(f"refused: {error}")
             raise click.exceptions.Exit(1) from error
         target = compensate.save(folder, computed, task.hashes(), task.extent)
+        task.remember(folder)
     found = computed.compensation
     seconds = time.perf_counter() - started
     output.result(lambda: record(found, seconds) | extent_record(task.extent), lambda: show(tables(found)))

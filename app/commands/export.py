@@ -26,7 +26,9 @@ class _PrefixName(click.ParamType[str]):
     name = "name"
 
     def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", value):
+        from app.files.exports.c_code import PREFIXES
+
+        if not re.fullmatch(PREFIXES, value):
             self.fail(
                 f"{value!r}: a small letter, then at most 30 small letters, digits and underscores", param, ctx
             )
@@ -113,6 +115,7 @@ def command(
         given["--number"] = None if number == "float32" else number
         _sweeps(run, form, given, out, output)
         return
+    _refuse_hits(run or Path())
     if form not in FORMS[:5]:
         raise click.UsageError(f"--to {form} is for the sweeps of a campaign; {run or Path()} holds filters")
     if number == "int16" and form != "c":
@@ -154,6 +157,18 @@ def command(
     if form == "c" and sent.family is not None and not tilt:
         output.note("the filters of the tilt are left out, the code follows one temperature; --tilt writes them")
     output.summary(summary(sent, written, cost))
+
+
+def _refuse_hits(folder: Path) -> None:
+    """Say how other programs get what a hammer test holds."""
+    from app.files.bad_file import quoted
+    from app.files.campaign_kind import is_hammer_folder
+
+    if is_hammer_folder(folder):
+        raise click.UsageError(
+            f"{folder} is a hammer test, with neither filters nor sweeps; its FRFs, as universal files: "
+            f"flexura identify {quoted(folder)}"
+        )
 
 
 def _is_campaign(folder: Path) -> bool:

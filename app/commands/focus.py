@@ -105,6 +105,7 @@ def command(
         focusing, lost = found.focusing, found.uncorrected
         gone = replaced(folder / focus.FILTERS, focusing.temperature)
         target = focus.save(folder, found, task.hashes(), task.extent)
+        task.remember(folder)
     seconds = time.perf_counter() - started
     output.result(
         lambda: (

@@ -220,6 +220,7 @@ _COMMAND = click.option(
 
 def require_campaigns(folders: Sequence[Path], *, wait: bool = False) -> None:
     """Refuse folders that hold no campaign, before slow imports; with `wait`, they need not be there yet."""
+    from app.files.bad_file import quoted
     from app.files.campaign_kind import HAMMER_TEST, PROTOCOL, is_campaign_folder, is_hammer_folder
 
     for folder in folders:
@@ -227,7 +228,20 @@ def require_campaigns(folders: Sequence[Path], *, wait: bool = False) -> None:
         if not (is_campaign_folder(folder) or is_hammer_folder(folder)) and (there or not wait):
             held = "is no campaign of flexura acquire" if there else "does not exist"
             allowed = f"allowed: a folder with {PROTOCOL} or {HAMMER_TEST}, as flexura acquire makes it"
-            raise click.ClickException(f"{folder}: {held}; {allowed}")
+            inside = [one for one in _below(folder) if is_campaign_folder(one) or is_hammer_folder(one)]
+            name = f". It holds such: {', '.join(map(quoted, inside[:SHOWN]))}" if inside else ""
+            raise click.ClickException(f"{folder}: {held}; {allowed}{name}")
+
+
+SHOWN = 5
+"""Campaigns named where a folder of them was given."""
+
+
+def _below(folder: Path) -> list[Path]:
+    try:
+        return sorted(folder.iterdir())
+    except OSError:
+        return []
 
 
 def telling_options(verb: Verb) -> Verb:

@@ -42,9 +42,10 @@ def command(campaigns: tuple[Path, ...], output: Output) -> None:
     """Say how CAMPAIGNs stand, sweeps or hammer tests, that flexura acquire records or has recorded.
 
     Nothing is written. Exit status 0: complete; 1: stopped, or complete with sweeps or hits missing; 3: something
-    is NOT AT REST; 4: silent, nothing was written for longer than a sweep and a margin (of a hammer test: its
-    process is gone, and nothing says that its oven is at rest); 5: under way, or not begun. Of several campaigns
-    the first of 3, 4, 2, 1, 5, 0 that occurs; 2: a name is no campaign, and the others are told nevertheless.
+    is NOT AT REST; 4: silent, its process is gone, or nothing was written for longer than a sweep and a margin
+    (of a hammer test: its process is gone, and nothing says that its oven is at rest); 5: under way, or not begun.
+    Of several campaigns the first of 3, 4, 2, 1, 5, 0 that occurs; 2: a name is no campaign, and the others are
+    told nevertheless.
     """
     refused = {one: why for one in campaigns if (why := _refused(require_campaigns, one))}
     told = [one for one in campaigns if one not in refused]

@@ -64,6 +64,7 @@ Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; ``toml
 ``frf_file``           ``frf.h5``: FRFs of a campaign
 ``modes_file``         ``modes.h5``, ``modes.csv``: identified modes
 ``laws_file``          ``laws.h5``: estimates per sweep, laws, FRFs of the twin
+``laws_elsewhere``     where the laws are of filters in a folder of their own
 ``best_twin``          which of a run's laws and effects everything else uses
 ``pairing_json``       measured modes beside the twin's, in ``laws.h5``, ``gap.json`` and on the screen
 ``gap_json``           ``gap.json``: result of the gap workflow, for machines

@@ -1,6 +1,11 @@
-"""One writer at a time: an operating-system lock, which a killed process cannot leave behind."""
+"""One writer at a time: an operating-system lock, which a killed process cannot leave behind.
+
+What a kill leaves is the lock's file. On Linux it says which process held it, so that those who only look need not
+take the lock, and a campaign that was killed is told from one that is busy.
+"""
 
 import errno
+import json
 import os
 import sys
 from collections.abc import Iterator
@@ -65,6 +70,10 @@ def folder_lock(folder: Path) -> Iterator[None]:
         except OSError as error:
             seen = f"another process is writing it (it holds {path.name})"
             raise FolderInUseError(folder, [Problem("", "", seen, "one writer", "wait for it to end")]) from error
+        with suppress(OSError):  # on a full disk nobody learns of a kill at once: no reason to refuse the folder
+            file.truncate(0)
+            file.write(json.dumps(_this_process()).encode())
+            file.flush()
         try:
             yield
         finally:
@@ -82,6 +91,50 @@ def is_being_written(folder: Path) -> bool:
     except OSError as error:
         return error.errno in (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
     return False
+
+
+def is_abandoned(folder: Path) -> bool:
+    """Whether the process that wrote a folder is known to have ended without a word, as after ``kill -9``.
+
+    False where that cannot be known: the process runs or ran on another computer or in another container, before
+    this computer was started, or on a system without ``/proc``.
+    """
+    try:
+        owner = json.loads(_beside(folder).read_bytes()[:LONGEST_OWNER])
+        here, number, begun = owner["system"], int(owner["process"]), owner["begun"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+    return bool(here and here == _system()) and begun != _begun(number)
+
+
+LONGEST_OWNER = 1000
+"""Bytes; what else lies there is not ours."""
+
+
+def _this_process() -> dict[str, object]:
+    return {"system": _system(), "process": os.getpid(), "begun": _begun(os.getpid())}
+
+
+def _system() -> str:
+    """Name what numbers of processes belong to: this start of the computer, and the container; else empty."""
+    try:
+        boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+        return f"{boot} {os.readlink('/proc/self/ns/pid')}"  # noqa: PTH115 (no file is named by it)
+    except (OSError, ValueError):
+        return ""
+
+
+def _begun(number: int) -> int | None:
+    """When a process began, clock ticks since the computer's start; None for one that has ended.
+
+    A number is used again for a later process, which began later (proc(5), ``/proc/PID/stat``, fields 3 and 22).
+    """
+    try:
+        stat = Path(f"/proc/{number}/stat").read_bytes()
+        state, *rest = stat[stat.rindex(b")") + 1 :].split()  # the name before it may hold anything
+        return None if state in (b"Z", b"X") else int(rest[18])
+    except (OSError, ValueError, IndexError):
+        return None
 
 
 def _beside(folder: Path) -> Path:

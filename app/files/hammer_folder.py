@@ -278,6 +278,39 @@ def require_our_test(folder: Path, acquired: Mapping[str, Any]) -> None:
         raise CampaignFileError(folder, [Problem("", "", "exists and is no hammer test", allowed, "use --out")])
 
 
+def said_of_missing_hits(folder: Path, files: Sequence[str]) -> list[str]:
+    """Say how many hits there are of those that were wanted, in a sentence; none where all are there.
+
+    Parameters
+    ----------
+    folder : Path
+        That holds the declaration; nothing is said where it is none of a hammer test that was acquired.
+    files : sequence of str
+        Of the hits that count at one temperature, relative to it.
+
+    Raises
+    ------
+    CampaignFileError
+        Where ``hammer.json`` is damaged.
+    """
+    counted = [Path(name).stem for name in files if Path(name).parent == Path(HITS)]
+    if not counted or not is_hammer_folder(folder):
+        return []
+    begun = begun_with(folder)
+    try:
+        points, hits = len(begun["drive"][0].get("points") or "1"), int(begun["hammer"]["hits"])
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+        seen = f"does not say how many hits were wanted ({error})"
+        raise CampaignFileError(folder, [Problem(HAMMER_TEST, "acquired", seen, "")]) from error
+    if len(counted) >= points * hits:
+        return []
+    places = len({name.rpartition("_")[2] for name in counted})
+    return [
+        f"hammer test: {len(counted)} of {points * hits} hits, at {places} of {points} points: it was "
+        "interrupted, or points were skipped; flexura acquire continues it, --again for skipped points"
+    ]
+
+
 def begun_with(folder: Path) -> dict[str, Any]:
     """Return the experiment with which a folder was begun, and its rig; CampaignFileError where it is damaged."""
     remedy = "move the folder away and begin anew"

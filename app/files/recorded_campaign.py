@@ -166,5 +166,5 @@ def _missing(missing: tuple[Place, ...]) -> Problem:
         "missing",
         f"{len(missing)} of the protocol's sweeps: {listed}",
         "every sweep of protocol.temperatures, directions and levels",
-        "import with --allow-missing to go on without",
+        "flexura import with --allow-missing to go on without",
     )

@@ -140,7 +140,7 @@ WHOLE = "a whole TDMS file"
 COPY_AGAIN = "copy it again from the recorder"
 UNUSED_CHANNELS_FACTOR = 64
 """Times as large a recorder's file may be, which may hold many channels besides those declared."""
-LEAVE_OUT = "record it again, or import with --allow-missing to leave the sweep out"
+LEAVE_OUT = "record it again, or flexura import with --allow-missing to leave the sweep out"
 
 
 def read_sweep(

@@ -55,8 +55,10 @@ def _header(title: str) -> str:
 
 
 def _units() -> str:
-    factors = "".join(f"{value:25.16e}" for value in (1.0, 1.0, 1.0)), f"{273.15:25.16e}"
-    return _set(164, [f"{SI_UNITS:10d}{'SI: m, N, K':20}{2:10d}", *(one.replace("e", "D") for one in factors)])
+    # 1P3D25.16, exponents with E: Fortran reads both, but SDynPy, and most that is not Fortran, no 1.0D+00
+    # numbers in 1P3D25.16 with E: Fortran reads both, but SDynPy and what else is not Fortran reads no 1.0D+00
+    factors = "".join(f"{value:25.16E}" for value in (1.0, 1.0, 1.0)), f"{273.15:25.16E}"
+    return _set(164, [f"{SI_UNITS:10d}{'SI: m, N, K':20}{2:10d}", *factors])
 
 
 def _nodes(points: Mapping[int, Position]) -> str:
@@ -67,7 +69,7 @@ def _nodes(points: Mapping[int, Position]) -> str:
 def _nodes_double(points: Mapping[int, Position]) -> str:
     lines = []
     for node, place in points.items():
-        lines += [f"{node:10d}{1:10d}{1:10d}{11:10d}", "".join(f"{c:25.16e}" for c in place).replace("e", "D")]
+        lines += [f"{node:10d}{1:10d}{1:10d}{11:10d}", "".join(f"{c:25.16E}" for c in place)]
     return _set(2411, lines)
 
 

@@ -21,6 +21,7 @@ from analysis.identification.single_hits import FEWEST_HITS, WithoutHit
 from analysis.plate_temperature.named_doubts import said_of_doubts
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
+from app.files.hammer_folder import said_of_missing_hits
 from app.files.hit_doubts import hit_doubts
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_each
@@ -69,7 +70,8 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     file = path / NAME if path.is_dir() else path
     test = read_modal_test(file)
     hashes = {file.name: sha256(file)}
-    notes = said_of_doubts(hit_doubts(file.parent, [record.file for record in test.record]), "hits")
+    hits = [record.file for record in test.record]
+    notes = said_of_missing_hits(file.parent, hits) + said_of_doubts(hit_doubts(file.parent, hits), "hits")
     transfers, runs = _read_files(file.parent, test, hashes, notes, report)
     rates, cut = {0.0}, False
     singles: list[list[Spectra]] = []

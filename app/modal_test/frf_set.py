@@ -82,7 +82,7 @@ class FrfSet:
                 raise ValueError(
                     f"{one.name!r} and {first.name!r} have different frequency lines; poles are shared by FRFs of "
                     "the same lines: export or record them with the same, or take those of a universal file one "
-                    "by one, without --shared-poles"
+                    "by one: flexura identify, without --shared-poles"
                 )
 
     @property

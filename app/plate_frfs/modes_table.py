@@ -19,13 +19,25 @@ COLUMNS = {
     "sigma_damping_ratio": r"(sigma|std|σ|unc\w*|err\w*|u)[\W_]*(of[\W_]*)?(damp\w*|zeta|ζ)",
     "sigma_loss_factor": r"(sigma|std|σ|unc\w*|err\w*|u)[\W_]*(of[\W_]*)?(loss|eta|η)",
     "temperature": r"(temp\w*|t)(?![a-z])",
-    "damping_ratio": r"(damp\w*|zeta|ζ)",
-    "loss_factor": r"(loss|eta|η)",
+    "damping_ratio": r"(damp\w*|dämpf\w*|zeta|ζ)",
+    "loss_factor": r"(loss|verlust|eta|η)",
     "mode": r"(mode|number|no|nr|n)(?![a-z])",
     "frequency": r"f(req\w*)?(?![a-z])",
     "status": r"status(?![a-z])",
 }
 """How the names of columns begin, in small letters, as they are looked for."""
+UNITS = {
+    "°c": 1.0,
+    "degc": 1.0,
+    "c": 1.0,
+    "hz": 1.0,
+    "khz": 1e3,
+    "rad/s": 0.5 / np.pi,
+    "%": 0.01,
+    "-": 1.0,
+    "1": 1.0,
+}
+"""Of columns, in square brackets or as the last word of the name; °C, Hz and shares where a name has none."""
 NEEDED = ("temperature", "frequency")
 SURE = ("", "kept", "confirmed")
 """Words in a column of status with which a mode counts; others are weak."""
@@ -67,6 +79,7 @@ def modes_of_table(path: Path) -> list[ModesAtTemperature]:
     separator = max(";\t,", key=lines[0].count)
     names, *rows = csv.reader(lines, delimiter=separator)
     places = _places(path, names)
+    factors = {name: _factor(path, names[place]) for name, place in places.items()}
     decimal = "," if separator != "," else ""
     # flexura identify numbers the modes that it found, not those that there are
     unused = ("status", "mode") if "status" in places else ()
@@ -81,6 +94,7 @@ def modes_of_table(path: Path) -> list[ModesAtTemperature]:
             if name in unused or not text or text.lower() in ("nan", "-", "–"):
                 continue
             row[name] = _value(path, number, names[place], text.replace(decimal, ".") if decimal else text)
+            row[name] *= factors[name]
         lacking = [name for name in NEEDED if name not in row]
         if lacking:
             raise ResultFileError(f"{path}: row {number}: no {lacking[0]}; each needs temperature and frequency")
@@ -157,7 +171,21 @@ def _value(path: Path, row: int, name: str, text: str) -> float:
         value = float("nan")
     if not np.isfinite(value):
         raise ResultFileError(f"{path}: row {row}: {name} = {text!r}; a number is wanted, or nothing")
-    return value * (0.01 if "%" in name else 1e3 if "khz" in name.lower() else 1.0)
+    return value
+
+
+def _factor(path: Path, name: str) -> float:
+    """Return what a column's numbers are multiplied with; ResultFileError for a unit that is not known."""
+    plain = name.strip().lower()
+    bracket = re.search(r"\[([^\]]*)\]", plain)
+    if bracket is None:
+        return 0.01 if "%" in plain else 1e3 if "khz" in plain else UNITS["rad/s"] if "rad/s" in plain else 1.0
+    unit = bracket[1].strip()
+    if unit and unit not in UNITS:
+        raise ResultFileError(
+            f"{path}: column {name.strip()!r}: unit {unit!r}; allowed: °C, Hz, kHz, rad/s, % and none"
+        )
+    return UNITS.get(unit, 1.0)
 
 
 def modes_declared(said: Iterable[ModesOfPlate], folder: Path) -> list[ModesAtTemperature]:

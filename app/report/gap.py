@@ -30,25 +30,37 @@ LARGEST_COLOUR_SIGMA = 100.0
 
 
 def residual_maps(figures: GapFigures) -> Figure:
-    """Residual in sigma over frequency and temperature, per channel of the largest ones, before and after."""
+    """Residual in sigma over frequency and temperature, per channel of the largest ones, before and after.
+
+    Before only, where nothing was found that would change it.
+    """
+    seen = [("before", figures.before), ("after", figures.after)]
+    if not changes(figures):
+        seen = [("", figures.before)]
     names = figures.before.channels
     # of a scan's hundreds those with the most beyond the noise
     most = np.sort(np.argsort(-figures.before.excess.sum((0, 2)), kind="stable")[:CHANNELS_MAPPED])
     figure, axes = panels(
-        len(most), 2, width=10.5, height=0.7 + 2.3 * len(most), sharex=True, sharey=True, squeeze=False
+        len(most),
+        len(seen),
+        width=0.5 + 5.0 * len(seen),
+        height=0.7 + 2.3 * len(most),
+        sharex=True,
+        sharey=True,
+        squeeze=False,
     )
     top = float(np.clip(figures.before.sigma.max(), 3.0, LARGEST_COLOUR_SIGMA))
     beyond_noise = mpl.colormaps["magma_r"](np.linspace(0.12, 1.0, 12))
     colors = LinearSegmentedColormap.from_list("gap", ["white", *beyond_noise])
     norm = LogNorm(1.0, top)
     for row, channel in enumerate(most.tolist()):
-        for column, (title, seen) in enumerate((("before", figures.before), ("after", figures.after))):
-            temperature, sigma = seen.by_temperature(channel)
-            cells = (seen.edges, _edges(temperature))
+        for column, (title, found) in enumerate(seen):
+            temperature, sigma = found.by_temperature(channel)
+            cells = (found.edges, _edges(temperature))
             place = axes[row, column]
             image = place.pcolormesh(*cells, np.maximum(sigma, 1.0), cmap=colors, norm=norm, rasterized=True)
             place.grid(visible=False)
-            place.set_title(f"{names[channel]}, {title}")
+            place.set_title(f"{names[channel]}, {title}".removesuffix(", "))
         axes[row, 0].set_ylabel("temperature [°C]")
     for place in axes[-1]:
         frequency_axis(place)
@@ -57,6 +69,11 @@ def residual_maps(figures: GapFigures) -> Figure:
     bar.set_ticks(ticks, labels=[f"{t}" for t in ticks])
     bar.minorticks_off()
     return figure
+
+
+def changes(figures: GapFigures) -> bool:
+    """Whether the residual after is another than before: an effect was found."""
+    return not np.array_equal(figures.before.sigma, figures.after.sigma)
 
 
 def shares(figures: GapFigures) -> Figure:

@@ -140,7 +140,9 @@ def gap_section(path: Path, experiment: Experiment | None = None) -> list[Item]:
     """Read a run's gap.h5 and lay it out; of `experiment`, for the places of its points."""
     figures, record = load_gap(path)
     pairing = record.get("pairing")
-    items: list[Item] = [verdict(record), *pairing_items(pairing, "gap-pairing", experiment), _agreement(record)]
+    # without a gap it is the pairing of the updated twin, which has its own section
+    pairs = [] if record["verdict"] == "none" else pairing_items(pairing, "gap-pairing", experiment)
+    items: list[Item] = [verdict(record), *pairs, _agreement(record)]
     if no_fit_words(pairing):
         return items
     if record["effects"]:
@@ -150,8 +152,9 @@ def gap_section(path: Path, experiment: Experiment | None = None) -> list[Item]:
             "gap-map",
             "Where do twin and data disagree?",
             gap.residual_maps(figures),
-            "Residual of the twin with its material laws alone (left) and with what was found (right), in "
-            "standard deviations of the noise: white is noise.",
+            "Residual of the twin with its material laws alone"
+            + (" (left) and with what was found (right)" if gap.changes(figures) else "")
+            + ", in standard deviations of the noise: white is noise.",
         )
     )
     if record["unexplained"]["share"] is not None:

@@ -14,6 +14,8 @@ POLICY = "default-src 'none'; img-src data:; media-src data:; style-src 'unsafe-
 """What browsers hold the page to: it can fetch nothing, nor run anything."""
 LARGEST_SVG = 500_000
 """Bytes beyond which a figure (a map, ten thousand lines) goes in as PNG: a page has some twenty."""
+SCROLLED, SENTENCE = 4, 40
+"""Columns from which on a table is wider than a telephone; mean letters beyond which a column holds sentences."""
 FULL_WIDTH = 10.0
 """Inches from which on a figure is as wide as the page."""
 STYLE = """
@@ -40,11 +42,13 @@ pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; font-size: 0.8rem 
 @media (max-width: 40rem) {
   body { margin: 0.8rem auto } h1 { font-size: 1.4rem; line-height: 1.25 } h1 + p { margin-top: 0.2rem }
   dl.words { display: block } dl.words dd { margin: 0 0 0.7rem }
+  figure h3::after { content: " \2194"; font-weight: 400; color: #767676 }
 }
 @media screen and (max-width: 68rem) {
   table { display: block; overflow-x: auto }
-  tr > :first-child:nth-last-child(n+5) ~ td:not(.n) { min-width: 7rem }
-  tr > :first-child:nth-last-child(n+5) ~ td:last-child:not(.n) { min-width: 24rem }
+  tr > :first-child:nth-last-child(n+5) ~ td:not(.n, .w) { min-width: 7rem }
+  td.w { min-width: 28rem }
+  tr > :first-child:nth-last-child(n+4):not(.n) { min-width: 7rem }
   figure { overflow-x: auto } figure img { width: auto !important; max-width: none }
 }
 @media (min-width: 96rem) {
@@ -55,6 +59,7 @@ pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; font-size: 0.8rem 
 @media print {
   body { font-size: 10.5pt; max-width: none; margin: 0; padding: 0 } nav ul { display: none }
   h2, h3 { break-after: avoid } figure, tr, .verdict { break-inside: avoid } thead { display: table-header-group }
+  table { font-size: 8.5pt } th, td { padding: 0.15rem 0.4rem } td.w { width: 45% }
   figure img { max-height: 22cm; object-fit: contain } pre { white-space: pre-wrap; word-break: break-all }
   .verdict, .absent, nav, pre { print-color-adjust: exact }
   details::details-content { content-visibility: visible; block-size: auto }
@@ -64,7 +69,10 @@ pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; font-size: 0.8rem 
 
 @dataclass(frozen=True)
 class PageTable:
-    """Headings and rows of text; columns in `numbers` are set right, those in `codes` small, broken anywhere."""
+    """Headings and rows of text; columns in `numbers` are set right, those in `codes` small, broken anywhere.
+
+    On a telephone, a table of `SCROLLED` columns or more scrolls, and its columns of sentences stay wide.
+    """
 
     headings: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -73,7 +81,8 @@ class PageTable:
 
     def html(self) -> str:
         """Return the table as HTML, every cell escaped."""
-        kind = dict.fromkeys(self.numbers, " class=n") | dict.fromkeys(self.codes, " class=c")
+        kind = dict.fromkeys(self._sentences(), " class=w")
+        kind |= dict.fromkeys(self.numbers, " class=n") | dict.fromkeys(self.codes, " class=c")
         head = "".join(f"<th>{escape(h)}</th>" for h in self.headings)
         body = "".join(
             "<tr>"
@@ -82,6 +91,12 @@ class PageTable:
             for row in self.rows
         )
         return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+    def _sentences(self) -> list[int]:
+        if len(self.headings) < SCROLLED:
+            return []
+        letters = [sum(len(row[n]) for row in self.rows) for n in range(len(self.headings))]
+        return [n for n, count in enumerate(letters) if count > SENTENCE * len(self.rows)]
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ class WatchedCampaign:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        self._folder, self._written = folder, True
         request(folder, "go on")
 
     def observe(self, moment: Moment) -> None:
@@ -42,8 +42,11 @@ class WatchedCampaign:
         )
         try:
             append_reading(self._folder, line)
+            self._written = True
         except OSError as error:  # a full disk is reported when a sweep is written; a reading is no reason to stop
-            log.warning("a reading could not be written: %s", error)
+            if self._written:  # once, not with every reading of an hour
+                log.warning("readings cannot be written, and the campaign goes on: %s", error.strerror or error)
+            self._written = False
         if requested(self._folder) == "stop":
             request(self._folder, "go on")
             raise RigStopped("stopped from flexura view", RESUME)

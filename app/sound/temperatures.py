@@ -47,15 +47,17 @@ def _readings(path: Path) -> TemperatureProgramme:
         text = read_text(path, LARGEST_READINGS_FILE)
     except (OSError, ValueError) as error:
         raise ResultFileError(f"{path}: cannot be read ({error}); allowed: CSV of seconds and °C") from error
-    for number, row in enumerate(csv.reader(text.splitlines()), start=1):
+    separator = next((one for one in (";", "\t") if one in text), ",")
+    for number, row in enumerate(csv.reader(text.splitlines(), delimiter=separator), start=1):
         if not row or row[0].startswith("#"):
             continue
         try:
-            rows.append((float(row[0]), float(row[1])))
+            # commas that do not separate are decimal ones, as German spreadsheets write them
+            rows.append((float(row[0].replace(",", ".")), float(row[1].replace(",", "."))))
         except (ValueError, IndexError) as error:
             if not rows and number <= 2:  # a heading
                 continue
-            message = f"{path}: line {number} is {','.join(row)[:60]!r}; allowed: seconds,°C"
+            message = f"{path}: line {number} is {separator.join(row)[:60]!r}; allowed: seconds,°C"
             raise ResultFileError(message) from error
     if not rows:
         raise ResultFileError(f"{path}: holds no readings; allowed: CSV of seconds and °C")

@@ -117,6 +117,7 @@ class CompensateRequest:
             beside=found.folder,
             notes=notes,
             extent=found.extent,
+            laws=found,
         )
 
     def _training(self, suited: int | None) -> Training:

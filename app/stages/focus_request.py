@@ -95,6 +95,7 @@ class FocusRequest:
             beside=found.folder,
             notes=notes,
             extent=found.extent,
+            laws=found,
         )
 
     def _from_transfers(self, transfers: Path) -> FocusTask:

@@ -308,7 +308,7 @@ def _next_experiment(run: Path, plan: Plan, rig: Mapping[str, Any] | None) -> tu
     if chosen is None or chosen.measurement.experiment is None:
         return "", ""
     if rig is None:
-        return "", "For its experiment's file, name that of this campaign: --experiment FILE."
+        return "", "A file for flexura acquire is written if that of this campaign is named: --experiment FILE."
     return NEXT, write_next_experiment(target, rig, chosen.measurement)
 
 

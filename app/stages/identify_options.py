@@ -51,8 +51,9 @@ class Wanted:
         for name, choices in (("damping", get_args(Damping)), ("method", get_args(Method))):
             if getattr(self, name) not in choices:
                 raise ValueError(f"{name} {getattr(self, name)!r}: {' or '.join(choices)}")
-        if self.band is not None and not 0.0 <= self.band[0] < self.band[1]:
-            raise ValueError(f"band {self.band[0]:g} to {self.band[1]:g} Hz: two frequencies, ascending, wanted")
+        if self.band is not None and not (len(self.band) == 2 and 0.0 <= self.band[0] < self.band[1]):
+            said = " to ".join(f"{edge:g}" for edge in self.band)
+            raise ValueError(f"band {said} Hz: two frequencies, ascending, wanted")
 
     def record(self) -> dict[str, Any]:
         """Return the options in the form stored in a result file's provenance."""

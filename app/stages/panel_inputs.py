@@ -17,8 +17,10 @@ from analysis.focusing.sound_aim import SoundAim
 from analysis.weather.declared_weather import Weather
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.filter_files import load_method, load_panel, made_from_transfers
+from app.files.laws_elsewhere import remember_laws
 from app.files.panel_file import SECTION_2, panel_of_text, read_panel
 from app.files.provenance import sha256
+from app.stages.panel_laws import PanelLaws
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,12 +36,20 @@ class PanelTask:
     notes : list of str
     extent : CampaignExtent or None
         Of an incomplete campaign whose laws are used.
+    laws : PanelLaws or None
+        None for measured transfers.
     """
 
     inputs: tuple[Path, ...]
     beside: Path
     notes: list[str]
     extent: CampaignExtent | None = None
+    laws: PanelLaws | None = None
+
+    def remember(self, folder: Path) -> None:
+        """Write into a folder of results where their laws are, if they are elsewhere."""
+        if self.laws is not None:
+            remember_laws(folder, self.laws.path, kind=self.laws.kind)
 
     def hashes(self) -> dict[str, str]:
         """SHA-256 of the files that the filters are made from, by name."""

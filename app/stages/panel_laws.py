@@ -1,7 +1,8 @@
 """Material laws of a panel's plate, and their common temperature range with the panel."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from analysis.material import Material, MaterialLaws, MaterialSigma
 from app.files.bad_file import ResultFileError
 from app.files.best_twin import CORRECTED, best_twin, recordings
 from app.files.campaign_inputs import origin_of_result, said_of_more_sweeps
+from app.files.laws_elsewhere import laws_elsewhere
 from app.files.laws_file import effects_in_laws, load_laws
 from app.files.twin_file import TwinFile, inputs_digest, read_twin
 from app.stages.measured_plate import MeasuredPlate
@@ -20,6 +22,9 @@ from app.stages.measured_plate import MeasuredPlate
 OWN_SIGMA_SHARE = 0.1
 """Share of a twin file's sigma that each temperature has for itself: a twin file states the whole only, and what
 the declaration leaves open, which all temperatures share, is nine tenths of it and more."""
+
+
+LawsKind = Literal["run", "file", "twin"]
 
 
 @dataclass(frozen=True)
@@ -41,6 +46,8 @@ class PanelLaws:
         Those of the plain twin, where `laws` are corrected.
     extent : CampaignExtent or None
         Of the campaign they were found in, where that was not complete.
+    kind : str
+        ``run``: the best twin of a run folder; ``file`` of laws; ``twin`` file.
     """
 
     path: Path
@@ -50,6 +57,7 @@ class PanelLaws:
     measured: MeasuredPlate | None = None
     uncorrected: MaterialLaws | None = None
     extent: CampaignExtent | None = None
+    kind: LawsKind = "run"
 
     def on(self, panel: Panel) -> tuple[Panel, list[str]]:
         """Return a panel with what was found about its plate, and all notes; ResultFileError if it cannot be."""
@@ -87,7 +95,8 @@ def laws_for(run: Path | None, twin: Path | None, verb: str) -> PanelLaws:
     Returns
     -------
     PanelLaws
-        Results go into the folder of the laws; with a twin file into `run`, if that is a folder.
+        Results go into the folder of the laws; with a twin file, or where the folder's laws are elsewhere, into
+        `run`, if that is a folder.
 
     Raises
     ------
@@ -99,6 +108,11 @@ def laws_for(run: Path | None, twin: Path | None, verb: str) -> PanelLaws:
     run = run or Path()
     if run.is_file():
         return _of_file(run)
+    elsewhere = laws_elsewhere(run)
+    if elsewhere is not None:
+        if elsewhere.twin is not None:
+            return _of_twin(run, elsewhere.twin)
+        return replace(laws_for(elsewhere.laws, None, verb), folder=run.resolve())
     best = best_twin(run, verb)
     path = best.twin.path.resolve()
     laws = load_laws(path) if best.twin.laws is None else best.twin.laws  # which says why there are none
@@ -143,7 +157,7 @@ def _of_file(path: Path) -> PanelLaws:
             f"{path.name} is named itself: its laws are uncorrected; name the folder for those of the best twin",
         )
     extent, said = origin_of(path)
-    return PanelLaws(path, laws, path.parent, (*notes, *said), extent=extent)
+    return PanelLaws(path, laws, path.parent, (*notes, *said), extent=extent, kind="file")
 
 
 def _of_twin(run: Path | None, twin: Path) -> PanelLaws:
@@ -153,7 +167,7 @@ def _of_twin(run: Path | None, twin: Path) -> PanelLaws:
     measured = MeasuredPlate.of_twin(read)
     corrected = (f"{twin}: the panel's plate obeys the corrected laws",) if read.effect else ()
     laws, plain = laws_of_twin(read, path), uncorrected_laws(folder)
-    return PanelLaws(path, laws, folder, (*corrected, *said), measured, plain, extent)
+    return PanelLaws(path, laws, folder, (*corrected, *said), measured, plain, extent, "twin")
 
 
 def _origin_of_twin(path: Path, twin: TwinFile) -> tuple[CampaignExtent | None, list[str]]:

@@ -88,8 +88,8 @@ def briefing(
     if no_fit_words(record.get("pairing")):
         return _no_fit(record, campaign)
     verdict = record["verdict"]
-    makers = {"none": _nothing, "explained": _named, "partly_explained": _named, "unknown": _unknown}
-    found = makers[verdict](best, record, worth)
+    makers = {"explained": _named, "partly_explained": _named, "unknown": _unknown}
+    found = _nothing(best, record, campaign) if verdict == "none" else makers[verdict](best, record, worth)
     answered = tuple(answer_words(record))
     return replace(found, parts=(("Answer", answered), *found.parts)) if answered else found
 
@@ -111,15 +111,17 @@ def _no_fit(record: Record, campaign: str) -> Briefing:
     return _brief("This is no fit: the numbers below mean nothing.", False, said, parts)
 
 
-def _nothing(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:
-    del worth  # without a correction there is nothing to be worth
+def _nothing(best: BestTwin, record: Record, campaign: str) -> Briefing:
     before = record["gap"]["baseline"]["relative_misfit"]
     on = f" It has {best.names}." if best.effects else ""
     headline = f"Nothing is missing: the twin agrees with the plate to the noise of the measurement.{on}"
     sentence = f"The twin misses {100 * before:.2g} % of the response, which is noise."
     parts = [("The plate", _material(best.twin)), ("Twin and plate", (sentence,))]
-    known = _known(best.twin.declared, _unseen(record))
-    return _brief(headline, True, best.ignored, [*parts, *known, ("Next", plan_words(record))])
+    unseen, steps = _unseen(record), ["Use E, ν and η as they are: nothing has to be corrected."]
+    if unseen and not record.get("plan"):
+        steps.append(f"Where the rest matters, ask what would show it: flexura gap {campaign} --plan")
+    known = _known(best.twin.declared, unseen)
+    return _brief(headline, True, best.ignored, [*parts, *known, ("Next", (*plan_words(record), *steps))])
 
 
 def _named(best: BestTwin, record: Record, worth: Worth | None) -> Briefing:

@@ -37,7 +37,8 @@ def show(record: RunRecord) -> None:
     ]
     if missing:
         table.add_row(Text("not made"), Text("\n".join(missing)))
-    console.print(table)
+    if table.row_count:
+        console.print(table)
 
 
 def closing_line(states: Mapping[str, StageRecord], run: Path, seconds: float) -> str:
@@ -59,4 +60,6 @@ def closing_line(states: Mapping[str, StageRecord], run: Path, seconds: float) -
     said += [f"{state}: {', '.join(count[state])}" for state in ("failed", "not run") if state in count]
     poor = [stage for stage, state in states.items() if state.whole and not state.good]
     said += [f"not good enough: {', '.join(poor)}"] if poor else []
+    if not said:  # only import was asked for
+        return f"nothing to do, the campaign is imported already; {seconds:.1f} s; results in {run}"
     return f"{', '.join(said)}; {seconds:.1f} s; results in {run}"

@@ -63,7 +63,7 @@ def with_sensors(twin: Twin[EffectPlate], points: Sequence[Point]) -> Twin[Effec
         footprint_slopes=np.concatenate([ops.footprint_slopes.reshape(3, -1, size), slopes], axis=1),
     )
     experiment = with_sensors_declared(twin.experiment, points)
-    known: Mapping[str, Effect] = tolerances(experiment, ops.movable)
+    known: Mapping[str, Effect] = tolerances(experiment, ops.movable, attachable=bool(len(ops.places)))
     found = Twin.of(experiment, EffectPlate(wider), twin.library, known)
     return replace(found, peak_energy=twin.peak_energy)
 

@@ -144,7 +144,7 @@ def _silent(now: CampaignStatus) -> str:
     rest = {"at rest": "the oven is at rest", "not at rest": "the rig is NOT AT REST"}.get(
         now.rest, "whether the oven is at rest is not known: look at it"
     )
-    if now.kind == "hits":
+    if now.abandoned:
         return f"flexura acquire is gone without a word; by its log, {rest}. {now.line}"
     since = f"flexura acquire has written nothing for {duration(now.silent_for)}"
     return f"{since} (a sweep and a margin are {duration(now.patience)}); by its log, {rest}. {now.line}"

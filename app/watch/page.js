@@ -53,8 +53,8 @@ function facts(one) {
     ["air", degrees(one.air)],
     ["set-point", one.set_point === null ? "none" : degrees(one.set_point)],
     ["limits", one.coldest === null ? "–" : one.coldest + " to " + one.hottest + " °C"],
-    ["rig", one.rest],
-  ];
+    ["rig", one.abandoned && one.rest === "follows the programme" ? "not known" : one.rest],
+  ].filter(([, value]) => one.kind === "sweeps" || (value !== "–" && value !== "none")); // of hits in a room: no oven
   if (one.seconds_left !== null) {
     found.push(["left" + (one.simulated ? ", simulated time" : ""), duration(one.seconds_left)]);
     found.push(["expected end", when(one.ends, one.simulated)]);
@@ -74,13 +74,14 @@ function card(number, open) {
   parts.warnings = make("div", undefined, { className: "warning" });
   parts.bar = make("progress");
   parts.count = make("p", undefined, { className: "small" });
+  parts.next = make("p");
   parts.facts = make("dl", undefined, { className: "facts" });
   parts.more = make("details", undefined, { open });
   parts.more.append(make("summary", "temperatures, last FRF, levels, log"));
   parts.charts = make("div", undefined, { className: "charts" });
   parts.more.append(parts.charts);
   parts.more.addEventListener("toggle", () => load(number));
-  parts.root.append(head, parts.warnings, parts.stage, parts.bar, parts.count, parts.facts, parts.more);
+  parts.root.append(head, parts.warnings, parts.stage, parts.bar, parts.count, parts.next, parts.facts, parts.more);
   document.getElementById("campaigns").append(parts.root);
   new ResizeObserver(() => redraw(parts)).observe(parts.charts);
   cards.set(number, parts);
@@ -99,7 +100,10 @@ function show(state) {
     parts.name.textContent = one.name;
     parts.stage.textContent = one.under_way ? one.stage : one.ending;
     const warnings = one.unsafe.map((what) => "NOT AT REST: " + what);
-    if (one.state === "silent") warnings.push("silent: nothing was written for " + duration(one.silent_for));
+    if (one.state === "silent") {
+      const what = one.abandoned ? "its process is gone without a word" : "nothing was written";
+      warnings.push("silent: " + what + " for " + duration(one.silent_for));
+    }
     if (one.trouble) warnings.push("trouble: " + one.trouble);
     if (one.clipping.length) warnings.push("clipping: " + one.clipping.join(", "));
     if (one.problem) warnings.push("cannot be read: " + one.problem);
@@ -110,6 +114,8 @@ function show(state) {
     parts.count.textContent = one.total === 0 ? "" : one.finished + " of " + one.total + " " + one.kind +
       (one.missing ? ", " + one.missing + " given up" : "") +
       (one.rejected ? ", " + one.rejected + " rejected" : "") + (one.doubted ? ", " + one.doubted + " in doubt" : "");
+    parts.next.textContent = !one.under_way && one.next_step ? "next: " + one.next_step : "";
+    parts.more.hidden = one.kind === "hits"; // flexura view draws them
     parts.facts.replaceChildren(...facts(one).map(([what, value]) => {
       const row = make("div");
       row.append(make("dt", what), make("dd", value));
@@ -126,7 +132,7 @@ function show(state) {
 
 async function load(number) {
   const parts = cards.get(number);
-  if (!parts.more.open || parts.loading || parts.version === parts.state.version) return;
+  if (!parts.more.open || parts.more.hidden || parts.loading || parts.version === parts.state.version) return;
   parts.loading = true;
   const version = parts.state.version;
   try {
@@ -167,7 +173,7 @@ function rebuild(parts) {
   const oven = section("temperatures, °C; " + time, true);
   parts.pictures.push([picture(oven), () => temperatures(parts)]);
   oven.append(key([["plate", "plate"], ["air", "air"], ["set", "set-point"], ["programme", "programme"],
-    ["limit", "limits"], ["last", "● sweep finished  × rejected or given up"]]));
+    ["limit", "limits"], ["mark", "● sweep finished  × rejected or given up"]]));
   whole.push(oven);
   if (data.frfs && data.frfs.sensors.length) {
     parts.sensor = Math.min(parts.sensor, data.frfs.sensors.length - 1);

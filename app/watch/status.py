@@ -34,7 +34,8 @@ class CampaignStatus:
     ----------
     name, folder : str
     state : str
-        ``silent``: nothing was written for longer than `patience`. ``gone``: the folder cannot be read.
+        ``silent``: nothing was written for longer than `patience`, or its process is gone. ``gone``: the folder
+        cannot be read.
     problem : str
         What cannot be read; empty where all can.
     simulated : bool
@@ -71,6 +72,8 @@ class CampaignStatus:
         What `finished`, `missing` and `total` count: ``sweeps``, or the ``hits`` of a hammer test.
     rejected : int
         Hits that were rejected.
+    abandoned : bool
+        Whether it is silent because its process is gone.
     next_step : str
         What to do; empty where it is not known.
     """
@@ -104,6 +107,7 @@ class CampaignStatus:
     ending: str = ""
     kind: Literal["sweeps", "hits"] = "sweeps"
     rejected: int = 0
+    abandoned: bool = False
     next_step: str = ""
 
     @property
@@ -131,7 +135,7 @@ class CampaignStatus:
             return [f"the folder cannot be read: {self.problem}"]
         state: str = self.state
         if state == "silent":
-            gone = "its process is gone without a word" if self.kind == "hits" else "nothing was written"
+            gone = "its process is gone without a word" if self.abandoned else "nothing was written"
             state = f"silent: {gone} for {duration(self.silent_for)}"
         elif state == "complete" and self.missing:
             state = f"complete with {self.kind} missing"
@@ -184,6 +188,7 @@ def status_of(watched: Watched, name: str, now: float) -> CampaignStatus:
     ends = sorted(end for leg in programme.legs for end in programme.ends(leg)) if programme is not None else []
     if ends and last is not None:
         ends = sorted((*ends, watched.readings[0].air_c))
+    abandoned = state == "silent" and watched.abandoned
     ended = next((str(e.get("purpose", "")) for e in reversed(watched.events_of("oven"))), "")
     return CampaignStatus(
         name=name,
@@ -213,6 +218,18 @@ def status_of(watched: Watched, name: str, now: float) -> CampaignStatus:
         clipping=_clipping(watched) if state in UNDER_WAY else (),
         trouble=plain(watched.trouble or "") if state in (*UNDER_WAY, "silent") else "",
         ending=plain(ended_by(ended)) if state == "stopped" else "",
+        abandoned=abandoned,
+        next_step=_after_a_kill(rest, simulated=watched.simulated) if abandoned else "",
+    )
+
+
+def _after_a_kill(rest: str, *, simulated: bool) -> str:
+    """Say what to do where the process is gone; a simulated oven has gone with it."""
+    if simulated or rest == "at rest":
+        return "the same flexura acquire continues it"
+    return (
+        "look at the oven: nothing says that it is at rest; the same flexura acquire continues it, flexura safe "
+        "brings the oven to rest"
     )
 
 
@@ -345,6 +362,7 @@ def status_of_hits(watched: WatchedHits, name: str, now: float) -> CampaignStatu
         rest=rest,
         unsafe=unsafe,
         ending=plain(ending),
+        abandoned=state == "silent",
         next_step=_next_step(watched, state, missing, skipped),
     )
 

@@ -20,6 +20,7 @@ from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import SWEEPS, read_protocol, sweep_paths
 from app.files.campaign_kind import PROTOCOL
 from app.files.events import Tail, parse_event, seconds
+from app.files.folder_lock import is_abandoned
 from app.files.running_campaign import LatestRepeat, ReadingLine, load_latest, parse_reading, requested
 from app.files.same_experiment import REWIRED
 from app.files.sweep_file import read_sweep_file
@@ -139,7 +140,7 @@ class Watched:
         )
         if last.get("command") == "safe":
             return "complete" if last.get("purpose") == "the end" else "stopped"
-        if now - self.last_sign > self.patience:
+        if self.abandoned or now - self.last_sign > self.patience:
             return "silent"
         if not self.events:
             return "not begun"
@@ -149,6 +150,11 @@ class Watched:
         if resting == "paused":
             return "paused"
         return "pausing" if requested(self.folder) == "pause" else "running"
+
+    @property
+    def abandoned(self) -> bool:
+        """Whether its process is known to be gone; False where nobody can tell."""
+        return is_abandoned(self.folder)
 
     @property
     def patience(self) -> float:

@@ -1,6 +1,7 @@
 """Events and states of a campaign in words, with times of day as they are read where the reader is."""
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from datetime import datetime
 from typing import Any
@@ -50,7 +51,9 @@ def ended_by(purpose: str) -> str:
     kind, _, what = purpose.partition(": ")
     if kind == "RigInterrupted":
         return f"{SIGNALS.get(what, what)}; the same command continues it"
-    return what if kind == "RigStopped" else purpose
+    if kind == "RigStopped" or (kind.endswith("Error") and " " in what):  # a sentence, not a key that was missing
+        return re.sub(r"^\[Errno -?\d+\] ", "", what)
+    return purpose
 
 
 def in_words(event: Mapping[str, Any]) -> str:

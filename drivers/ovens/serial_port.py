@@ -1,5 +1,7 @@
 """Serial ports, pseudo-terminals and TCP sockets, all through pyserial."""
 
+import os
+
 import serial
 
 from drivers.ovens.error import Fault, OvenError
@@ -86,7 +88,7 @@ class SerialPort:
             except (OSError, ValueError) as error:
                 raise OvenError(
                     Fault.PORT,
-                    f"{self._address} cannot be opened: {error}",
+                    f"{self._address} cannot be opened: {_said(error)}",
                     "Check the port's name, the cable, the right to use it, and that no other program has it.",
                 ) from error
         return self._open
@@ -104,3 +106,9 @@ class SerialPort:
                 port.close()
             except OSError:
                 return  # already gone, which is what was wanted
+
+
+def _said(error: Exception) -> str:
+    """Say what the system said, once: pyserial puts its number and the port before and behind it."""
+    number = getattr(error, "errno", None)
+    return os.strerror(number).lower() if number else str(error)

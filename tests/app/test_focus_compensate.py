@@ -34,6 +34,7 @@ from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
 from app.stages import panel_inputs
 from app.stages.focus import uncorrected_aim
+from app.stages.panel_laws import laws_for
 from app.twins import warm_twin as warm_module
 from app.twins.panel_twin import panel_twin
 from app.twins.warm_twin import warm_twin
@@ -180,6 +181,39 @@ def test_compensate_takes_the_panel_filters_were_made_for(run, panel):
         3,
     )
     np.testing.assert_array_equal(found.trained.used.sum(axis=1), 11.0)
+
+
+def test_filters_in_a_folder_of_their_own_go_on_with_the_laws_of_the_run(run, panel, tmp_path):
+    """Two seats are two folders: each of them follows its own panel, and the run keeps what it has."""
+    assert flex("focus", run, "--panel", panel, "--temperature", 20).exit_code == 0
+    other = tmp_path / "other.toml"
+    other.write_text(PANEL.replace("two patches", "right seat"), encoding="utf-8")
+    right = tmp_path / "seats" / "right"
+    assert flex("focus", run, "--panel", other, "--out", right).exit_code == 0
+    assert json.loads((right / "laws.json").read_text()) == {"laws": "../../run"}
+    assert not (run / "laws.json").exists()
+    result = flex("compensate", right)
+    assert result.exit_code in (0, 1), result.output
+    assert load_compensation(right / "compensation.h5")[0].title == "right seat"
+    assert not (run / "compensation.h5").exists()
+    again = tmp_path / "again"
+    assert flex("focus", right, "--panel", other, "--temperature", 20, "--out", again).exit_code == 0
+    assert json.loads((again / "laws.json").read_text()) == {"laws": "../run"}  # where they are, not a way there
+    assert flex("focus", run / "laws.h5", "--panel", other, "--temperature", 20, "--out", again).exit_code == 0
+    assert json.loads((again / "laws.json").read_text()) == {"laws": "../run/laws.h5"}
+    assert laws_for(again, None, "render").path == run / "laws.h5"
+    run.rename(tmp_path / "elsewhere")
+    lost = flex("compensate", right)
+    assert lost.exit_code
+    assert "laws.json: laws = '../../run': nothing is there any more" in lost.output
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"laws": 3}', '{"other": "."}', '{"laws": ".", "twin": "."}'])
+def test_a_damaged_place_of_laws_is_told(tmp_path, text):
+    (tmp_path / "laws.json").write_text(text)
+    result = flex("compensate", tmp_path)
+    assert "laws.json: " in result.output
+    assert "flexura focus RUN --out FOLDER" in " ".join(result.output.split())
 
 
 def test_laws_that_end_early_are_used_as_far_as_they_go_and_it_is_said(tmp_path, panel):

@@ -20,7 +20,7 @@ from app.files.bad_file import ResultFileError
 from app.files.gap_file import GapFigures, load_gap, save_gap
 from app.files.gap_json import gap_record
 from app.report.gap_section import gap_section, verdict
-from app.report.page import PageTable, Picture, VerdictBox
+from app.report.page import PageTable, Paragraph, Picture, VerdictBox
 from app.report.style import drawing
 from app.report.summary import summary as of_run
 from app.summaries.gap import estimate, summary
@@ -227,7 +227,25 @@ def test_no_gap_needs_no_table_of_effects(none: GapReport, tmp_path: Path) -> No
     save_gap(tmp_path / "gap.h5", GapFigures.of(none, none.laws_after), (), gap_record(none, {}, {}, 1.0), {})
     with drawing():
         items = gap_section(tmp_path / "gap.h5")
-    assert [item.name for item in items if isinstance(item, Picture)] == ["gap-map", "gap-candidates"]
+    pictures = [item for item in items if isinstance(item, Picture)]
+    assert [picture.name for picture in pictures] == ["gap-map", "gap-candidates"]
+    titles = [axes.get_title() for axes in pictures[0].figure.axes]
+    assert not any("before" in title or "after" in title for title in titles)  # which would be the same
+    assert "(right)" not in pictures[0].caption
+
+
+def test_modes_without_a_gap_stand_in_the_section_of_the_twin_only(
+    none: GapReport, explained: GapReport, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same table of thirty rows stood twice in a report."""
+    said = Paragraph("modes beside those of the twin")
+    monkeypatch.setattr("app.report.gap_section.pairing_items", lambda *_: [said])
+    for number, (found, there) in enumerate(((none, False), (explained, True))):
+        path = tmp_path / str(number) / "gap.h5"
+        path.parent.mkdir()
+        save_gap(path, GapFigures.of(found, found.laws_after), (), gap_record(found, {}, {}, 1.0), {})
+        with drawing():
+            assert (said in gap_section(path)) is there
 
 
 def test_only_settled_verdicts_look_settled(explained: GapReport) -> None:

@@ -118,6 +118,7 @@ def test_a_folder_does_in_place_of_a_campaign(frf: Frf) -> None:
         ({"method": "peaks"}, "method 'peaks': auto or peak-picking"),
         ({"damping": "viscose"}, "damping 'viscose': hysteretic or viscous"),
         ({"band": (300.0, 200.0)}, "band 300 to 200 Hz: two frequencies, ascending"),
+        ({"band": (100.0, 200.0, 300.0)}, "band 100 to 200 to 300 Hz: two frequencies, ascending"),
         ({"mains": 0.0}, "mains 0 Hz: 10 to 400"),
     ],
 )

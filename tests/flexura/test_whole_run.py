@@ -24,7 +24,7 @@ def test_stages_are_made_and_then_skipped(recording: Path, tmp_path: Path) -> No
     again = flexura.run(recording, out=tmp_path / "run", last="identify", options=options)
     assert {stage.state for stage in again.stages.values()} == {"up to date"}
     assert "identify up to date" in repr(again)
-    in_place = flexura.run(recording, out=tmp_path / "other", last="identify", without=["import"], options=options)
+    in_place = flexura.run(recording, out=tmp_path / "other", last="identify", without="import", options=options)
     assert list(in_place.stages) == ["identify"]
     assert not (tmp_path / "other-campaign").exists()
 

@@ -11,6 +11,7 @@ from app.files.exports.shipment import shipment
 from app.files.filter_files import load_focusing, load_method, load_panel, load_uncorrected, made_from_transfers
 from app.files.frf_file import load_frf
 from app.files.gap_file import load_gap, load_signatures
+from app.files.laws_elsewhere import laws_elsewhere
 from app.files.laws_file import effects_in_laws, load_laws, load_updated
 from app.files.modes_file import load_modes
 from app.files.radiation_file import load_radiation
@@ -60,6 +61,7 @@ def _result(root: Path, name: str) -> object:
 RESULTS = (
     Reader("HDF5, results", tuple(RUN), _result, 0.09, digest=True),
     Reader("gap.json", ("run/gap.json",), lambda root, name: gap_record_of((root / name).parent), 0.01, text=True),
+    Reader("laws.json", ("apart/laws.json",), lambda root, _: laws_elsewhere(root / "apart"), 0.005, text=True),
     Reader("HDF5, results of a panel", tuple(FOCUSED), _result, 0.025, digest=True),
     Reader("HDF5, results of a test", tuple(TESTED), _result, 0.015, digest=True),
     Reader("HDF5, edited and sealed", (*RUN, *FOCUSED, *TESTED), _result, 0.015, damage=edited),

@@ -26,6 +26,7 @@ from app.files.effect_cache import PLAIN, SCALARS, save_operators
 from app.files.filter_files import save_focusing
 from app.files.frf_file import save_frf
 from app.files.gap_file import GapFigures, save_gap
+from app.files.laws_elsewhere import remember_laws
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.modes_file import save_modes
 from app.files.provenance import provenance
@@ -67,6 +68,8 @@ def _write_run(folder: Path) -> None:
     told = record("explained")
     save_gap(folder / "gap.h5", figures, alone, told, MADE)
     (folder / "gap.json").write_text(json.dumps(told), encoding="utf-8")
+    (apart := folder.with_name("apart")).mkdir(exist_ok=True)
+    remember_laws(apart, folder / "laws.h5", kind="run")
 
 
 def _write_panel(folder: Path) -> None:

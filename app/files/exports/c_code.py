@@ -19,6 +19,8 @@ SAMPLES_AT_ONCE = 256
 """Samples filtered at a time; longer blocks are cut, shorter ones taken as they are."""
 PREFIX = "flexura"
 """Of every name that other code can see, unless another is given: two panels in one program need two."""
+PREFIXES = r"[a-z][a-z0-9_]{0,30}"
+"""What can be one."""
 EXAMPLE = ("target.h", "target.c", "loopback.c")
 """Buffers of a serial audio port that is fed by DMA, and a program that compares them with a rendered file."""
 LINE_WIDTH = 118

@@ -18,7 +18,7 @@ from analysis.focusing.panel import Panel
 from analysis.rendering.following import FollowingBank
 from analysis.weather.family import TiltFamily
 from analysis.weather.judgement import WeatherJudgement
-from app.files.bad_file import ResultFileError, quoted
+from app.files.bad_file import ResultFileError, UnsuitedOptionError, quoted
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing, load_method, load_panel
 from app.files.hdf5_file import result_file
@@ -103,8 +103,10 @@ def shipment(run: Path, method: str | None, verb: str) -> Shipment:
     Raises
     ------
     ResultFileError
-        Where the run holds no filters, or not those the method needs.
+        Where the run holds no filters, or not those the method needs, and for an unknown method.
     """
+    if method is not None and method not in METHODS:
+        raise UnsuitedOptionError(f"--method {method!r}: allowed are {', '.join(METHODS)}")
     if not (run / "compensation.h5").is_file() and method not in (NETWORK, LOW_RANK, RIGIDITY_SPLINE):
         return _of_focusing(run, method or SPLINE, verb)
     path = run_file(run, "compensation.h5", verb)

@@ -21,6 +21,7 @@ def test_lines_are_those_of_the_fine_transform():
         ({"edges": (20.0, 30_000.0)}, "20000"),
         ({"sample_rate": 1_500.0}, "half of sample_rate"),
         ({"transform_length": 600}, "twice taps"),
+        ({"sample_rate": 48_000.0, "taps": 64, "transform_length": 512}, "93.8 Hz.*; allowed: 1024 and more"),
         ({"delay": 512}, "inside the 512 taps"),
         ({"tolerance": 0.0}, "tolerance"),
         ({"taps": 512.5}, "taps"),

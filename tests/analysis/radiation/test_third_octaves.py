@@ -12,6 +12,15 @@ def test_bands_are_those_of_the_standard_and_share_no_line():
     assert frequency[member[3]][[0, -1]] == pytest.approx([224.0, 281.0])
 
 
+def test_ripple_of_lines_between_two_bands_is_that_of_the_lines():
+    """Lines of 105 to 118 Hz lie around the middle of no band; it ended in an error of numpy."""
+    frequency = np.linspace(105.0, 118.0, 12)
+    assert third_octaves(frequency)[0].size == 0
+    assert ripple(np.stack([np.full(12, 2.0 + 0j), np.linspace(1.0, 10.0, 12) + 0j]), frequency) == pytest.approx(
+        [0.0, 10.0]
+    )
+
+
 def test_levels_are_means_of_squares_and_ripple_half_their_span():
     frequency = np.arange(100.0, 500.0, 0.5)
     middle, member = third_octaves(frequency)

@@ -38,7 +38,9 @@ class Bench:
     def __init__(self, yard: EffectSize, frf: Frf, operators: EffectOperators) -> None:
         self.yard, self.frf = yard, frf
         declared = yard.specimen.declared
-        self.twin = replace(yard.specimen.twin, tolerances=tolerances(declared, operators.movable))
+        # attachable as real twins are: without, nobody saw that no further sensor could be planned for those
+        known = tolerances(declared, operators.movable, attachable=bool(len(operators.places)))
+        self.twin = replace(yard.specimen.twin, tolerances=known)
 
     def planned(self, asked: Sequence[tuple[str, str | None]], on: dict[str, Values] | None = None) -> Plan:
         yard, model = self.yard, HeldEffects.around(self.twin)

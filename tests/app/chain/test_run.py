@@ -154,3 +154,12 @@ def test_a_folder_that_is_no_campaign_is_refused_before_anything_is_made(tmp_pat
     assert status == 2
     assert "not a campaign; it holds nothing" in message
     assert not (tmp_path / "photos-run").exists()
+
+
+def test_nothing_to_do_is_said(tiny: TinyCampaign, tmp_path: Path, run_flexura: Run) -> None:
+    """It ended with an empty table and a line that began with a semicolon."""
+    recording = tiny.write(tmp_path / "tiny")
+    assert run_flexura("import", recording, "--out", tmp_path / "imported", "--quiet")[0] == 0
+    status, out, err = run_flexura("run", tmp_path / "imported", "--until", "import")
+    assert (status, out) == (0, "")
+    assert err.startswith("nothing to do, the campaign is imported already; ")

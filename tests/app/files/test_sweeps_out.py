@@ -119,6 +119,14 @@ def test_a_run_has_no_sweeps(tmp_path: Path, run_flexura: Flexura) -> None:
     status, _, err = run_flexura("export", tmp_path, "--to", "tdms")
     assert status == 2
     assert "--to tdms is for the sweeps of a campaign" in err
+    hits = tmp_path / "hits of a day"
+    hits.mkdir()
+    (hits / "hammer.json").write_text("{}")
+    for form in ("uff", "csv"):
+        status, _, err = run_flexura("export", hits, "--to", form)
+        assert status == 2
+        assert "is a hammer test, with neither filters nor sweeps" in err
+        assert f"flexura identify '{hits}'" in " ".join(err.split())
 
 
 def test_a_sensor_on_the_plate_is_read_back(tiny: Any, tmp_path: Path, run_flexura: Flexura) -> None:

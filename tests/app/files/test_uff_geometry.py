@@ -34,6 +34,38 @@ def test_every_set_is_read_and_nodes_keep_their_digits(tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.array(list(found.values())), np.array(list(GRID.values())))
 
 
+def test_numbers_are_such_as_every_language_reads() -> None:
+    """SDynPy 0.23 ended in an error at ``7.14D-02``, the first coordinate, and read no FRF."""
+    lines = geometry_text("a plate", GRID).splitlines()
+    first = lines.index(f"  2411{'':74}") + 2
+    places = [[float(number) for number in line.split()] for line in lines[first : first + 24 : 2]]
+    np.testing.assert_array_equal(places, np.array(list(GRID.values())))
+    first = lines.index(f"   164{'':74}") + 2
+    assert [float(number) for line in lines[first : first + 2] for number in line.split()] == [1, 1, 1, 273.15]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_lines_cross_nowhere_in_whatever_order_points_were_hit(seed: int) -> None:
+    """Ten points of a rim and eight inside, numbered at random."""
+    rng = np.random.default_rng(seed)
+    turn = 0.2 * np.pi * np.arange(10)
+    rim, inside = np.stack([0.3 * np.cos(turn), 0.2 * np.sin(turn)], axis=1), rng.uniform(-0.12, 0.12, (8, 2))
+    places = rng.permutation(np.vstack([rim, inside]))
+    points = {n + 1: (float(x), float(y), 0.0) for n, (x, y) in enumerate(places)}
+    lines = lines_between(points)
+    assert {node for line in lines for node in line} == set(points)
+
+    def turned(a: int, b: int, c: int) -> float:
+        (ax, ay, _), (bx, by, _), (cx, cy, _) = points[a], points[b], points[c]
+        return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+
+    for number, (a, b) in enumerate(lines):
+        for c, d in lines[:number]:
+            if len({a, b, c, d}) == 4:
+                apart = turned(a, b, c) * turned(a, b, d) > 0.0 or turned(c, d, a) * turned(c, d, b) > 0.0
+                assert apart, (a, b, c, d)
+
+
 def test_lines_join_neighbours_of_a_grid() -> None:
     """17 sides of its cells and a diagonal of each; none over a cell."""
     lines = lines_between(GRID)

@@ -68,6 +68,28 @@ def test_what_is_saved_rebuilds_what_was_fitted_and_is_read_by_other_programs(tm
     assert load_stabilization(tmp_path / "stabilization.h5").order.max() > 4
 
 
+@pytest.mark.filterwarnings("ignore")
+def test_sdynpy_reads_points_lines_shapes_and_frfs(tmp_path: Path, beam: Beam) -> None:
+    pytest.importorskip("sdynpy", reason="SDynPy is in the extra bench (docs/dependencies.md)")
+    from sdynpy.core.sdynpy_data import NDDataArray
+    from sdynpy.core.sdynpy_geometry import Geometry
+    from sdynpy.core.sdynpy_shape import ShapeArray
+    from sdynpy.fileio.sdynpy_uff import readunv
+
+    declared = hammer_files(tmp_path, beam)
+    assert typed("identify", declared, "--out", tmp_path, "--band", 40, 700, "--quiet").exit_code == 0
+    frfs, _, shapes = load_test(tmp_path)
+    modes = readunv(str(tmp_path / "modes.uff"))
+    there = Geometry.from_unv(modes)
+    np.testing.assert_allclose(there.node.coordinate[:, 0], POINTS, rtol=1e-15)
+    assert [sorted(line.connectivity.tolist()) for line in there.traceline] == [[1, 2, 3, 4, 5]]
+    again = ShapeArray.from_unv(modes)
+    np.testing.assert_allclose(again.shape_matrix[:, 2::3], shapes.shape, atol=1e-4)
+    np.testing.assert_allclose(again.frequency, F, rtol=1e-3)
+    read = NDDataArray.from_uff(readunv(str(tmp_path / "frfs.uff")))
+    np.testing.assert_allclose(read.ordinate, [one.h for one in frfs.transfers], rtol=1e-12)
+
+
 def test_short_blocks_with_an_exponential_window(tmp_path: Path, beam: Beam) -> None:
     """The lowest mode falls to a sixth within a block; without the window that is told, with it taken out."""
     declared = hammer_files(tmp_path, beam)

@@ -135,6 +135,7 @@ HEAD = "temperature,frequency,damping_ratio\n"
         (HEAD + "20,100,2.5\n", "damping_ratio 2.5; below 0.7 is allowed: % stands in the name"),
         (HEAD + "20,100,-0.1\n", "damping at 20 °C must be above 0"),
         ("temperature,frequency,status\n20,100,weak\n", "all its modes are weak"),
+        ("temperature [K],frequency\n293,100\n", "column 'temperature [K]': unit 'k'; allowed: °C, Hz"),
     ],
 )
 def test_what_is_wrong_with_a_table_is_said(text: str, message: str, tmp_path: Path) -> None:
@@ -157,6 +158,18 @@ def test_units_decimal_commas_and_viscous_modes_are_understood(tmp_path: Path) -
     assert one.loss_factor[0] == pytest.approx(k.imag / k.real)
     assert np.isnan(one.loss_factor[1])
     assert np.isnan(one.sigma).all()
+
+
+def test_the_unit_of_a_column_counts_and_german_names_are_read(tmp_path: Path) -> None:
+    """Frequencies in rad/s were taken as Hz, and the dampings left out."""
+    path = write(
+        tmp_path / "m.csv",
+        "Temperatur [°C];frequency [rad/s];Dämpfung [%];Verlustfaktor [-]\n20,5;628,3185307179586;1,5;0,03\n",
+    )
+    (one,) = modes_of_table(path)
+    assert one.temperature == pytest.approx(20.5)
+    assert one.frequency == pytest.approx([100.0], rel=1e-3)
+    assert one.loss_factor == pytest.approx([0.03], rel=1e-3)
 
 
 @pytest.mark.parametrize("zeta", [0.002, 0.02, 0.15])

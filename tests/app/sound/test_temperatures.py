@@ -43,3 +43,14 @@ def test_readings_that_are_none_are_told(tmp_path, text, said):
 def test_other_words_are_told(said, told):
     with pytest.raises(ResultFileError, match=told):
         programme(said, 10.0)
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_readings_of_a_german_spreadsheet(tmp_path, separator):
+    """Its first reading was taken for a heading, and the second refused."""
+    rows = [("Zeit [s]", "T [°C]"), ("0", "20,5"), ("1,5", "30,25"), ("3", "40")]
+    file = tmp_path / "Verlauf.csv"
+    file.write_text("\n".join(separator.join(row) for row in rows), encoding="utf-8")
+    found = programme(str(file), 3.0)
+    np.testing.assert_array_equal(found.time, [0.0, 1.5, 3.0])
+    np.testing.assert_array_equal(found.temperature, [20.5, 30.25, 40.0])

@@ -89,6 +89,10 @@ def test_nothing_missing(tmp_path: Path) -> None:
     found = brief(tmp_path, "none")
     assert found.settled
     assert found.headline == "Nothing is missing: the twin agrees with the plate to the noise of the measurement."
+    assert dict(found.parts)["Next"] == (
+        "Use E, ν and η as they are: nothing has to be corrected.",
+        "Where the rest matters, ask what would show it: flexura gap plate --plan",
+    )
 
 
 def test_no_fit_stands_before_all_else_and_gives_no_numbers(tmp_path: Path) -> None:

@@ -1,12 +1,14 @@
 """How campaigns stand, in fields, in a line, and as exit status."""
 
 import json
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from app.files.folder_lock import folder_lock
 from app.watch.status import CampaignStatus
 from app.watch.watcher import WatchedFolder, names
 from app.watch.words import in_words
@@ -51,6 +53,23 @@ def test_silence_begins_after_a_sweep_and_a_margin(campaign: Campaign, later: fl
     assert found.exit_status == (4 if state == "silent" else 5)
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nobody says who is gone")
+def test_one_that_was_killed_is_silent_at_once(campaign: Campaign) -> None:
+    """Not after a minute; of a process on another computer nobody here can tell."""
+    folder = campaign("killed")
+    with folder_lock(folder):
+        assert status(folder).state == "running"
+        held = (lock := folder.with_name("killed.lock")).read_text()
+    owner = json.loads(held) | {"begun": 1}
+    lock.write_text(json.dumps(owner))
+    found = status(folder)
+    assert (found.state, found.abandoned, found.exit_status) == ("silent", True, 4)
+    assert found.line.startswith("silent: its process is gone without a word for ")
+    assert found.line.endswith("the same flexura acquire continues it")
+    lock.write_text(json.dumps(owner | {"system": "elsewhere"}))
+    assert status(folder).state == "running"
+
+
 def test_a_rig_in_trouble_has_the_time_that_it_needs_to_overcome_it(campaign: Campaign) -> None:
     lost = [
         {"event": "trouble", "what": "the cards are lost"},
@@ -79,7 +98,9 @@ def test_a_campaign_that_is_continued_runs_before_its_first_ramp(campaign: Campa
         ("RigInterrupted: SIGINT", "Ctrl-C; the same command continues it"),
         ("RigInterrupted: SIGTERM", "kill; the same command continues it"),
         ("RigInterrupted: the console was closed", "the console was closed; the same command continues it"),
-        ("OSError: no space", "OSError: no space"),
+        ("OSError: [Errno 28] 0 MB are free, 50 MB are needed: 'a'", "0 MB are free, 50 MB are needed: 'a'"),
+        ("OvenError: the oven does not answer", "the oven does not answer"),
+        ("KeyError: 'a'", "KeyError: 'a'"),
     ],
 )
 def test_why_a_campaign_ended_is_said_in_the_words_of_people(campaign: Campaign, logged: str, said: str) -> None:
@@ -204,3 +225,11 @@ def test_what_is_no_campaign_is_refused_in_a_sentence(tmp_path: Path, run_flexur
             assert (code, out) == (2, "")
             assert words in err
             assert err.count("\n") == 1
+
+
+def test_a_folder_of_campaigns_names_them(campaign: Campaign, tmp_path: Path, run_flexura: Flexura) -> None:
+    campaign("left rig")
+    campaign("right")
+    code, _, err = run_flexura("status", str(tmp_path))
+    assert code == 2
+    assert f"It holds such: '{tmp_path / 'left rig'}', {tmp_path / 'right'}" in err

@@ -8,6 +8,7 @@ from pathlib import Path
 from app.files.events import read_events
 from app.files.folder_lock import folder_lock
 from app.files.hammer_experiment import HammerExperiment, read_hammer_experiment
+from app.files.hammer_folder import said_of_missing_hits
 from app.watch.news import NewsOfCampaign
 from app.watch.status import CampaignStatus
 from app.watch.watcher import WatchedFolder, Watcher
@@ -41,6 +42,7 @@ def test_one_that_is_complete(tmp_path: Path, run_flexura: Flexura) -> None:
     code, out, err = run_flexura("status", folder)
     assert code == 0, err
     assert out.startswith("hits: complete; 18 of 18 hits; plate 21.00 °C; flexura identify ")
+    assert said_of_missing_hits(folder, [f"hits/{one.name}" for one in (folder / "hits").iterdir()]) == []
 
 
 def test_one_that_was_stopped_and_one_under_way(tmp_path: Path, run_flexura: Flexura) -> None:
@@ -49,6 +51,9 @@ def test_one_that_was_stopped_and_one_under_way(tmp_path: Path, run_flexura: Fle
     found = status(folder)
     assert (found.state, found.finished, found.exit_status) == ("stopped", 5, 1)
     assert found.next_step == "the same flexura acquire goes on"
+    code, _, err = run_flexura("identify", folder, "--band", 60, 600, "--out", tmp_path / "run", "--quiet")
+    assert code == 0, err
+    assert "note: hammer test: 5 of 18 hits, at 3 of 9 points: it was interrupted" in " ".join(err.split())
     with folder_lock(folder):
         found = status(folder)
         assert (found.state, found.exit_status) == ("running", 5)

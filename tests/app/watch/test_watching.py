@@ -17,8 +17,11 @@ from typing import Any
 import pytest
 
 from app.files.campaign import load_campaign
+from app.files.folder_lock import folder_lock
 from app.files.sweep_file import digest
 from app.watch.watched import Watched
+from tests.app.hammer_bench import acquire as acquire_hits
+from tests.app.hammer_bench import experiment as hammer_experiment
 from tests.app.watch.conftest import Campaign
 from tests.browser import Browser, opened_browser
 
@@ -117,7 +120,10 @@ def test_a_campaign_that_was_killed_is_told_once_and_its_end_when_it_is_continue
         while not told(file):
             assert time.monotonic() - killed < patience + 60.0
             time.sleep(0.5)
-        assert time.monotonic() - killed > patience - 5.0
+        if sys.platform == "linux":  # the lock says which process is gone; elsewhere silence has to last
+            assert time.monotonic() - killed < 0.5 * patience
+        else:
+            assert time.monotonic() - killed > patience - 5.0
         time.sleep(20.0)
         assert told(file) == ["silent"]
         assert get(url + "status.json")["campaigns"][0]["state"] == "silent"
@@ -290,6 +296,30 @@ def test_the_page_is_live_on_a_telephone_and_on_a_screen(
         browser.until("return document.querySelector('.badge').textContent == 'complete'", 60.0)
     browser.until("return document.getElementById('link').className == 'lost'")
     assert "this is how it stood at" in browser.run("return document.getElementById('link').textContent")
+
+
+def test_cards_say_what_to_do_and_draw_no_empty_boxes(
+    tmp_path: Path, campaign: Campaign, browser: Browser
+) -> None:
+    """Of a hammer test the page draws nothing; a campaign whose process is gone follows no programme."""
+    hits, killed = tmp_path / "hits", campaign("killed")
+    acquire_hits(hammer_experiment(double_hits=0.0, overloads=0.0), hits)
+    with folder_lock(killed):
+        owner = json.loads(killed.with_name("killed.lock").read_text())
+    killed.with_name("killed.lock").write_text(json.dumps(owner | {"begun": 1}))
+    with watching(str(hits), str(killed)) as (url, _):
+        browser.complaints()
+        browser.look(url, 360)
+        browser.until("return document.querySelectorAll('.card').length == 2")
+        first, second = browser.run("return [...document.querySelectorAll('.card')].map((one) => one.innerText)")
+        assert "next: flexura identify " in first
+        assert "temperatures, last FRF" not in first
+        assert "–" not in first
+        assert "silent: its process is gone without a word for " in second
+        assert "next: the same flexura acquire continues it" in second
+        assert "not known" in second
+        assert browser.run("return document.documentElement.scrollWidth") <= 360
+    assert browser.complaints() == []
 
 
 def test_the_token_is_typed_once(campaign: Campaign, tmp_path: Path, browser: Browser) -> None:

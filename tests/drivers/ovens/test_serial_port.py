@@ -156,6 +156,13 @@ def test_port_reads_what_comes_and_drops_what_came_before(place):
 
 
 @posix
+def test_a_port_that_is_not_there_is_said_once():
+    with pytest.raises(OvenError, match="port cannot be opened: no such file or directory") as caught:
+        SerialPort("/dev/no-such-port")
+    assert "Errno" not in str(caught.value)
+
+
+@posix
 def test_two_programs_cannot_have_one_port():
     with PtyPort(Echo()) as far:
         port = SerialPort(far.address)
