@@ -51,6 +51,11 @@ def _readings(path: Path) -> TemperatureProgramme:
     for number, row in enumerate(csv.reader(text.splitlines(), delimiter=separator), start=1):
         if not row or row[0].startswith("#"):
             continue
+        if len(row) > 2 and row[2].strip().isdigit():  # 0,20,5: another column, or a decimal comma?
+            raise ResultFileError(
+                f"{path}: line {number} is {separator.join(row)[:60]!r}, a third number; allowed: seconds,°C, "
+                "or seconds;°C where commas are decimal"
+            )
         try:
             # commas that do not separate are decimal ones, as German spreadsheets write them
             rows.append((float(row[0].replace(",", ".")), float(row[1].replace(",", "."))))

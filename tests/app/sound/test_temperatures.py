@@ -29,6 +29,7 @@ def test_readings_may_have_a_heading_and_remarks(tmp_path):
         ("0,20\n1,warm\n", "line 2 is '1,warm'"),
         ("0,20\n1\n", "line 2 is '1'"),
         ("0,nan\n", "finite"),
+        ("0,20,5\n1,21,5\n", "line 1 is '0,20,5', a third number; allowed: .* or seconds;°C"),
         (b"\xff\xfe0,1", "cannot be read"),
     ],
 )
