@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.sheet_orthotropy import Orthotropy
+from analysis.declaration.plate_material import Orthotropy
 
 MODULI, TRANSVERSE, LOSS = "sheet_moduli", "sheet_transverse_shear", "sheet_loss"
 """Names of the declared quantities of a sheet."""

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from analysis.frf import campaign_frf
+from analysis.recordings.frf import campaign_frf
 from analysis.updating.update import update
 from app.files.acquired_campaign import campaign_log
 from app.files.campaign import load_campaign

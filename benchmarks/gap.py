@@ -23,7 +23,6 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from analysis.experiment import Experiment, Patch
-from analysis.frf import Frf
 from analysis.gap.data.preparation import prepare
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting import fit as fit_module
@@ -33,7 +32,8 @@ from analysis.gap.gap import find_gap
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.refit import absent
 from analysis.local_laws import LocalLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated
 from analysis.updating.update import update
 from app.files.campaign import load_campaign

@@ -157,8 +157,8 @@ def table(draws: int, noise: float, every: bool, peers: bool) -> None:
 
 def together(folder: Path) -> None:
     """CPU time of a campaign's sweeps fitted together, and of every fourth sweep identified alone."""
-    from analysis.frf import campaign_frf
     from analysis.identification.tracking import sweep_measured, track
+    from analysis.recordings.frf import campaign_frf
     from app.files.campaign import load_campaign
 
     frf = campaign_frf(load_campaign(folder), mains=50.0)

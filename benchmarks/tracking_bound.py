@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.frf import Frf
 from analysis.identification.averaging import averaged
 from analysis.identification.hidden_modes import sum_of_squares
 from analysis.identification.joint_fit import JointFit, fit_together
@@ -18,6 +17,7 @@ from analysis.identification.residual_terms import COMPLEX_E_F_G
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.tracking import sweep_measured
 from analysis.identification.tracks_without_twin import HIDDEN_SCATTER
+from analysis.recordings.frf import Frf
 
 OUT_OF_BAND = 0.08
 """Share of the band's edges up to which modes outside it are fitted as well."""

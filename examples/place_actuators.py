@@ -26,13 +26,13 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.linalg import eigh
 
+from analysis.declaration.patch import Patch
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.grid import Grid
 from analysis.focusing.methods import invert
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import best_contrast, contrast
 from analysis.focusing.placement import clearance, exchange, refined
-from analysis.patch import Patch
 from app.files.bad_file import ResultFileError
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.toml_text import toml_text

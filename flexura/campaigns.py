@@ -9,11 +9,11 @@ from time import perf_counter
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from analysis.frf import Frf, campaign_frf
-from analysis.frf_campaign import AnyCampaign
 from analysis.identification.reading import Damping
 from analysis.identification.settings import Settings
 from analysis.progress import Progress
+from analysis.recordings.frf import Frf, campaign_frf
+from analysis.recordings.frf_campaign import AnyCampaign
 from app.files.campaign import load_campaign
 from app.files.next_experiment import rig_table
 from app.files.run_folder import writable_folder

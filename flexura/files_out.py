@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, get_args
 
-from analysis.campaign import Campaign
+from analysis.recordings.campaign import Campaign
 from app.files.campaign import load_campaign
 from app.files.exports.c_code import PREFIX
 from app.files.exports.shipment import shipment

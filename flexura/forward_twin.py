@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from analysis.arrays import Complex, Real
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
-from analysis.frf_campaign import AnyCampaign
 from analysis.local_laws import LocalLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf_campaign import AnyCampaign
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects, Tangent
 from app.files.allowed_values import nearest
 from app.files.bad_file import ResultFileError

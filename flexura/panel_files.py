@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
-from analysis.campaign import CampaignExtent
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
+from analysis.recordings.campaign import CampaignExtent
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import sha256
 from app.files.run_folder import writable_folder

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
+from analysis.declaration.patch import Patch
+from analysis.declaration.transducers import Drive, Sensor
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
-from analysis.patch import Patch
 from analysis.sheet_material import LOSS, MODULI, TRANSVERSE
-from analysis.transducers import Drive, Sensor
 from analysis.twin_model import NO_EFFECTS, Effects
 from simulation.effects.effect import Effect, isotropic
 from simulation.state.departures import Departures

@@ -17,5 +17,5 @@
 ``coherence``              a variance from the coherence that came with an FRF
 =========================  ==================================================================
 
-The sweeps of a campaign are estimated by ``analysis.h1``: periodic, without window or leakage.
+The sweeps of a campaign are estimated by ``analysis.recordings.h1``: periodic, without window or leakage.
 """

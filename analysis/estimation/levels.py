@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from analysis.estimation.estimators import estimate
 from analysis.estimation.spectra import Spectra
-from analysis.noise_power import SMOOTHING_LINES, noise_power, rough_power
+from analysis.recordings.noise_power import SMOOTHING_LINES, noise_power, rough_power
 
 CHANCE = 1e-3
 """Probability with which a linear structure is called one that is not."""

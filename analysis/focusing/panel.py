@@ -8,15 +8,15 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from analysis.channel import Footprint
-from analysis.declared import Degrees, Point, Sparse
+from analysis.declaration.plate_material import material_box
+from analysis.declaration.plate_parts import check_disc
+from analysis.declaration.strict import Degrees, Point, Sparse
 from analysis.experiment import Declared, Drive, Patch, Plate, Temperature, check_patches
 from analysis.geometry import shapes
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import leaves, overlap, self_crossing
 from analysis.material import MaterialBox
-from analysis.plate_material import material_box
-from analysis.plate_parts import check_disc
 from analysis.radiation.declared_sound import PanelSound, SoundListener
 from analysis.radiation.radiator import require_fine
 

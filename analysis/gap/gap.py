@@ -11,7 +11,6 @@ from analysis.arrays import Real
 from analysis.declared_quantity import doubts
 from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
-from analysis.frf import Frf
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.data.preparation import prepare, sharpest
@@ -35,6 +34,7 @@ from analysis.gap.thresholds import EXPLAINED, Z_FLOOR
 from analysis.gap.verdict import Judgement, judge
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
+from analysis.recordings.frf import Frf
 from analysis.twin_model import Remade, TwinModel
 from analysis.updated import Updated
 

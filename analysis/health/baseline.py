@@ -19,7 +19,7 @@ from analysis.gap.data.compression import Nodes
 from analysis.health.candidates import DEPOLARIZATION, ChangeCandidate
 from analysis.health.recording import DatedRecording, ExpectedResponse
 from analysis.material import MaterialLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Effects, Tangent, TwinModel
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ import numpy as np
 
 from analysis.arrays import Complex, Mask, Real
 from analysis.checked_fields import check_finite, check_shapes
-from analysis.frf import Frf
 from analysis.gap.data.compression import CompressedSweep, Nodes, compress
 from analysis.gap.data.groups import TemperatureGroups
+from analysis.recordings.frf import Frf
 
 TEMPERATURE_FOUND = 0.05
 """Step, K, below which the temperature is found: what is left is a column of the equations, to first order, and

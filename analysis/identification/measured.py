@@ -177,7 +177,7 @@ class Measured:
     at_rest : bool
         Whether they come from records without a window, at the end of which the response was at rest.
     shift : float
-        Relative standard deviation of all frequencies over the repeats, see `analysis.h1`.
+        Relative standard deviation of all frequencies over the repeats, see `analysis.recordings.h1`.
     together : bool
         Whether the FRFs come from the same records, so that the structure is the same in all of them.
     """

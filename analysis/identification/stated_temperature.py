@@ -7,7 +7,7 @@ lambda(T) = p (1 - s d), with s = d log lambda / dT from the pole's own track. R
 s f dd/df, alike for all sensors; they stay as fitted.
 
 The repeats of a sweep, of which the mean is taken, have temperatures of their own. If the frequencies move over
-them with the relative standard deviation u (`analysis.h1`), the mean is R/x + (u lambda)**2 R/x**3 to
+them with the relative standard deviation u (`analysis.recordings.h1`), the mean is R/x + (u lambda)**2 R/x**3 to
 second order, x = j w - lambda. In the sense of least squares over all w, 1/x**3 is nearest to a change of 1/x by a
 wider pole: the damping ratio zeta appears too large by the share (u/zeta)**2.
 """
@@ -24,7 +24,7 @@ from analysis.identification.modes import Modes
 from analysis.identification.parameters import LARGEST_DAMPING, to_parameters, to_poles
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.protocol.advice import STIFFNESS_CHANGE
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 
 
 def at_stated_temperature(

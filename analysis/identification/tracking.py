@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.frf import Frf
 from analysis.identification.automatic import identify
 from analysis.identification.averaging import averaged
 from analysis.identification.expected_modes import ExpectedModes, fit_expected
@@ -28,6 +27,7 @@ from analysis.identification.tracks_without_twin import (
     find_tracks,
     outwards,
 )
+from analysis.recordings.frf import Frf
 
 LEAST_BASE = 0.5
 """Smallest difference of temperature, K, between two sweeps from which a trend is computed."""

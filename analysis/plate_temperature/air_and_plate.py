@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from analysis.campaign import Sweep
+from analysis.recordings.campaign import Sweep
 
 STEADY, STEADY_SHARE = 1.0, 0.25
 """Deviation from the median of a leg from which on it is told: K, and share of that median. Regulators swing by

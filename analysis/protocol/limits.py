@@ -4,7 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from analysis.declared import Declared, Temperature
+from analysis.declaration.strict import Declared, Temperature
 
 
 class Limits(Declared):

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from analysis import experiment
-from analysis.declared import Declared, Temperature
+from analysis.declaration.strict import Declared, Temperature
 from analysis.protocol.limits import Limits
 from analysis.protocol.sweep import SweepSettings
 

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from analysis.arrays import Complex, Real
-from analysis.declared import Declared
+from analysis.declaration.strict import Declared
 
 Level = Annotated[float, Field(gt=0.0, le=100.0)]
 

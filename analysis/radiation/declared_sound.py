@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from analysis.arrays import Real
-from analysis.declared import Coordinate, Sparse
+from analysis.declaration.strict import Coordinate, Sparse
 from analysis.radiation.radiator import LEAST_LISTENER_HEIGHT, Air, Mounting
 
 Height = Annotated[float, Field(ge=LEAST_LISTENER_HEIGHT, le=100.0, description="m in front of the panel")]

@@ -10,7 +10,6 @@
 ``update``               all sweeps of a campaign, by the estimator of `analysis.gap.fitting`
 ``polarity``             channels recorded with the wrong sign
 ``laws``                 smooth E(T), nu(T), eta(T) with bands from the estimates
-``enough_temperatures``  at how many temperatures laws can be fitted
 ``modes_fit``            the same from natural frequencies and damping, without FRFs
 ``drift``                change of FRFs by the drift of the temperature within sweeps
 ``corrected_twin``       laws and FRFs of a twin with known effects

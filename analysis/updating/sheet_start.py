@@ -15,9 +15,9 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.effect_card import EffectCard
-from analysis.frf import Frf
 from analysis.local_laws import LocalLaws
 from analysis.progress import Progress
+from analysis.recordings.frf import Frf
 from analysis.sheet_material import ACROSS, LOSS, MODULI, RATIOS, TRANSVERSE
 from analysis.twin_model import TwinModel
 from analysis.updating.broadening import cauchy_kernel

@@ -16,9 +16,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.declaration.plate_material import Orthotropy
 from analysis.effect_card import Values
 from analysis.experiment import Protocol
-from analysis.frf import Frf
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.preparation import apart
 from analysis.gap.data.sweeps import GapSweeps
@@ -32,8 +32,8 @@ from analysis.gap.search.context import SearchContext
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox, MaterialSigma
 from analysis.progress import Progress
+from analysis.recordings.frf import Frf
 from analysis.sheet_material import LOSS, MODULI, TRANSVERSE
-from analysis.sheet_orthotropy import Orthotropy
 from analysis.twin_model import Remade, TwinModel
 from analysis.updated import Updated
 from analysis.updating.drift import sweep_laws, to_first_order

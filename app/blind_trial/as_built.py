@@ -6,11 +6,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from analysis.declaration.patch import Patch
+from analysis.declaration.plate import Plate
+from analysis.declaration.tolerances import Tolerances
+from analysis.declaration.transducers import Drive, Sensor
 from analysis.experiment import Attachment, Point
-from analysis.patch import Patch
-from analysis.plate import Plate
-from analysis.tolerances import Tolerances
-from analysis.transducers import Drive, Sensor
 from app.blind_trial.plates import PlateKind
 from app.files.experiment_toml import AcquiredExperiment
 from app.files.simulation_section import Laws

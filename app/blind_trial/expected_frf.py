@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from analysis.frf import Frf
-from analysis.mains import mains_lines
 from analysis.material import MaterialSigma
 from analysis.protocol.drive import drive_signal
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf
+from analysis.recordings.mains import mains_lines
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated
 from app.blind_trial.specimen import Specimen
 

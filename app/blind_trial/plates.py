@@ -8,8 +8,8 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from analysis.declaration.transducers import Drive, Sensor
 from analysis.experiment import Attachment, Patch, Plate, Point
-from analysis.transducers import Drive, Sensor
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.fineness import Fineness
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from analysis.arrays import Real
+from analysis.declaration.plate_material import material_box
 from analysis.effect_card import EffectCard, Values
 from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
-from analysis.plate_material import material_box
 from analysis.progress import Progress
 from app.blind_trial.experiments import declared
 from app.blind_trial.plates import OTHER_MESH

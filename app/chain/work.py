@@ -11,7 +11,7 @@ from app.files.run_settings import RunSettings, Stage
 
 if TYPE_CHECKING:
     from analysis.focusing.panel import Panel
-    from analysis.frf_campaign import AnyCampaign
+    from analysis.recordings.frf_campaign import AnyCampaign
     from app.chain.models_ahead import ModelsAhead, WantedModel
     from app.report.drawn_parts import DrawnParts
     from app.stages.update import Updating

@@ -169,7 +169,7 @@ def _sweeps(campaign: Path, form: str, given: Mapping[str, object], out: Path | 
     wrong = next((name for name, value in given.items() if value), None)
     if wrong is not None:
         raise click.UsageError(f"{wrong} is for filters; {campaign} holds sweeps")
-    from analysis.campaign import Campaign
+    from analysis.recordings.campaign import Campaign
     from app.files.campaign import load_campaign
     from app.files.run_folder import writable_folder
     from app.files.sweeps_out import write_sweeps

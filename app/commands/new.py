@@ -183,7 +183,7 @@ def _require_plate(plate: tuple[float, float, float, float] | None) -> None:
     """Refuse dimensions that no declaration may have, such as mm for m, before one is written with them."""
     if plate is None:
         return
-    from analysis.plate import Plate
+    from analysis.declaration.plate import Plate
     from app.files.campaign_error import CampaignFileError
     from app.files.settings_toml import checked
 

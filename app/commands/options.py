@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 
 import click
 
-from analysis.grid_frequency import MAINS_RANGE
+from analysis.recordings.grid_frequency import MAINS_RANGE
 
 Verb = TypeVar("Verb", bound=Callable[..., object])
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from analysis.campaign import Sensitivities, Sensitivity, Sweep
 from analysis.experiment import Experiment
 from analysis.protocol.protocol import SweepSetPoint
+from analysis.recordings.campaign import Sensitivities, Sensitivity, Sweep
 from app.files import events
 from app.files.atomic import force_folder_to_disk
 from app.files.campaign_error import CampaignFileError, Problem

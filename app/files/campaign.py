@@ -11,7 +11,7 @@ from app.files.plate_toml import NAME as PLATE
 from app.files.plate_toml import declares_plate
 
 if TYPE_CHECKING:
-    from analysis.frf_campaign import AnyCampaign
+    from analysis.recordings.frf_campaign import AnyCampaign
 
 
 def load_campaign(path: Path) -> "AnyCampaign":

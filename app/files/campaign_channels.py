@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from analysis.channel import Channel
-from analysis.declared import Declared, Temperature
+from analysis.declaration.strict import Declared, Temperature
 from analysis.estimation.quantities import Calibration, calibration
 from analysis.experiment import Experiment
 from app.files.campaign_error import Problem

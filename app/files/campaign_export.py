@@ -21,7 +21,7 @@ from analysis.arrays import Real
 from analysis.channel import Channel
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import Experiment
-from analysis.frf import Frf
+from analysis.recordings.frf import Frf
 from app.files.atomic import atomic_path, write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaign_kind import EXPORTS

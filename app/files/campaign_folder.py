@@ -24,8 +24,8 @@ from typing import Any
 import h5py
 from pydantic import ValidationError
 
-from analysis.campaign import Campaign, CampaignExtent, State, Sweep
 from analysis.experiment import Experiment
+from analysis.recordings.campaign import Campaign, CampaignExtent, State, Sweep
 from app.files.atomic import PARTIAL, atomic_hdf5, write_json
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_kind import PROTOCOL

@@ -10,8 +10,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from analysis.campaign import CampaignExtent
-from analysis.frf_campaign import AnyCampaign
+from analysis.recordings.campaign import CampaignExtent
+from analysis.recordings.frf_campaign import AnyCampaign
 from app.files.bad_file import quoted
 from app.files.campaign_folder import SWEEPS, sweep_paths
 from app.files.campaign_kind import DECLARATION, PROTOCOL, is_campaign_folder

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise, product
 
-from analysis.campaign import Sweep
 from analysis.experiment import Protocol
+from analysis.recordings.campaign import Sweep
 from app.files.campaign_error import Problem
 
 MOST_SWEEPS = 10_000

@@ -13,12 +13,11 @@ from typing import Annotated, Any, Literal, TypeVar
 import numpy as np
 from pydantic import Field, ValidationError
 
-from analysis.declared import Declared, FileName
-from analysis.geometry.chain import closed_loops
+from analysis.declaration.outline import MOST_POINTS, row_of
+from analysis.declaration.strict import Declared, FileName
 from analysis.geometry.curves import Curve, moved
 from analysis.geometry.fault import GeometryError
-from analysis.geometry.loop import Loop
-from analysis.outline import MOST_POINTS, row_of
+from analysis.geometry.loop import Loop, closed_loops
 from app.files.allowed_values import allowed_at
 from app.files.exodus_mesh import ENDINGS as EXODUS
 from app.files.isolation import run_isolated
@@ -131,7 +130,7 @@ class MeshFile(Declared):
 
 
 def mesh_of_file(path: Path, unit: float, names: Mapping[str, str]) -> dict[str, Any]:
-    """Numbers of a mesh, as `analysis.foreign_mesh.ForeignMesh` takes them.
+    """Numbers of a mesh, as `analysis.declaration.plate.ForeignMesh` takes them.
 
     A process of its own reads the file, in bounded time and memory: meshio sets memory aside for the largest
     number of a point, and a damaged file may say any.

@@ -6,17 +6,17 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, create_model, model_validator
 
-from analysis.campaign import Sensitivities, Sensitivity
 from analysis.channel import UNITS, Motion
-from analysis.declared import Declared, Sparse
+from analysis.declaration.patch import Patch
+from analysis.declaration.strict import Declared, Sparse
+from analysis.declaration.tolerances import Tolerances
+from analysis.declaration.transducers import Drive, Sensor
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Plate
-from analysis.patch import Patch
 from analysis.protocol.limits import Limits
 from analysis.protocol.objections import Hardware, objections
 from analysis.protocol.protocol import AcquisitionProtocol, Programme
 from analysis.protocol.sweep import SweepSettings
-from analysis.tolerances import Tolerances
-from analysis.transducers import Drive, Sensor
+from analysis.recordings.campaign import Sensitivities, Sensitivity
 from app.files.bad_file import quoted
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_kind import DECLARATION

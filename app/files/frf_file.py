@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.experiment import Experiment
-from analysis.frf import Frf
+from analysis.recordings.frf import Frf
 from app.files.atomic import atomic_hdf5
 from app.files.hdf5_file import result_file
 from app.files.provenance import stamp

@@ -6,14 +6,14 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, create_model, model_validator
 
-from analysis.declared import Declared, Point, Sparse, Temperature
+from analysis.declaration.strict import Declared, Point, Sparse, Temperature
+from analysis.declaration.tolerances import Tolerances
+from analysis.declaration.transducers import MOST_POINTS, Drive, Name, Radius, Side
 from analysis.estimation.impacts import HammerTest
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Plate, Protocol
 from analysis.protocol.limits import Limits
 from analysis.protocol.protocol import AcquisitionProtocol, Programme, Rate, Settling
 from analysis.protocol.sweep import SweepSettings
-from analysis.tolerances import Tolerances
-from analysis.transducers import MOST_POINTS, Drive, Name, Radius, Side
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.experiment_toml import AcquiredSensor, RigKind, far_limits
 from app.files.instrument_sections import OvenSection, UnknownInstrument, instrument_sections

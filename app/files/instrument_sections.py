@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 from pydantic import create_model
 
-from analysis.declared import Declared, Temperature
+from analysis.declaration.strict import Declared, Temperature
 from app.files.campaign_error import CampaignFileError, Problem
 from drivers.kinds import KindError, Kinds
 from drivers.ni.cards import CARDS, CardsSettings

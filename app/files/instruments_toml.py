@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import ConfigDict, ValidationError, create_model
 
-from analysis.declared import Declared
+from analysis.declaration.strict import Declared
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.hammer_experiment import is_hammer_table

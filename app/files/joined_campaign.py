@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from analysis.campaign import Campaign, Sweep
 from analysis.experiment import Experiment
 from analysis.progress import Progress
+from analysis.recordings.campaign import Campaign, Sweep
 from app.files.campaign import not_a_campaign
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_folder import read_campaign_folder

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.checked_fields import check_ascending, check_finite, check_range, check_shapes
+from analysis.gap.data.groups import FEWEST, distinct_temperatures
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
-from analysis.updating.enough_temperatures import FEWEST, distinct_temperatures
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import result_file

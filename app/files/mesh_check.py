@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 from app.files.bad_file import Misplaced
 
 if TYPE_CHECKING:
-    from analysis.patch import Patch
-    from analysis.plate import Plate
+    from analysis.declaration.patch import Patch
+    from analysis.declaration.plate import Plate
     from simulation.meshing.recipe import MeshRecipe
 
 BANDS = ("sweep.band", "protocol.band", "filters.edges")
@@ -84,8 +84,8 @@ def _recipe(plate: "Plate", band: Any) -> "MeshRecipe | None":
     """Sizes of the twin's mesh, None without a band; GeometryError for a plate of too many cells."""
     if band is None:
         return None
+    from analysis.declaration.plate_material import material_box
     from analysis.geometry.fault import GeometryError
-    from analysis.plate_material import material_box
     from simulation.shell.fineness import Fineness, shortest_wave
 
     box = material_box(plate.material)

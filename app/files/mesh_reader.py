@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.foreign_mesh import MOST_POINTS
+from analysis.declaration.plate import MOST_POINTS
 from app.files import exodus_mesh
 from app.files.isolation import hold_memory
 

@@ -7,12 +7,12 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from analysis.channel import Quantity
-from analysis.declared import Declared, FileName, Temperature
+from analysis.declaration.strict import Declared, FileName, Temperature
 from analysis.estimation.estimators import Estimator
 from analysis.estimation.impacts import HammerTest
 from analysis.estimation.quantities import Calibration, calibration
 from analysis.estimation.windows import Shape
-from analysis.grid_frequency import MAINS_RANGE
+from analysis.recordings.grid_frequency import MAINS_RANGE
 from app.files.campaign_error import CampaignFileError
 from app.files.settings_toml import checked, read_table
 

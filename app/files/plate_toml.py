@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.declared import Declared, FileName, Temperature
+from analysis.declaration.strict import Declared, FileName, Temperature
 from app.files.campaign_error import CampaignFileError
 from app.files.settings_toml import checked, read_table
 

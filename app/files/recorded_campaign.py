@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from analysis.campaign import Campaign, CampaignExtent, Sweep
 from analysis.experiment import Experiment
+from analysis.recordings.campaign import Campaign, CampaignExtent, Sweep
 from app.files.campaign_error import CampaignFileError, Problem, SignalProblem
 from app.files.campaign_kind import DECLARATION
 from app.files.campaign_toml import declaration_digest, read_declaration

@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.declared import Declared, Temperature
-from analysis.grid_frequency import MAINS_RANGE
+from analysis.declaration.strict import Declared, Temperature
+from analysis.recordings.grid_frequency import MAINS_RANGE
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_kind import DECLARATION
 from app.files.campaign_toml import RUN, run_table

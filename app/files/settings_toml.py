@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from analysis.tolerances import without_tolerances
+from analysis.declaration.tolerances import without_tolerances
 from app.files.allowed_values import allowed_at, key_at, keys_at, nearest, unit_hint
 from app.files.bad_file import Misplaced, misplaced
 from app.files.campaign_error import CampaignFileError, Problem

@@ -5,7 +5,7 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from analysis.declared import Declared
+from analysis.declaration.strict import Declared
 from analysis.material import Material, MaterialLaws, laws_through
 from analysis.weather.declared_weather import PlateHeat
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.campaign import Sweep
+from analysis.recordings.campaign import Sweep
 from app.files.atomic import atomic_hdf5
 from app.files.campaign_error import Problem
 from app.files.coverage import Place

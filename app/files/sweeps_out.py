@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from analysis.campaign import Campaign, Sweep
 from analysis.experiment import Experiment
 from analysis.progress import Progress
+from analysis.recordings.campaign import Campaign, Sweep
 from app.files.atomic import atomic_path, write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaign_channels import ACTUATOR

@@ -10,8 +10,8 @@ import numpy as np
 from nptdms import TdmsChannel, TdmsFile
 from numpy.typing import NDArray
 
-from analysis.campaign import Sweep
 from analysis.experiment import Experiment
+from analysis.recordings.campaign import Sweep
 from app.files.campaign_channels import RecordedChannel, RecorderLayout
 from app.files.campaign_error import Problem, SignalProblem
 from app.files.one_actuator import source_of

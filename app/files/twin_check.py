@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from analysis.declared import Declared
+from analysis.declaration.strict import Declared
 from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
 from app.files.allowed_values import nearest

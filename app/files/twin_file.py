@@ -13,7 +13,9 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.declared import Declared, Sparse
+from analysis.declaration.strict import Declared, Sparse
+from analysis.declaration.tolerances import Tolerances
+from analysis.declaration.transducers import Drive, Sensor
 from analysis.experiment import (
     Acquisition,
     Attachment,
@@ -24,8 +26,6 @@ from analysis.experiment import (
     Protocol,
     Temperature,
 )
-from analysis.tolerances import Tolerances
-from analysis.transducers import Drive, Sensor
 from app.files.atomic import write_text
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.settings_toml import checked, read_table

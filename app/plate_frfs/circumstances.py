@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from analysis.arrays import Numbers
-from analysis.declared import TEMPERATURES
+from analysis.declaration.strict import TEMPERATURES
 from app.files.plate_toml import FrfsOfPlate
 from app.plate_frfs.source_files import FrfsOfFile
 

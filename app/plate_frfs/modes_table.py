@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.declared import TEMPERATURES
-from analysis.measured_modes import ModesAtTemperature
+from analysis.declaration.strict import TEMPERATURES
+from analysis.recordings.measured_modes import ModesAtTemperature
 from app.files.bad_file import ResultFileError
 from app.files.parsed_text import read_text
 from app.files.plate_toml import ModesOfPlate

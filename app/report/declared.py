@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from analysis.arrays import Real
+from analysis.declaration.patch import Patch
+from analysis.declaration.plate import Plate
 from analysis.experiment import Experiment
 from analysis.geometry.curves import Curve, Point
-from analysis.patch import Patch
-from analysis.plate import Plate
 from app.report.style import BAND, MEASURED, MODEL, drawing, panels
 
 DRIVEN, READ = "#d55e00", "#0072b2"

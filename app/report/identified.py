@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.drawn_curves import drawn_phase, in_lines
-from analysis.frf import Frf
 from analysis.identification.tracked_modes import TrackedModes
+from analysis.recordings.frf import Frf
 from app.report.page import PageTable
 from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels
 from app.summaries.modes import NUMBERS, SWEEP_HEADINGS, sweep_rows

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.frf import Frf
+from analysis.recordings.frf import Frf
 from app.report.style import frequency_axis, legend_below, panels, temperature_color
 
 CURVES_DRAWN = 5

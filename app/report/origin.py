@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from analysis.campaign import CampaignExtent
+from analysis.recordings.campaign import CampaignExtent
 from app.files.campaign_inputs import OF_CAMPAIGN, has_other_sweeps, said_of_more_sweeps, stored_extent, sweeps_of
 from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp, sha256

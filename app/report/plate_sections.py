@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.chosen_actuator import sweeps_of_modes
+from analysis.declaration.plate import Plate
 from analysis.experiment import Experiment
-from analysis.frf import Frf
 from analysis.material import MaterialLaws
-from analysis.plate import Plate
+from analysis.recordings.chosen_actuator import sweeps_of_modes
+from analysis.recordings.frf import Frf
 from analysis.sheet_material import SheetMaterial
 from analysis.updated import GOOD_MISFIT, Updated
 from app.files.best_twin import best_twin

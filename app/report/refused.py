@@ -4,9 +4,7 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
-from analysis.geometry.curves import Curve
-from analysis.geometry.loop import Loop
-from analysis.outline import (
+from analysis.declaration.outline import (
     CircleOutline,
     EllipseOutline,
     Outline,
@@ -15,8 +13,10 @@ from analysis.outline import (
     SplineOutline,
     curve_of,
 )
-from analysis.patch import Patch
-from analysis.support import Support
+from analysis.declaration.patch import Patch
+from analysis.declaration.support import Support
+from analysis.geometry.curves import Curve
+from analysis.geometry.loop import Loop
 from app.files.bad_file import Misplaced
 from app.report.declared import Pieces
 

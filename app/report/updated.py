@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.drawn_curves import drawn_phase
-from analysis.frf import Frf
 from analysis.material import MaterialLaws
+from analysis.recordings.frf import Frf
 from analysis.sheet_material import SheetMaterial
 from analysis.updated import Updated
 from app.files.laws_file import TwinFrf

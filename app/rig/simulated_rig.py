@@ -18,13 +18,13 @@ import numpy as np
 from numpy.polynomial.legendre import legvander2d
 
 from analysis.arrays import Numbers, Real
+from analysis.declaration.plate import Plate
+from analysis.declaration.plate_material import material_box
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
-from analysis.plate import Plate
-from analysis.plate_material import material_box
 from analysis.progress import Progress
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Effects
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.experiment_toml import AcquiredExperiment

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from pathlib import Path
 
-from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import starting_state
 from analysis.gap.plan.decision import Decision, decided, told
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
+from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.twin_model import NO_EFFECTS, Effects
 from analysis.updating.drift import to_first_order
 from app.files.plan_json import open_before

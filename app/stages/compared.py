@@ -4,13 +4,13 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 from analysis.experiment import Experiment
-from analysis.frf import Frf
 from analysis.gap.data.preparation import prepare
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
+from analysis.recordings.frf import Frf
 from analysis.updated import Updated
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin

@@ -6,9 +6,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from analysis.frf_campaign import AnyCampaign
 from analysis.gap.plan.measurement import KINDS
-from analysis.grid_frequency import require_mains
+from analysis.recordings.frf_campaign import AnyCampaign
+from analysis.recordings.grid_frequency import require_mains
 from app.files.bad_file import UnsuitedOptionError
 from app.files.campaign_inputs import campaign_settings
 from app.files.plan_json import open_before

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.campaign import CampaignExtent
 from analysis.compensation.measured import compensate_measured
 from analysis.compensation.outcome import Compensation
 from analysis.compensation.settings import Training, suited_nodes
@@ -20,6 +19,7 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.responses import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
+from analysis.recordings.campaign import CampaignExtent
 from analysis.weather.declared_weather import Weather
 from analysis.weather.family import FieldDesign, TiltFamily
 from analysis.weather.judgement import WeatherFields, judge_weather

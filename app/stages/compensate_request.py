@@ -5,11 +5,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.campaign import CampaignExtent
 from analysis.compensation.settings import FEWEST_TRAINING_TEMPERATURES, Training, suited_nodes
 from analysis.focusing.methods import Method
 from analysis.focusing.responses import spaced
 from analysis.progress import Progress
+from analysis.recordings.campaign import CampaignExtent
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.stages.panel_inputs import PanelTask, method_for, panel_for, require_aim, scanned_panel, weather_for
 from app.stages.panel_laws import laws_for, range_of, said_of_range

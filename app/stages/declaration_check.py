@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from analysis.declaration.plate_material import KINDS, material_box
 from analysis.experiment import Experiment
-from analysis.frf import Frf
 from analysis.geometry.fault import GeometryError
-from analysis.plate_material import KINDS, material_box
 from analysis.progress import Progress
+from analysis.recordings.frf import Frf
 from analysis.updating.modulus_scan import ModulusScan, scan_modulus, scanned_box
 from analysis.updating.update import middle_sweep
 from app.files.bad_file import ResultFileError

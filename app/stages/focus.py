@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.campaign import CampaignExtent
 from analysis.focusing.design import tap_design
 from analysis.focusing.measured import MeasuredPanel, compare_measured, focus_measured
 from analysis.focusing.methods import Method, MethodComparison, compare, designer
@@ -22,6 +21,7 @@ from analysis.focusing.responses import constants_at, covered, design_forms, res
 from analysis.focusing.sound_aim import SoundAim
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
+from analysis.recordings.campaign import CampaignExtent
 from app.files.campaign_inputs import extent_settings
 from app.files.filter_files import save_focusing
 from app.files.provenance import provenance

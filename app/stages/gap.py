@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 
 from analysis.estimates import Estimate
-from analysis.frf import Frf
-from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.description.described import Description
 from analysis.gap.gap import find_gap
@@ -21,6 +19,8 @@ from analysis.held_effects import HeldEffects
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.pairing.paired_sweeps import Pairing
 from analysis.progress import Progress
+from analysis.recordings.frf import Frf
+from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.twin_model import Effects
 from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
 from analysis.updating.drift import to_first_order

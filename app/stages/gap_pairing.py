@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from analysis.frf_campaign import AnyCampaign
 from analysis.gap.report import GapReport
 from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
 from analysis.progress import Progress
+from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.updating.corrected_twin import CorrectedTwin
 from analysis.updating.drift import sweep_laws
 from app.stages.pairing import paired_sweeps, with_reason

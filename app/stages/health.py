@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from analysis.experiment import Experiment
-from analysis.frf import Frf, campaign_frf
 from analysis.gap.data.compression import Nodes
 from analysis.gap.data.preparation import EVERY_LINE, sharpest
 from analysis.health.baseline import HealthBaseline
@@ -19,6 +18,7 @@ from analysis.health.recording import DatedRecording, recordings_of
 from analysis.health.self_check import self_check
 from analysis.health.watch import HealthWatch
 from analysis.progress import Progress
+from analysis.recordings.frf import Frf, campaign_frf
 from analysis.twin_model import Effects
 from analysis.updated import Updated
 from app.files.atomic import write_json

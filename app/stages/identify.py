@@ -5,11 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from analysis.chosen_actuator import sweeps_of_actuator
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import Experiment
-from analysis.frf import Frf, campaign_frf
-from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.preparation import sweep_points
 from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
 from analysis.identification.residual_terms import choices_for
@@ -18,6 +15,9 @@ from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import sweep_measured, track
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.progress import Progress
+from analysis.recordings.chosen_actuator import sweeps_of_actuator
+from analysis.recordings.frf import Frf, campaign_frf
+from analysis.recordings.frf_campaign import AnyCampaign
 from app.files.bad_file import ResultFileError
 from app.files.campaign_export import export_frfs, nearest_sweep, sweep_name
 from app.files.campaign_inputs import campaign_settings

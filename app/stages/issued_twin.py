@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import analysis
+from analysis.declaration.plate_material import material_box
 from analysis.declared_quantity import DeclaredQuantity
-from analysis.frf_campaign import AnyCampaign
 from analysis.gap.report import Verdict
-from analysis.plate_material import material_box
+from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.updating.corrected_twin import CorrectedTwin, material_of
 from app.files.effect_cache import operators_key
 from app.files.twin_file import (

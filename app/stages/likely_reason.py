@@ -8,15 +8,14 @@ from scipy.optimize import linear_sum_assignment
 
 from analysis.arrays import Real
 from analysis.channel import Channel
+from analysis.declaration.plate_material import DeclaredOrthotropy, material_box
 from analysis.experiment import Experiment, check_patches
 from analysis.geometry.fault import GeometryError
 from analysis.material import MaterialBox
 from analysis.pairing.coarse_trial import CoarseTrial, SweepModes, scanned_materials, tried
 from analysis.pairing.mode_list import ModeList
 from analysis.pairing.paired_sweeps import LEAST_SHARE
-from analysis.plate_material import material_box
 from analysis.progress import Progress
-from analysis.sheet_orthotropy import DeclaredOrthotropy
 from analysis.updating.modulus_scan import ModulusScan, levels, scan_grid, scanned_box, smoothed
 from app.stages.declaration_check import sentence
 from simulation.reduction.coarse_places import CoarsePlaces

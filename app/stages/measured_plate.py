@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from analysis.declaration.patch import Patch
 from analysis.declared_quantity import DeclaredQuantity
 from analysis.estimates import Estimate
 from analysis.experiment import Experiment
 from analysis.focusing.panel import Load, Panel
-from analysis.patch import Patch
 from app.files.best_twin import BestTwin
 from app.files.frf_file import load_experiment
 from app.files.twin_file import TwinFile

@@ -8,10 +8,7 @@ from typing import Any
 import numpy as np
 
 from analysis.arrays import Complex, Real
-from analysis.chosen_actuator import sweeps_of_modes
 from analysis.experiment import Experiment
-from analysis.frf import Frf
-from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.preparation import sweep_points
 from analysis.geometry.fault import GeometryError
 from analysis.identification.automatic import identify
@@ -27,6 +24,9 @@ from analysis.pairing.paired_sweeps import POOR, PairedSweeps, Pairing, Source
 from analysis.pairing.places import FittingPlace, KnownShapes, fitting_places, represented
 from analysis.pairing.points import PointComparison, compare_points
 from analysis.progress import Progress
+from analysis.recordings.chosen_actuator import sweeps_of_modes
+from analysis.recordings.frf import Frf
+from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.twin_model import NO_EFFECTS, Effects
 from analysis.updated import Updated
 from analysis.updating.update import by_temperature

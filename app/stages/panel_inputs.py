@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from analysis.campaign import CampaignExtent
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
 from analysis.focusing.sound_aim import SoundAim
+from analysis.recordings.campaign import CampaignExtent
 from analysis.weather.declared_weather import Weather
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.filter_files import load_method, load_panel, made_from_transfers

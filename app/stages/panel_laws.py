@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.campaign import CampaignExtent
 from analysis.focusing.panel import Panel
 from analysis.focusing.responses import covered
 from analysis.material import Material, MaterialLaws, MaterialSigma
+from analysis.recordings.campaign import CampaignExtent
 from app.files.bad_file import ResultFileError
 from app.files.best_twin import CORRECTED, best_twin, recordings
 from app.files.campaign_inputs import origin_of_result, said_of_more_sweeps

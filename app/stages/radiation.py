@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.campaign import CampaignExtent
 from analysis.focusing.panel import Panel
 from analysis.progress import Progress
+from analysis.recordings.campaign import CampaignExtent
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.campaign_inputs import extent_settings
 from app.files.filter_files import load_focusing

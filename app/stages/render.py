@@ -4,10 +4,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.campaign import CampaignExtent
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
+from analysis.recordings.campaign import CampaignExtent
 from analysis.rendering.programme import TemperatureProgramme
 from analysis.weather.declared_weather import Weather
 from app.files.bad_file import ResultFileError, UnsuitedOptionError

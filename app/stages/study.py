@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.campaign import CampaignExtent
 from analysis.compensation.settings import Training
 from analysis.focusing.responses import spaced
 from analysis.progress import Progress
+from analysis.recordings.campaign import CampaignExtent
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.campaign_inputs import extent_settings
 from app.files.provenance import provenance, sha256

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from analysis.campaign import Sweep
-from analysis.frf import Frf
-from analysis.frf_campaign import AnyCampaign, FrfCampaign
 from analysis.plate_temperature.air_and_plate import doubtful_sweeps, offset_change
 from analysis.plate_temperature.label_check import hysteresis, misplaced
 from analysis.plate_temperature.named_doubts import MOST_NAMED, said_of_doubts
 from analysis.plate_temperature.resonances import unlike_resonances
+from analysis.recordings.campaign import Sweep
+from analysis.recordings.frf import Frf
+from analysis.recordings.frf_campaign import AnyCampaign, FrfCampaign
 from analysis.updated import Updated
 
 

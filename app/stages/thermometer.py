@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.campaign import CampaignExtent
 from analysis.progress import Progress
+from analysis.recordings.campaign import CampaignExtent
 from analysis.rendering.programme import TemperatureProgramme
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.exports.shipment import Shipment, shipment

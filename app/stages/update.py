@@ -8,19 +8,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.frf import Frf, campaign_frf
-from analysis.frf_campaign import AnyCampaign
+from analysis.declaration.plate_material import Orthotropy, PlateMaterial
 from analysis.gap.data.preparation import sweep_points
 from analysis.held_effects import HeldEffects
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialLaws
 from analysis.pairing.paired_sweeps import Pairing
-from analysis.plate_material import PlateMaterial
 from analysis.progress import Progress
 from analysis.protocol.advice import unresolved
-from analysis.sheet_orthotropy import Orthotropy
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf, campaign_frf
+from analysis.recordings.frf_campaign import AnyCampaign
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Effects, TwinModel
 from analysis.updated import Updated
 from analysis.updating.corrected_twin import corrected_twin, fit_twin

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.declaration.plate_material import material_box
 from analysis.declared_quantity import TOLERANCES
 from analysis.effect_card import Values
 from analysis.experiment import Experiment, Patch, Plate
-from analysis.plate_material import material_box
 from analysis.progress import Progress
 from analysis.sheet_material import ACROSS, MODULI, RATIOS
 from analysis.twin_model import NO_EFFECTS, Effects

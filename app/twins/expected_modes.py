@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from analysis.frf_campaign import AnyCampaign
 from analysis.identification.expected_modes import ExpectedModes
 from analysis.local_laws import LocalLaws
 from analysis.progress import Progress
+from analysis.recordings.frf_campaign import AnyCampaign
 from app.files.bad_file import ResultFileError
 from app.files.laws_file import effects_in_laws, load_pairing, load_updated
 from app.twins.campaign_twin import campaign_twin

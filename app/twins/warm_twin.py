@@ -13,7 +13,7 @@ from analysis.focusing.grid import Grid
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.weather.warm_panel import WarmAnswer
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.plate import Plate
+from analysis.declaration.plate import Plate
 from analysis.progress import Progress
 from analysis.weather.declared_weather import Weather
 from analysis.weather.judgement import WeatherFields

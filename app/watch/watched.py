@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from analysis.checked_fields import check_shapes
-from analysis.h1 import h1
 from analysis.protocol.limits import Limits
 from analysis.protocol.protocol import AcquisitionProtocol, Programme
 from analysis.protocol.sweep import SweepSettings
+from analysis.recordings.h1 import h1
 from app.files import events, running_campaign
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import SWEEPS, read_protocol, sweep_paths

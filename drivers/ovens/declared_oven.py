@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
-from analysis.declared import Temperature
+from analysis.declaration.strict import Temperature
 from drivers.clock import Clock
 from drivers.ovens.line import Transport
 from drivers.ovens.mapped_oven import COARSEST, MappedOven, require_rest

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.declared import Declared
+from analysis.declaration.strict import Declared
 from drivers.clock import Clock
 from drivers.ovens.line import Line, Timing, Transport
 from drivers.ovens.serial_port import SerialPort

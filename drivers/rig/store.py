@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
-from analysis.campaign import Sweep
 from analysis.protocol.protocol import SweepSetPoint
+from analysis.recordings.campaign import Sweep
 from drivers.ni.cards import Record
 
 

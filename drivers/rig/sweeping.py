@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.campaign import Sweep
-from analysis.h1 import h1
 from analysis.plate_temperature.resonances import FrfThermometer, log_spectrum
 from analysis.protocol.acceptance import faults
 from analysis.protocol.drive import drive_signal
 from analysis.protocol.protocol import AcquisitionProtocol, SweepSetPoint
+from analysis.recordings.campaign import Sweep
+from analysis.recordings.h1 import h1
 from drivers.ni.errors import DaqError
 from drivers.rig.readings import Reading
 from drivers.rig.station import Station

@@ -10,7 +10,7 @@ from typing import Annotated, Any, BinaryIO
 
 from pydantic import Field
 
-from analysis.declared import Declared
+from analysis.declaration.strict import Declared
 from analysis.protocol.limits import Limits
 from drivers.ovens.error import Fault, OvenError
 from drivers.rig.errors import RigStopped

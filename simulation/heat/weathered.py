@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.plate import Plate
+from analysis.declaration.plate import Plate
 from analysis.progress import Progress
 from analysis.weather.declared_weather import FaceAir, Weather
 from simulation.heat.heat_model import Face, HeatModel, march, settled

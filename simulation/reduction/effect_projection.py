@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Mask, Real
-from analysis.sheet_orthotropy import Orthotropy
+from analysis.declaration.plate_material import Orthotropy
 from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE
 from simulation.reduction.projector import Projector, Rows
 from simulation.shell.curved_surface import CurvedSurface

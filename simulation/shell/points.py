@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from scipy.sparse import csr_matrix
 
 from analysis.channel import Footprint
-from analysis.plate import Plate
+from analysis.declaration.plate import Plate
 from simulation.shell.footprints import footprint_points
 from simulation.shell.rigidity import W
 from simulation.shell.space import ShapeSpace

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from analysis.arrays import Mask, Real
+from analysis.declaration.plate_material import Orthotropy
 from analysis.experiment import Patch, Plate
-from analysis.sheet_orthotropy import Orthotropy
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.curved_surface import CurvedSurface
 from simulation.shell.edges import LineBlock, held_functions, spring_blocks

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.declaration.plate_material import Orthotropy
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sheet_orthotropy import Orthotropy
 from simulation.state.departures import Departures
 from simulation.state.plate_state import PlateState
 from simulation.state.sheet_departures import Sheet, departed_moduli, departed_transverse

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.sheet_orthotropy import Orthotropy
+from analysis.declaration.plate_material import Orthotropy
 
 FARTHEST_MODULI, FARTHEST_SHEAR, FARTHEST_LOSS = 0.9, 3.5, 2.3
 """Largest logarithms: of the ratios of moduli, of transverse shear moduli and of loss factors. The vectors of a

@@ -13,7 +13,7 @@ from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS
 from simulation.effects.effect import Effect
 from simulation.reduction.composition import COMPLEX_STEP, Composite

@@ -12,7 +12,7 @@ from analysis.arrays import Real
 from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from simulation.effects.effect import Effect
 from simulation.effects.library import apply_all
 from simulation.reduction.effect_operators import BENDING_DEGREE

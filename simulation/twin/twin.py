@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from analysis.arrays import Complex, Real
 from analysis.local_laws import LocalLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, Tangent
 from simulation.reduction.certified_lines import certified_lines
 from simulation.reduction.composition import COMPLEX_STEP, Composite

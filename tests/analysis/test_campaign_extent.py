@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from analysis.campaign import CampaignExtent
+from analysis.recordings.campaign import CampaignExtent
 
 TWENTY = CampaignExtent("interrupted", sweeps=20, asked=31, given_up=0, lowest=14.98, highest=45.2)
 

@@ -24,7 +24,6 @@ from analysis.focusing.panel_model import PanelModes
 from analysis.focusing.pareto import ParetoCurve
 from analysis.focusing.performance import Aim
 from analysis.focusing.played import Played
-from analysis.frf import Frf
 from analysis.health.baseline import PanelLinearisation
 from analysis.health.evidence import SpanEstimate
 from analysis.health.health_report import HealthDate, HealthReport, NamedChange
@@ -32,6 +31,7 @@ from analysis.health.recording import DatedRecording, DateEquations, ExpectedRes
 from analysis.health.self_check import SelfCheck
 from analysis.identification.measured import Measured
 from analysis.material import Material, MaterialBox, MaterialLaws, MaterialSigma
+from analysis.recordings.frf import Frf
 from analysis.shapes.stabilization import StabilizationChart
 from analysis.thermometry.listening import Listener
 from analysis.updated import Updated

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from analysis.identification.automatic import identify
 from analysis.identification.measured import Measured
 from analysis.identification.settings import Settings
-from analysis.noise_power import noise_power, rough_power, single_repeat_power
+from analysis.recordings.noise_power import noise_power, rough_power, single_repeat_power
 
 FREQUENCY = np.arange(100.0, 1500.0, 0.25)
 F = np.array([131.0, 188.0, 265.0, 371.0, 494.0, 660.0, 873.0, 1120.0, 1342.0])

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from analysis.h1 import repeat_shift
 from analysis.identification.pole_residue import synthesis
 from analysis.identification.residual_terms import NONE
+from analysis.recordings.h1 import repeat_shift
 
 FREQUENCY = np.arange(100.0, 900.0, 0.5)
 POLES = 2j * np.pi * np.array([170.0, 240.0, 310.0, 455.0, 560.0, 700.0]) * np.sqrt(1.0 + 0.03j)

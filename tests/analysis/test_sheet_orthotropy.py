@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from analysis.plate_material import PlateMaterial
-from analysis.sheet_orthotropy import DeclaredOrthotropy, Orthotropy
+from analysis.declaration.plate_material import DeclaredOrthotropy, Orthotropy, PlateMaterial
 
 SHEET = {"youngs_modulus_x": 3e9, "youngs_modulus_y": 3e9, "shear_modulus": 1e9}
 SPRUCE = {"youngs_modulus_x": 12.1e9, "youngs_modulus_y": 0.999e9, "shear_modulus": 0.798e9}

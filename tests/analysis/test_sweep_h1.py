@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.campaign import Sweep
-from analysis.h1 import sweep_h1
+from analysis.recordings.campaign import Sweep
+from analysis.recordings.h1 import sweep_h1
 
 SAMPLES, DIP = 1024, slice(200, 206)
 

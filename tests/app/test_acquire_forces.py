@@ -12,9 +12,9 @@ from click.testing import CliRunner, Result
 from threadpoolctl import threadpool_limits
 
 from analysis.arrays import Real
-from analysis.frf import Frf, campaign_frf
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
+from analysis.recordings.frf import Frf, campaign_frf
 from app.files.acquired_campaign import AcquiredCampaign
 from app.files.campaign import load_campaign
 from app.files.events import append_event

@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from analysis.arrays import Real
-from analysis.frf import campaign_frf
+from analysis.recordings.frf import campaign_frf
 from app.chain.input_files import campaign_hashes
 from app.files.atomic import atomic_hdf5
 from app.files.campaign_error import CampaignFileError

@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 import pytest
 
-from analysis.campaign import Campaign
+from analysis.recordings.campaign import Campaign
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import write_index

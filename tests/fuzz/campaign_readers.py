@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.experiment import Experiment
 from analysis.focusing.grid import Grid
-from analysis.frf import campaign_frf
+from analysis.recordings.frf import campaign_frf
 from app.blind_trial.outcome import read_outcome
 from app.blind_trial.trial import Trial, begin
 from app.files import events, running_campaign

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 from nptdms import ChannelObject, TdmsWriter
 
-from analysis.frf import campaign_frf
+from analysis.recordings.frf import campaign_frf
 from app.blind_trial.trial import begin
 from app.files import events, running_campaign
 from app.files.atomic import write_json

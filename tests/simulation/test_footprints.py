@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from analysis.channel import Footprint
+from analysis.declaration.plate_parts import check_disc
 from analysis.experiment import Attachment, Plate
-from analysis.plate_parts import check_disc
 from simulation.shell.footprints import attached_discs, footprint_points
 
 

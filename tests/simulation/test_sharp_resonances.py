@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from analysis.declaration.plate_material import PlateMaterial, material_box
 from analysis.experiment import Patch, Plate
-from analysis.plate_material import PlateMaterial, material_box
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.reduce import reduce
 from simulation.reduction.resonance_lines import resonance_lines, root_mean_square

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from analysis.declaration.outline import CircleOutline, CircleZone
 from analysis.experiment import Patch, Plate
-from analysis.outline import CircleOutline, CircleZone
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.effect_projection import strains
 from simulation.reduction.projector import Projector

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from analysis.gap.thresholds import SAME_TEMPERATURE
 from analysis.material import Material
 
+FEWEST = 3
+"""Temperatures that laws need: from two, the data cannot tell how smooth a law is."""
+
 
 @dataclass(frozen=True)
 class TemperatureGroups:
@@ -57,3 +60,8 @@ def mean_laws(material: Material, groups: TemperatureGroups) -> NDArray[np.float
     """Return log E, nu and log eta (G, 3), means over each group of estimates for its sweeps."""
     rows = [np.log(material.youngs_modulus), material.poisson_ratio, np.log(material.loss_factor)]
     return np.array([np.bincount(groups.of_sweep, row) / groups.size for row in rows]).T
+
+
+def distinct_temperatures(temperature: NDArray[np.float64]) -> int:
+    """Count the set-points at which readings (T,), degrees Celsius, were taken: legs and levels repeat them."""
+    return len(TemperatureGroups.of(temperature).size) if temperature.size else 0

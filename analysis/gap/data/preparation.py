@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.experiment import Protocol
-from analysis.frf import Frf
 from analysis.gap.data.compression import CompressedSweep, Nodes, compress
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
 from analysis.gap.data.law_smoothness import LawSmoothness
@@ -17,7 +16,8 @@ from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.thresholds import MODEL_ERROR, READING_SIGMA, SHARPEST
 from analysis.local_laws import LocalLaws
 from analysis.material import Material
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated
 
 FINER = 0.6

@@ -11,7 +11,7 @@ from analysis.gap.data.groups import TemperatureGroups
 from analysis.gap.data.law_smoothness import LawSmoothness
 from analysis.gap.data.line_weights import LineWeights
 from analysis.gap.thresholds import MODEL_ERROR_ALONG, MOVED_ALONG
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from analysis.gap.fitting.normal_equations import (
 from analysis.gap.fitting.state import GapState
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, Tangent, TwinModel
 
 HELD = 1e-9

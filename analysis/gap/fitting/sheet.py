@@ -3,9 +3,9 @@
 import numpy as np
 
 from analysis.arrays import Real
+from analysis.declaration.plate_material import Orthotropy
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.sheet_material import RATIOS, SheetMaterial
-from analysis.sheet_orthotropy import Orthotropy
 
 
 def fitted_sheet(

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from analysis.declaration.plate import Plate
 from analysis.experiment import Experiment, Protocol
 from analysis.gap.plan.planned_sweeps import MOST_TEMPERATURES
 from analysis.gap.plan.separation import Readings
-from analysis.plate import Plate
 
 PREPARED = 0.5
 """Hours to bring plate and oven to the start of a campaign, and to look at the first sweeps."""

@@ -7,7 +7,6 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.experiment import Protocol
-from analysis.frf import Frf
 from analysis.gap.data.groups import TemperatureGroups
 from analysis.gap.data.law_smoothness import LawSmoothness
 from analysis.gap.data.preparation import compressed, grouped
@@ -15,6 +14,7 @@ from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.state import GapState, clipped_laws, plain_state
 from analysis.gap.thresholds import SHARPEST
 from analysis.material import MaterialBox
+from analysis.recordings.frf import Frf
 
 MOST_TEMPERATURES = 8
 """Temperatures of a planned campaign, at most: more take oven time in proportion, and tell effects apart no better

@@ -11,9 +11,9 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from analysis.arrays import Real
-from analysis.chosen_actuator import sweeps_of_modes
-from analysis.frf import Frf
 from analysis.identification.modes import Modes
+from analysis.recordings.chosen_actuator import sweeps_of_modes
+from analysis.recordings.frf import Frf
 from app.view.chart import Chart, Map
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors, FrequencyAxis
 from app.view.map_chart import MapChart

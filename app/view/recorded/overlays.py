@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
-from analysis.chosen_actuator import sweeps_of_modes
-from analysis.frf import Frf
 from analysis.identification.tracked_modes import TrackedModes
+from analysis.recordings.chosen_actuator import sweeps_of_modes
+from analysis.recordings.frf import Frf
 from app.view.nyquist import POINTS_OF_CIRCLE
 from app.view.recorded.results import Results
 

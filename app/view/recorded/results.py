@@ -5,16 +5,16 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from analysis.campaign import CampaignExtent
 from analysis.compensation.outcome import Compensation
 from analysis.experiment import Experiment
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
-from analysis.frf import Frf, campaign_frf
-from analysis.frf_campaign import AnyCampaign
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
+from analysis.recordings.campaign import CampaignExtent
+from analysis.recordings.frf import Frf, campaign_frf
+from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.updated import Updated
 from app.files.best_twin import CORRECTED, PLAIN, BestTwin, TwinOfRun, best_twin
 from app.files.campaign import load_campaign

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from analysis.frf import Frf
 from analysis.identification.expected_modes import ExpectedModes
 from analysis.identification.pole_residue import synthesis
 from analysis.identification.residual_terms import NONE
 from analysis.identification.tracking import track
+from analysis.recordings.frf import Frf
 
 FREQUENCY = np.arange(100.0, 700.0, 0.5)
 TEMPERATURE = np.array([10.0, 20.0, 30.0, 40.0])

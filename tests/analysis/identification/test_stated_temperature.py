@@ -6,14 +6,14 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.experiment import Protocol
-from analysis.frf import Frf
 from analysis.gap.data.preparation import sweep_points
-from analysis.h1 import repeat_shift
 from analysis.identification.parameters import to_parameters
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.stated_temperature import at_stated_temperature
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import track
+from analysis.recordings.frf import Frf
+from analysis.recordings.h1 import repeat_shift
 from tests.sweeps_on_a_ramp import PROTOCOL, drifting, modes_at, on_a_ramp
 
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.frf import Frf
 from analysis.identification.lines import Lines
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.pole_residue import synthesis
@@ -13,6 +12,7 @@ from analysis.identification.settings import Settings
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import track
 from analysis.identification.tracks_without_twin import MOST_DAMPED, Followed, common_factor
+from analysis.recordings.frf import Frf
 
 FREQUENCY = np.arange(100.0, 900.0, 0.5)
 TEMPERATURE = np.arange(0.0, 61.0, 6.0)

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from analysis.effect_card import Values
-from analysis.frf import Frf
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.description.described import Description
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
+from analysis.recordings.frf import Frf
 from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.specimen import Specimen
 from app.files.experiment_toml import AcquiredExperiment

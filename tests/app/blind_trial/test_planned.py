@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from analysis.effect_card import Values
-from analysis.frf import Frf
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.plan.measurement import Reach
 from analysis.gap.plan.question import Question
 from analysis.gap.plan.ranking import Expected, Plan
 from analysis.gap.plan.separation import ENOUGH
 from analysis.held_effects import HeldEffects
+from analysis.recordings.frf import Frf
 from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.expected_frf import expected_frf
 from app.blind_trial.experiments import draw_experiments

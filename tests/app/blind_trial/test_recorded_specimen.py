@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.frf import campaign_frf
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import campaign_frf
+from analysis.recordings.sweep_point import SweepPoint
 from app.blind_trial.expected_frf import expected_frf
 from app.blind_trial.experiments import any_declaration, draw_experiments
 from app.blind_trial.making import record_on_rig

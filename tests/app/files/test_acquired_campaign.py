@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.campaign import Sweep
 from analysis.protocol.protocol import SweepSetPoint
+from analysis.recordings.campaign import Sweep
 from app.files.acquired_campaign import AcquiredCampaign, open_campaign
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError

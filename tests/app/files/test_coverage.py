@@ -4,8 +4,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.campaign import Sweep
 from analysis.experiment import Protocol
+from analysis.recordings.campaign import Sweep
 from app.files.coverage import Place, coverage_problems, missing_places, place_of, places
 
 

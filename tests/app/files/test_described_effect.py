@@ -11,7 +11,7 @@ from analysis.experiment import Experiment
 from analysis.gap.description.described import Curve, Dependence, Description, Form
 from analysis.gap.description.place_map import PlaceMap
 from analysis.local_laws import LocalLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from app.files.described_effect import write_described_effect
 from app.files.description_json import description_record
 from app.files.experiment_toml import read_acquired_experiment

@@ -9,8 +9,8 @@ import ezdxf.filemanagement
 import numpy as np
 import pytest
 
+from analysis.declaration.plate import Plate
 from analysis.geometry.fault import GeometryError
-from analysis.plate import Plate
 from app.files.drawing import DrawingError, with_drawings
 
 SLOT_AREA = 0.1 * 0.05 + np.pi * 0.025**2

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.io import netcdf_file
 
-from analysis.foreign_mesh import ForeignMesh
+from analysis.declaration.plate import ForeignMesh
 from app.files.drawing import mesh_of_file
 from simulation.meshing.foreign import foreign_mesh
 from simulation.meshing.mesher import mesh_plate

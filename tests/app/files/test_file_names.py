@@ -3,7 +3,7 @@
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from analysis.declared import LONGEST_NAME, FileName
+from analysis.declaration.strict import LONGEST_NAME, FileName
 from app.files.drawing import Drawing, MeshFile
 from app.files.modal_test_toml import RecordOfTest
 from app.files.plate_toml import FrfsOfPlate, ModesOfPlate

@@ -18,7 +18,7 @@ from pathlib import Path
 from app.files.campaign_folder import SWEEPS, remove_unfinished, write_index
 from app.files.running_campaign import LatestRepeat, load_latest, save_latest
 from app.files.sweep_file import Source, read_sweep_file, write_sweep
-from analysis.campaign import Sweep
+from analysis.recordings.campaign import Sweep
 
 folder, every = Path(sys.argv[1]), int(sys.argv[2])
 (folder / SWEEPS).mkdir(parents=True)

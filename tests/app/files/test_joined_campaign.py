@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.frf import Frf, campaign_frf
+from analysis.recordings.frf import Frf, campaign_frf
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import frozen_protocol, read_protocol, write_protocol

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
+from analysis.declaration.patch import Patch
+from analysis.declaration.plate import Plate
 from analysis.geometry.fault import GeometryError
-from analysis.patch import Patch
-from analysis.plate import Plate
 from app.commands.bad_input import fault_picture
 from app.files.campaign_error import CampaignFileError
 from app.files.mesh_check import mesh_fault

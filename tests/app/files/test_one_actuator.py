@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.chosen_actuator import sweeps_of_actuator, sweeps_of_modes
-from analysis.frf import campaign_frf
+from analysis.recordings.chosen_actuator import sweeps_of_actuator, sweeps_of_modes
+from analysis.recordings.frf import campaign_frf
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_export import campaign_frfs

@@ -11,8 +11,8 @@ import h5py
 import numpy as np
 import pytest
 
-from analysis.campaign import Campaign, CampaignExtent, Sweep
-from analysis.frf import campaign_frf
+from analysis.recordings.campaign import Campaign, CampaignExtent, Sweep
+from analysis.recordings.frf import campaign_frf
 from app.files import campaign_folder
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError

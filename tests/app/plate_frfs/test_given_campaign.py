@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.io import netcdf_file
 
-from analysis.frf import Frf, campaign_frf
-from analysis.frf_campaign import FrfCampaign
+from analysis.recordings.frf import Frf, campaign_frf
+from analysis.recordings.frf_campaign import FrfCampaign
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_export import averages, export_frfs, stated_coherence

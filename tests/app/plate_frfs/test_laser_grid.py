@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from app.files.plate_toml import read_plate_measurement
 from app.files.uff58 import write_frfs
 from app.plate_frfs.given_campaign import declared_experiment

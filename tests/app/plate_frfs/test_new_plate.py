@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.frf import campaign_frf
-from analysis.frf_campaign import FrfCampaign
+from analysis.recordings.frf import campaign_frf
+from analysis.recordings.frf_campaign import FrfCampaign
 from app.files.campaign import load_campaign
 from app.files.campaign_export import export_frfs
 from app.files.uff58 import write_frfs

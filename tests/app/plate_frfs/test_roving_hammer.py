@@ -11,10 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.frf_campaign import FrfCampaign
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf_campaign import FrfCampaign
+from analysis.recordings.sweep_point import SweepPoint
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
 from app.files.plate_toml import read_plate_measurement

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from analysis.frf import campaign_frf
+from analysis.recordings.frf import campaign_frf
 from analysis.updated import Updated
 from app.files.campaign import load_campaign
 from app.files.campaign_export import export_frfs

@@ -5,8 +5,8 @@ import pytest
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from analysis.frf import Frf
 from analysis.material import Material
+from analysis.recordings.frf import Frf
 from analysis.updated import Updated
 from app.files.laws_file import TwinFrf
 from app.report import measured, updated

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from app.files.campaign_error import CampaignFileError
 from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
 from app.files.shipped import shipped

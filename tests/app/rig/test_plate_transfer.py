@@ -8,11 +8,19 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Patch, Plate, Protocol
+from analysis.experiment import (
+    Acquisition,
+    Attachment,
+    Experiment,
+    OvenDeclaration,
+    Patch,
+    Plate,
+    Protocol,
+)
 from analysis.material import Material, MaterialBox, laws_through
 from analysis.protocol.drive import drive_signal
 from analysis.protocol.sweep import SweepSettings
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Effects
 from app.files.campaign_error import CampaignFileError
 from app.files.experiment_toml import read_acquired_experiment

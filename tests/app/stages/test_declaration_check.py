@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from analysis.declaration.plate_material import PlateMaterial
 from analysis.experiment import Experiment
-from analysis.frf import Frf, campaign_frf
-from analysis.plate_material import PlateMaterial
+from analysis.recordings.frf import Frf, campaign_frf
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cached_reduction
 from app.files.campaign import load_campaign

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.campaign import Campaign
 from analysis.identification.settings import Settings
 from analysis.local_laws import LocalLaws
+from analysis.recordings.campaign import Campaign
 from app.files.campaign import load_campaign
 from app.files.laws_file import load_pairing
 from app.files.pairing_json import checked_pairing, pairing_record, shown

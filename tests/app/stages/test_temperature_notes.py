@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.campaign import Campaign, Sweep
+from analysis.recordings.campaign import Campaign, Sweep
 from app.files.campaign import load_campaign
 from app.files.campaign_folder import read_campaign_folder
 from app.files.events import append_event

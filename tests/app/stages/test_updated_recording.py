@@ -8,7 +8,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from analysis.tolerances import Tolerances
+from analysis.declaration.tolerances import Tolerances
 from app.files.campaign import load_campaign
 from app.stages.update import updated_twin
 

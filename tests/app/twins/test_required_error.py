@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from analysis.declaration.plate_material import material_box
 from analysis.experiment import Experiment
 from analysis.material import Material, MaterialSigma
-from analysis.plate_material import material_box
 from analysis.updated import Updated
 from app.files.campaign import load_campaign
 from app.files.effect_cache import operators_key

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Acquisition, Experiment, OvenDeclaration, Patch, Plate, Protocol
-from analysis.frf import Frf
 from analysis.identification.modes import Modes
 from analysis.identification.residual_terms import NONE
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import Material, MaterialSigma
+from analysis.recordings.frf import Frf
 from analysis.updated import Updated
 from analysis.updating.laws import fit_laws
 from app.files.frf_file import save_frf

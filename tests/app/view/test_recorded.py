@@ -18,7 +18,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QImage
 from PySide6.QtWidgets import QLabel
 
-from analysis.campaign import CampaignExtent
+from analysis.recordings.campaign import CampaignExtent
 from app.files.frf_file import load_frf, save_frf
 from app.files.provenance import provenance, sha256
 from app.view.application import application

@@ -12,7 +12,7 @@ pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type
 
 from PySide6.QtCore import Qt
 
-from analysis.frf import Frf
+from analysis.recordings.frf import Frf
 from app.files.frf_file import save_frf
 from app.files.modes_file import load_modes, save_modes
 from app.report.identified import over_temperature

@@ -10,7 +10,7 @@ from analysis.channel import Footprint
 from analysis.experiment import Plate
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from simulation.effects.library import library
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.dashpots import MOST_COLUMNS, columns, few_columns

@@ -6,7 +6,7 @@ import pytest
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from simulation.effects.library import library, untried
 from simulation.reduction.effect_certification import CERTIFIED_LINES, state_error
 from simulation.reduction.effect_operators import BENDING_DEGREE

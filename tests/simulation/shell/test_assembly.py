@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from analysis.arrays import Real
+from analysis.declaration.outline import CircleOutline
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
-from analysis.outline import CircleOutline
 from simulation.meshing.plate_mesh import BorderEdges, PlateMesh, edges_of
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble, assemble_for

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from analysis.declaration.outline import CircleOutline
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
-from analysis.outline import CircleOutline
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness, shortest_wave
 from simulation.verification.waves import PlateWaves

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Attachment
-from analysis.frf import Frf
 from analysis.gap.gap import find_gap
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox, MaterialSigma
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated
 from simulation.effects.library import LIBRARY, library
 from simulation.reduction.basis_training import BasisTraining

@@ -9,7 +9,7 @@ from analysis.channel import Footprint
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from simulation.reduction.footprint_reduction import reduce_with_footprints
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.factors import factorize

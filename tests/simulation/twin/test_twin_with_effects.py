@@ -11,7 +11,7 @@ from analysis.experiment import Attachment
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from analysis.protocol.sweep import SweepTiming
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from simulation.effects.library import LIBRARY, library
 from simulation.reduction.effect_certification import CERTIFIED_LINES, state_error
 from simulation.reduction.effect_operators import BENDING_DEGREE

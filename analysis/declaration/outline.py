@@ -11,7 +11,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from analysis.declared import Coordinate, Declared, Degrees, Point, Thickness
+from analysis.declaration.strict import Coordinate, Declared, Degrees, Point, Thickness
 from analysis.geometry import shapes
 from analysis.geometry.curves import Arc, Cubic, Curve, Segment
 from analysis.geometry.fault import GeometryError, at

@@ -1,4 +1,4 @@
-"""A plate as declared: outline, holes, thickness zones, supports and shallow curvature."""
+"""A plate as declared: outline, holes, thickness zones, supports, shallow curvature, and a mesh made elsewhere."""
 
 from dataclasses import replace
 from typing import Annotated, ClassVar, Literal, Self, TypeVar
@@ -9,23 +9,54 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from analysis.arrays import Real
-from analysis.declared import TEMPERATURES, Length, Sparse, Temperature, Thickness
-from analysis.foreign_mesh import ForeignMesh
+from analysis.declaration.outline import AnyOutline, AnyZone, RectangleOutline
+from analysis.declaration.plate_material import PlateMaterial, density_range
+from analysis.declaration.plate_parts import check_parts
+from analysis.declaration.strict import TEMPERATURES, Declared, Length, Point, Sparse, Temperature, Thickness
+from analysis.declaration.support import Piece, Support, SupportedEdge, check_supports, supported_edges
 from analysis.geometry import shapes
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import TOUCH, just_inside
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox, MaterialLaws
-from analysis.outline import AnyOutline, AnyZone, RectangleOutline
-from analysis.plate_material import PlateMaterial, density_range
-from analysis.plate_parts import check_parts
-from analysis.support import Piece, Support, SupportedEdge, check_supports, supported_edges
+
+MOST_POINTS = 5000
+"""Points of a mesh: functions of high degree need a few hundred."""
+Number = Annotated[int, Field(ge=0, lt=MOST_POINTS)]
+Cell = Annotated[int, Field(ge=0, lt=2 * MOST_POINTS)]
+
+
+class ForeignMesh(Declared):
+    """Triangles and quadrilaterals over a plate, straight or quadratic.
+
+    A file (``file = "plate.msh"``) is turned into this when the declaration is read, so that a declaration holds
+    the mesh itself and no path.
+
+    Attributes
+    ----------
+    points
+        x and y, m; points in the middle of quadratic edges among them.
+    quads, triangles
+        Corners of every cell.
+    midsides
+        Both ends of a quadratic edge, and the point in its middle.
+    surface
+        Cells, quadrilaterals counted first, of every physical surface by its name.
+    curve
+        Both ends of every edge on a physical curve, by its name.
+    """
+
+    points: Annotated[tuple[Point, ...], Field(min_length=3, max_length=MOST_POINTS)]
+    quads: Annotated[tuple[tuple[Number, Number, Number, Number], ...], Field(max_length=MOST_POINTS)] = ()
+    triangles: Annotated[tuple[tuple[Number, Number, Number], ...], Field(max_length=2 * MOST_POINTS)] = ()
+    midsides: Annotated[tuple[tuple[Number, Number, Number], ...], Field(max_length=3 * MOST_POINTS)] = ()
+    surface: Annotated[dict[str, tuple[Cell, ...]], Field(default_factory=dict, max_length=1000)]
+    curve: Annotated[dict[str, tuple[tuple[Number, Number], ...]], Field(default_factory=dict, max_length=1000)]
+
 
 UNSET = float("nan")
 Laws = TypeVar("Laws", LocalLaws, MaterialLaws)
-
-
 Bend = Annotated[float, Field(ge=-1e4, le=1e4, description="m, positive: centre of curvature above the plate")]
 Heights = Annotated[tuple[float, ...], Field(min_length=1, max_length=9)]
 STEEPEST_SLOPE = 0.3

@@ -7,12 +7,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import chirp, fftconvolve, lfilter, savgol_filter
 
-from analysis.campaign import Campaign, Sweep
 from analysis.experiment import Experiment
-from analysis.frf import campaign_frf
 from analysis.gap.data.noise import ROUGHNESS
-from analysis.h1 import bad_repeats, h1, spectra
-from analysis.noise_power import SMOOTHING_LINES, noise_power, single_repeat_power
+from analysis.recordings.campaign import Campaign, Sweep
+from analysis.recordings.frf import campaign_frf
+from analysis.recordings.h1 import bad_repeats, h1, spectra
+from analysis.recordings.noise_power import SMOOTHING_LINES, noise_power, single_repeat_power
 
 RATE, SAMPLES = 8533.0, 12000
 B, A = [0.2, 0.1], [1.0, -1.6, 0.9]

@@ -7,10 +7,10 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import ConfigDict, Field, model_validator
 
-from analysis.declared import Point, Sparse
+from analysis.declaration.plate_parts import check_disc
+from analysis.declaration.strict import Point, Sparse
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
-from analysis.plate_parts import check_disc
 
 SupportKind = Literal["free", "soft-simple", "hard-simple", "clamped", "elastic"]
 Stiffness = Annotated[float, Field(ge=0.0, le=1e12)]

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from analysis.declared import Degrees, Point, Sparse, Width
+from analysis.declaration.strict import Degrees, Point, Sparse, Width
 from analysis.geometry import shapes
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import overlap

@@ -4,7 +4,7 @@ import tomllib
 
 import pytest
 
-from analysis.tolerances import Tolerances, without_tolerances
+from analysis.declaration.tolerances import Tolerances, without_tolerances
 
 DECLARED = """
 [plate]

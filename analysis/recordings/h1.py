@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex
-from analysis.campaign import Sweep
-from analysis.noise_power import noise_power, rough_power
+from analysis.recordings.campaign import Sweep
+from analysis.recordings.noise_power import noise_power, rough_power
 
 
 def h1(
@@ -111,11 +111,11 @@ class SweepH1(NamedTuple):
     Attributes
     ----------
     h, variance, coherence : (K, F) ndarray
-        As in `analysis.frf.Frf`.
+        As in `analysis.recordings.frf.Frf`.
     repeats_dof : int
         Degrees of freedom of the variance at a line, before it is averaged over neighbouring lines.
     shift : float
-        See `analysis.h1`.
+        See `analysis.recordings.h1`.
     notes : list of str
         One for every repeat left out.
     """

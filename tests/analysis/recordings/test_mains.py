@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.mains import likely_mains, mains_lines, other_fundamentals
+from analysis.recordings.mains import likely_mains, mains_lines, other_fundamentals
 
 FREQUENCY = np.arange(100.0, 1500.0, 0.5)
 

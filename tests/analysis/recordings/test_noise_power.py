@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.noise_power import SMOOTHING_LINES, noise_parts, noise_power
+from analysis.recordings.noise_power import SMOOTHING_LINES, noise_parts, noise_power
 
 
 @pytest.mark.parametrize("lines", [8, 30, 41, 500])

@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
+from analysis.declaration.plate_material import DENSITIES, KINDS, THERMOPLASTIC, PlateMaterial, material_box
 from analysis.experiment import Plate
 from analysis.material import MaterialBox
-from analysis.plate_material import DENSITIES, KINDS, THERMOPLASTIC, PlateMaterial, material_box
 
 SHEET = {"length_x": 0.24, "length_y": 0.19, "thickness": 0.003, "mass": 0.13}
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field
 
-from analysis.declared import Declared
+from analysis.declaration.strict import Declared
 
 Share = Annotated[float, Field(ge=0.0, le=0.3)]
 Logarithm = Annotated[float, Field(ge=0.0, le=2.0)]

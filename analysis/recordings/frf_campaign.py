@@ -6,8 +6,8 @@ from typing import Literal
 import numpy as np
 
 from analysis.arrays import Complex, Real
-from analysis.campaign import Campaign, CampaignExtent
 from analysis.experiment import Experiment
+from analysis.recordings.campaign import Campaign, CampaignExtent
 
 Noise = Literal["variance", "coherence", "neighbouring lines"]
 """Where the variance of a sweep's FRFs comes from; the last where the files give none."""
@@ -37,7 +37,7 @@ class FrfSweep:
     source : int
         Which of `Experiment.inputs` drove.
     repeats_dof : int
-        As in `analysis.frf.Frf`; 0 where it is not known.
+        As in `analysis.recordings.frf.Frf`; 0 where it is not known.
     """
 
     temperature: float
@@ -80,7 +80,7 @@ class FrfCampaign:
     notes : tuple of str
         What the files do not say, for people.
     at_rest : bool
-        As in `analysis.frf.Frf`.
+        As in `analysis.recordings.frf.Frf`.
     extent : None
         As of a `Campaign` of which no sweep is missing.
     """

@@ -8,16 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.campaign import Campaign
 from analysis.channel import transfer_unit
 from analysis.checked_fields import check_ascending, check_finite, check_range, check_shapes
 from analysis.estimation.ringing import ringing
 from analysis.experiment import Experiment
-from analysis.frf_campaign import AnyCampaign, FrfCampaign, FrfSweep, Noise
-from analysis.h1 import sweep_h1
 from analysis.labelled import Labelled, LabelledArrays
-from analysis.mains import mains_lines, other_fundamentals
-from analysis.noise_power import noise_power, rough_power, single_repeat_power
+from analysis.recordings.campaign import Campaign
+from analysis.recordings.frf_campaign import AnyCampaign, FrfCampaign, FrfSweep, Noise
+from analysis.recordings.h1 import sweep_h1
+from analysis.recordings.mains import mains_lines, other_fundamentals
+from analysis.recordings.noise_power import noise_power, rough_power, single_repeat_power
 
 
 def still_ringing(campaign: Campaign) -> str:
@@ -86,7 +86,7 @@ class Frf(Labelled):
     at_rest : bool
         Whether all responses came to rest within their records, which have no window.
     shift : (T,) ndarray or None
-        By how much all frequencies moved over the repeats of each sweep, see `analysis.h1`; None where
+        By how much all frequencies moved over the repeats of each sweep, see `analysis.recordings.h1`; None where
         that is not known.
     """
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.frf import Frf
 from analysis.identification.tracked_modes import TrackedModes
+from analysis.recordings.frf import Frf
 
 
 def sweeps_of_actuator(frf: Frf, actuator: str | None) -> Frf:

@@ -9,10 +9,10 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from analysis.channel import Channel, Footprint, Motion
-from analysis.declared import Point, Sparse
+from analysis.declaration.plate import Plate
+from analysis.declaration.plate_parts import check_disc
+from analysis.declaration.strict import Point, Sparse
 from analysis.geometry.fault import GeometryError
-from analysis.plate import Plate
-from analysis.plate_parts import check_disc
 
 MOST_POINTS = 5000
 """Points of one instrument: a laser's, or those at which a hammer hits, each with a force of its own."""

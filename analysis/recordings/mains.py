@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.noise_power import single_repeat_power
+from analysis.recordings.noise_power import single_repeat_power
 
 FUNDAMENTALS = np.arange(45.0, 65.0, 0.01)
 """Hz: 50 and 60 Hz grids, and generators."""
