@@ -33,8 +33,7 @@ from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.parameters import to_parameters, to_poles
-from analysis.identification.pole_residue import pole_columns
-from analysis.identification.residual_terms import COMPLEX_E_F_G, ResidualTerms
+from analysis.identification.pole_residue import COMPLEX_E_F_G, ResidualTerms, pole_columns
 from analysis.identification.synthetic import SyntheticFrf, crowded, pairs, r10, rippled, shared_noise
 from analysis.identification.variable_projection import project
 from analysis.identification.vector_fitting import start_poles
@@ -157,7 +156,7 @@ def table(draws: int, noise: float, every: bool, peers: bool) -> None:
 
 def together(folder: Path) -> None:
     """CPU time of a campaign's sweeps fitted together, and of every fourth sweep identified alone."""
-    from analysis.identification.tracking import sweep_measured, track
+    from analysis.identification.over_temperature.tracking import sweep_measured, track
     from analysis.recordings.frf import campaign_frf
     from app.files.campaign import load_campaign
 

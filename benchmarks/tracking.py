@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 from tracking_bound import worth
 
-from analysis.identification.expected_modes import ExpectedModes
-from analysis.identification.tracked_modes import TrackedModes
-from analysis.identification.tracking import track
+from analysis.identification.over_temperature.expected_modes import ExpectedModes
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracking import track
 from analysis.recordings.frf import Frf, campaign_frf
 from app.files.campaign import load_campaign
 

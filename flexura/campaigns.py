@@ -9,7 +9,7 @@ from time import perf_counter
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from analysis.identification.reading import Damping
+from analysis.identification.modes import Damping
 from analysis.identification.settings import Settings
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf, campaign_frf

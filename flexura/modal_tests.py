@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.identification.reading import Damping
+from analysis.identification.modes import Damping
 from analysis.identification.settings import Settings
 from analysis.progress import Progress
 from app.files.run_folder import writable_folder

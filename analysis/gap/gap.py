@@ -1,4 +1,4 @@
-"""The gap workflow from FRFs to a report."""
+"""The gap workflow from FRFs to a report, and the verdict on what its search found."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -15,28 +15,33 @@ from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.data.preparation import prepare, sharpest
 from analysis.gap.data.sweeps import GapSweeps
-from analysis.gap.fitting.gap_fit import GapFit
-from analysis.gap.fitting.misfit import relative_misfit
-from analysis.gap.fitting.residual_map import residual_map
-from analysis.gap.fitting.sheet import fitted_sheet
+from analysis.gap.fitting.gap_fit import GapFit, fitted_sheet, relative_misfit
+from analysis.gap.fitting.residual_map import residual_map, whiteness
 from analysis.gap.fitting.state import starting_state
-from analysis.gap.fitting.whiteness import whiteness
 from analysis.gap.imperfect.discrepancy import Discrepancy
 from analysis.gap.imperfect.naming import BesideDiscrepancy, Surety, beside_discrepancy
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect, PlainTwin, Verdict
 from analysis.gap.search.confidence import against, equivalents, probability
-from analysis.gap.search.confounding import signal_cosine, tangent_cosines
 from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.held_out import HeldOut, held_out, splits
+from analysis.gap.search.observability import signal_cosine, tangent_cosines
 from analysis.gap.search.signatures import Signature, signatures
 from analysis.gap.search.stepwise import SearchResult, stepwise_search
+from analysis.gap.search.unknown import noise_evidence, unknown_evidence
 from analysis.gap.thresholds import EXPLAINED, Z_FLOOR
-from analysis.gap.verdict import Judgement, judge
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf
 from analysis.twin_model import Remade, TwinModel
 from analysis.updated import Updated
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A verdict, and the reason as text."""
+
+    verdict: Verdict
+    reason: str
 
 
 def find_gap(
@@ -311,3 +316,42 @@ def _candidates(context: SearchContext, found: SearchResult, first: str | None) 
             )
         )
     return tuple(rows)
+
+
+def judge(context: SearchContext, found: SearchResult, tried: HeldOut | None) -> Judgement:
+    """Decide whether named effects bring the twin down to the noise.
+
+    Where none do, the verdict is unknown, and `analysis.gap.imperfect` may name effects beside what is left. An
+    effect is accepted by the remaining residual here: beside noise alone, evidence grows with every effect that
+    fits a little.
+
+    Parameters
+    ----------
+    context : SearchContext
+    found : SearchResult
+    tried : HeldOut or None
+        The split that decides; None where no effect was found.
+
+    Returns
+    -------
+    Judgement
+    """
+    silent = context.agrees(found.baseline)
+    if not found.effects or tried is None:
+        if silent:
+            return Judgement("none", "the twin agrees with the data to the noise, no effect adds to it")
+        return Judgement("unknown", "there is a gap, and no effect of the library explains it")
+    if not tried.holds:
+        verdict: Verdict = "none" if silent else "unknown"
+        return Judgement(verdict, f"what was found does not hold on data left out ({tried.what})")
+    if context.agrees(found.fit) and not _leaves_structure(context, found.fit):
+        return Judgement("explained", "with the effects named, twin and data agree to the noise")
+    return Judgement("unknown", "with the best effects, more than noise is left")
+
+
+def _leaves_structure(context: SearchContext, fit: GapFit) -> bool:
+    """Whether the residual, beyond the twin's own error, has more evidence for a discrepancy than noise has."""
+    if context.excess(fit) <= context.allowed(fit):
+        return False
+    least = noise_evidence(context.sweeps) * context.overstated(fit)
+    return unknown_evidence(context.sweeps, fit.residual, fit.state) >= least

@@ -20,12 +20,11 @@ from analysis.arrays import Complex, Mask, Real
 from analysis.checked_fields import check_shapes
 from analysis.effect_card import Values
 from analysis.gap.data.widened import cauchy_kernel
-from analysis.health.baseline import HealthBaseline
+from analysis.health.baseline import HealthBaseline, SelfCheck
 from analysis.health.candidates import DEPOLARIZATION, ChangeCandidate
 from analysis.health.evidence import SpanEstimate
 from analysis.health.recording import DatedRecording, DateEquations, ExpectedResponse, date_equations
 from analysis.health.refined import ABANDONED_CHI2_RATIO, ChangeFit, RefinedChange, linear_evidence
-from analysis.health.self_check import SelfCheck
 
 REFINED_EVIDENCE_SHARE = 0.5
 """Share of the largest log evidence, by the linear search, from which a family is fitted with its place: what is

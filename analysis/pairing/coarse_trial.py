@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
 from analysis.identification.lines import Lines
-from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.pole_residue import ResidualTerms
 from analysis.identification.variable_projection import project
 from analysis.material import MaterialBox
 from analysis.pairing.assignment import ModePairs, pair_modes

@@ -6,8 +6,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.modes import Modes
-from analysis.identification.reading import Damping, PoleReading, read_poles
+from analysis.identification.modes import Damping, Modes, PoleReading, read_poles
 
 HEARD = 0.3
 """Peak of a mode over the rms of its FRFs from which on it counts as strong. Smaller ones lie on the flanks of

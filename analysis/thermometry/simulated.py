@@ -3,7 +3,7 @@
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.rendering.programme import TemperatureProgramme
+from analysis.rendering.following import TemperatureProgramme
 from analysis.thermometry.listening import PatchResponse
 
 STATE_SPACING = 1.0

@@ -22,12 +22,9 @@ from analysis.experiment import Protocol
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.preparation import apart
 from analysis.gap.data.sweeps import GapSweeps
-from analysis.gap.fitting.gap_fit import GapFit
-from analysis.gap.fitting.misfit import sweep_powers
-from analysis.gap.fitting.sheet import fitted_sheet
+from analysis.gap.fitting.gap_fit import GapFit, fitted_sheet, sweep_powers
 from analysis.gap.fitting.state import GapState
-from analysis.gap.imperfect.search import settled_from_first_order
-from analysis.gap.imperfect.whole_campaign import over_all_sweeps
+from analysis.gap.imperfect.search import over_all_sweeps, settled_from_first_order
 from analysis.gap.search.context import SearchContext
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox, MaterialSigma

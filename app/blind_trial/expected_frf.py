@@ -3,7 +3,7 @@
 import numpy as np
 
 from analysis.material import MaterialSigma
-from analysis.protocol.drive import drive_signal
+from analysis.protocol.sweep import drive_signal
 from analysis.recordings.frf import Frf
 from analysis.recordings.mains import mains_lines
 from analysis.recordings.sweep_point import SweepPoint

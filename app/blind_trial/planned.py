@@ -21,9 +21,8 @@ from analysis.effect_card import Values
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.plan.decision import NOTHING, Told, decided, told
 from analysis.gap.plan.measurement import Measurement
-from analysis.gap.plan.question import Question
 from analysis.gap.plan.ranking import Plan
-from analysis.gap.plan.separation import ENOUGH
+from analysis.gap.plan.separation import ENOUGH, Question
 from app.blind_trial.draw_effects import of_size
 from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.experiments import any_declaration, draw_experiments

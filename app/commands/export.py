@@ -125,7 +125,7 @@ def command(
         raise click.UsageError(f"--prefix is for --to c; {form} has no names")
     if temperatures and form in ("c", "onnx"):
         raise click.UsageError(f"--temperature is for npz, wav and csv; {form} follows every temperature")
-    from analysis.rendering.tilt_bank import TiltBank
+    from analysis.rendering.following import TiltBank
     from app.files.exports.c_code import SAMPLES_AT_ONCE
     from app.files.exports.cost import Cost
     from app.files.exports.shipment import shipment

@@ -14,7 +14,7 @@ from app.commands.options import PATH, RUN_WITH_LAWS, Existing, mains, run_out
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
-    from analysis.identification.reading import Damping
+    from analysis.identification.modes import Damping
     from app.stages.identify_options import Method, Wanted
 
 MEASURED = Existing("allowed: a campaign's folder, a test's declaration (test.toml), or a universal file")

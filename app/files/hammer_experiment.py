@@ -11,8 +11,7 @@ from analysis.declaration.tolerances import Tolerances
 from analysis.declaration.transducers import MOST_POINTS, Drive, Name, Radius, Side
 from analysis.estimation.impacts import HammerTest
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Plate, Protocol
-from analysis.protocol.limits import Limits
-from analysis.protocol.protocol import AcquisitionProtocol, Programme, Rate, Settling
+from analysis.protocol.protocol import AcquisitionProtocol, Limits, Programme, Rate, Settling
 from analysis.protocol.sweep import SweepSettings
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.experiment_toml import AcquiredSensor, RigKind, far_limits

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.modes import Modes, Rejected
-from analysis.identification.residual_terms import named
-from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
+from analysis.identification.pole_residue import named
 from analysis.shapes.participation import ModeShapes
 from app.files.atomic import atomic_hdf5, write_text
 from app.files.hdf5_file import result_file

@@ -6,9 +6,8 @@ from typing import Any
 
 from analysis.gap.plan.decision import Decision
 from analysis.gap.plan.measurement import OVEN_FIXED, Measurement
-from analysis.gap.plan.question import Question
 from analysis.gap.plan.ranking import Expected, Plan
-from analysis.gap.plan.separation import ENOUGH
+from analysis.gap.plan.separation import ENOUGH, Question
 from app.files.bad_file import ResultFileError, quoted
 from app.files.campaign_error import CampaignFileError
 from app.files.parsed_text import parse_json, read_text

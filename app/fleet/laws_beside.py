@@ -11,8 +11,15 @@ from pathlib import Path
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.fleet.new_piece import PredictedLaw, predict_piece
-from analysis.fleet.scatter import FEWEST_PIECES, Outlier, Scatter, estimate_scatter, outliers
+from analysis.fleet.scatter import (
+    FEWEST_PIECES,
+    Outlier,
+    PredictedLaw,
+    Scatter,
+    estimate_scatter,
+    outliers,
+    predict_piece,
+)
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updated import Updated
 from analysis.updating.laws import fit_laws

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.fleet.new_piece import predict_piece
+from analysis.fleet.scatter import predict_piece
 from app.fleet.exchange import USABLE_LOSS, Exchange
 from app.fleet.fleet_run import RunMember
 from app.fleet.laws_beside import CONSTANTS, FleetLaws

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.fleet.new_piece import predict_piece
+from analysis.fleet.scatter import predict_piece
 from app.files.provenance import provenance
 from app.files.run_record import hashed
 from app.fleet.exchange import FILTERS, Exchange

@@ -7,18 +7,17 @@ from pathlib import Path
 import numpy as np
 
 from analysis.channel import UNITS
-from analysis.estimation.agreement import LEAST_AGREEMENT, agreement
+from analysis.estimation.agreement import LEAST_AGREEMENT, agreement, of_hits, of_records
 from analysis.estimation.estimators import Estimator, FrfEstimate, estimate
 from analysis.estimation.excitation import leaks
 from analysis.estimation.impacts import Blows, find_blows
-from analysis.estimation.levels import of_hits, of_records
 from analysis.estimation.quantities import frf_name
 from analysis.estimation.ringing import ringing
 from analysis.estimation.segments import Segments
 from analysis.estimation.spectra import Spectra, of_blocks, pooled, welch
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.identification.single_hits import FEWEST_HITS, WithoutHit
-from analysis.plate_temperature.named_doubts import said_of_doubts
+from analysis.identification.judgement.confirmation import FEWEST_HITS, WithoutHit
+from analysis.plate_temperature.label_check import said_of_doubts
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.hit_doubts import hit_doubts

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
-from analysis.identification.confirmation import confirmed
 from analysis.identification.finishing import finish
+from analysis.identification.judgement.confirmation import confirmed
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes, Rejected
 from analysis.identification.pole_search import fit

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.estimation.transfer import MeasuredTransfer
+from analysis.identification.judgement.confirmation import confirmed_by_hits
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
-from analysis.identification.single_hits import confirmed_by_hits
-from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.progress import Progress
 from analysis.shapes.participation import ModeShapes, mode_shapes, residue_deviation

@@ -99,7 +99,7 @@ def _are_viscous(rows: list[Row]) -> bool:
     """Whether frequencies are those of viscous modes, |pole| / 2 pi: so they are beside damping ratios.
 
     Where there are loss factors, too, they tell: 2 zeta beside viscous frequencies, Im k / Re k beside hysteretic
-    ones (`analysis.identification.reading`), which is larger by a share of 1.5 zeta^2.
+    ones (`analysis.identification.modes`), which is larger by a share of 1.5 zeta^2.
     """
     zeta = np.array([row.get("damping_ratio", np.nan) for row in rows])
     loss = np.array([row.get("loss_factor", np.nan) for row in rows])

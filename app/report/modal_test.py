@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from analysis.estimation.transfer import direction_sign
 from analysis.identification.modes import Modes
 from analysis.shapes.assurance import mac
-from analysis.shapes.indicator import cmif
 from analysis.shapes.participation import ModeShapes
-from analysis.shapes.stabilization import StabilizationChart
+from analysis.shapes.stabilization import StabilizationChart, cmif
 from app.files.bad_file import quoted
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import load_test

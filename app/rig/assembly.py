@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.progress import Progress
-from analysis.protocol.limits import Limits
+from analysis.protocol.protocol import Limits
 from app.files.experiment_toml import AcquiredExperiment, RigKind
 from app.files.hammer_experiment import HammerExperiment
 from app.files.instrument_sections import OvenSection

@@ -6,7 +6,7 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.checked_fields import check_finite, check_range, check_shapes
-from analysis.rendering.programme import TemperatureProgramme
+from analysis.rendering.following import TemperatureProgramme
 from analysis.rendering.renderer import Renderer
 from analysis.thermometry.bands import Decimator
 from analysis.thermometry.simulated import simulated_response

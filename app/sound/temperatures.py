@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.rendering.programme import TemperatureProgramme
+from analysis.rendering.following import TemperatureProgramme
 from app.files.bad_file import ResultFileError
 from app.files.parsed_text import read_text
 

@@ -10,12 +10,10 @@ import numpy as np
 from analysis.experiment import Experiment
 from analysis.gap.data.compression import Nodes
 from analysis.gap.data.preparation import EVERY_LINE, sharpest
-from analysis.health.baseline import HealthBaseline
+from analysis.health.baseline import HealthBaseline, self_check
 from analysis.health.candidates import change_candidates
 from analysis.health.health_report import HealthReport
-from analysis.health.played_date import played_date
-from analysis.health.recording import DatedRecording, recordings_of
-from analysis.health.self_check import self_check
+from analysis.health.recording import DatedRecording, played_date, recordings_of
 from analysis.health.watch import HealthWatch
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf, campaign_frf

@@ -8,11 +8,11 @@ from typing import Any
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import Experiment
 from analysis.gap.data.preparation import sweep_points
-from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
-from analysis.identification.residual_terms import choices_for
-from analysis.identification.stated_temperature import at_stated_temperature
-from analysis.identification.tracked_modes import TrackedModes
-from analysis.identification.tracking import sweep_measured, track
+from analysis.identification.judgement.confirmation import confirmed, confirmed_by_neighbours
+from analysis.identification.over_temperature.stated_temperature import at_stated_temperature
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracking import sweep_measured, track
+from analysis.identification.pole_residue import choices_for
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.progress import Progress
 from analysis.recordings.chosen_actuator import sweeps_of_actuator

@@ -13,16 +13,22 @@ from analysis.gap.data.preparation import sweep_points
 from analysis.geometry.fault import GeometryError
 from analysis.identification.automatic import identify
 from analysis.identification.modes import Modes
-from analysis.identification.residual_terms import ResidualTerms, choices_for
+from analysis.identification.over_temperature.tracking import sweep_measured
+from analysis.identification.pole_residue import ResidualTerms, choices_for
 from analysis.identification.settings import Settings
-from analysis.identification.tracking import sweep_measured
 from analysis.local_laws import LocalLaws
 from analysis.pairing.assignment import HALF_POWER, ModePairs, pair_modes
 from analysis.pairing.coarse_trial import SweepModes
 from analysis.pairing.mode_list import ModeList
 from analysis.pairing.paired_sweeps import POOR, PairedSweeps, Pairing, Source
-from analysis.pairing.places import FittingPlace, KnownShapes, fitting_places, represented
-from analysis.pairing.points import PointComparison, compare_points
+from analysis.pairing.points import (
+    FittingPlace,
+    KnownShapes,
+    PointComparison,
+    compare_points,
+    fitting_places,
+    represented,
+)
 from analysis.progress import Progress
 from analysis.recordings.chosen_actuator import sweeps_of_modes
 from analysis.recordings.frf import Frf

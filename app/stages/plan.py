@@ -9,11 +9,17 @@ import numpy as np
 
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.plan.information import Information, LinearisedCampaign
-from analysis.gap.plan.measurement import Measurement, Reach, campaigns, hand_tools, placed
-from analysis.gap.plan.planned_sweeps import planned_sweeps, with_noise_of
-from analysis.gap.plan.question import Question, open_questions
+from analysis.gap.plan.measurement import (
+    Measurement,
+    Reach,
+    campaigns,
+    hand_tools,
+    placed,
+    planned_sweeps,
+    with_noise_of,
+)
 from analysis.gap.plan.ranking import Expected, Plan, ranked, weights
-from analysis.gap.plan.separation import separation
+from analysis.gap.plan.separation import Question, open_questions, separation
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress

@@ -2,9 +2,14 @@
 
 import numpy as np
 
-from analysis.plate_temperature.air_and_plate import doubtful_sweeps, offset_change
-from analysis.plate_temperature.label_check import hysteresis, misplaced
-from analysis.plate_temperature.named_doubts import MOST_NAMED, said_of_doubts
+from analysis.plate_temperature.label_check import (
+    MOST_NAMED,
+    doubtful_sweeps,
+    hysteresis,
+    misplaced,
+    offset_change,
+    said_of_doubts,
+)
 from analysis.plate_temperature.resonances import unlike_resonances
 from analysis.recordings.campaign import Sweep
 from analysis.recordings.frf import Frf

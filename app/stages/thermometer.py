@@ -10,7 +10,7 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.progress import Progress
 from analysis.recordings.campaign import CampaignExtent
-from analysis.rendering.programme import TemperatureProgramme
+from analysis.rendering.following import TemperatureProgramme
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.exports.shipment import Shipment, shipment
 from app.files.run_folder import run_folder

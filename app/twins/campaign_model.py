@@ -10,8 +10,7 @@ import numpy as np
 from analysis.effect_card import EffectCard
 from analysis.estimates import Estimate
 from analysis.experiment import Experiment
-from analysis.gap.data.groups import TemperatureGroups, mean_laws
-from analysis.gap.data.law_smoothness import LawSmoothness
+from analysis.gap.data.groups import LawSmoothness, TemperatureGroups, mean_laws
 from analysis.gap.data.numerical_floor import allowed_error
 from analysis.progress import Progress
 from analysis.recordings.frf_campaign import AnyCampaign

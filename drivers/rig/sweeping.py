@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from analysis.plate_temperature.resonances import FrfThermometer, log_spectrum
 from analysis.protocol.acceptance import faults
-from analysis.protocol.drive import drive_signal
 from analysis.protocol.protocol import AcquisitionProtocol, SweepSetPoint
+from analysis.protocol.sweep import drive_signal
 from analysis.recordings.campaign import Sweep
 from analysis.recordings.h1 import h1
 from drivers.ni.errors import DaqError

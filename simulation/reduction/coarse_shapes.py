@@ -14,7 +14,7 @@ from simulation.reduction.damped_modes import DampedModes
 from simulation.reduction.reduced_model import ReducedModel
 
 PLACES = 40
-"""Places along the longer side of the box around the plate: 6 mm apart on one of 0.24 m; `analysis.pairing.places`
+"""Places along the longer side of the box around the plate: 6 mm apart on one of 0.24 m; `analysis.pairing.points`
 interpolates between them. The reduction then takes 1 s, most of it for the rows of these places."""
 
 

@@ -24,11 +24,10 @@ from analysis.focusing.panel_model import PanelModes
 from analysis.focusing.pareto import ParetoCurve
 from analysis.focusing.performance import Aim
 from analysis.focusing.played import Played
-from analysis.health.baseline import PanelLinearisation
+from analysis.health.baseline import PanelLinearisation, SelfCheck
 from analysis.health.evidence import SpanEstimate
 from analysis.health.health_report import HealthDate, HealthReport, NamedChange
 from analysis.health.recording import DatedRecording, DateEquations, ExpectedResponse
-from analysis.health.self_check import SelfCheck
 from analysis.identification.measured import Measured
 from analysis.material import Material, MaterialBox, MaterialLaws, MaterialSigma
 from analysis.recordings.frf import Frf

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.identification.pole_residue import synthesis
-from analysis.identification.residual_terms import NONE
+from analysis.identification.pole_residue import NONE, synthesis
 from analysis.recordings.h1 import repeat_shift
 
 FREQUENCY = np.arange(100.0, 900.0, 0.5)

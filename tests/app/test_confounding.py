@@ -10,7 +10,7 @@ from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import plain_state
 from analysis.gap.search.confidence import equivalents
-from analysis.gap.search.confounding import signal_cosine
+from analysis.gap.search.observability import signal_cosine
 from analysis.gap.search.score_test import score_test
 from analysis.local_laws import LocalLaws
 from analysis.material import Material

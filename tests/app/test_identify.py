@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.estimation.windows import without_window
 from analysis.identification.modes import Modes
-from analysis.identification.residual_terms import named
+from analysis.identification.pole_residue import named
 from analysis.identification.settings import Settings
 from analysis.identification.synthetic import SyntheticFrf, r10
 from analysis.shapes.assurance import mac

@@ -15,8 +15,7 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.gap.data.compression import CompressedSweep, Nodes
-from analysis.gap.data.line_weights import LineWeights
-from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.data.sweeps import GapSweeps, LineWeights
 
 PLACES_PER_HALF_WIDTH = 4.0
 """Number of frequencies within a half-width at which the widened response is taken: between two of them h changes

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
-from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.recordings.chosen_actuator import sweeps_of_modes
 from analysis.recordings.frf import Frf
 from app.view.nyquist import POINTS_OF_CIRCLE

@@ -10,7 +10,7 @@ from analysis.experiment import Experiment
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
-from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
 from analysis.recordings.campaign import CampaignExtent
 from analysis.recordings.frf import Frf, campaign_frf

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.modes import Modes
-from analysis.identification.reading import PoleReading
+from analysis.identification.modes import Modes, PoleReading
 from analysis.shapes.participation import ModeShapes
 from analysis.shapes.stabilization import StabilizationChart
 from app.modal_test.frf_set import FrfSet

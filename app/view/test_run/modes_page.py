@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from analysis.shapes.assurance import mac
-from analysis.shapes.indicator import cmif
+from analysis.shapes.stabilization import cmif
 from app.modal_test.records import AXIS, MODE_HEADINGS, mode_names, mode_rows
 from app.summaries.modes import READ_AS
 from app.view.chart import Chart

@@ -7,10 +7,9 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.gap.data.compression import Nodes
-from analysis.health.baseline import HealthBaseline
+from analysis.health.baseline import HealthBaseline, SelfCheck, self_check
 from analysis.health.candidates import change_candidates
 from analysis.health.recording import DatedRecording, ExpectedResponse, recordings_of
-from analysis.health.self_check import SelfCheck, self_check
 from analysis.health.watch import HealthWatch
 from analysis.material import MaterialLaws
 from analysis.recordings.frf import Frf

@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from analysis.plate_temperature.air_and_plate import doubtful_sweeps, offset_change
+from analysis.plate_temperature.label_check import doubtful_sweeps, offset_change
 from analysis.recordings.campaign import Sweep
 
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.arrays import Real
-from analysis.protocol.drive import drive_signal
-from analysis.protocol.sweep import SweepSettings
+from analysis.protocol.sweep import SweepSettings, drive_signal
 from analysis.recordings.h1 import h1
 
 RATE = 51_200.0 / 6.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.rendering.programme import TemperatureProgramme
+from analysis.rendering.following import TemperatureProgramme
 from analysis.thermometry.listening import Listener
 from analysis.thermometry.simulated import simulated_response
 from analysis.thermometry.tracking import Track

@@ -9,8 +9,8 @@ import pytest
 from analysis.identification.automatic import identify
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes, Rejected
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.identification.synthetic import r10
-from analysis.identification.tracked_modes import TrackedModes
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.modes_file import load_modes, save_modes, write_table

@@ -18,8 +18,7 @@ from analysis.experiment import (
     Protocol,
 )
 from analysis.material import Material, MaterialBox, laws_through
-from analysis.protocol.drive import drive_signal
-from analysis.protocol.sweep import SweepSettings
+from analysis.protocol.sweep import SweepSettings, drive_signal
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Effects
 from app.files.campaign_error import CampaignFileError

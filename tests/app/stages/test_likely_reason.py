@@ -9,9 +9,9 @@ import pytest
 from analysis.declaration.plate_material import material_box
 from analysis.experiment import Experiment
 from analysis.identification.automatic import identify
-from analysis.identification.residual_terms import COMPLEX_E_F_G
+from analysis.identification.over_temperature.tracking import sweep_measured
+from analysis.identification.pole_residue import COMPLEX_E_F_G
 from analysis.identification.settings import Settings
-from analysis.identification.tracking import sweep_measured
 from analysis.material import MaterialBox
 from analysis.pairing.coarse_trial import SweepModes, tried
 from analysis.pairing.mode_list import ModeList

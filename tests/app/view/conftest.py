@@ -10,8 +10,8 @@ import pytest
 
 from analysis.experiment import Acquisition, Experiment, OvenDeclaration, Patch, Plate, Protocol
 from analysis.identification.modes import Modes
-from analysis.identification.residual_terms import NONE
-from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
+from analysis.identification.pole_residue import NONE
 from analysis.material import Material, MaterialSigma
 from analysis.recordings.frf import Frf
 from analysis.updated import Updated

@@ -15,7 +15,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QMessageBox
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from app.files.bad_file import ResultFileError
 from app.files.campaign_inputs import origin_of_result
 from app.files.laws_file import load_laws, load_updated, save_laws
