@@ -1,7 +1,7 @@
 """Moduli, Poisson's ratio and loss factors of an orthotropic sheet by direction, from laws and constant ratios.
 
 The laws give E = (E_x + E_y)/2, nu (the root of nu_xy nu_yx) and eta (the root of eta_x eta_y) at every
-temperature; four logarithms r, s, p, q are constant, see `simulation.state.sheet_departures`. With the declared
+temperature; four logarithms r, s, p, q are constant, see `simulation.state.departures`. With the declared
 R_0 = E_y/E_x and R = R_0 exp(r)
 
     E_x = 2 E/(1 + R),  E_y = R E_x,  G_xy = (1 + delta_g) exp(s) E / 2(1 + nu),  nu_xy = nu R**-0.5,

@@ -11,7 +11,7 @@ from analysis.local_laws import LocalLaws
 from analysis.material import MaterialLaws
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Effects
-from simulation.twin.reduced_plate import ReducedPlate
+from simulation.twin.local_plate import ReducedPlate
 from simulation.twin.twin import Twin
 
 TEMPERATURE_SPACING = 0.2

@@ -18,8 +18,7 @@ from analysis.pairing.paired_sweeps import LEAST_SHARE
 from analysis.progress import Progress
 from analysis.updating.modulus_scan import ModulusScan, levels, scan_grid, scanned_box, smoothed
 from app.stages.declaration_check import sentence
-from simulation.reduction.coarse_places import CoarsePlaces
-from simulation.reduction.coarse_plate import CoarsePlate
+from simulation.reduction.coarse_plate import CoarsePlaces, CoarsePlate
 from simulation.twin.instruments import ports
 
 STAGE = "looking for the reason"

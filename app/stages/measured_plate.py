@@ -155,7 +155,7 @@ class MeasuredPlate:
 
     def _loads(self, panel: Panel) -> list[Load]:
         """Masses that were found, unless the panel has one there."""
-        from simulation.shell.footprints import attached_discs  # not needed where no mass was found
+        from simulation.shell.points import attached_discs  # not needed where no mass was found
 
         experiment = self.experiment
         mass = sum(one.value for one in self.effects.get("point_mass", ()))

@@ -246,7 +246,7 @@ def _with_places(experiment: Experiment, compared: PointComparison, material: Re
     material : (N, 2) ndarray
         E [Pa] and nu of the sweep of every mode.
     """
-    from simulation.reduction.coarse_shapes import CoarseShapes  # slow import: mesher
+    from simulation.reduction.coarse_plate import CoarseShapes  # slow import: mesher
 
     outputs = experiment.outputs
     wanted = [int(k) for k in np.flatnonzero(compared.unexplained) if outputs[k].footprint is not None]

@@ -21,7 +21,7 @@ from simulation.effects.library import library
 from simulation.effects.second import seconds
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.reduction.sufficient_fineness import RequiredError, sufficient_fineness
-from simulation.shell.footprints import attached_discs
+from simulation.shell.points import attached_discs
 from simulation.tolerances import tolerances
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.effect_plate import EffectPlate
@@ -30,7 +30,7 @@ from simulation.twin.twin import Twin
 if TYPE_CHECKING:
     from simulation.reduction.plate_basis import PlateBasis
     from simulation.shell.fineness import Fineness
-    from simulation.state.sheet_departures import Sheet
+    from simulation.state.departures import Sheet
 
 OFFSET = "sensor_offset"
 """Effect that needs operators of its own."""

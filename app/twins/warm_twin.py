@@ -20,8 +20,8 @@ from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
 from app.twins.panel_twin import PanelTwin
 from simulation.effects.draught_gradient import EFFECT
 from simulation.reduction.basis_training import BasisTraining
-from simulation.reduction.cell_stiffness import cell_centers, cell_stiffness
 from simulation.reduction.modal_form import ModalForm
+from simulation.reduction.projector import cell_centers, cell_stiffness
 from simulation.shell.assembly import assemble_chosen
 from simulation.shell.fineness import Fineness
 from simulation.state.plate_state import Circumstances, PlateState
@@ -45,7 +45,7 @@ class WarmTwin:
     vectors : (n, r) ndarray
         Motions of the full plate of these coordinates.
     first, second : (cells, r, r) ndarray
-        See `simulation.reduction.cell_stiffness`.
+        See `simulation.reduction.projector`.
     """
 
     panel: Panel

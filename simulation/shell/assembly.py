@@ -19,8 +19,7 @@ from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.condensation import ResponseProblem, first_inside, without_insides
-from simulation.shell.coupling import couplings
-from simulation.shell.factors import factorize
+from simulation.shell.electric_load import couplings
 from simulation.shell.fineness import Fineness
 from simulation.shell.in_plane import moduli, plane_stress_moduli, transverse
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
@@ -29,7 +28,7 @@ from simulation.shell.rigidity import Block, W
 from simulation.shell.shell_model import ShellModel
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
-from simulation.shell.unknowns import Unknowns, elimination_order
+from simulation.shell.unknowns import Unknowns, elimination_order, factorize
 
 Parts = tuple[list[Block], list[Block], list[Block], list[Block]]
 """Blocks of K1, K2, Kp and M."""

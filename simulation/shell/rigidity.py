@@ -1,4 +1,4 @@
-"""Strain energy and inertia of a laminated Reissner-Mindlin shell, cell by cell.
+"""Strain energy and inertia of a laminated Reissner-Mindlin shell, cell by cell, and its shear correction.
 
 Five fields: mid-plane displacements u, v, w (m) and the rotations thx, thy (rad) of the normal towards +x and +y,
 so that a point at height z moves by (u + z thx, v + z thy, w). Eight strains follow from them: membrane (u,x; v,y;
@@ -16,6 +16,8 @@ from analysis.arrays import Real, Whole
 from simulation.shell.curved_surface import CurvedSurface
 from simulation.shell.space import ShapeSpace
 
+SHEAR_FACTOR = 5.0 / 6.0
+"""Of a parabolic distribution of the transverse shear stress over the thickness."""
 FIELDS = ("u", "v", "w", "thx", "thy")
 U, V, W, THX, THY = range(5)
 STRAINS: tuple[tuple[tuple[int, str], ...], ...] = (
@@ -29,7 +31,6 @@ STRAINS: tuple[tuple[tuple[int, str], ...], ...] = (
     ((W, "y"), (THY, "0")),
 )
 """Fields in every strain, each with its derivative: ``x``, ``y``, or ``0`` for the field itself."""
-
 Weight = float | Real
 """A number, a value for every cell (cells,) or one for every point of quadrature (Q,)."""
 

@@ -16,13 +16,13 @@ from simulation.shell.in_plane import InPlane, Transverse, matrix
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.plate_borders import mesh_of
 from simulation.shell.rigidity import (
+    SHEAR_FACTOR,
     Block,
     CellMatrices,
     Rigidity,
     Weight,
     laminate,
 )
-from simulation.shell.shear_factor import SHEAR_FACTOR
 from simulation.shell.space import ShapeSpace
 
 

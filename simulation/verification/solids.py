@@ -11,10 +11,10 @@ from analysis.arrays import Mask, Real
 from analysis.experiment import Patch, Plate
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble
-from simulation.shell.factors import factorize
 from simulation.shell.rigidity import U, V
 from simulation.shell.shell_model import ShellModel
 from simulation.shell.theory_error import mode_errors
+from simulation.shell.unknowns import factorize
 
 MESH = MeshRecipe(spacing=0.05, levels=2, outer_corners=True)
 DEGREE = 6

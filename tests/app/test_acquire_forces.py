@@ -23,7 +23,7 @@ from app.files.frf_file import load_frf, save_frf
 from app.files.sweep_file import digest
 from app.main import flexura
 from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.footprint_reduction import reduce_with_footprints
+from simulation.reduction.plate_basis import reduce_with_footprints
 from simulation.shell.assembly import assemble
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.twin import Twin

@@ -18,7 +18,7 @@ from app.files.campaign_kind import DECLARATION
 from app.files.recorded_campaign import read_recorded_campaign
 from app.files.toml_text import toml_text
 from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.footprint_reduction import reduce_with_footprints
+from simulation.reduction.plate_basis import reduce_with_footprints
 from simulation.shell.assembly import assemble
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.twin import Twin

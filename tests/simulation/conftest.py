@@ -15,8 +15,8 @@ from analysis.experiment import (
 )
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.reduce import reduce
 from simulation.reduction.reduced_model import ReducedModel
+from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.assembly import assemble, assemble_for
 from simulation.shell.fineness import Fineness
 from simulation.shell.shell_model import ShellModel

@@ -6,7 +6,7 @@ import pytest
 from analysis.channel import Footprint
 from analysis.declaration.plate_parts import check_disc
 from analysis.experiment import Attachment, Plate
-from simulation.shell.footprints import attached_discs, footprint_points
+from simulation.shell.points import attached_discs, footprint_points
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,7 @@ class ModeShape(QWidget):
 
         def fetched(report: Progress) -> Shapes:
             from app.twins.campaign_twin import campaign_reduction
-            from simulation.reduction.lowest_modes import lowest_modes
+            from simulation.reduction.reduced_model import lowest_modes
 
             masses = np.array([footprint.mass for footprint in experiment.footprints])
             reduced = campaign_reduction(experiment, report).loaded(masses)

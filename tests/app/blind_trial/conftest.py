@@ -18,8 +18,8 @@ from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.effect_reduction import reduce_with_effects
-from simulation.reduction.reduce import reduce
 from simulation.reduction.reduced_model import ReducedModel
+from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness
 

@@ -29,7 +29,7 @@ from app.rig.simulated_plate import TwinPlate, TwinTransfer
 from simulation.effects.library import LIBRARY
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.effect_reduction import reduce_with_effects
-from simulation.reduction.reduce import reduce
+from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness
 from simulation.twin.declared_plate import DeclaredPlate

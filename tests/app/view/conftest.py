@@ -159,7 +159,7 @@ def _plate_of_sines(monkeypatch: pytest.MonkeyPatch) -> None:
     """Spare the windows the reduction of a real plate."""
     monkeypatch.setattr("app.twins.campaign_twin.campaign_reduction", lambda *_: SinePlate())
     monkeypatch.setattr(
-        "simulation.reduction.lowest_modes.lowest_modes", lambda plate, *asked: plate.modes(*asked)
+        "simulation.reduction.reduced_model.lowest_modes", lambda plate, *asked: plate.modes(*asked)
     )
 
 

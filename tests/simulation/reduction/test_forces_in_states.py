@@ -12,7 +12,7 @@ from simulation.reduction.effect_certification import CERTIFIED_LINES, state_err
 from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.fineness import Fineness
-from simulation.shell.footprints import attached_discs
+from simulation.shell.points import attached_discs
 from simulation.state.extreme_states import STEEPEST_SLOPES, extreme_states
 from simulation.state.field_basis import field_basis
 from simulation.twin.effect_plate import EffectPlate

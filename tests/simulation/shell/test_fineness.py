@@ -9,8 +9,8 @@ from analysis.experiment import Plate
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble_for
-from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
+from simulation.shell.unknowns import factorize
 
 MESH = MeshRecipe(spacing=0.08, grading=0.0, pieces=1)
 

@@ -18,11 +18,10 @@ from analysis.updated import Updated
 from simulation.effects.library import LIBRARY, library
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.effect_reduction import reduce_with_effects
-from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
-from simulation.shell.footprints import attached_discs
-from simulation.shell.points import footprint_rows
+from simulation.shell.points import attached_discs, footprint_rows
 from simulation.shell.rigidity import W
+from simulation.shell.unknowns import factorize
 from simulation.state.plate_state import Circumstances, PlateState
 from simulation.tolerances import tolerances
 from simulation.twin.effect_plate import EffectPlate

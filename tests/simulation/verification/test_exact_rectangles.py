@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simulation.verification.exact_rectangles import HardRectangle, LevyPlate
+from simulation.verification.exact_plates import HardRectangle, LevyPlate
 from simulation.verification.waves import PlateWaves
 
 

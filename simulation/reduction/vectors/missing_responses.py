@@ -10,10 +10,10 @@ import scipy.linalg
 from scipy.sparse import csr_matrix
 
 from analysis.arrays import Real
-from simulation.reduction.energy_decomposition import leading
-from simulation.reduction.galerkin import product
-from simulation.reduction.rational_krylov import Chain
-from simulation.shell.factors import factorize
+from simulation.reduction.vectors.energy_decomposition import leading
+from simulation.reduction.vectors.galerkin import product
+from simulation.reduction.vectors.rational_krylov import Chain
+from simulation.shell.unknowns import factorize
 from simulation.state.state_matrices import StateMatrices
 
 SHIFTS_OVER_BAND = (0.55, 1.0)

@@ -11,11 +11,11 @@ import numpy as np
 
 from analysis.arrays import Real
 from simulation.reduction.damped_modes import DampedModes
-from simulation.reduction.energy_decomposition import energy_shift
 from simulation.reduction.reduced_model import ReducedModel
-from simulation.reduction.resonance_lines import root_mean_square
-from simulation.shell.factors import factorize
+from simulation.reduction.vectors.energy_decomposition import energy_shift
+from simulation.reduction.vectors.resonance_lines import root_mean_square
 from simulation.shell.shell_model import ShellModel
+from simulation.shell.unknowns import factorize
 
 SHIFT_IN_BAND = 0.7
 """Shift in the band at which the stiffness is factorized: above the middle, where modes are most in error."""

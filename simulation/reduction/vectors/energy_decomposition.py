@@ -14,9 +14,9 @@ from scipy.sparse import csr_matrix
 from analysis.arrays import Real
 from analysis.material import MaterialBox
 from simulation.reduction.damped_modes import DampedModes, relative_error
-from simulation.reduction.galerkin import product
 from simulation.reduction.reduced_model import ReducedModel
-from simulation.reduction.resonance_lines import root_mean_square
+from simulation.reduction.vectors.galerkin import product
+from simulation.reduction.vectors.resonance_lines import root_mean_square
 
 WORKERS = 2
 """Number of materials solved at a time."""

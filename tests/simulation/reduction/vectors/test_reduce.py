@@ -6,13 +6,13 @@ import pytest
 from analysis.material import MaterialBox
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.damped_modes import relative_error
-from simulation.reduction.energy_decomposition import mass_orthonormal
-from simulation.reduction.lowest_modes import lowest_modes
-from simulation.reduction.rational_krylov import material_space
-from simulation.reduction.reduce import reduce
-from simulation.reduction.resonance_lines import root_mean_square
+from simulation.reduction.reduced_model import lowest_modes
+from simulation.reduction.vectors.energy_decomposition import mass_orthonormal
+from simulation.reduction.vectors.rational_krylov import material_space
+from simulation.reduction.vectors.reduce import reduce
+from simulation.reduction.vectors.resonance_lines import root_mean_square
 from simulation.shell.assembly import assemble
-from simulation.shell.factors import factorize
+from simulation.shell.unknowns import factorize
 
 CORNERS = [(e, nu, eta) for e in (0.8e9, 4e9) for nu in (0.30, 0.48) for eta in (0.02, 0.12)]
 

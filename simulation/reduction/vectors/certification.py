@@ -7,10 +7,10 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.material import MaterialBox
-from simulation.reduction.energy_decomposition import BAND_MARGIN, training_loss
-from simulation.reduction.mode_corrections import mode_corrections
 from simulation.reduction.reduced_model import ReducedModel
-from simulation.reduction.resonance_lines import root_mean_square
+from simulation.reduction.vectors.energy_decomposition import BAND_MARGIN, training_loss
+from simulation.reduction.vectors.mode_corrections import mode_corrections
+from simulation.reduction.vectors.resonance_lines import root_mean_square
 from simulation.shell.shell_model import ShellModel
 
 Constants = tuple[float, float, float]

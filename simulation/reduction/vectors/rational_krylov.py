@@ -13,9 +13,9 @@ from scipy.sparse.linalg import SuperLU
 
 from analysis.arrays import Real
 from simulation.reduction.damped_modes import DampedModes, relative_error
-from simulation.reduction.galerkin import bordered
-from simulation.shell.factors import factorize
+from simulation.reduction.vectors.galerkin import bordered
 from simulation.shell.shell_model import ShellModel
+from simulation.shell.unknowns import factorize
 
 BLOCKS_PER_CHECK = 4
 """Number of blocks added to every chain between two checks of convergence: two may add nothing to the transfers

@@ -8,8 +8,8 @@ import pytest
 from analysis.material import MaterialBox
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.damped_modes import relative_error
-from simulation.reduction.energy_decomposition import decomposition
-from simulation.reduction.reduce import reduce
+from simulation.reduction.vectors.energy_decomposition import decomposition
+from simulation.reduction.vectors.reduce import reduce
 
 BOX = MaterialBox((1e9, 4e9), (0.30, 0.48), (0.005, 0.1))
 TOLERANCE = 2e-5
