@@ -36,7 +36,7 @@ from analysis.recordings.frf import Frf
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated
 from analysis.updating.update import update
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from app.terminal.progress import progress
 from app.twins.campaign_model import WORKERS, referred
 from app.twins.campaign_twin import OFFSET, campaign_twin, effect_twin, offset_wanted

@@ -158,7 +158,7 @@ def together(folder: Path) -> None:
     """CPU time of a campaign's sweeps fitted together, and of every fourth sweep identified alone."""
     from analysis.identification.over_temperature.tracking import sweep_measured, track
     from analysis.recordings.frf import campaign_frf
-    from app.files.campaign import load_campaign
+    from app.files.campaigns.loading import load_campaign
 
     frf = campaign_frf(load_campaign(folder), mains=50.0)
     count = len(frf.temperature)

@@ -23,7 +23,7 @@ from analysis.identification.over_temperature.expected_modes import ExpectedMode
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.identification.over_temperature.tracking import track
 from analysis.recordings.frf import Frf, campaign_frf
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 
 TRUTH_ERROR = (3e-4, 1e-3)
 """Of truth's frequencies and loss factors: another finite-element solver's, at temperatures known to 0.02 K."""

@@ -22,7 +22,7 @@ from analysis.updated import Updated
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.start import start_material
 from analysis.updating.update import update
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from app.terminal.progress import progress
 from app.twins.campaign_twin import campaign_twin
 from simulation.twin.twin import Twin

@@ -16,7 +16,7 @@ from analysis.arrays import Real
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from app.files.campaign_toml import read_experiment
+from app.files.campaigns.declaration import read_experiment
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.plate_basis import reduce_with_footprints
 from simulation.shell.assembly import assemble_for

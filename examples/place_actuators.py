@@ -34,7 +34,7 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.performance import best_contrast, contrast
 from analysis.focusing.placement import clearance, exchange, refined
 from app.files.bad_file import ResultFileError
-from app.files.panel_file import SECTION_2, read_panel
+from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.toml_text import toml_text
 from app.stages.panel_laws import laws_for
 from simulation.shell.piezo_material import PIEZO_MATERIALS

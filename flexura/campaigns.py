@@ -14,9 +14,9 @@ from analysis.identification.settings import Settings
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf, campaign_frf
 from analysis.recordings.frf_campaign import AnyCampaign
-from app.files.campaign import load_campaign
-from app.files.next_experiment import rig_table
-from app.files.run_folder import writable_folder
+from app.files.campaigns.loading import load_campaign
+from app.files.results.next_experiment import rig_table
+from app.files.results.run_folder import writable_folder
 from app.plate_frfs.plate_of_modes import read_plate_of_modes
 from app.stages import gap as gap_stage
 from app.stages import identify as identify_stage

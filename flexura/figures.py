@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from analysis.recordings.campaign import Campaign
 from analysis.recordings.frf import Frf
 from analysis.recordings.frf_campaign import AnyCampaign, FrfCampaign
-from app.files.gap_file import GapFigures
+from app.files.results.gap_file import GapFigures
 from app.report import focusing, gap, health, identified, measured, radiation, studies, style, updated
 from app.report.declared import picture, pieces_of_experiment
 from app.stages.compensate import CompensatedPanel

@@ -7,7 +7,7 @@ from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.modes import Damping
 from analysis.identification.settings import Settings
 from analysis.progress import Progress
-from app.files.run_folder import writable_folder
+from app.files.results.run_folder import writable_folder
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import TestModes
 from app.modal_test.universal_frfs import frfs_of_file

@@ -9,10 +9,10 @@ from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from analysis.recordings.campaign import CampaignExtent
-from app.files.panel_file import SECTION_2, read_panel
+from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.provenance import sha256
-from app.files.run_folder import writable_folder
-from app.files.transfers_file import transfer_files
+from app.files.results.run_folder import writable_folder
+from app.files.results.transfers_file import transfer_files
 from app.stages.gap import GapComparison
 from app.stages.panel_inputs import method_for, panel_for, scanned_panel
 from app.stages.panel_laws import PanelLaws, laws_for

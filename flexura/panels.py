@@ -8,9 +8,9 @@ import numpy as np
 from analysis.compensation.settings import Training
 from analysis.focusing.methods import METHODS, Method
 from analysis.focusing.panel import Panel
-from app.files.panel_file import SECTION_2, read_panel
+from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.provenance import sha256
-from app.files.run_folder import writable_folder
+from app.files.results.run_folder import writable_folder
 from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
 from app.stages import health as health_stage

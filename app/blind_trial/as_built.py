@@ -12,8 +12,8 @@ from analysis.declaration.tolerances import Tolerances
 from analysis.declaration.transducers import Drive, Sensor
 from analysis.experiment import Attachment, Point
 from app.blind_trial.plates import PlateKind
-from app.files.experiment_toml import AcquiredExperiment
-from app.files.simulation_section import Laws
+from app.files.declarations.experiment import AcquiredExperiment
+from app.files.declarations.simulation_section import Laws
 
 CAREFUL = Tolerances()
 """Of a workshop whose tolerances nobody declares."""

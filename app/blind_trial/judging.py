@@ -7,8 +7,8 @@ from pathlib import Path
 from app.blind_trial.expected_frf import MAINS
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
-from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
+from app.files.campaigns.loading import load_campaign
 from app.stages import gap
 from app.stages.comparison_request import GapRequest
 

@@ -26,9 +26,9 @@ from app.blind_trial.plates import OTHER_MESH, PlateKind
 from app.blind_trial.specimen import Specimen
 from app.blind_trial.unlisted_effects import UNLISTED_EFFECTS
 from app.files.atomic import write_json
-from app.files.import_recording import import_joined
+from app.files.campaigns.import_recording import import_joined
+from app.files.campaigns.sweep_file import Source
 from app.files.provenance import sha256
-from app.files.sweep_file import Source
 from app.stages.acquire import acquire_campaign
 from app.twins.campaign_twin import effect_twin
 from drivers.rig.campaign import unobserved

@@ -13,8 +13,8 @@ from analysis.gap.thresholds import CLASS_COSINE
 from app.blind_trial.assignments import Kind
 from app.blind_trial.judging import REFUSED
 from app.files.bad_file import ResultFileError
+from app.files.declarations.simulation_section import Laws
 from app.files.parsed_text import parse_json, read_text
-from app.files.simulation_section import Laws
 from app.stages.gap import GAP
 
 Record = Mapping[str, Any]

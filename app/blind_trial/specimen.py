@@ -15,9 +15,9 @@ from analysis.progress import Progress
 from app.blind_trial.experiments import declared
 from app.blind_trial.plates import OTHER_MESH
 from app.blind_trial.unlisted_effects import UNLISTED_EFFECTS
+from app.files.declarations.experiment import AcquiredExperiment
+from app.files.declarations.simulation_section import Laws, Simulation
 from app.files.effect_cache import cached_operators
-from app.files.experiment_toml import AcquiredExperiment
-from app.files.simulation_section import Laws, Simulation
 from app.rig.simulated_plate import Followed, PlateTransfer, TwinPlate, TwinTransfer
 from app.rig.simulated_rig import REFERENCE_TEMPERATURE, parts_around
 from drivers.rig.rig import Rig

@@ -7,7 +7,7 @@ from typing import Any
 from analysis.progress import Progress
 from app.chain import panel_links, plate_links
 from app.chain.work import Made, Work
-from app.files.run_settings import Stage
+from app.files.declarations.run_settings import Stage
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ from analysis.progress import Progress
 from app.chain.input_files import file_hashes
 from app.chain.models_ahead import PANEL
 from app.chain.work import Made, Work
-from app.files.panel_file import SECTION_2
-from app.files.run_folder import MADE_BY
-from app.files.run_record import hashed
+from app.files.declarations.panel import SECTION_2
+from app.files.results.run_folder import MADE_BY
+from app.files.results.run_record import hashed
 from app.terminal.end_signals import held_back
 
 OF_LAWS = ("laws.h5", "laws-corrected.h5", "gap.json")

@@ -7,7 +7,7 @@ from analysis.progress import Progress
 from app.chain.input_files import campaign_hashes, effect_hashes
 from app.chain.models_ahead import EFFECTS, PLATE
 from app.chain.work import Made, Work
-from app.files.run_record import hashed
+from app.files.results.run_record import hashed
 from app.terminal.end_signals import held_back
 
 
@@ -48,8 +48,8 @@ def update_settings(work: Work) -> dict[str, Any]:
 
 def do_import(work: Work, report: Progress) -> Made:
     """Import the recording; one that lacks sweeps is not imported but read where it stands, as by other verbs."""
-    from app.files.import_recording import import_read
-    from app.files.recorded_campaign import read_recording
+    from app.files.campaigns.import_recording import import_read
+    from app.files.campaigns.recorded import read_recording
     from app.stages.temperature_notes import recorded_notes
 
     target, source = work.request.imported, work.request.campaign

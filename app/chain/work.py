@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from app.chain.input_files import campaign_hashes, is_import_of
 from app.chain.request import RunRequest
-from app.files.run_settings import RunSettings, Stage
+from app.files.declarations.run_settings import RunSettings, Stage
 
 if TYPE_CHECKING:
     from analysis.focusing.panel import Panel
@@ -108,7 +108,7 @@ class Work:
     @cached_property
     def campaign(self) -> "AnyCampaign":
         """The campaign; CampaignFileError where it cannot be read."""
-        from app.files.campaign import load_campaign
+        from app.files.campaigns.loading import load_campaign
 
         assert self.hashes  # noqa: S101 (taken first)
         return load_campaign(self.folder)

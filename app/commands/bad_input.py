@@ -32,7 +32,7 @@ def fault_picture(wrong: Misplaced, options: Mapping[str, object]) -> str:
 
 
 def _target(source: Path, out: object) -> Path:
-    from app.files.campaign_kind import DECLARATION
+    from app.files.campaigns.kind import DECLARATION
 
     beside = source.parent if source.name == DECLARATION else source.with_suffix("")
     return (out if isinstance(out, Path) else beside).resolve().with_name(f"{beside.resolve().name}-geometry.png")

@@ -67,7 +67,7 @@ def command(
     a figure misses its target.
     """
     from app.files.disk_room import RESULTS, require_room
-    from app.files.run_folder import writable_folder
+    from app.files.results.run_folder import writable_folder
 
     stream = "calibration" if calibrate else "trial"
     folder = writable_folder(out or Path(f"blind-{stream}-{seed}"), "--out")

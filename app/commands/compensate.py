@@ -226,7 +226,7 @@ def command(
     )
     task = wanted.task()
 
-    from app.files.run_folder import run_folder
+    from app.files.results.run_folder import run_folder
     from app.stages import compensate
     from app.stages.panel_inputs import checked_device
     from app.summaries.compensation import notes, record, summary, tables

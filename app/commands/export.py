@@ -130,7 +130,7 @@ def command(
     from app.files.exports.cost import Cost
     from app.files.exports.shipment import shipment
     from app.files.exports.written_filters import export_temperatures, same_names, write_filters
-    from app.files.run_folder import run_folder
+    from app.files.results.run_folder import run_folder
 
     beside = run or Path()
     sent = shipment(beside, method, "export").chosen(
@@ -157,7 +157,7 @@ def command(
 
 
 def _is_campaign(folder: Path) -> bool:
-    from app.files.campaign_kind import is_campaign_folder, is_recorded_campaign
+    from app.files.campaigns.kind import is_campaign_folder, is_recorded_campaign
 
     return is_campaign_folder(folder) or is_recorded_campaign(folder)
 
@@ -170,9 +170,9 @@ def _sweeps(campaign: Path, form: str, given: Mapping[str, object], out: Path | 
     if wrong is not None:
         raise click.UsageError(f"{wrong} is for filters; {campaign} holds sweeps")
     from analysis.recordings.campaign import Campaign
-    from app.files.campaign import load_campaign
-    from app.files.run_folder import writable_folder
-    from app.files.sweeps_out import write_sweeps
+    from app.files.campaigns.loading import load_campaign
+    from app.files.campaigns.sweeps_out import write_sweeps
+    from app.files.results.run_folder import writable_folder
     from app.summaries.numbers import led
 
     loaded = load_campaign(campaign)

@@ -168,7 +168,7 @@ def command(
         return
     _refuse("belongs to a campaign; a test has --points POINTS.csv for its nodes", {"--plate": plate})
 
-    from app.files.modal_test_toml import NAME
+    from app.files.declarations.modal_test import NAME
     from app.modal_test.guessed_channels import NewTest
 
     folder = out or (files[0].parent if files else Path())

@@ -220,7 +220,7 @@ _COMMAND = click.option(
 
 def require_campaigns(folders: Sequence[Path], *, wait: bool = False) -> None:
     """Refuse folders that hold no campaign, before slow imports; with `wait`, they need not be there yet."""
-    from app.files.campaign_kind import HAMMER_TEST, PROTOCOL, is_campaign_folder, is_hammer_folder
+    from app.files.campaigns.kind import HAMMER_TEST, PROTOCOL, is_campaign_folder, is_hammer_folder
 
     for folder in folders:
         there = folder.exists()

@@ -21,7 +21,7 @@ from app.chain.work import Work
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
 from app.files.disk_room import told
-from app.files.run_record import StageRecord
+from app.files.results.run_record import StageRecord
 from app.fleet.members import FleetMember
 
 MODEL_MEMORY = 1.6e9

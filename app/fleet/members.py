@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.files.bad_file import ResultFileError
-from app.files.campaign_kind import is_campaign_folder, is_recorded_campaign
+from app.files.campaigns.kind import is_campaign_folder, is_recorded_campaign
+from app.files.declarations.plate import declares_plate
 from app.files.parsed_text import read_text
-from app.files.plate_toml import declares_plate
 
 LISTS = (".txt", ".list")
 LARGEST_LIST_FILE = 10_000_000

@@ -8,7 +8,7 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.fleet.scatter import predict_piece
 from app.files.provenance import provenance
-from app.files.run_record import hashed
+from app.files.results.run_record import hashed
 from app.fleet.exchange import FILTERS, Exchange
 from app.fleet.fleet_run import RunMember
 from app.fleet.laws_beside import MISFIT, FleetLaws

@@ -19,11 +19,11 @@ from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.judgement.confirmation import FEWEST_HITS, WithoutHit
 from analysis.plate_temperature.label_check import said_of_doubts
 from analysis.progress import Progress
+from app.files.acquisition.hammer_folder import hit_doubts
 from app.files.bad_file import ResultFileError
-from app.files.hit_doubts import hit_doubts
+from app.files.declarations.modal_test import NAME, ModalTest, RecordOfTest, dof, read_modal_test
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_each
-from app.files.modal_test_toml import NAME, ModalTest, RecordOfTest, dof, read_modal_test
 from app.files.provenance import sha256
 from app.modal_test.frf_set import (
     FrfSet,

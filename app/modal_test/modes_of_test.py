@@ -18,10 +18,10 @@ from analysis.progress import Progress
 from analysis.shapes.participation import ModeShapes, mode_shapes, residue_deviation
 from analysis.shapes.stabilization import StabilizationChart, stabilization_chart
 from app.files.bad_file import ResultFileError
-from app.files.modes_file import load_modes, load_shapes, save_modes
 from app.files.provenance import provenance
-from app.files.uff58 import write_frfs
-from app.files.uff_modes import write_modes
+from app.files.results.modes_file import load_modes, load_shapes, save_modes
+from app.files.uff.frfs import write_frfs
+from app.files.uff.geometry import write_modes
 from app.modal_test.edit_journal import forget_edits
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.saved import load_frfs, save_frfs, save_stabilization, write_modes_table

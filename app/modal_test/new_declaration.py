@@ -17,10 +17,10 @@ from analysis.estimation.excitation import fitting_segments, is_impacts
 from analysis.estimation.recording import SampledSignals
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
-from app.files.campaign_kind import DECLARATION
+from app.files.campaigns.kind import DECLARATION
+from app.files.declarations.modal_test import FORMAT, NAME, ModalTest
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns, read_each
-from app.files.modal_test_toml import FORMAT, NAME, ModalTest
 from app.files.settings_toml import checked, read_table
 from app.files.shipped import shipped
 from app.files.toml_text import toml_text
@@ -320,7 +320,7 @@ def new_campaign(
 
 def _recorded(table: dict[str, Any], files: Sequence[Path], said: NewTest) -> list[str]:
     """Add ``[channels]`` and ``[sweeps]`` of a recorder's files to a campaign's table; return what is missing."""
-    from app.files.transfers_file import NAMED
+    from app.files.results.transfers_file import NAMED
 
     others = [one for one in files if one.suffix.lower() != ".tdms"]
     if others:

@@ -8,10 +8,10 @@ import numpy as np
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
-from app.files.modal_test_toml import declares_test
+from app.files.declarations.modal_test import declares_test
 from app.files.provenance import sha256
-from app.files.uff58 import read_frfs
-from app.files.uff_geometry import read_nodes
+from app.files.uff.frfs import read_frfs
+from app.files.uff.geometry import read_nodes
 from app.modal_test.declared_test import declared_frfs
 from app.modal_test.frf_set import (
     FrfSet,

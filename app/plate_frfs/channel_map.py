@@ -16,7 +16,7 @@ from analysis.declaration.transducers import BASE_RADIUS
 from analysis.estimation.quantities import unit
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import Experiment
-from app.files.plate_toml import FrfsOfPlate
+from app.files.declarations.plate import FrfsOfPlate
 from app.plate_frfs.source_files import FrfsOfFile, captured
 
 

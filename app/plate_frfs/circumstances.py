@@ -9,7 +9,7 @@ import numpy as np
 
 from analysis.arrays import Numbers
 from analysis.declaration.strict import TEMPERATURES
-from app.files.plate_toml import FrfsOfPlate
+from app.files.declarations.plate import FrfsOfPlate
 from app.plate_frfs.source_files import FrfsOfFile
 
 Direction = Literal["up", "down"]

@@ -14,7 +14,7 @@ from analysis.experiment import LEAST_LINES, Experiment, OvenDeclaration, Protoc
 from analysis.recordings.frf_campaign import FrfCampaign, FrfSweep, Noise
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.plate_toml import (
+from app.files.declarations.plate import (
     NAME,
     NOT_STATED,
     FrfsOfPlate,

@@ -11,8 +11,8 @@ from analysis.arrays import Real
 from analysis.declaration.strict import TEMPERATURES
 from analysis.recordings.measured_modes import ModesAtTemperature
 from app.files.bad_file import ResultFileError
+from app.files.declarations.plate import ModesOfPlate
 from app.files.parsed_text import read_text
-from app.files.plate_toml import ModesOfPlate
 
 COLUMNS = {
     "sigma_frequency": r"(sigma|std|σ|unc\w*|err\w*|u)[\W_]*(of[\W_]*)?f(req\w*)?(?![a-z])",

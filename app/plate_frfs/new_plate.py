@@ -15,10 +15,10 @@ from analysis.estimation.quantities import unit
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
-from app.files.frf_file import load_frf
-from app.files.plate_toml import FORMAT, NAME, FrfsOfPlate
+from app.files.declarations.plate import FORMAT, NAME, FrfsOfPlate
+from app.files.results.frf_file import load_frf
 from app.files.toml_text import toml_text
-from app.files.uff_geometry import read_nodes
+from app.files.uff.geometry import read_nodes
 from app.modal_test.points_table import points_of_table
 from app.plate_frfs.circumstances import circumstances
 from app.plate_frfs.modes_table import is_table_of_modes

@@ -9,8 +9,8 @@ from analysis.arrays import Complex, Real
 from analysis.experiment import Experiment
 from analysis.recordings.frf import Frf
 from analysis.recordings.frf_campaign import Noise
-from app.files.frf_file import load_frf
-from app.files.hdf5_bytes import HDF5
+from app.files.hdf5_file import HDF5
+from app.files.results.frf_file import load_frf
 from app.plate_frfs.circumstances import Direction, MeasuredAt
 
 ENDINGS, OWN_NAME = (".h5", ".hdf5"), "frf.h5"

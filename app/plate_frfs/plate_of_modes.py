@@ -13,7 +13,7 @@ from analysis.geometry.fault import GeometryError
 from analysis.recordings.measured_modes import ModesAtTemperature
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.plate_toml import NAME, plate_file, read_plate_measurement
+from app.files.declarations.plate import NAME, plate_file, read_plate_measurement
 from app.files.provenance import sha256
 from app.plate_frfs.given_campaign import declared_experiment
 from app.plate_frfs.modes_table import modes_declared, modes_of_table

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from analysis.recordings.campaign import CampaignExtent
-from app.files.campaign_inputs import OF_CAMPAIGN, has_other_sweeps, said_of_more_sweeps, stored_extent, sweeps_of
+from app.files.campaigns.inputs import OF_CAMPAIGN, has_other_sweeps, said_of_more_sweeps, stored_extent, sweeps_of
 from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp, sha256
-from app.files.run_folder import MADE_BY
+from app.files.results.run_folder import MADE_BY
 from app.report.page import Folded, Item, Listing, PageTable
 
 Stamps = Mapping[str, Mapping[str, Any]]

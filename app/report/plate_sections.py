@@ -12,10 +12,10 @@ from analysis.recordings.chosen_actuator import sweeps_of_modes
 from analysis.recordings.frf import Frf
 from analysis.sheet_material import SheetMaterial
 from analysis.updated import GOOD_MISFIT, Updated
-from app.files.best_twin import best_twin
-from app.files.laws_file import TwinFrf, load_pairing
-from app.files.modes_file import load_modes
-from app.files.plate_toml import NOT_STATED
+from app.files.declarations.plate import NOT_STATED
+from app.files.results.best_twin import best_twin
+from app.files.results.laws_file import TwinFrf, load_pairing
+from app.files.results.modes_file import load_modes
 from app.report import identified, measured, paper, updated
 from app.report.declared import picture, pieces_of_experiment, plate_words, transducer_rows
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture

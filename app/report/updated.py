@@ -10,7 +10,7 @@ from analysis.material import MaterialLaws
 from analysis.recordings.frf import Frf
 from analysis.sheet_material import SheetMaterial
 from analysis.updated import Updated
-from app.files.laws_file import TwinFrf
+from app.files.results.laws_file import TwinFrf
 from app.report.measured import spread
 from app.report.style import BAND, MEASURED, MODEL, frequency_axis, legend_below, panels
 from app.summaries.sheet import CONSTANTS

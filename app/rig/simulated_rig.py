@@ -27,9 +27,9 @@ from analysis.progress import Progress
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Effects
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.experiment_toml import AcquiredExperiment
-from app.files.hidden_effects import with_shapes
-from app.files.simulation_section import HeatInOven, Simulation
+from app.files.declarations.experiment import AcquiredExperiment
+from app.files.declarations.hidden_effects import with_shapes
+from app.files.declarations.simulation_section import HeatInOven, Simulation
 from app.rig.simulated_plate import PlateTransfer, TwinPlate, TwinTransfer
 from app.twins.campaign_twin import OFFSET, campaign_twin, effect_twin
 from drivers.ni.modules import KNOWN, KNOWN_OUTPUTS, NI_9211, NI_9213, InputModule

@@ -5,7 +5,7 @@ import math
 import time
 from pathlib import Path
 
-from app.files.running_campaign import ReadingLine, append_reading, request, requested
+from app.files.acquisition.running_campaign import ReadingLine, append_reading, request, requested
 from drivers.rig.campaign import Moment
 from drivers.rig.errors import RESUME, RigStopped
 

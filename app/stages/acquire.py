@@ -5,12 +5,12 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from app.files.acquired_campaign import open_campaign
+from app.files.acquisition.campaign_folder import open_campaign
 from app.files.campaign_error import CampaignFileError
-from app.files.campaign_folder import frozen_protocol, write_index
-from app.files.experiment_toml import AcquiredExperiment
+from app.files.campaigns.folder import frozen_protocol, write_index
+from app.files.campaigns.sweep_file import Source
+from app.files.declarations.experiment import AcquiredExperiment
 from app.files.folder_lock import FolderInUseError, folder_lock
-from app.files.sweep_file import Source
 from app.rig.doctor import require_room
 from app.rig.watched_campaign import WatchedCampaign
 from drivers.ni.errors import DaqError

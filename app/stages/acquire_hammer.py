@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-from app.files.events import read_events
+from app.files.acquisition.events import read_events
+from app.files.acquisition.hammer_folder import open_hammer_folder
+from app.files.campaigns.sweep_file import Source
+from app.files.declarations.hammer_experiment import HammerExperiment
 from app.files.folder_lock import folder_lock
-from app.files.hammer_experiment import HammerExperiment
-from app.files.hammer_folder import open_hammer_folder
-from app.files.sweep_file import Source
 from app.stages.acquire import claimed
 from drivers.hammer.campaign import HammerCampaign, HammerObserver, Key, no_key
 from drivers.hammer.hammer_rig import HammerInputs, HammerRig

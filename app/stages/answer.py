@@ -13,7 +13,7 @@ from analysis.progress import Progress
 from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.twin_model import NO_EFFECTS, Effects
 from analysis.updating.drift import to_first_order
-from app.files.plan_json import open_before
+from app.files.results.gap_json import open_before
 from app.stages.compared import Compared
 from app.stages.update import updated_twin
 from app.twins.campaign_model import WORKERS, campaign_model, judging

@@ -10,9 +10,9 @@ from analysis.gap.plan.measurement import KINDS
 from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.recordings.grid_frequency import require_mains
 from app.files.bad_file import UnsuitedOptionError
-from app.files.campaign_inputs import campaign_settings
-from app.files.plan_json import open_before
+from app.files.campaigns.inputs import campaign_settings
 from app.files.provenance import provenance, sha256
+from app.files.results.gap_json import open_before
 from app.twins.campaign_model import Start, start_of
 
 MOST_HOURS = 1e4

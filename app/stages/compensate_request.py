@@ -143,7 +143,7 @@ class CompensateRequest:
             )
 
     def _from_transfers(self, transfers: Path) -> CompensateTask:
-        from app.files.transfers_file import transfer_files
+        from app.files.results.transfers_file import transfer_files
         from app.stages.panel_inputs import measured_panel
 
         beside = self.run or transfers.parent

@@ -22,9 +22,9 @@ from analysis.focusing.sound_aim import SoundAim
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from analysis.recordings.campaign import CampaignExtent
-from app.files.campaign_inputs import extent_settings
-from app.files.filter_files import save_focusing
+from app.files.campaigns.inputs import extent_settings
 from app.files.provenance import provenance
+from app.files.results.filter_files import save_focusing
 from app.stages.panel_inputs import workers
 from app.summaries.table import as_text
 from app.twins.panel_twin import PanelTwin, panel_twin

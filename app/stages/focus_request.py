@@ -98,7 +98,7 @@ class FocusRequest:
         )
 
     def _from_transfers(self, transfers: Path) -> FocusTask:
-        from app.files.transfers_file import transfer_files
+        from app.files.results.transfers_file import transfer_files
         from app.stages.panel_inputs import measured_panel
 
         declared, panel_path = panel_of(self.panel, self.changes)

@@ -26,20 +26,18 @@ from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, correcte
 from analysis.updating.drift import to_first_order
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
-from app.files.campaign_inputs import has_other_sweeps, origin_of_result
-from app.files.described_effect import write_described_effect
-from app.files.description_json import description_record
-from app.files.experiment_toml import experiment_model
-from app.files.frf_file import save_frf
-from app.files.gap_file import GapFigures, save_gap
-from app.files.gap_json import gap_record
-from app.files.laws_file import TwinFrf, save_laws
-from app.files.next_experiment import NAME as NEXT
-from app.files.next_experiment import reach_of, write_next_experiment
-from app.files.pairing_json import pairing_record
-from app.files.plan_json import answer_record, plan_record
+from app.files.campaigns.inputs import has_other_sweeps, origin_of_result
+from app.files.declarations.experiment import experiment_model
 from app.files.provenance import sha256
-from app.files.twin_file import write_twin
+from app.files.results.described_effect import write_described_effect
+from app.files.results.frf_file import save_frf
+from app.files.results.gap_file import GapFigures, save_gap
+from app.files.results.gap_json import answer_record, description_record, gap_record, plan_record
+from app.files.results.laws_file import TwinFrf, save_laws
+from app.files.results.next_experiment import NAME as NEXT
+from app.files.results.next_experiment import reach_of, write_next_experiment
+from app.files.results.pairing_json import pairing_record
+from app.files.results.twin_file import write_twin
 from app.stages.answer import with_answer
 from app.stages.compared import Compared
 from app.stages.comparison_request import GapRequest

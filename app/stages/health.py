@@ -21,13 +21,13 @@ from analysis.twin_model import Effects
 from analysis.updated import Updated
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
-from app.files.best_twin import best_twin
-from app.files.campaign import load_campaign
-from app.files.campaign_kind import DRIVE, FRF, RESPONSE, declared_date
-from app.files.frf_file import load_frf
+from app.files.campaigns.kind import DRIVE, FRF, RESPONSE, declared_date
+from app.files.campaigns.loading import load_campaign
 from app.files.provenance import provenance, sha256
-from app.files.run_folder import run_file
-from app.files.twin_check import require_same_panel
+from app.files.results.best_twin import best_twin
+from app.files.results.frf_file import load_frf
+from app.files.results.run_folder import run_file
+from app.files.results.twin_file import require_same_panel
 from app.summaries.health import headline, health_record
 from app.twins.campaign_model import campaign_model
 

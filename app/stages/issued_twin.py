@@ -10,7 +10,7 @@ from analysis.gap.report import Verdict
 from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.updating.corrected_twin import CorrectedTwin, material_of
 from app.files.effect_cache import operators_key
-from app.files.twin_file import (
+from app.files.results.twin_file import (
     Basis,
     Estimated,
     TwinDeparture,

@@ -15,9 +15,9 @@ from analysis.declared_quantity import DeclaredQuantity
 from analysis.estimates import Estimate
 from analysis.experiment import Experiment
 from analysis.focusing.panel import Load, Panel
-from app.files.best_twin import BestTwin
-from app.files.frf_file import load_experiment
-from app.files.twin_file import TwinFile
+from app.files.results.best_twin import BestTwin
+from app.files.results.frf_file import load_experiment
+from app.files.results.twin_file import TwinFile
 
 ON_THE_PANEL = ("point_mass", "sensor_offset")
 """Effects that a panel's declaration can hold: a mass that rides on it, and the place of a patch."""

@@ -37,8 +37,8 @@ from analysis.twin_model import NO_EFFECTS, Effects
 from analysis.updated import Updated
 from analysis.updating.update import by_temperature
 from app.files.bad_file import ResultFileError
-from app.files.campaign_inputs import has_other_sweeps, sweeps_of
-from app.files.modes_file import load_modes, modes_made_from
+from app.files.campaigns.inputs import has_other_sweeps, sweeps_of
+from app.files.results.modes_file import load_modes, modes_made_from
 from app.twins.computed_modes import computed_poles, residues_at
 from simulation.twin.instrumented_plate import InstrumentedPlate
 

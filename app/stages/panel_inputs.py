@@ -16,9 +16,9 @@ from analysis.focusing.sound_aim import SoundAim
 from analysis.recordings.campaign import CampaignExtent
 from analysis.weather.declared_weather import Weather
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
-from app.files.filter_files import load_method, load_panel, made_from_transfers
-from app.files.panel_file import SECTION_2, panel_of_text, read_panel
+from app.files.declarations.panel import SECTION_2, panel_of_text, read_panel
 from app.files.provenance import sha256
+from app.files.results.filter_files import load_method, load_panel, made_from_transfers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,7 +77,7 @@ def weather_for(path: Path, panel: Panel, method: Method) -> Weather:
     CampaignFileError
         For what is wrong in the file itself.
     """
-    from app.files.panel_file import read_weather
+    from app.files.declarations.panel import read_weather
     from app.twins.weather_fields import check_thermometers
 
     if method != "stif":
@@ -159,7 +159,7 @@ def measured_panel(panel: Panel, path: Path, temperatures: tuple[float, ...]) ->
     ResultFileError
         For more than one temperature, and where panel and transfers do not fit each other.
     """
-    from app.files.transfers_file import read_transfers  # slow import: readers of universal files
+    from app.files.results.transfers_file import read_transfers  # slow import: readers of universal files
 
     if len(temperatures) > 1 or not np.isfinite(temperatures).all():
         raise ResultFileError(f"--temperature {temperatures}: one, at which {path} was measured, in °C")

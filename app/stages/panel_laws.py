@@ -11,10 +11,10 @@ from analysis.focusing.responses import covered
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.recordings.campaign import CampaignExtent
 from app.files.bad_file import ResultFileError
-from app.files.best_twin import CORRECTED, best_twin, recordings
-from app.files.campaign_inputs import origin_of_result, said_of_more_sweeps
-from app.files.laws_file import effects_in_laws, load_laws
-from app.files.twin_file import TwinFile, inputs_digest, read_twin
+from app.files.campaigns.inputs import origin_of_result, said_of_more_sweeps
+from app.files.results.best_twin import CORRECTED, best_twin, recordings
+from app.files.results.laws_file import effects_in_laws, load_laws
+from app.files.results.twin_file import TwinFile, inputs_digest, read_twin
 from app.stages.measured_plate import MeasuredPlate
 
 OWN_SIGMA_SHARE = 0.1

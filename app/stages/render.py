@@ -11,10 +11,10 @@ from analysis.recordings.campaign import CampaignExtent
 from analysis.rendering.following import TemperatureProgramme
 from analysis.weather.declared_weather import Weather
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
+from app.files.declarations.panel import read_weather
 from app.files.exports.shipment import Shipment, shipment
-from app.files.panel_file import read_weather
 from app.files.provenance import sha256
-from app.files.run_folder import run_folder
+from app.files.results.run_folder import run_folder
 from app.files.sound_file import opened_sound
 from app.sound import said_of_rendering as said
 from app.sound.temperatures import programme

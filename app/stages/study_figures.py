@@ -19,7 +19,7 @@ from analysis.focusing.played import play_methods
 from analysis.focusing.responses import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
-from app.files.studies_file import Studies, Surfaces
+from app.files.results.studies_file import Studies, Surfaces
 from app.stages.panel_inputs import workers
 from app.twins.panel_twin import PanelTwin
 

@@ -13,7 +13,7 @@ from analysis.recordings.campaign import CampaignExtent
 from analysis.rendering.following import TemperatureProgramme
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.exports.shipment import Shipment, shipment
-from app.files.run_folder import run_folder
+from app.files.results.run_folder import run_folder
 from app.files.sound_file import opened_sound
 from app.sound.temperatures import programme
 from app.stages.panel_laws import laws_for, range_of

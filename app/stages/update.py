@@ -28,9 +28,9 @@ from analysis.updating.laws import laws_of_sweeps
 from analysis.updating.polarity import polarity_corrected
 from analysis.updating.sheet_start import sheet_start
 from analysis.updating.update import outlier_sweeps, update
-from app.files.frf_file import save_frf
-from app.files.laws_file import TwinFrf, save_laws
-from app.files.pairing_json import pairing_record
+from app.files.results.frf_file import save_frf
+from app.files.results.laws_file import TwinFrf, save_laws
+from app.files.results.pairing_json import pairing_record
 from app.stages.comparison_request import UpdateRequest
 from app.stages.drift_notes import drift_notes
 from app.stages.pairing import (

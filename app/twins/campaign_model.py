@@ -17,8 +17,7 @@ from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.twin_model import Effects
 from analysis.updated import Updated
 from app.files.bad_file import ResultFileError
-from app.files.twin_check import require_known_effects, require_same_plate
-from app.files.twin_file import TwinFile, read_twin
+from app.files.results.twin_file import TwinFile, read_twin, require_known_effects, require_same_plate
 from app.twins.campaign_twin import OFFSET, effect_twin, offset_wanted
 from simulation.effects.library import library
 from simulation.reduction.sufficient_fineness import RequiredError

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from app.files.events import seconds
+from app.files.acquisition.events import seconds
 from app.watch.course import set_point_line
 from app.watch.watched import MeasuredSweep, Watched
 from app.watch.words import in_words, plain

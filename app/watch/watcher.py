@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from app.files.acquisition.hammer_folder import begun_with
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
-from app.files.campaign_folder import read_protocol
-from app.files.campaign_kind import HAMMER_TEST, PROTOCOL, is_campaign_folder, is_hammer_folder
-from app.files.hammer_folder import begun_with
+from app.files.campaigns.folder import read_protocol
+from app.files.campaigns.kind import HAMMER_TEST, PROTOCOL, is_campaign_folder, is_hammer_folder
 from app.watch.charts import charts
 from app.watch.news import BoundedNews, News, NewsOfCampaign
 from app.watch.status import UNDER_WAY, CampaignStatus, gone, status_of, status_of_hits

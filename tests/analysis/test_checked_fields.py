@@ -38,10 +38,10 @@ from analysis.updating.normal_equations import SweepData
 from analysis.weather.family import TiltFamily
 from analysis.weather.judgement import WeatherFields, WeatherJudgement
 from analysis.weather.warm_panel import WarmAnswer
-from app.files.gap_file import GapMap, Signatures
-from app.files.laws_file import TwinFrf
-from app.files.running_campaign import LatestRepeat
-from app.files.studies_file import Surfaces
+from app.files.acquisition.running_campaign import LatestRepeat
+from app.files.results.gap_file import GapMap, Signatures
+from app.files.results.laws_file import TwinFrf
+from app.files.results.studies_file import Surfaces
 from app.sound.played_signals import PlayedSignals
 from app.watch.watched import MeasuredSweep
 from drivers.hammer.judged_hit import HitJudge

@@ -13,12 +13,12 @@ from click.testing import CliRunner
 from analysis.arrays import Real
 from analysis.recordings.frf import campaign_frf
 from app.chain.input_files import campaign_hashes
+from app.files.acquisition.events import append_event, read_events
 from app.files.atomic import atomic_hdf5
 from app.files.campaign_error import CampaignFileError
-from app.files.events import append_event, read_events
-from app.files.hammer_experiment import HammerExperiment, read_hammer_experiment
+from app.files.declarations.hammer_experiment import HammerExperiment, read_hammer_experiment
+from app.files.declarations.plate import read_plate_measurement
 from app.files.hdf5_file import opened_hdf5
-from app.files.plate_toml import read_plate_measurement
 from app.main import flexura
 from app.modal_test.declared_test import declared_frfs
 from app.plate_frfs.given_campaign import read_plate

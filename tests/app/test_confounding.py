@@ -17,7 +17,7 @@ from analysis.material import Material
 from analysis.recordings.frf import Frf
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from app.twins.campaign_twin import effect_twin
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin

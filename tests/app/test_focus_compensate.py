@@ -21,12 +21,11 @@ from analysis.focusing.responses import responses
 from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
-from app.files.compensation_file import load_compensation
-from app.files.filter_files import load_focusing
-from app.files.panel_file import SECTION_2, read_panel
+from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.provenance import provenance, read_stamp, sha256, stamp
-from app.files.transfers_file import read_transfers, write_transfers
-from app.files.uff58 import write_frfs
+from app.files.results.filter_files import load_compensation, load_focusing
+from app.files.results.transfers_file import read_transfers, write_transfers
+from app.files.uff.frfs import write_frfs
 from app.files.values import write_value
 from app.main import flexura
 from app.report.focusing import loss, relative_errors

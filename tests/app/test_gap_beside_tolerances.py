@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from app.stages.comparison_request import GapRequest
 from app.stages.gap import GapComparison, compute
 

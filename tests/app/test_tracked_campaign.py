@@ -12,7 +12,7 @@ from analysis.identification.over_temperature.expected_modes import ExpectedMode
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.identification.over_temperature.tracking import track
 from analysis.recordings.frf import Frf, campaign_frf
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT.parent / "shared" / "data" / "campaigns" / "pp-plate-nominal"

@@ -21,7 +21,7 @@ from analysis.declaration.plate import Plate
 from analysis.declaration.transducers import Drive, Sensor
 from analysis.experiment import check_patches
 from app.commands.options import Existing
-from app.files.campaign_toml import read_experiment
+from app.files.campaigns.declaration import read_experiment
 from app.main import flexura
 from simulation.effects.library import LIBRARY
 

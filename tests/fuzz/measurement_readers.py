@@ -11,12 +11,12 @@ from analysis.focusing.grid import Grid
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialBox
 from app.files.basis_cache import reducing
-from app.files.filter_files import load_panel
+from app.files.declarations.modal_test import read_modal_test
+from app.files.declarations.panel import read_panel
 from app.files.measurements.guarded import read_columns
-from app.files.modal_test_toml import read_modal_test
-from app.files.panel_file import read_panel
+from app.files.results.filter_files import load_panel
 from app.files.sound_file import opened_sound
-from app.files.uff58 import read_frfs
+from app.files.uff.frfs import read_frfs
 from app.modal_test.declared_test import declared_frfs
 from app.modal_test.points_table import points_of_table
 from app.sound.listening_panel import ListeningPanel

@@ -21,16 +21,15 @@ from analysis.gap.search.signatures import Signature
 from analysis.shapes.stabilization import StabilizationChart
 from analysis.updating.laws import fit_laws
 from app.files.basis_cache import save_basis
-from app.files.compensation_file import save_compensation
 from app.files.effect_cache import PLAIN, SCALARS, save_operators
-from app.files.filter_files import save_focusing
-from app.files.frf_file import save_frf
-from app.files.gap_file import GapFigures, save_gap
-from app.files.laws_file import TwinFrf, save_laws
-from app.files.modes_file import save_modes
 from app.files.provenance import provenance
-from app.files.radiation_file import save_radiation
-from app.files.studies_file import Studies, Surfaces, save_studies
+from app.files.results.filter_files import save_compensation, save_focusing
+from app.files.results.frf_file import save_frf
+from app.files.results.gap_file import GapFigures, save_gap
+from app.files.results.laws_file import TwinFrf, save_laws
+from app.files.results.modes_file import save_modes
+from app.files.results.radiation_file import save_radiation
+from app.files.results.studies_file import Studies, Surfaces, save_studies
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.saved import save_frfs, save_stabilization
 from simulation.reduction.effect_operators import EffectOperators

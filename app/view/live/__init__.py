@@ -7,5 +7,5 @@
 =================  ==============================================================
 
 It reads the folder through `app.watch.watched`. Requests to the runner go into ``control.json``
-(`app.files.running_campaign`); nothing else is written.
+(`app.files.acquisition.running_campaign`); nothing else is written.
 """

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pyqtgraph
 
-from app.files.events import seconds
-from app.files.running_campaign import LatestRepeat
+from app.files.acquisition.events import seconds
+from app.files.acquisition.running_campaign import LatestRepeat
 from app.view.chart import Chart
 from app.view.theme import Theme
 from app.watch.course import set_point_line

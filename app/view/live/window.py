@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.files.running_campaign import request
+from app.files.acquisition.running_campaign import request
 from app.summaries.numbers import duration
 from app.view.live.charts import CoherenceChart, FrfChart, LevelChart, OvenChart, SignalChart, SpectrumChart
 from app.view.theme import Theme

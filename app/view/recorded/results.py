@@ -16,21 +16,20 @@ from analysis.recordings.campaign import CampaignExtent
 from analysis.recordings.frf import Frf, campaign_frf
 from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.updated import Updated
-from app.files.best_twin import CORRECTED, PLAIN, BestTwin, TwinOfRun, best_twin
-from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
-from app.files.campaign_inputs import OF_CAMPAIGN, origin_of_result, said_of_more_sweeps
-from app.files.compensation_file import load_compensation
-from app.files.filter_files import load_focusing
-from app.files.frf_file import load_frf
-from app.files.laws_file import TwinFrf, load_pairing
-from app.files.modes_file import load_modes
-from app.files.run_folder import MADE_BY
+from app.files.campaigns.inputs import OF_CAMPAIGN, origin_of_result, said_of_more_sweeps
+from app.files.campaigns.loading import load_campaign
+from app.files.results.best_twin import CORRECTED, PLAIN, BestTwin, TwinOfRun, best_twin
+from app.files.results.filter_files import load_compensation, load_focusing
+from app.files.results.frf_file import load_frf
+from app.files.results.laws_file import TwinFrf, load_pairing
+from app.files.results.modes_file import load_modes
+from app.files.results.run_folder import MADE_BY
 from app.view.folder import Viewed
 from app.view.recorded.fields import made_with_corrected_laws
 
 if TYPE_CHECKING:
-    from app.files.gap_file import GapFigures, Signatures
+    from app.files.results.gap_file import GapFigures, Signatures
 
 Value = TypeVar("Value")
 
@@ -159,14 +158,14 @@ class Results:
     @cached_property
     def gap(self) -> "tuple[GapFigures, dict[str, Any]] | None":
         """Where twin and data disagree."""
-        from app.files.gap_file import load_gap
+        from app.files.results.gap_file import load_gap
 
         return self._read("gap.h5", load_gap)
 
     @cached_property
     def signatures(self) -> "Signatures | None":
         """What each effect alone would explain of it."""
-        from app.files.gap_file import load_signatures
+        from app.files.results.gap_file import load_signatures
 
         return self._read("gap.h5", load_signatures)
 

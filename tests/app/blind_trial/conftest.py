@@ -13,7 +13,7 @@ from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.experiments import draw_experiments
 from app.blind_trial.plates import PlateKind, draw_plate
 from app.blind_trial.specimen import Specimen
-from app.files.experiment_toml import AcquiredExperiment
+from app.files.declarations.experiment import AcquiredExperiment
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.effect_operators import EffectOperators

@@ -16,7 +16,7 @@ from analysis.held_effects import HeldEffects
 from analysis.recordings.frf import Frf
 from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.specimen import Specimen
-from app.files.experiment_toml import AcquiredExperiment
+from app.files.declarations.experiment import AcquiredExperiment
 from app.stages.compared import Compared
 from app.stages.description import description
 from simulation.reduction.effect_operators import EffectOperators

@@ -13,7 +13,7 @@ from app.blind_trial.experiments import any_declaration, draw_experiments
 from app.blind_trial.making import record_on_rig
 from app.blind_trial.plates import Driven, draw_plate
 from app.blind_trial.specimen import Specimen
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from simulation.reduction.effect_reduction import reduce_with_effects
 
 from .conftest import BAND, BOX, COARSE, ROUGH

@@ -5,7 +5,7 @@ import pytest
 
 from analysis.recordings.sweep_point import SweepPoint
 from app.blind_trial.specimen import Specimen
-from app.files.experiment_toml import AcquiredExperiment
+from app.files.declarations.experiment import AcquiredExperiment
 from simulation.reduction.effect_operators import EffectOperators
 
 LINES = np.linspace(100.0, 250.0, 301)

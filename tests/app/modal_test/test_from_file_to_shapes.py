@@ -10,7 +10,7 @@ from scipy.io import savemat, wavfile
 
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.shapes.assurance import mac
-from app.files.uff58 import read_frfs
+from app.files.uff.frfs import read_frfs
 from app.modal_test.declared_test import declared_frfs
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import load_test

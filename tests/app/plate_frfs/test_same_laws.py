@@ -12,8 +12,8 @@ from threadpoolctl import threadpool_limits
 
 from analysis.recordings.frf import campaign_frf
 from analysis.updated import Updated
-from app.files.campaign import load_campaign
-from app.files.campaign_export import export_frfs
+from app.files.campaigns.export import export_frfs
+from app.files.campaigns.loading import load_campaign
 from app.stages import update
 from app.stages.comparison_request import UpdateRequest
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from analysis.material import Material
 from analysis.recordings.frf import Frf
 from analysis.updated import Updated
-from app.files.laws_file import TwinFrf
+from app.files.results.laws_file import TwinFrf
 from app.report import measured, updated
 
 TEMPERATURE = np.repeat([0.0, 10.0, 20.0, 30.0, 40.0], 2)

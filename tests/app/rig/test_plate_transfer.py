@@ -22,8 +22,8 @@ from analysis.protocol.sweep import SweepSettings, drive_signal
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Effects
 from app.files.campaign_error import CampaignFileError
-from app.files.experiment_toml import read_acquired_experiment
-from app.files.simulation_section import Laws
+from app.files.declarations.experiment import read_acquired_experiment
+from app.files.declarations.simulation_section import Laws
 from app.rig import simulated_rig as rig
 from app.rig.simulated_plate import TwinPlate, TwinTransfer
 from simulation.effects.library import LIBRARY

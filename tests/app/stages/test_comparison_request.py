@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
-from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
+from app.files.campaigns.loading import load_campaign
 from app.stages.comparison_request import GapRequest, UpdateRequest
 
 

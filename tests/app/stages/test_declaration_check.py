@@ -13,7 +13,7 @@ from analysis.experiment import Experiment
 from analysis.recordings.frf import Frf, campaign_frf
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cached_reduction
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from app.stages.declaration_check import check_declaration
 
 RECORDED = Path(__file__).parents[4] / "shared" / "data" / "campaigns"

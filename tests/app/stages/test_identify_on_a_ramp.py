@@ -11,7 +11,7 @@ import pytest
 from analysis.experiment import Protocol
 from analysis.identification.settings import Settings
 from analysis.recordings.campaign import Campaign
-from app.files.modes_file import load_modes, save_modes, write_table
+from app.files.results.modes_file import load_modes, save_modes, write_table
 from app.stages import identify
 from app.stages.identify_options import Wanted
 from tests.sweeps_on_a_ramp import PROTOCOL, modes_at, on_a_ramp

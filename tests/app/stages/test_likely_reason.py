@@ -16,7 +16,7 @@ from analysis.material import MaterialBox
 from analysis.pairing.coarse_trial import SweepModes, tried
 from analysis.pairing.mode_list import ModeList
 from analysis.recordings.frf import campaign_frf
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from app.stages.likely_reason import exchanged_channels, likely_reason
 from simulation.reduction.coarse_plate import CoarsePlate
 

@@ -10,7 +10,7 @@ import pytest
 from analysis.estimates import Estimate
 from analysis.experiment import Attachment
 from analysis.focusing.panel import Panel
-from app.files.best_twin import best_twin
+from app.files.results.best_twin import best_twin
 from app.stages.measured_plate import MeasuredPlate
 from app.stages.panel_laws import laws_for
 from app.twins.panel_twin import panel_twin

@@ -10,9 +10,9 @@ import pytest
 from analysis.identification.settings import Settings
 from analysis.local_laws import LocalLaws
 from analysis.recordings.campaign import Campaign
-from app.files.campaign import load_campaign
-from app.files.laws_file import load_pairing
-from app.files.pairing_json import checked_pairing, pairing_record, shown
+from app.files.campaigns.loading import load_campaign
+from app.files.results.laws_file import load_pairing
+from app.files.results.pairing_json import checked_pairing, pairing_record, shown
 from app.stages import identify, update
 from app.stages.comparison_request import UpdateRequest
 from app.stages.identify_options import Wanted

@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from analysis.declaration.tolerances import Tolerances
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from app.stages.update import updated_twin
 
 FOLDER = Path(__file__).parents[4] / "shared" / "data" / "campaigns" / "pp-plate-nominal"

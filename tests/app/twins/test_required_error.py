@@ -9,7 +9,7 @@ from analysis.declaration.plate_material import material_box
 from analysis.experiment import Experiment
 from analysis.material import Material, MaterialSigma
 from analysis.updated import Updated
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from app.files.effect_cache import operators_key
 from app.twins import campaign_twin
 from app.twins.campaign_model import required_error

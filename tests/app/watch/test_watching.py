@@ -16,8 +16,8 @@ from typing import Any
 
 import pytest
 
-from app.files.campaign import load_campaign
-from app.files.sweep_file import digest
+from app.files.campaigns.loading import load_campaign
+from app.files.campaigns.sweep_file import digest
 from app.watch.watched import Watched
 from tests.app.watch.conftest import Campaign
 from tests.browser import Browser, opened_browser
@@ -29,7 +29,7 @@ ACQUIRE = """
 import sys, time
 from pathlib import Path
 from tests.app import test_kill_acquire
-from app.files.experiment_toml import read_acquired_experiment
+from app.files.declarations.experiment import read_acquired_experiment
 made = test_kill_acquire.plate
 def slowly(*asked):
     time.sleep(float(sys.argv[2]))
