@@ -38,8 +38,7 @@ from analysis.updated import Updated
 from analysis.updating.update import update
 from app.files.campaigns.loading import load_campaign
 from app.terminal.progress import progress
-from app.twins.campaign_model import WORKERS, referred
-from app.twins.campaign_twin import OFFSET, campaign_twin, effect_twin, offset_wanted
+from app.twins.campaign_twin import OFFSET, WORKERS, campaign_twin, effect_twin, offset_wanted, referred
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 

@@ -36,7 +36,7 @@ from analysis.focusing.placement import clearance, exchange, refined
 from app.files.bad_file import ResultFileError
 from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.toml_text import toml_text
-from app.stages.panel_laws import laws_for
+from app.stages.panel.laws import laws_for
 from simulation.shell.piezo_material import PIEZO_MATERIALS
 
 ORDERS, MODES, NODES = 14, 80, 12

@@ -22,7 +22,7 @@ from app.stages import gap as gap_stage
 from app.stages import identify as identify_stage
 from app.stages import update as update_stage
 from app.stages import update_modes as update_modes_stage
-from app.stages.comparison_request import GapRequest, UpdateRequest
+from app.stages.comparison.request import GapRequest, UpdateRequest
 from app.stages.identify_options import Method, Wanted
 from app.terminal.progress import progress as bars
 

@@ -22,7 +22,7 @@ from app.files.declarations.experiment import read_declared_experiment
 from app.files.declarations.plate import NAME as PLATE
 from app.files.results.twin_file import TwinFile, read_twin
 from app.files.settings_toml import read_table
-from app.stages.panel_laws import laws_of_twin
+from app.stages.panel.laws import laws_of_twin
 from app.twins.campaign_twin import effect_twin
 from flexura.campaigns import File, as_path, computing
 from simulation.state.attached import deflection_at

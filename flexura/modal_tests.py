@@ -8,9 +8,9 @@ from analysis.identification.modes import Damping
 from analysis.identification.settings import Settings
 from analysis.progress import Progress
 from app.files.results.run_folder import writable_folder
+from app.modal_test.declared_test import frfs_of_file
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import TestModes
-from app.modal_test.universal_frfs import frfs_of_file
 from app.stages import identify_structure as stage
 from app.stages.identify_options import Method, Wanted
 from flexura.campaigns import File, as_path, computing

@@ -36,9 +36,8 @@ from app.files.declarations.experiment import AcquiredExperiment, read_acquired_
 from app.files.provenance import sha256
 from app.files.results.next_experiment import NAME, reach_of, write_next_experiment
 from app.stages.acquire import acquire_campaign
-from app.stages.answer import compared_plainly
-from app.stages.compared import Compared
-from app.stages.plan import plan
+from app.stages.comparison.compared import Compared
+from app.stages.comparison.plan import compared_plainly, plan
 from app.twins.campaign_twin import effect_twin
 from app.twins.scouting_twin import known_mass
 from drivers.rig.campaign import unobserved

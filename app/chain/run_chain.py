@@ -188,7 +188,7 @@ class _Chain:
     def _start_workers(self, wanted: "Sequence[WantedModel]" = ()) -> None:
         """Start workers for models and figures, in place of those that are there."""
         from app.chain.models_ahead import ModelsAhead  # slow imports, for a run that has something to do
-        from app.report.drawn_parts import DrawnParts
+        from app.report.written import DrawnParts
 
         work = self._work
         self._pool.close()

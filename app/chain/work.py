@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from analysis.focusing.panel import Panel
     from analysis.recordings.frf_campaign import AnyCampaign
     from app.chain.models_ahead import ModelsAhead, WantedModel
-    from app.report.drawn_parts import DrawnParts
+    from app.report.written import DrawnParts
     from app.stages.update import Updating
 
 
@@ -142,8 +142,8 @@ class Work:
         what is found about that.
         """
         from app.files.bad_file import ResultFileError
-        from app.stages.measured_plate import MeasuredPlate
-        from app.stages.panel_inputs import panel_of
+        from app.stages.panel.inputs import panel_of
+        from app.stages.panel.measured_plate import MeasuredPlate
 
         try:
             panel, _ = panel_of(self.panel, self.settings.focus.changes())

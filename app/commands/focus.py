@@ -88,7 +88,7 @@ def command(
         raise click.UsageError("--transfers takes the place of RUN and of --twin; name results' folder by --out")
     started = time.perf_counter()
 
-    from app.stages.focus_request import FocusRequest
+    from app.stages.panel.focus_request import FocusRequest
 
     changes = {"regularisation": regularisation, "tolerance": tolerance} | filters
     wanted = FocusRequest(run, twin, panel, changes, method, temperatures, transfers)  # type: ignore[arg-type]

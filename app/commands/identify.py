@@ -199,7 +199,7 @@ def _campaign(
 def _structure(path: Path, out: Path | None, options: "Callable[[], Wanted]", output: Output) -> None:
     """Identify a test, or the FRFs of a universal file, as one structure."""
     from app.files.results.run_folder import run_folder
-    from app.modal_test.universal_frfs import frfs_of_file
+    from app.modal_test.declared_test import frfs_of_file
 
     started = time.perf_counter()
     typed_mains = click.get_current_context().get_parameter_source("mains") is ParameterSource.COMMANDLINE

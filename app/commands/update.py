@@ -182,7 +182,7 @@ def command(
     started = time.perf_counter()
     loaded = load_campaign(campaign)
     from app.stages import update  # the import takes a second: a wrong folder is reported before it
-    from app.stages.comparison_request import UpdateRequest
+    from app.stages.comparison.request import UpdateRequest
 
     request = UpdateRequest(loaded, twin=twin, effects=effects, mains=mains)
     start = request.start

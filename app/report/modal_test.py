@@ -13,9 +13,8 @@ from analysis.shapes.participation import ModeShapes
 from analysis.shapes.stabilization import StabilizationChart, cmif
 from app.files.bad_file import quoted
 from app.modal_test.frf_set import FrfSet
-from app.modal_test.modes_of_test import load_test
+from app.modal_test.modes_of_test import load_stabilization, load_test
 from app.modal_test.records import AXIS, MODE_HEADINGS, mode_names, mode_rows
-from app.modal_test.saved import load_stabilization
 from app.modal_test.without_windows import rebuilt
 from app.report.origin import origin, stamps
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture, Section, Words

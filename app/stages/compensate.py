@@ -27,7 +27,7 @@ from analysis.weather.knowledge import plane
 from app.files.campaigns.inputs import extent_settings
 from app.files.provenance import provenance
 from app.files.results.filter_files import save_compensation
-from app.stages.panel_inputs import workers
+from app.stages.panel.inputs import workers
 from app.summaries.table import as_text
 from app.twins.panel_twin import panel_twin
 
@@ -142,7 +142,7 @@ def compute(
         warm = warm_twin(panel, laws, report)
     fields = None
     if warm is not None and weather is not None:  # before the networks: what leaves the laws is told at once
-        from app.twins.weather_fields import weather_fields
+        from app.twins.warm_twin import weather_fields
 
         fields = weather_fields(warm, *weather, report)
     found = compensate(

@@ -25,7 +25,7 @@ from analysis.recordings.campaign import CampaignExtent
 from app.files.campaigns.inputs import extent_settings
 from app.files.provenance import provenance
 from app.files.results.filter_files import save_focusing
-from app.stages.panel_inputs import workers
+from app.stages.panel.inputs import workers
 from app.summaries.table import as_text
 from app.twins.panel_twin import PanelTwin, panel_twin
 

@@ -1,7 +1,7 @@
-"""Gap stage: comparison of a campaign with its twin, computed and saved."""
+"""Gap stage: comparison of a campaign with its twin, and what is left without a name; computed and saved."""
 
 from collections.abc import Collection, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ import numpy as np
 from analysis.estimates import Estimate
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.description.described import Description
+from analysis.gap.description.describing import Vocabulary, describe
 from analysis.gap.gap import find_gap
 from analysis.gap.plan.decision import Decision
 from analysis.gap.plan.ranking import Plan
@@ -38,24 +39,25 @@ from app.files.results.next_experiment import NAME as NEXT
 from app.files.results.next_experiment import reach_of, write_next_experiment
 from app.files.results.pairing_json import pairing_record
 from app.files.results.twin_file import write_twin
-from app.stages.answer import with_answer
-from app.stages.compared import Compared
-from app.stages.comparison_request import GapRequest
-from app.stages.description import OPEN, description
-from app.stages.drift_notes import untimed
-from app.stages.gap_notes import missing_words, roughness
-from app.stages.gap_pairing import paired_report, pairing_before
-from app.stages.issued_twin import issued_twin
-from app.stages.plan import next_experiment
+from app.stages.comparison.compared import Compared
+from app.stages.comparison.gap_pairing import paired_report, pairing_before
+from app.stages.comparison.issued_twin import issued_twin
+from app.stages.comparison.plan import next_experiment, with_answer
+from app.stages.comparison.request import GapRequest
+from app.stages.comparison.temperature_notes import untimed
 from app.stages.update import Updating, updated_twin
 from app.summaries.gap import headline, tables
 from app.summaries.table import as_html, as_text
-from app.twins.campaign_model import WORKERS, campaign_model, judging
-from app.twins.campaign_twin import OFFSET, offset_wanted
+from app.twins.campaign_twin import OFFSET, WORKERS, campaign_model, judging, offset_wanted
+from simulation.effects import free_curves
 from simulation.effects.library import untried
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
+OPEN = ("partly_explained", "unknown")
+"""Verdicts that leave something to be described."""
+ROUGH_TWIN_ERROR = 2e-3
+"""Certified error of the twin with effects above which a note says so; usual twins stay below."""
 GAP, FIGURES, TWIN, LAWS = "gap.json", "gap.h5", "twin.toml", "laws-corrected.h5"
 GOOD = ("none", "explained")
 """Verdicts that leave nothing open."""
@@ -336,3 +338,67 @@ def _floor(plain: Updating, twin: Twin[EffectPlate], *, patches: bool) -> Numeri
     least = max(float(plain.updated.sharpest.loss_factor.min()), LEAST_LOSS)
     error = twin.plate.operators.numerical_error(least)
     return NumericalFloor(error, float(np.median(plain.frf.noise_floor)), patches)
+
+
+def missing_words(not_tried: Mapping[str, str]) -> tuple[str, ...]:
+    """Return a note for each effect that could not be tried, with what to declare for it."""
+    return tuple(f"{name} was not tried: for it, declare {wanted}" for name, wanted in not_tried.items())
+
+
+def roughness(error: float) -> tuple[str, ...]:
+    """Return a note where the certified `error` of the twin, a share of its peak, is larger than usual."""
+    if error <= ROUGH_TWIN_ERROR:
+        return ()
+    return (
+        f"the twin with several effects at half of their ranges has an error of {100 * error:.2g} % of its peak "
+        f"(usual: below {100 * ROUGH_TWIN_ERROR:.2g} %): large parameters are no more certain than that. Check "
+        "whether patches nearly touch an edge or each other",
+    )
+
+
+def description(
+    compared: Compared, found: GapReport, executor: Executor, report: Progress
+) -> tuple[Description | None, tuple[str, ...]]:
+    """Describe what a comparison left unexplained.
+
+    Parameters
+    ----------
+    executor : Executor
+        Sweeps are linearised on it.
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    description : Description or None
+        None where nothing is left, or where it cannot be described.
+    notes : tuple of str
+        Why not.
+    """
+    twin = compared.twin
+    if found.verdict not in OPEN:  # nothing is left
+        return None, ()
+    free = free_curves.free_effects(compared.experiment)
+    wider = replace(compared.model, twin=replace(twin, library={**twin.library, **free}))
+    exact = replace(wider, released=frozenset(twin.tolerance_cards))
+    claimed = {} if found.verdict == "unknown" else dict(compared.fit.state.effects)
+    start = compared.fit.state.with_effects(claimed)
+    band = compared.experiment.protocol.band
+    smooth = free_curves.knots(band, free_curves.SMOOTH_KNOTS)
+    words = Vocabulary(
+        loads={name.removeprefix("load_"): name for name in free_curves.FORMS},
+        load=free_curves.LOAD,
+        modulus=free_curves.MODULUS,
+        gain=free_curves.GAIN,
+        knots={
+            free_curves.LOAD: free_curves.knots(band, free_curves.KNOTS),
+            free_curves.MODULUS: smooth,
+            free_curves.GAIN: smooth,
+        },
+    )
+    try:
+        return describe(wider, exact, compared.sweeps, start, words, executor, report), ()
+    except np.linalg.LinAlgError:  # a ValueError, and a defect
+        raise
+    except ValueError as error:
+        return None, (f"what is missing could not be described: {error}",)

@@ -29,7 +29,7 @@ from app.files.results.frf_file import load_frf
 from app.files.results.run_folder import run_file
 from app.files.results.twin_file import require_same_panel
 from app.summaries.health import headline, health_record
-from app.twins.campaign_model import campaign_model
+from app.twins.campaign_twin import campaign_model
 
 HEALTH = "health.json"
 FALSE_ALARM_RATE = 1e-3

@@ -26,9 +26,8 @@ from app.files.results.frf_file import save_frf
 from app.files.results.modes_file import save_modes, write_table
 from app.files.results.run_folder import run_file
 from app.modal_test.frf_set import said_of_coherence, said_of_reference
-from app.stages.drift_notes import untimed
+from app.stages.comparison.temperature_notes import resonance_notes, untimed
 from app.stages.identify_options import Wanted
-from app.stages.temperature_notes import resonance_notes
 from app.summaries.modes import headline, modes_record, tables
 from app.summaries.table import as_html, as_text
 

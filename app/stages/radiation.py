@@ -16,8 +16,8 @@ from app.files.provenance import provenance, sha256
 from app.files.results.filter_files import load_focusing
 from app.files.results.run_folder import run_file, run_folder
 from app.files.results.transfers_file import transfer_files
-from app.stages.panel_inputs import measured_panel
-from app.stages.panel_laws import laws_for
+from app.stages.panel.inputs import measured_panel
+from app.stages.panel.laws import laws_for
 from app.summaries.numbers import extent_record, led
 
 if TYPE_CHECKING:  # a run is told to be of another kind before what computes is imported

@@ -18,7 +18,7 @@ from app.files.results.run_folder import run_folder
 from app.files.sound_file import opened_sound
 from app.sound import said_of_rendering as said
 from app.sound.temperatures import programme
-from app.stages.panel_laws import laws_for
+from app.stages.panel.laws import laws_for
 from app.summaries.numbers import led
 
 if TYPE_CHECKING:  # a run is told to be of another kind before what computes is imported
@@ -136,7 +136,7 @@ def compute(request: RenderRequest, out: Path, report: Progress) -> RenderedSoun
     from app.sound.rendering import render
     from app.sound.trace import Trace
     from app.twins.panel_twin import panel_twin
-    from app.twins.weather_fields import check_thermometers
+    from app.twins.warm_twin import check_thermometers
 
     with opened_sound(request.sound, sent.filters.sample_rate) as sound:
         if request.temperature is not None:

@@ -14,8 +14,8 @@ from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.campaigns.inputs import extent_settings
 from app.files.provenance import provenance, sha256
 from app.files.results.run_folder import run_folder
-from app.stages.panel_inputs import panel_for
-from app.stages.panel_laws import laws_for, range_of
+from app.stages.panel.inputs import panel_for
+from app.stages.panel.laws import laws_for, range_of
 
 if TYPE_CHECKING:  # a run is told to be of another kind before what computes is imported
     from app.files.results.studies_file import Studies

@@ -20,7 +20,7 @@ from analysis.focusing.responses import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from app.files.results.studies_file import Studies, Surfaces
-from app.stages.panel_inputs import workers
+from app.stages.panel.inputs import workers
 from app.twins.panel_twin import PanelTwin
 
 NODES = tuple(range(6, 17))

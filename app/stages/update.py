@@ -31,21 +31,28 @@ from analysis.updating.update import outlier_sweeps, update
 from app.files.results.frf_file import save_frf
 from app.files.results.laws_file import TwinFrf, save_laws
 from app.files.results.pairing_json import pairing_record
-from app.stages.comparison_request import UpdateRequest
-from app.stages.drift_notes import drift_notes
-from app.stages.pairing import (
+from app.stages.comparison.pairing import (
     MeasuredSweeps,
     measured_sweeps,
     paired_sweeps,
     said_of_older_modes,
     with_reason,
 )
-from app.stages.temperature_notes import label_notes, recorded_notes
+from app.stages.comparison.request import UpdateRequest
+from app.stages.comparison.temperature_notes import drift_notes, label_notes, recorded_notes
 from app.summaries.pairing import pairing_tables
 from app.summaries.table import as_html, as_text
 from app.summaries.update import headline, notes, tables_of
-from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
-from app.twins.campaign_twin import campaign_twin, placed, tolerant_twin, twin_is_built
+from app.twins.campaign_twin import (
+    WORKERS,
+    Start,
+    campaign_model,
+    campaign_twin,
+    judging,
+    placed,
+    tolerant_twin,
+    twin_is_built,
+)
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
@@ -180,7 +187,7 @@ def _fitted(campaign: AnyCampaign, mains: float, report: Progress) -> tuple[Frf,
         frf = campaign_frf(campaign, mains=mains)
         frf.require_noise()  # checked before a twin is built
         if not twin_is_built(campaign.experiment):
-            from app.stages.declaration_check import check_declaration  # slow import: mesher
+            from app.stages.comparison.declaration_check import check_declaration  # slow import: mesher
 
             frf = replace(frf, notes=(*frf.notes, *check_declaration(campaign.experiment, frf, report)))
         tolerant = tolerant_twin(campaign.experiment, report)

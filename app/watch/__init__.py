@@ -12,7 +12,6 @@
 ``notifiers``        Apprise and commands, in processes that are ended if they hang
 ``apprise_process``  the process that sends a message through Apprise
 ``watcher``          several campaigns, looked at again and again
-``metrics``          their state for Prometheus
 ``server``           the page's server: a few addresses, read only
 ``watching``         the process of ``flexura watch``
 ``beside``           that process, started by ``flexura acquire``

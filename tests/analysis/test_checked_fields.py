@@ -42,7 +42,7 @@ from app.files.acquisition.running_campaign import LatestRepeat
 from app.files.results.gap_file import GapMap, Signatures
 from app.files.results.laws_file import TwinFrf
 from app.files.results.studies_file import Surfaces
-from app.sound.played_signals import PlayedSignals
+from app.sound.listening import PlayedSignals
 from app.watch.watched import MeasuredSweep
 from drivers.hammer.judged_hit import HitJudge
 from drivers.hammer.simulated import HandSettings

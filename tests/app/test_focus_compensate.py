@@ -31,8 +31,8 @@ from app.main import flexura
 from app.report.focusing import loss, relative_errors
 from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
-from app.stages import panel_inputs
 from app.stages.focus import uncorrected_aim
+from app.stages.panel import inputs as panel_inputs
 from app.twins import warm_twin as warm_module
 from app.twins.panel_twin import panel_twin
 from app.twins.warm_twin import warm_twin

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.files.results.filter_files import load_compensation, load_focusing
-from app.stages.panel_laws import said_of_range
+from app.stages.panel.laws import said_of_range
 from app.summaries.compensation import _percent, tables
 from app.summaries.focusing import notes, table
 from app.terminal.tables import show

@@ -16,7 +16,7 @@ from app.files.results.gap_json import open_before
 from app.files.results.laws_file import load_laws, load_updated
 from app.files.results.twin_file import read_twin
 from app.main import flexura
-from app.stages.gap_notes import missing_words, roughness
+from app.stages.gap import missing_words, roughness
 
 Run = Callable[..., tuple[int, str, str]]
 Cut = Callable[[Path, tuple[int, ...]], None]

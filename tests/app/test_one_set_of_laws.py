@@ -19,7 +19,7 @@ from app.report.page import PageTable, Paragraph, Picture, Section, Words
 from app.report.sections import Found, sections
 from app.report.style import drawing
 from app.report.summary import summary
-from app.stages.panel_laws import laws_for
+from app.stages.panel.laws import laws_for
 from app.summaries.numbers import FIXED
 from tests.app.corrected_run import corrected, laws_of, record, write_run
 from tests.app.view.conftest import updated
@@ -195,7 +195,7 @@ ALLOWED = {
     "app/chain/made_by_verbs.py": "only whether an update settled: it prints no law",
     "app/files/results/best_twin.py": "decides",
     "app/files/results/laws_file.py": "defines them",
-    "app/stages/panel_laws.py": "a file of laws that is named itself, and the uncorrected ones of a twin file",
+    "app/stages/panel/laws.py": "a file of laws that is named itself, and the uncorrected ones of a twin file",
     "app/twins/expected_modes.py": "modes of the plain twin, which need its own laws",
 }
 

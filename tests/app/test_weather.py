@@ -17,7 +17,7 @@ from analysis.material import MaterialLaws
 from analysis.radiation.radiator import Radiator
 from analysis.rendering.heard import SAMPLES_BEFORE_ZERO, impulse_responses
 from analysis.weather.judgement import ONE, OWN_TILTED, SEVERAL, TILTED, WAYS
-from app.chain.panel_links import compensate_inputs, do_compensate
+from app.chain.links import compensate_inputs, do_compensate
 from app.chain.request import RunRequest
 from app.chain.work import Work
 from app.files.campaign_error import CampaignFileError

@@ -23,8 +23,8 @@ from app.files.results.twin_file import Basis, Estimated, TwinFile, TwinLaws, Tw
 from app.files.uff.frfs import write_frfs
 from app.main import flexura as program
 from app.stages import focus as focus_stage
-from app.stages import panel_laws
-from app.stages.panel_laws import laws_of_twin
+from app.stages.panel import laws as panel_laws
+from app.stages.panel.laws import laws_of_twin
 from tests.two_patch_panel import PANEL
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"

@@ -19,10 +19,9 @@ from app.files.sound_file import opened_sound
 from app.files.uff.frfs import read_frfs
 from app.modal_test.declared_test import declared_frfs
 from app.modal_test.points_table import points_of_table
-from app.sound.listening_panel import ListeningPanel
-from app.sound.played_signals import recorded
+from app.sound.listening import ListeningPanel, recorded
 from app.sound.temperatures import programme
-from app.stages.panel_inputs import measured_panel
+from app.stages.panel.inputs import measured_panel
 from simulation.shell.shell_plate import ShellPlate
 from tests.fuzz.reader import Reader
 

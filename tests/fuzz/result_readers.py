@@ -21,7 +21,7 @@ from app.files.results.laws_file import effects_in_laws, load_laws, load_updated
 from app.files.results.modes_file import load_modes
 from app.files.results.radiation_file import load_radiation
 from app.files.results.studies_file import load_studies
-from app.modal_test.saved import load_frfs, load_stabilization
+from app.modal_test.modes_of_test import load_frfs, load_stabilization
 from app.report.origin import stamps
 from tests.fuzz.hdf5_edits import edited
 from tests.fuzz.measurement_readers import FILTERS

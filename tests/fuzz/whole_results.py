@@ -31,7 +31,7 @@ from app.files.results.modes_file import save_modes
 from app.files.results.radiation_file import save_radiation
 from app.files.results.studies_file import Studies, Surfaces, save_studies
 from app.modal_test.frf_set import FrfSet
-from app.modal_test.saved import save_frfs, save_stabilization
+from app.modal_test.modes_of_test import save_frfs, save_stabilization
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.plate_basis import PlateBasis
 from tests.app.corrected_run import record

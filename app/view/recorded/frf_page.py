@@ -19,8 +19,7 @@ from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors, FrequencyAxis
 from app.view.map_chart import MapChart
 from app.view.nyquist import LEFT_AXIS_WIDTH, NyquistChart, around
 from app.view.parts import PartsChoice, decibels
-from app.view.recorded.overlays import Answer, Computed, Identified, answers
-from app.view.recorded.results import Results
+from app.view.recorded.results import Answer, Computed, Identified, Results, answers
 from app.view.theme import Theme, one_sided
 
 

@@ -17,8 +17,8 @@ from analysis.recordings.frf import Frf
 from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.specimen import Specimen
 from app.files.declarations.experiment import AcquiredExperiment
-from app.stages.compared import Compared
-from app.stages.description import description
+from app.stages.comparison.compared import Compared
+from app.stages.gap import description
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.tolerances import tolerances
 

@@ -20,8 +20,8 @@ from app.blind_trial.experiments import draw_experiments
 from app.blind_trial.planned import CASES, summary
 from app.blind_trial.plates import PlateKind
 from app.blind_trial.specimen import Specimen
-from app.stages.compared import Compared
-from app.stages.plan import plan
+from app.stages.comparison.compared import Compared
+from app.stages.comparison.plan import plan
 from simulation.effects.library import LIBRARY
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.tolerances import tolerances

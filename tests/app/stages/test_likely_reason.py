@@ -17,7 +17,7 @@ from analysis.pairing.coarse_trial import SweepModes, tried
 from analysis.pairing.mode_list import ModeList
 from analysis.recordings.frf import campaign_frf
 from app.files.campaigns.loading import load_campaign
-from app.stages.likely_reason import exchanged_channels, likely_reason
+from app.stages.comparison.declaration_check import exchanged_channels, likely_reason
 from simulation.reduction.coarse_plate import CoarsePlate
 
 HAMMER = Path(__file__).parents[3] / "examples" / "hammer-plate"

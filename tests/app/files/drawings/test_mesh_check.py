@@ -15,7 +15,7 @@ from app.commands.bad_input import fault_picture
 from app.files.campaign_error import CampaignFileError
 from app.files.drawings.mesh_check import mesh_fault
 from app.files.settings_toml import checked
-from app.report.refused import pieces_declared
+from app.report.declared import pieces_declared
 
 SQUARES = [(x, y) for y in (0.0, 0.1, 0.2) for x in (0.0, 0.1, 0.2, 0.3)]
 """Two rows of three cells."""

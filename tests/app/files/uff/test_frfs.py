@@ -10,7 +10,7 @@ from pyuff.datasets.dataset_58 import prepare_58
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.bad_file import ResultFileError
 from app.files.uff.frfs import read_frfs, write_frfs
-from app.modal_test.universal_frfs import of_universal
+from app.modal_test.declared_test import of_universal
 
 SAMPLES = Path(__file__).resolve().parents[5] / "shared" / "data" / "real" / "uff58_samples"
 FREQUENCY = np.arange(0.0, 50.0, 0.5)
