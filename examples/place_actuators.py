@@ -27,8 +27,7 @@ from numpy.polynomial import legendre
 from scipy.linalg import eigh
 
 from analysis.declaration.patch import Patch
-from analysis.focusing.energy import EnergyForms
-from analysis.focusing.grid import Grid
+from analysis.focusing.energy import EnergyForms, Grid
 from analysis.focusing.methods import invert
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import best_contrast, contrast

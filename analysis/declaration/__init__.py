@@ -2,8 +2,7 @@
 
 ==================  ================================================================================
 ``plate``           the plate, and a mesh of it made elsewhere
-``outline``         closed outlines of plates, holes and zones
-``plate_parts``     whether parts of a plate fit together
+``outline``         closed outlines of plates, holes and zones, and whether they fit together
 ``support``         what holds a plate
 ``plate_material``  material of a plate, isotropic or orthotropic, and ranges of common ones by name
 ``patch``           piezo patches

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from analysis.arrays import Real
-from analysis.declaration.outline import AnyOutline, AnyZone, RectangleOutline
+from analysis.declaration.outline import AnyOutline, AnyZone, RectangleOutline, check_parts
 from analysis.declaration.plate_material import PlateMaterial, density_range
-from analysis.declaration.plate_parts import check_parts
 from analysis.declaration.strict import TEMPERATURES, Declared, Length, Point, Sparse, Temperature, Thickness
 from analysis.declaration.support import Piece, Support, SupportedEdge, check_supports, supported_edges
 from analysis.geometry import shapes

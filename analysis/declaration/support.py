@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import ConfigDict, Field, model_validator
 
-from analysis.declaration.plate_parts import check_disc
+from analysis.declaration.outline import check_disc
 from analysis.declaration.strict import Point, Sparse
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop

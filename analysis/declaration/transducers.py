@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from analysis.channel import Channel, Footprint, Motion
+from analysis.declaration.outline import check_disc
 from analysis.declaration.plate import Plate
-from analysis.declaration.plate_parts import check_disc
 from analysis.declaration.strict import Point, Sparse
 from analysis.geometry.fault import GeometryError
 

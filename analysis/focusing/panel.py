@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from analysis.channel import Footprint
+from analysis.declaration.outline import check_disc
 from analysis.declaration.plate_material import material_box
-from analysis.declaration.plate_parts import check_disc
 from analysis.declaration.strict import Degrees, Point, Sparse
 from analysis.experiment import Declared, Drive, Patch, Plate, Temperature, check_patches
 from analysis.geometry import shapes

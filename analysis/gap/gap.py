@@ -16,7 +16,7 @@ from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.data.preparation import prepare, sharpest
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit, fitted_sheet, relative_misfit
-from analysis.gap.fitting.residual_map import residual_map, whiteness
+from analysis.gap.fitting.residual_map import Signature, residual_map, whiteness
 from analysis.gap.fitting.state import starting_state
 from analysis.gap.imperfect.discrepancy import Discrepancy
 from analysis.gap.imperfect.naming import BesideDiscrepancy, Surety, beside_discrepancy
@@ -25,7 +25,7 @@ from analysis.gap.search.confidence import against, equivalents, probability
 from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.held_out import HeldOut, held_out, splits
 from analysis.gap.search.observability import signal_cosine, tangent_cosines
-from analysis.gap.search.signatures import Signature, signatures
+from analysis.gap.search.signatures import signatures
 from analysis.gap.search.stepwise import SearchResult, stepwise_search
 from analysis.gap.search.unknown import noise_evidence, unknown_evidence
 from analysis.gap.thresholds import EXPLAINED, Z_FLOOR

@@ -6,8 +6,7 @@
 ``experiments``            protocol, laws and electronics of one campaign
 ``unlisted_effects``       effects that are not in the library
 ``specimen``               the plate of the simulated measurement, with any effects
-``expected_frf``           predicted FRFs of a campaign on it
-``effect_size``            signal of an effect in sigma, after laws, readings and gain are fitted
+``effect_size``            predicted FRFs of a campaign, and the signal of an effect in them in sigma
 ``draw_effects``           random effects scaled to a given size
 ``making``                 simulation of a campaign, with small causes that nobody tells; its truth
 ``trial``                  all campaigns, in worker processes, resumed after a kill

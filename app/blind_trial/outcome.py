@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 
 from analysis.gap.thresholds import CLASS_COSINE
 from app.blind_trial.assignments import Kind
-from app.blind_trial.expected_frf import MAINS
+from app.blind_trial.effect_size import MAINS
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError

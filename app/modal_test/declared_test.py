@@ -19,7 +19,7 @@ from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.judgement.confirmation import FEWEST_HITS, WithoutHit
 from analysis.plate_temperature.label_check import said_of_doubts
 from analysis.progress import Progress
-from app.files.acquisition.hammer_folder import hit_doubts
+from app.files.acquisition.hit_doubts import hit_doubts
 from app.files.bad_file import ResultFileError
 from app.files.declarations.modal_test import NAME, ModalTest, RecordOfTest, declares_test, dof, read_modal_test
 from app.files.measurements.columns import Columns

@@ -6,7 +6,8 @@ from pathlib import Path
 from analysis.compensation.outcome import NETWORK
 from analysis.updated import Updated
 from app.files.results.best_twin import best_twin, load_gap_record
-from app.files.results.filter_files import load_compensation, load_focusing, load_uncorrected
+from app.files.results.compensation_file import load_compensation
+from app.files.results.filter_files import load_focusing, load_uncorrected
 from app.files.results.frf_file import load_frf
 from app.files.results.modes_file import load_modes
 from app.summaries.briefing import Worth

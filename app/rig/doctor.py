@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from app.files.acquisition.campaign_folder import SPARE_DISK
-from app.files.acquisition.hammer_folder import HITS
+from app.files.acquisition.hit_doubts import HITS
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaigns.folder import sweep_paths

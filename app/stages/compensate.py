@@ -26,7 +26,7 @@ from analysis.weather.judgement import WeatherFields, judge_weather
 from analysis.weather.knowledge import plane
 from app.files.campaigns.inputs import extent_settings
 from app.files.provenance import provenance
-from app.files.results.filter_files import save_compensation
+from app.files.results.compensation_file import save_compensation
 from app.stages.panel.inputs import workers
 from app.summaries.table import as_text
 from app.twins.panel_twin import panel_twin

@@ -9,8 +9,7 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.channel import Footprint
-from analysis.focusing.energy import EnergyForms, FieldSpace
-from analysis.focusing.grid import Grid
+from analysis.focusing.energy import EnergyForms, FieldSpace, Grid
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import Constants, PanelModes
 from analysis.material import MaterialLaws

@@ -9,8 +9,7 @@ import scipy.linalg
 
 from analysis.arrays import Complex, Real
 from analysis.declaration.plate import Plate
-from analysis.focusing.energy import FieldSpace
-from analysis.focusing.grid import Grid
+from analysis.focusing.energy import FieldSpace, Grid
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from analysis.progress import Progress

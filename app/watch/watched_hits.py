@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from analysis.checked_fields import check_shapes
 from app.files.acquisition.events import NAME as EVENTS
 from app.files.acquisition.events import Tail, read_events
-from app.files.acquisition.hammer_folder import HITS, REJECTED, begun_with
+from app.files.acquisition.hammer_folder import REJECTED, begun_with
+from app.files.acquisition.hit_doubts import HITS
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.kind import HAMMER_TEST
 from app.files.declarations.hammer_experiment import HammerExperiment, hammer_model

@@ -15,8 +15,7 @@ from analysis.arrays import Mask, Real
 from analysis.declaration.plate_material import Orthotropy
 from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE
 from simulation.reduction.projector import Projector, Rows
-from simulation.shell.curved_surface import CurvedSurface
-from simulation.shell.rigidity import SHEAR_FACTOR, STRAINS, U, V, W
+from simulation.shell.rigidity import SHEAR_FACTOR, STRAINS, CurvedSurface, U, V, W
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
 from simulation.state.field_basis import polynomial, polynomials

@@ -4,8 +4,8 @@
 ``shape_functions``  hierarchical functions of one variable, and of the reference cells
 ``mapping``          places in curved cells, and back
 ``space``            function space over a mesh, and its integrals
-``rigidity``         strains of a shell, and cells' matrices from section rigidities
-``curved_surface``   strains of a curved plate in its tangent plane
+``rigidity``         strains of a shell, flat or curved, and cells' matrices from section rigidities, with its
+                     shear correction
 ``theory_error``     errors of natural frequencies by the theory itself
 ``edges``            supports along edges
 ``points``           forces, masses, springs and sensors at points; footprints of transducers and attachments
@@ -18,6 +18,7 @@
 ``shell_model``      the assembled plate, with responses by direct solution
 ``piezo_material``   constants of piezoceramics, and those of a thin poled patch
 ``in_plane``         stiffness of a layer along the plate's axes
-``electric_load``    force of one volt on each patch; sensor patches with the impedance of their inputs
+``coupling``         force of one volt on each patch
+``electric_load``    sensor patches with the impedance of their inputs
 ===================  ================================================================
 """

@@ -19,7 +19,7 @@ from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.condensation import ResponseProblem, first_inside, without_insides
-from simulation.shell.electric_load import couplings
+from simulation.shell.coupling import couplings
 from simulation.shell.fineness import Fineness
 from simulation.shell.in_plane import moduli, plane_stress_moduli, transverse
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial

@@ -10,7 +10,6 @@ from analysis.arrays import Mask, Real
 from analysis.declaration.plate_material import Orthotropy
 from analysis.experiment import Patch, Plate
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.curved_surface import CurvedSurface
 from simulation.shell.edges import LineBlock, held_functions, spring_blocks
 from simulation.shell.in_plane import InPlane, Transverse, matrix
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
@@ -19,6 +18,7 @@ from simulation.shell.rigidity import (
     SHEAR_FACTOR,
     Block,
     CellMatrices,
+    CurvedSurface,
     Rigidity,
     Weight,
     laminate,

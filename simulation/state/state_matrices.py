@@ -13,7 +13,7 @@ from analysis.arrays import Real
 from analysis.channel import Footprint
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import overlap
-from simulation.shell.electric_load import couplings
+from simulation.shell.coupling import couplings
 from simulation.shell.in_plane import moduli, transverse
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W

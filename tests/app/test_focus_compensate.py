@@ -23,7 +23,8 @@ from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.provenance import provenance, read_stamp, sha256, stamp
-from app.files.results.filter_files import load_compensation, load_focusing
+from app.files.results.compensation_file import load_compensation
+from app.files.results.filter_files import load_focusing
 from app.files.results.transfers_file import read_transfers, write_transfers
 from app.files.uff.frfs import write_frfs
 from app.files.values import write_value

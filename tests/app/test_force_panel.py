@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
-from analysis.focusing.grid import Grid
+from analysis.focusing.energy import Grid
 from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
 from app.files.declarations.panel import read_panel

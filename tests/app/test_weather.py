@@ -24,7 +24,8 @@ from app.files.campaign_error import CampaignFileError
 from app.files.declarations.panel import SECTION_2, read_panel, read_weather
 from app.files.declarations.run_settings import read_run_options
 from app.files.provenance import sha256
-from app.files.results.filter_files import load_compensation, load_panel
+from app.files.results.compensation_file import load_compensation
+from app.files.results.filter_files import load_panel
 from app.files.results.laws_file import load_laws
 from app.files.shipped import shipped
 from app.main import flexura

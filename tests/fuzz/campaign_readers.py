@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 
 from analysis.experiment import Experiment
-from analysis.focusing.grid import Grid
+from analysis.focusing.energy import Grid
 from analysis.recordings.frf import campaign_frf
 from app.blind_trial.outcome import read_outcome
 from app.blind_trial.trial import Trial, begin
 from app.files.acquisition import events, running_campaign
-from app.files.acquisition.hammer_folder import hit_doubts, open_hammer_folder
+from app.files.acquisition.hammer_folder import open_hammer_folder
+from app.files.acquisition.hit_doubts import hit_doubts
 from app.files.campaigns.channels import RecorderLayout
 from app.files.campaigns.declaration import read_declaration
 from app.files.campaigns.folder import frozen_protocol, read_protocol

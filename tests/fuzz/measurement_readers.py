@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from analysis.focusing.grid import Grid
+from analysis.focusing.energy import Grid
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialBox
 from app.files.basis_cache import reducing

@@ -7,8 +7,8 @@ from app.files.basis_cache import load_basis, load_plate_basis
 from app.files.effect_cache import load_operators
 from app.files.exports.shipment import shipment
 from app.files.results.best_twin import gap_record_of
+from app.files.results.compensation_file import load_compensation
 from app.files.results.filter_files import (
-    load_compensation,
     load_focusing,
     load_method,
     load_panel,

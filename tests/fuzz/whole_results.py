@@ -17,13 +17,14 @@ from analysis.focusing.methods import compare
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.played import play_methods
 from analysis.focusing.radiated import radiate
-from analysis.gap.search.signatures import Signature
+from analysis.gap.fitting.residual_map import Signature
 from analysis.shapes.stabilization import StabilizationChart
 from analysis.updating.laws import fit_laws
 from app.files.basis_cache import save_basis
 from app.files.effect_cache import PLAIN, SCALARS, save_operators
 from app.files.provenance import provenance
-from app.files.results.filter_files import save_compensation, save_focusing
+from app.files.results.compensation_file import save_compensation
+from app.files.results.filter_files import save_focusing
 from app.files.results.frf_file import save_frf
 from app.files.results.gap_file import GapFigures, save_gap
 from app.files.results.laws_file import TwinFrf, save_laws

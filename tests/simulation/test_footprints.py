@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.channel import Footprint
-from analysis.declaration.plate_parts import check_disc
+from analysis.declaration.outline import check_disc
 from analysis.experiment import Attachment, Plate
 from simulation.shell.points import attached_discs, footprint_points
 

@@ -108,6 +108,24 @@ class ResidualMap:
         return table
 
 
+@dataclass(frozen=True)
+class Signature:
+    """Residual of the twin with one effect only.
+
+    Attributes
+    ----------
+    effect : str
+    sigma : (T, K, B) ndarray
+        rms residual in the cells of `ResidualMap.sigma`.
+    fitted : bool
+        True if fitted in full; False if to first order, as in the score test.
+    """
+
+    effect: str
+    sigma: NDArray[np.float64]
+    fitted: bool
+
+
 def residual_map(sweeps: GapSweeps, noise: NoiseCheck, fit: GapFit) -> ResidualMap:
     """Map the residual of a fit; features too sharp for the nodes are added at their frequency.
 

@@ -22,8 +22,6 @@ from analysis.gap.thresholds import (
     REFIT_SHARE,
 )
 
-NO_STARTS: Mapping[tuple[str, ...], GapState] = MappingProxyType({})
-
 
 @dataclass(frozen=True)
 class Refit:
@@ -58,6 +56,33 @@ class Refit:
     def plausible(self) -> bool:
         """Whether it was fitted, and no amplitude is at a bound of its physical range."""
         return self.fit is not None and self.fit.plausible
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the search.
+
+    Attributes
+    ----------
+    candidates : tuple of Candidate
+        All candidates, largest predicted gain first.
+    refits : tuple of Refit
+        The best of them fitted in full, the best first.
+    chosen : tuple of str
+        Effects of the twin after the step.
+    share : float
+        Share of the excess before the step that it explains.
+    accepted : bool
+    """
+
+    candidates: tuple[Candidate, ...]
+    refits: tuple[Refit, ...]
+    chosen: tuple[str, ...]
+    share: float
+    accepted: bool
+
+
+NO_STARTS: Mapping[tuple[str, ...], GapState] = MappingProxyType({})
 
 
 def absent(context: SearchContext, screening: ScoreTest, candidate: Candidate) -> dict[str, Values]:

@@ -1,13 +1,12 @@
 """Signatures: the residual that each candidate alone would leave, cell by cell."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.fitting.normal_equations import whiten_all
-from analysis.gap.fitting.residual_map import cell_sigma
+from analysis.gap.fitting.residual_map import Signature, cell_sigma
 from analysis.gap.fitting.schur_complement import schur_complement
 from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext
@@ -16,24 +15,6 @@ from analysis.twin_model import Tangent
 
 MOST_MAPPED = 12
 """Number of candidates that are mapped, for people to look at: each asks the twin for all sweeps."""
-
-
-@dataclass(frozen=True)
-class Signature:
-    """Residual of the twin with one effect only.
-
-    Attributes
-    ----------
-    effect : str
-    sigma : (T, K, B) ndarray
-        rms residual in the cells of `ResidualMap.sigma`.
-    fitted : bool
-        True if fitted in full; False if to first order, as in the score test.
-    """
-
-    effect: str
-    sigma: NDArray[np.float64]
-    fitted: bool
 
 
 def signatures(context: SearchContext, found: SearchResult) -> tuple[Signature, ...]:

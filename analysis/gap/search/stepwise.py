@@ -20,7 +20,7 @@ from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.drop_and_swap import Loss, drop_and_swap, dropped, lost, relative_evidence
 from analysis.gap.search.observability import Observability, observability
-from analysis.gap.search.refit import Refit, absent, at_few_temperatures, refit, started_from
+from analysis.gap.search.refit import Refit, Step, absent, at_few_temperatures, refit, started_from
 from analysis.gap.search.score_test import ScoreTest, score_test
 from analysis.gap.thresholds import (
     BEHIND,
@@ -62,30 +62,6 @@ class WidenedStart:
 
 NEIGHBOUR = 1.5
 """Distances between neighbouring sites up to which an image is on the plate: the sites fill the plate."""
-
-
-@dataclass(frozen=True)
-class Step:
-    """One step of the search.
-
-    Attributes
-    ----------
-    candidates : tuple of Candidate
-        All candidates, largest predicted gain first.
-    refits : tuple of Refit
-        The best of them fitted in full, the best first.
-    chosen : tuple of str
-        Effects of the twin after the step.
-    share : float
-        Share of the excess before the step that it explains.
-    accepted : bool
-    """
-
-    candidates: tuple[Candidate, ...]
-    refits: tuple[Refit, ...]
-    chosen: tuple[str, ...]
-    share: float
-    accepted: bool
 
 
 @dataclass(frozen=True)

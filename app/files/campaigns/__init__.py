@@ -5,11 +5,11 @@
 ``kind``              which form of a campaign a folder has, by names alone
 ``recorded``          one as it came from the recorder
 ``declaration``       ``campaign.toml``: the declaration of a recorded campaign
-``channels``          what is what in TDMS files of a recorder's own layout
+``channels``          what is what in TDMS files of a recorder's own layout; a recording of several actuators
+                      taken apart
 ``tdms_sweep``        one TDMS file of a recorded campaign
 ``tdms_file``         what npTDMS only logs, or believes of a file beside
 ``tdms_layout``       groups, channels and lengths there against those declared
-``one_actuator``      a recording of several actuators taken apart
 ``joined``            campaigns with an actuator each put together
 ``import_recording``  from a recorded campaign to a folder, surviving a kill
 ``folder``            one in Flexura's own form, which survives a kill at any moment

@@ -9,9 +9,8 @@ from typing import Any
 
 from analysis.experiment import Experiment
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.campaigns.channels import KEYS, RecorderLayout
+from app.files.campaigns.channels import KEYS, RecorderLayout, actuators, driven_by
 from app.files.campaigns.kind import DECLARATION
-from app.files.campaigns.one_actuator import actuators, driven_by
 from app.files.settings_toml import checked, read_table
 
 FORMAT = "recorded-campaign/1"

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from analysis.experiment import Experiment
 from analysis.recordings.campaign import Sweep
 from app.files.campaign_error import Problem, SignalProblem
-from app.files.campaigns.channels import RecordedChannel, RecorderLayout
-from app.files.campaigns.one_actuator import source_of
+from app.files.campaigns.channels import RecordedChannel, RecorderLayout, source_of
 from app.files.campaigns.tdms_file import (
     LostInTdmsError,
     counts_without_scale,

@@ -1,4 +1,4 @@
-"""``filters.h5`` and ``compensation.h5``: filters over temperature, and how well they do."""
+"""``filters.h5``: focusing filters over temperature, and how well they do."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -7,7 +7,6 @@ from typing import Any
 import h5py
 
 from analysis.checked_fields import check_ascending
-from analysis.compensation.outcome import Compensation
 from analysis.focusing.methods import METHODS, Method, MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
@@ -105,25 +104,3 @@ def begin_result(file: h5py.File, panel: Panel, made_from: Mapping[str, Any]) ->
     """
     stamp(file, made_from)
     file.attrs["panel"] = panel.model_dump_json()
-
-
-def save_compensation(
-    target: Path, panel: Panel, compensation: Compensation, made_from: Mapping[str, Any]
-) -> None:
-    """Write networks and the test of every method, whole or not at all.
-
-    Parameters
-    ----------
-    made_from : mapping
-        Provenance.
-    """
-    with atomic_hdf5(target) as file:
-        begin_result(file, panel, made_from)
-        write_value(file.create_group("compensation"), compensation)
-
-
-def load_compensation(path: Path) -> tuple[Panel, Compensation]:
-    """Read back what `save_compensation` wrote."""
-    with result_file(path, "compensate") as file:
-        panel = panel_of_text(str(file.attrs["panel"]), str(path))
-        return panel, read_value(file["compensation"], Compensation)

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from analysis.checked_fields import check_ascending, check_shapes
 from analysis.estimates import FittedLaws
 from analysis.gap.data.groups import TemperatureGroups
-from analysis.gap.fitting.residual_map import ResidualMap
+from analysis.gap.fitting.residual_map import ResidualMap, Signature
 from analysis.gap.report import GapReport
-from analysis.gap.search.signatures import Signature
 from app.files.atomic import atomic_hdf5
 from app.files.hdf5_file import result_file
 from app.files.parsed_text import parse_json
@@ -98,7 +97,7 @@ class GapFigures:
 
 @dataclass(frozen=True)
 class Signatures:
-    """What each candidate alone would leave, see `analysis.gap.search.signatures.Signature`.
+    """What each candidate alone would leave, see `analysis.gap.fitting.residual_map.Signature`.
 
     Attributes
     ----------

@@ -2,19 +2,17 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.declared_quantity import DeclaredQuantity
 from analysis.estimates import Estimate, FittedLaws
 from analysis.gap.description.described import Curve, Dependence, Description, Form
 from analysis.gap.description.place_map import KINDS, UNITS, PlaceMap
 from analysis.gap.fitting.residual_map import Region
 from analysis.gap.plan.decision import Decision
-from analysis.gap.plan.measurement import OVEN_FIXED, Measurement
+from analysis.gap.plan.measurement import Measurement
 from analysis.gap.plan.ranking import Expected, Plan
 from analysis.gap.plan.separation import ENOUGH, Question
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect
@@ -23,10 +21,7 @@ from analysis.gap.search.observability import Observability
 from analysis.pairing.paired_sweeps import Pairing
 from analysis.sheet_material import SheetMaterial
 from analysis.updating.corrected_twin import material_of
-from app.files.bad_file import ResultFileError, quoted
-from app.files.campaign_error import CampaignFileError
-from app.files.parsed_text import parse_json, read_text
-from app.files.results.pairing_json import pairing_record
+from app.files.results.pairing_json import declared_record, pairing_record
 
 SCHEMA = "flexura-gap/1"
 
@@ -222,19 +217,6 @@ def _sheet_laws(temperature: NDArray[np.float64], sheet: SheetMaterial) -> dict[
     return found
 
 
-def declared_record(one: DeclaredQuantity) -> dict[str, Any]:
-    """Return a declared quantity as JSON holds it: true less declared, in its unit, or a share of the declared."""
-    return {
-        "name": one.name,
-        "parameter": one.parameter,
-        "unit": one.unit,
-        "tolerance": one.tolerance,
-        "value": one.value,
-        "sigma": one.sigma,
-        "beyond_tolerance": one.beyond,
-    }
-
-
 def description_record(found: Description, file: str = "") -> dict[str, Any]:
     """Return what gap.json holds of a description.
 
@@ -315,11 +297,6 @@ def _map(found: PlaceMap) -> dict[str, Any]:
     return {"places_m": found.places.tolist(), **maps}
 
 
-TURNED = "turned_plate"
-LARGEST_GAP_FILE = 50_000_000
-"""Bytes of a gap.json that is read."""
-
-
 def plan_record(plan: Plan, file: str = "", to_complete: str = "") -> dict[str, Any]:
     """Return what gap.json holds of a plan.
 
@@ -382,38 +359,3 @@ def _next(one: Measurement, file: str, to_complete: str) -> dict[str, Any]:
         "experiment": file or None,
         "to_complete": to_complete,
     }
-
-
-def open_before(run: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Read from a run what its plan left open.
-
-    Parameters
-    ----------
-    run : Path
-        Run folder with a gap.json of ``flexura gap --plan``.
-
-    Returns
-    -------
-    effects : tuple of str
-        All that its questions are about.
-    turned : tuple of str
-        Those whose amplitudes change sign, where the plan was to turn the plate.
-
-    Raises
-    ------
-    ResultFileError
-        Where there is none, or nothing was open.
-    """
-    file = run / "gap.json"
-    try:
-        record: Mapping[str, Any] = parse_json(read_text(file, LARGEST_GAP_FILE))
-        plan = record["plan"]
-        names = [name for one in plan["questions"] for name in (one["effect"], one["rival"]) if name]
-        chosen = plan["next"] or {}
-    except (OSError, CampaignFileError, ValueError, KeyError, TypeError) as error:
-        wanted = f"make it with: flexura gap CAMPAIGN --plan --out {quoted(run)}"
-        raise ResultFileError(f"{file}: holds no plan; {wanted}") from error
-    if not names:
-        raise ResultFileError(f"{file}: its plan has no questions; nothing was open that could be decided")
-    turned = OVEN_FIXED if chosen.get("key") == TURNED else ()
-    return tuple(dict.fromkeys(str(name) for name in names)), turned

@@ -1,4 +1,4 @@
-"""The pairing of modes, for ``--json``, laws.h5 and gap.json: one record a sweep, SI units."""
+"""What gap.json, laws.h5 and ``--json`` share: pairing of modes, a record a sweep; declared quantities."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.declared_quantity import DeclaredQuantity
 from analysis.pairing.assignment import ModePairs
 from analysis.pairing.mode_list import ModeList
 from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
@@ -132,3 +133,16 @@ def _alone(modes: ModeList, rows: NDArray[np.int_]) -> list[dict[str, Any]]:
         }
         for j in rows.tolist()
     ]
+
+
+def declared_record(one: DeclaredQuantity) -> dict[str, Any]:
+    """Return a declared quantity as JSON holds it: true less declared, in its unit, or a share of the declared."""
+    return {
+        "name": one.name,
+        "parameter": one.parameter,
+        "unit": one.unit,
+        "tolerance": one.tolerance,
+        "value": one.value,
+        "sigma": one.sigma,
+        "beyond_tolerance": one.beyond,
+    }

@@ -31,7 +31,7 @@ from analysis.progress import Progress
 from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.twin_model import NO_EFFECTS, Effects
 from analysis.updating.drift import to_first_order
-from app.files.results.gap_json import open_before
+from app.files.results.open_question import open_before
 from app.stages.comparison.compared import Compared
 from app.stages.update import updated_twin
 from app.twins.campaign_twin import WORKERS, campaign_model, judging

@@ -12,7 +12,7 @@ from analysis.recordings.grid_frequency import require_mains
 from app.files.bad_file import UnsuitedOptionError
 from app.files.campaigns.inputs import campaign_settings
 from app.files.provenance import provenance, sha256
-from app.files.results.gap_json import open_before
+from app.files.results.open_question import open_before
 from app.twins.campaign_twin import Start, start_of
 
 MOST_HOURS = 1e4

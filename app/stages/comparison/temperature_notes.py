@@ -18,7 +18,6 @@ from analysis.recordings.campaign import Sweep
 from analysis.recordings.frf import Frf
 from analysis.recordings.frf_campaign import AnyCampaign, FrfCampaign
 from analysis.updated import Updated
-from analysis.updating.drift import sweep_laws
 
 
 def recorded_notes(campaign: AnyCampaign) -> tuple[str, ...]:
@@ -134,6 +133,8 @@ def drift_notes(protocol: Protocol, updated: Updated, laws: MaterialLaws | None)
         return tuple(
             f"{words}; from three temperatures on, update takes the drift into account" for words in within
         )
+    from analysis.updating.drift import sweep_laws
+
     local = sweep_laws(updated.temperature, updated.material, laws)
     sensitivity = max(
         abs(law.slope[0]) / eta for law, eta in zip(local, updated.material.loss_factor, strict=True)

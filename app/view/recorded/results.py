@@ -26,7 +26,8 @@ from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.inputs import OF_CAMPAIGN, origin_of_result, said_of_more_sweeps
 from app.files.campaigns.loading import load_campaign
 from app.files.results.best_twin import CORRECTED, PLAIN, BestTwin, TwinOfRun, best_twin
-from app.files.results.filter_files import load_compensation, load_focusing
+from app.files.results.compensation_file import load_compensation
+from app.files.results.filter_files import load_focusing
 from app.files.results.frf_file import load_frf
 from app.files.results.laws_file import TwinFrf, load_pairing
 from app.files.results.modes_file import load_modes

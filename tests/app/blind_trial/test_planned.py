@@ -14,8 +14,7 @@ from analysis.gap.plan.ranking import Expected, Plan
 from analysis.gap.plan.separation import ENOUGH, Question
 from analysis.held_effects import HeldEffects
 from analysis.recordings.frf import Frf
-from app.blind_trial.effect_size import EffectSize
-from app.blind_trial.expected_frf import expected_frf
+from app.blind_trial.effect_size import EffectSize, expected_frf
 from app.blind_trial.experiments import draw_experiments
 from app.blind_trial.planned import CASES, summary
 from app.blind_trial.plates import PlateKind

@@ -8,7 +8,7 @@ import pytest
 
 from analysis.recordings.frf import campaign_frf
 from analysis.recordings.sweep_point import SweepPoint
-from app.blind_trial.expected_frf import expected_frf
+from app.blind_trial.effect_size import expected_frf
 from app.blind_trial.experiments import any_declaration, draw_experiments
 from app.blind_trial.making import record_on_rig
 from app.blind_trial.plates import Driven, draw_plate

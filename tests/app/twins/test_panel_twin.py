@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.focusing.grid import Grid
+from analysis.focusing.energy import Grid
 from analysis.material import MaterialBox
 from app.files.declarations.panel import SECTION_2, read_panel
 from app.twins.panel_twin import PanelTwin

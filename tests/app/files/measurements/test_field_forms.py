@@ -14,7 +14,7 @@ from pyuff.datasets.dataset_58 import prepare_58
 from scipy.io import netcdf_file, savemat
 
 from app.files.bad_file import ResultFileError
-from app.files.campaigns.one_actuator import sweeps_of
+from app.files.campaigns.channels import sweeps_of
 from app.files.campaigns.tdms_file import start_of
 from app.files.measurements import hdf5, lvm, matlab, numpy_archive, tdms, text, uff_time
 from app.files.measurements.guarded import read_columns
