@@ -32,8 +32,13 @@ from analysis.identification.automatic import identify, refine
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
-from analysis.identification.parameters import to_parameters, to_poles
-from analysis.identification.pole_residue import COMPLEX_E_F_G, ResidualTerms, pole_columns
+from analysis.identification.pole_residue import (
+    COMPLEX_E_F_G,
+    ResidualTerms,
+    pole_columns,
+    to_parameters,
+    to_poles,
+)
 from analysis.identification.synthetic import SyntheticFrf, crowded, pairs, r10, rippled, shared_noise
 from analysis.identification.variable_projection import project
 from analysis.identification.vector_fitting import start_poles

@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from filters import paper_laws
 
 from analysis.focusing.over_temperature import focus
-from analysis.radiation.declared_sound import PanelSound, SoundListener
+from analysis.focusing.panel import PanelSound, SoundListener
 from analysis.rendering.heard import SAMPLES_BEFORE_ZERO, impulse_responses
 from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.results.laws_file import load_laws

@@ -15,8 +15,7 @@ from analysis.identification.over_temperature.smooth_tracks import SmoothTracks
 from analysis.identification.over_temperature.sweep_fits import sum_of_squares
 from analysis.identification.over_temperature.tracking import sweep_measured
 from analysis.identification.over_temperature.tracks_without_twin import HIDDEN_SCATTER
-from analysis.identification.parameters import to_parameters
-from analysis.identification.pole_residue import COMPLEX_E_F_G
+from analysis.identification.pole_residue import COMPLEX_E_F_G, to_parameters
 from analysis.recordings.frf import Frf
 
 OUT_OF_BAND = 0.08

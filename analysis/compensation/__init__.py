@@ -10,10 +10,9 @@
 ``law_band``            contrast under the uncertainty of the material laws
 ``tilted``              contrast if one side of the panel is warmer than the other
 ``outcome``             result of the comparison, with memory and multiplications of every method
-``parameter_studies``   error of networks over number of nodes and temperature spacing
 ``network``             one network per actuator, and the relative error of reconstructed filters
-``training``            training with restarts; the best network is kept or refused; error at a temperature left
-                        out
+``training``            training with restarts; the best is kept or refused; error where left out, over nodes and
+                        spacing
 ``evidence_collapse``   error raised if no trained network is good enough
 ``bayesian``            Levenberg–Marquardt with MacKay's evidence
 ``linearised``          networks of one hidden layer: outputs, derivatives, their Gauss-Newton equations; arrays

@@ -1,9 +1,9 @@
-"""Training of a network bank from filters at a few temperatures; its error at those that are left out.
+"""Training of a network bank; its error at temperatures left out, and over number of nodes and spacing.
 
 Data are scaled and rotated for a batch of networks, and their initial weights drawn.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,9 +14,11 @@ from analysis.compensation.bayesian import BayesianFit, TrainingProblem, train
 from analysis.compensation.evidence_collapse import EvidenceCollapseError
 from analysis.compensation.linearised import Tensor, Weights, on_device, on_processor, predict
 from analysis.compensation.network import InputMap, NetworkBank, relative_error
-from analysis.compensation.outcome import Trained
+from analysis.compensation.outcome import NetworkStudy, Trained
 from analysis.compensation.settings import Training
+from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
+from analysis.focusing.performance import contrast
 
 
 @dataclass(frozen=True)
@@ -298,3 +300,71 @@ def left_out_networks(
     fit = train(batch.problem, batch.start, epochs)
     taps = outputs_at(batch, fit.weights, inputs).reshape(len(inner), actuators, count, -1)
     return np.asarray(taps[np.arange(len(inner)), :, inner])
+
+
+RESTARTS = 6
+"""Further trainings with other initial weights if the first one was refused."""
+
+
+def study_networks(
+    truth: FirBank,
+    forms: EnergyForms,
+    frequency: Real,
+    choices: Sequence[tuple[int, float]],
+    training: Training,
+    inputs: InputMap,
+    report: Callable[[float], None] = lambda _share: None,
+) -> NetworkStudy:
+    """Train with each (nodes, spacing) on filters of `truth` at that spacing; assess on all temperatures.
+
+    Parameters
+    ----------
+    truth : FirBank
+        Filters computed at every temperature.
+    forms : EnergyForms
+        At the temperatures of `truth` and the lines `frequency`.
+    frequency : (F,) ndarray, Hz
+        Lines of the band.
+    choices : sequence of (int, float)
+        Hidden nodes, and spacing of the training temperatures, K.
+    training : Training
+        Settings other than the nodes.
+    report : callable
+        Called with the share done.
+
+    Returns
+    -------
+    NetworkStudy
+        NaN where the evidence collapsed for every restart.
+    """
+    direct = contrast(forms, truth.response(frequency))
+    errors, losses = [], []
+    for number, (nodes, spacing) in enumerate(choices):
+        knots = _every(truth.temperature, spacing)
+        bank = replace(truth, taps=truth.taps[knots], temperature=truth.temperature[knots])
+        try:
+            taps = _trained(bank, replace(training, nodes=nodes), inputs).taps(truth.temperature)
+        except EvidenceCollapseError:
+            errors.append(np.full(truth.taps.shape[1], np.nan))
+            losses.append(np.nan)
+        else:
+            errors.append(relative_error(taps, truth.taps).mean(axis=0))
+            response = replace(truth, taps=taps).response(frequency)
+            losses.append(float((direct - contrast(forms, response)).max()))
+        report((number + 1) / len(choices))
+    nodes_of, spacings = (np.array(part, dtype=float) for part in zip(*choices, strict=True))
+    return NetworkStudy(nodes_of, spacings, np.array(errors), np.array(losses))
+
+
+def _trained(bank: FirBank, training: Training, inputs: InputMap) -> NetworkBank:
+    """Train, up to `RESTARTS` times more if the evidence collapsed: likely with more nodes than temperatures."""
+    try:
+        return train_networks(bank, training, inputs=inputs).networks
+    except EvidenceCollapseError:
+        return train_networks(bank, replace(training, restarts=RESTARTS), inputs=inputs).networks
+
+
+def _every(temperature: Real, spacing: float) -> NDArray[np.intp]:
+    """Rows nearest to every `spacing` °C from the first, and the last."""
+    wanted = np.append(np.arange(temperature[0], temperature[-1] - 1e-9, spacing), temperature[-1])
+    return np.unique(np.argmin(np.abs(temperature - wanted[:, None]), axis=1))

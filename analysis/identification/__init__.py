@@ -9,14 +9,14 @@
                            synthesis of its FRFs
 ``judgement``              which poles are modes of the plate
 ``over_temperature``       modes of all sweeps, followed over temperature
-``pole_residue``           the model: columns, derivatives, synthesis; terms for the modes outside the band
+``pole_residue``           the model: columns, derivatives, synthesis; terms for modes outside the band; poles as
+                           parameters
 ``measured``               measured FRFs of one condition, their variances or noise from a residual; a few sums of
                            many for the search
 ``lines``                  measured lines with their weights, and sums over them
 ``averaging``              fewer lines for the search
 ``running_median``         a running median along frequency
 ``damping_prior``          distribution of the modes' damping ratios, used as a prior
-``parameters``             poles as parameters of a search, with bounds
 ``variable_projection``    residues eliminated: misfit, gradient and Hessian of the poles alone; the triangular
                            factor
 ``pole_search``            least squares over the poles

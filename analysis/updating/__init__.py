@@ -3,9 +3,8 @@
 =======================  =======================================================================
 ``normal_equations``     weighted misfit of one sweep, its gradient and curvature
 ``modulus_scan``         rough modulus from one sweep's resonances, before a twin is built
-``start``                start values from a grid, to avoid wrong local minima
+``start``                start values from a grid, to avoid wrong local minima; of data transformed to more damping
 ``sheet_start``          start values of an orthotropic sheet's moduli and losses
-``broadening``           data transformed to more damping: start values for sharp resonances
 ``sweep_fit``            E, nu, eta and gain of one sweep, Levenberg-Marquardt
 ``update``               all sweeps of a campaign, by the estimator of `analysis.gap.fitting`
 ``polarity``             channels recorded with the wrong sign

@@ -94,7 +94,7 @@ def command(
     pieces measured at one temperature (docs/guide/fleets.md).
     """
     from app.files.campaigns.loading import not_a_campaign
-    from app.fleet.members import is_campaign, is_fleet
+    from app.fleet.fleet_run import is_campaign, is_fleet
 
     if is_fleet(campaign):
         chosen = (first, last, only, without)
@@ -173,7 +173,7 @@ def _fleet(
 ) -> None:
     """Run the stages of many campaigns, and compare them."""
     from app.files.results.run_folder import writable_folder
-    from app.fleet.members import fleet_members
+    from app.fleet.fleet_run import fleet_members
 
     members = fleet_members(named)
     folder = writable_folder(out or _beside(named), "--out").resolve()

@@ -6,8 +6,7 @@
 ``sections``        all of it, stage by stage
 ``plate_sections``  measurement, identification and updated twin on it
 ``panel_sections``  focusing and compensation on it, with sound to be played
-``summary``         one line per stage, below the sentences of `app.summaries.briefing`
-``origin``          where results came from, and which are out of date
+``summary``         one line a stage; where results came from, and which are out of date
 ``style``           how figures look
 ``declared``        a plate as declared, and what can be drawn of a refused declaration
 ``measured``        FRFs, modes and updated twin over temperature (paper Figs. 7 and 9 to 12)

@@ -15,13 +15,13 @@ from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.weather.declared_weather import Weather
+from analysis.weather.family import WarmAnswer
 from analysis.weather.judgement import WeatherFields
-from analysis.weather.warm_panel import WarmAnswer
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
 from app.twins.panel_twin import PanelTwin
 from simulation.effects.draught_gradient import EFFECT
-from simulation.heat.weathered import PlateTemperatures, plate_temperatures
+from simulation.heat.heat_model import PlateTemperatures, plate_temperatures
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.modal_form import ModalForm
 from simulation.reduction.projector import cell_centers, cell_stiffness
@@ -35,7 +35,7 @@ from simulation.state.state_matrices import FullPlate
 class WarmTwin:
     """The twin, whose cells have a temperature each.
 
-    What `analysis.compensation.tilted.TiltedModel` and `analysis.weather.warm_panel.WarmPanel` ask for.
+    What `analysis.compensation.tilted.TiltedModel` and `analysis.weather.family.WarmPanel` ask for.
 
     Attributes
     ----------

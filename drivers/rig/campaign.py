@@ -17,11 +17,10 @@ from drivers.ni.errors import DaqError
 from drivers.ovens.error import OvenError
 from drivers.rig.approach import Approach, Watcher
 from drivers.rig.errors import RESUME, RigStopped
-from drivers.rig.progress import Progress
 from drivers.rig.readings import Reading
 from drivers.rig.session import Session
 from drivers.rig.station import Station
-from drivers.rig.store import Store
+from drivers.rig.store import Progress, Store
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,18 @@ from analysis.arrays import Real, Whole
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from simulation.meshing.arrangement import Arrangement, Face
-from simulation.meshing.cells import Cap, Cells, Path, Repairs, Stretch
 from simulation.meshing.fill import Fill, crossing_sides, fill
-from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges, PlateMesh, edges_of
+from simulation.meshing.plate_mesh import (
+    CURVE_DEGREE,
+    BorderEdges,
+    Cap,
+    Cells,
+    Path,
+    PlateMesh,
+    Repairs,
+    Stretch,
+    edges_of,
+)
 from simulation.meshing.recipe import MeshRecipe
 from simulation.meshing.strips import Cutter, Sizes, strips
 from simulation.shell.mapping import map_cells

@@ -28,7 +28,7 @@ from simulation.meshing.arrangement import (
     corners_of,
     direction,
 )
-from simulation.meshing.cells import Cells, Foot, Repairs, Stretch
+from simulation.meshing.plate_mesh import Cells, Foot, Repairs, Stretch
 
 WIDEST_STRIP = 0.3
 """Largest width of a strip, as a share of the free distance to the next border, or of an edge's length."""

@@ -25,7 +25,7 @@ from app.files.declarations.hammer_experiment import read_hammer_experiment
 from app.files.declarations.instruments import declared_instruments
 from app.files.declarations.panel import read_panel, read_weather
 from app.files.results.twin_file import read_twin
-from app.fleet.members import fleet_members
+from app.fleet.fleet_run import fleet_members
 from app.plate_frfs.given_campaign import read_plate
 from app.plate_frfs.plate_of_modes import read_plate_of_modes
 from app.stages.acquire_hammer import interrupted_at

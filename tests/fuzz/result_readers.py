@@ -22,7 +22,7 @@ from app.files.results.modes_file import load_modes
 from app.files.results.radiation_file import load_radiation
 from app.files.results.studies_file import load_studies
 from app.modal_test.modes_of_test import load_frfs, load_stabilization
-from app.report.origin import stamps
+from app.report.summary import stamps
 from tests.fuzz.hdf5_edits import edited
 from tests.fuzz.measurement_readers import FILTERS
 from tests.fuzz.reader import Reader

@@ -21,11 +21,10 @@ from analysis.gap.fitting.normal_equations import WhitenedSweep, whiten_all
 from analysis.gap.fitting.schur_complement import SchurComplement, schur_complement
 from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.discrepancy import Discrepancy, DiscrepancyShape
-from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.observability import observability
 from analysis.gap.search.refit import absent
-from analysis.gap.search.score_test import ScoreTest, score_test
+from analysis.gap.search.score_test import Candidate, ScoreTest, score_test
 from analysis.gap.thresholds import CLASS_NATS, LEAST_GAIN
 from analysis.twin_model import Tangent
 

@@ -10,9 +10,8 @@ import numpy as np
 from analysis.effect_card import Values
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState
-from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext, explained
-from analysis.gap.search.score_test import ScoreTest
+from analysis.gap.search.score_test import Candidate, ScoreTest
 from analysis.gap.thresholds import (
     BEHIND,
     LEAVES_NOISE,

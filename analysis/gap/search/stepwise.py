@@ -16,12 +16,11 @@ from analysis.gap.data.widened import widened
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState
-from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.drop_and_swap import Loss, drop_and_swap, dropped, lost, relative_evidence
 from analysis.gap.search.observability import Observability, observability
 from analysis.gap.search.refit import Refit, Step, absent, at_few_temperatures, refit, started_from
-from analysis.gap.search.score_test import ScoreTest, score_test
+from analysis.gap.search.score_test import Candidate, ScoreTest, score_test
 from analysis.gap.thresholds import (
     BEHIND,
     EXPLAINED,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from analysis.estimation.segments import Segments
 from analysis.identification.lines import Lines
 from analysis.identification.modes import Modes
-from analysis.identification.parameters import to_parameters, to_poles
+from analysis.identification.pole_residue import to_parameters, to_poles
 from analysis.identification.pole_search import PoleFit, fit
 
 MOST_CORRECTIONS = 12

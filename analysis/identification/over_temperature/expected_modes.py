@@ -20,7 +20,7 @@ from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.over_temperature.smooth_tracks import OWN_DAMPING, WIDE, SmoothTracks
 from analysis.identification.over_temperature.sweep_fits import fit_sweeps
-from analysis.identification.parameters import active_in, to_parameters
+from analysis.identification.pole_residue import active_in, to_parameters
 from analysis.identification.settings import Settings
 
 EXPECTED_BAND_MARGIN = 0.3

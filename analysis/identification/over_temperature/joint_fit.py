@@ -16,8 +16,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from analysis.identification.lines import Lines
 from analysis.identification.over_temperature.smooth_tracks import SmoothTracks
-from analysis.identification.parameters import LARGEST_DAMPING, to_poles
-from analysis.identification.pole_residue import ResidualTerms
+from analysis.identification.pole_residue import LARGEST_DAMPING, ResidualTerms, to_poles
 from analysis.identification.pole_search import PREDICTED_FALL_FACTOR
 from analysis.identification.variable_projection import Projection, project
 

@@ -27,8 +27,14 @@ from analysis.identification.order import pole_penalty
 from analysis.identification.over_temperature.joint_fit import JointFit, fit_together
 from analysis.identification.over_temperature.smooth_tracks import SmoothTracks
 from analysis.identification.over_temperature.sweep_fits import fit_sweeps
-from analysis.identification.parameters import BAND_MARGIN, WIDER_BAND_MARGIN, active_in, to_parameters, to_poles
-from analysis.identification.pole_residue import ResidualTerms
+from analysis.identification.pole_residue import (
+    BAND_MARGIN,
+    WIDER_BAND_MARGIN,
+    ResidualTerms,
+    active_in,
+    to_parameters,
+    to_poles,
+)
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.settings import Settings
 from analysis.identification.variable_projection import misfit_at

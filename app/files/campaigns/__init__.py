@@ -8,8 +8,8 @@
 ``channels``          what is what in TDMS files of a recorder's own layout; a recording of several actuators
                       taken apart
 ``tdms_sweep``        one TDMS file of a recorded campaign
-``tdms_file``         what npTDMS only logs, or believes of a file beside
-``tdms_layout``       groups, channels and lengths there against those declared
+``tdms_file``         what npTDMS only logs, or believes of a file beside; groups, channels and lengths against
+                      those declared
 ``joined``            campaigns with an actuator each put together
 ``import_recording``  from a recorded campaign to a folder, surviving a kill
 ``folder``            one in Flexura's own form, which survives a kill at any moment

@@ -15,14 +15,18 @@ from analysis.recordings.campaign import Sweep
 from app.files.campaign_error import Problem, SignalProblem
 from app.files.campaigns.channels import RecordedChannel, RecorderLayout, source_of
 from app.files.campaigns.tdms_file import (
+    DRIVE,
+    RATE_TOLERANCE,
     LostInTdmsError,
+    TdmsLayout,
     counts_without_scale,
     is_cut_short,
+    layout_problems,
     said_by_nptdms,
     start_of,
+    start_problems,
     unit_of,
 )
-from app.files.campaigns.tdms_layout import DRIVE, RATE_TOLERANCE, TdmsLayout, layout_problems, start_problems
 from drivers.ni.modules import InputModule, find_module
 
 Samples = dict[str, NDArray[np.float32]]

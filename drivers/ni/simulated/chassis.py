@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from drivers.clock import Clock
 from drivers.ni.modules import CHASSIS_CLOCK, OutputModule, ThermocoupleModule
-from drivers.ni.simulated.faults import Faults
-from drivers.ni.simulated.status import DaqmxStatusError
+from drivers.ni.simulated.faults import DaqmxStatusError, Faults
 from drivers.ni.simulated.surroundings import Module, Surroundings
 from drivers.ni.simulated.task import SampleTiming, Task, TaskState
 

@@ -5,8 +5,7 @@ from numpy.typing import NDArray
 
 from analysis.identification.measured import Measured
 from analysis.identification.over_temperature.tracks_without_twin import Followed, follow
-from analysis.identification.parameters import BAND_MARGIN, to_parameters
-from analysis.identification.pole_residue import NONE, REAL_E, synthesis
+from analysis.identification.pole_residue import BAND_MARGIN, NONE, REAL_E, synthesis, to_parameters
 from analysis.identification.settings import Settings
 
 FREQUENCY = np.arange(100.0, 900.0, 0.5)

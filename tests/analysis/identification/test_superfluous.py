@@ -8,8 +8,7 @@ from analysis.identification.over_temperature import sweep_fits
 from analysis.identification.over_temperature.joint_fit import JointFit, fit_together
 from analysis.identification.over_temperature.smooth_tracks import SmoothTracks
 from analysis.identification.over_temperature.sweep_fits import remove_superfluous
-from analysis.identification.parameters import to_parameters
-from analysis.identification.pole_residue import COMPLEX_E_F, NONE, synthesis
+from analysis.identification.pole_residue import COMPLEX_E_F, NONE, synthesis, to_parameters
 
 FREQUENCY = np.arange(80.0, 620.0, 1.0)
 TEMPERATURE = np.linspace(0.0, 60.0, 9)

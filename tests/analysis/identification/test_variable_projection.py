@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from analysis.identification.lines import Lines
-from analysis.identification.parameters import to_parameters, to_poles
 from analysis.identification.pole_residue import (
     COMPLEX_E_F_G,
     EVERY_CHOICE,
@@ -10,6 +9,8 @@ from analysis.identification.pole_residue import (
     REAL_E_F,
     ResidualTerms,
     synthesis,
+    to_parameters,
+    to_poles,
 )
 from analysis.identification.pole_search import fit
 from analysis.identification.variable_projection import misfit_at, project

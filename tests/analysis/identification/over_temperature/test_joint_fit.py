@@ -6,8 +6,7 @@ import pytest
 from analysis.identification.lines import Lines
 from analysis.identification.over_temperature.joint_fit import JointFit, fit_together
 from analysis.identification.over_temperature.smooth_tracks import SmoothTracks
-from analysis.identification.parameters import to_parameters, to_poles
-from analysis.identification.pole_residue import COMPLEX_E_F, NONE, synthesis
+from analysis.identification.pole_residue import COMPLEX_E_F, NONE, synthesis, to_parameters, to_poles
 from analysis.identification.pole_search import fit
 
 FREQUENCY = np.arange(80.0, 700.0, 1.0)
