@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from analysis.arrays import Complex, Real
 from analysis.checked_fields import check_ascending, check_shapes
@@ -194,12 +193,16 @@ def modal_motion(modes: PanelModes, drive: Complex, rate: float, every: int = 1)
 
 def _spline(samples: Complex) -> Complex:
     """Coefficients (N, S) of the cubic B-splines whose sum passes through `samples` (N, S), zero beyond."""
+    from scipy.signal import lfilter  # half a second of processor time; a report shows what was played before
+
     forward = lfilter([1.0], [1.0, -POLE], samples)
     return np.asarray(-6.0 * POLE * lfilter([1.0], [1.0, -POLE], forward[:, ::-1])[:, ::-1])
 
 
 def _relaxed(force: Complex, pole: complex, rate: float) -> Complex:
     """Solve y' = pole · y + force from rest, at the samples; `force` (S,) in coefficients of a cubic spline."""
+    from scipy.signal import lfilter
+
     x = pole / rate
     place, weight = np.polynomial.legendre.leggauss(NODES + int(abs(x)))
     u = 0.5 * (place + 1.0)

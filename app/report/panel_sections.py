@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 from scipy.io import wavfile
-from scipy.signal import resample_poly
 
 from analysis.arrays import Real
 from app.files.bad_file import ResultFileError
@@ -164,6 +163,8 @@ def _last_seconds(path: Path) -> tuple[int, Real]:
         raise ResultFileError(
             f"{path}: holds samples that are no numbers; make it again with flexura render --heard, or remove it"
         )
+    from scipy.signal import resample_poly  # half a second of processor time, and few reports have sound
+
     down = max(1, int(rate // LOWEST_RATE))
     return rate // down, np.asarray(resample_poly(first, 1, down))
 

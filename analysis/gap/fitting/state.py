@@ -78,6 +78,17 @@ class GapState:
         """Return the same state without one of its effects."""
         return self.with_effects({other: values for other, values in self.effects.items() if other != name})
 
+    def promoted(self, cards: Mapping[str, EffectCard]) -> "GapState":
+        """Return the same state without effects whose first is off; the second of two alike is then the first."""
+        kept: dict[str, Values] = {}
+        for name, values in self.effects.items():
+            first = cards[name].after
+            if not first or first in self.effects:
+                kept[name] = values
+            elif cards[first].parameters == cards[name].parameters:
+                kept[first] = values
+        return self.with_effects(kept)
+
     def restricted(self, whole: GapSweeps, part: GapSweeps) -> "GapState":
         """Return the state of some sweeps of a campaign.
 

@@ -22,7 +22,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.signal import find_peaks
 
 from analysis.arrays import Complex, Real
 from analysis.gap.data.sweeps import GapSweeps, LineWeights
@@ -202,6 +201,8 @@ def _modes(power: Real) -> NDArray[np.int_]:
     Modes are told apart by the peaks of `power` |f dH/df|^2 (n,), which is highest at resonances; modes that
     overlap count as one, which is on the safe side.
     """
+    from scipy.signal import find_peaks  # half a second of processor time, which an update is spared
+
     peaks = find_peaks(np.log(np.maximum(power, 1e-300)), prominence=PROMINENCE)[0]
     edges = np.ceil(0.5 * (peaks[1:] + peaks[:-1]))
     return np.searchsorted(edges, np.arange(power.size), side="right")

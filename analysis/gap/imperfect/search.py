@@ -171,6 +171,7 @@ class ImperfectSearch:
     def _fitted(self, at: Imperfect, state: GapState, near: Imperfect) -> Imperfect:
         """Fit a set of effects with the twin itself, from where the campaign linearised at `at` leaves it."""
         context = self.plain.weighted(near.context.sweeps.weights)
+        state = state.promoted(context.model.cards)
         names = tuple(state.effects)
         try:
             fit = context.fit(state, names)

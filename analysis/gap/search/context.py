@@ -109,7 +109,7 @@ class SearchContext:
         Other effects were fitted before that one was added: where a fit to them is known, but better values are
         found from here, it had ended beside the solution, and the effect had only helped it on.
         """
-        start = whole.without(name)
+        start = whole.without(name).promoted(self.model.cards)
         names = tuple(start.effects)
         known, first = self.fits.known(names), self.fits.first_without(names, name)
         if known is None or not first:

@@ -145,7 +145,8 @@ class _Few:
 
         From where they stand without the effect, far off, a fit does not find its way.
         """
-        effects, most = {**self.whole.state.without(name).effects, **added}, BEHIND * self.whole.total
+        rest = self.whole.state.without(name).promoted(self.context.model.cards)
+        effects, most = {**rest.effects, **added}, BEHIND * self.whole.total
         names, start = tuple(effects), self.whole.state.with_effects(effects)
         fit = self.context.attempt(start, names, enough=most, enough_held=most)
         return Refit.of(self.context, self.rest, names, fit)
