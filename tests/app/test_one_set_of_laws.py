@@ -196,7 +196,7 @@ ALLOWED = {
     "app/files/results/best_twin.py": "decides",
     "app/files/results/laws_file.py": "defines them",
     "app/stages/panel/laws.py": "a file of laws that is named itself, and the uncorrected ones of a twin file",
-    "app/twins/computed_modes.py": "modes of the plain twin, which need its own laws",
+    "app/twins/expected_modes.py": "modes of the plain twin, which need its own laws",
 }
 
 

@@ -45,7 +45,7 @@ def gap_record(
     seconds : float
         Wall time from reading the FRFs to the file.
     more : mapping, optional
-        Records of `app.files.results.gap_json` and `app.files.results.gap_json`, by ``plan``, ``answer``
+        Records of `plan_record`, `answer_record` and `description_record`, by ``plan``, ``answer``
         and ``description``.
 
     Returns

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-import app.twins.computed_modes
+import app.twins.expected_modes
 from analysis.material import Material
 from app.files.bad_file import ResultFileError
 from app.twins.expected_modes import expected_modes
@@ -50,10 +50,10 @@ def prepared(
 ) -> Any:
     material = Material(np.full(3, 2e9), np.array([0.30, 0.31, 0.36]), np.full(3, 0.05))
     updated = SimpleNamespace(temperature=TEMPERATURE, material=material, settled=np.array(settled))
-    monkeypatch.setattr(app.twins.computed_modes, "load_updated", lambda _: (updated, None))
-    monkeypatch.setattr(app.twins.computed_modes, "effects_in_laws", lambda _: effects or {})
-    monkeypatch.setattr(app.twins.computed_modes, "load_pairing", lambda _: {"fit": fit})
-    monkeypatch.setattr(app.twins.computed_modes, "campaign_twin", lambda *_: twin)
+    monkeypatch.setattr(app.twins.expected_modes, "load_updated", lambda _: (updated, None))
+    monkeypatch.setattr(app.twins.expected_modes, "effects_in_laws", lambda _: effects or {})
+    monkeypatch.setattr(app.twins.expected_modes, "load_pairing", lambda _: {"fit": fit})
+    monkeypatch.setattr(app.twins.expected_modes, "campaign_twin", lambda *_: twin)
     return SimpleNamespace(
         sweeps=[SimpleNamespace(temperature=float(t)) for t in TEMPERATURE[:sweeps]],
         experiment=SimpleNamespace(protocol=SimpleNamespace(band=(50.0, 300.0))),
