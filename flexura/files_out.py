@@ -12,7 +12,7 @@ from app.files.exports.shipment import shipment
 from app.files.exports.written_filters import export_temperatures, same_names, write_filters
 from app.files.results.run_folder import is_test_run, run_file, writable_folder
 from app.report.written import WrittenReport, write_report
-from flexura.campaigns import File, as_path, computing, numbers
+from flexura.arguments import File, as_path, computing, numbers
 
 Form = Literal["c", "onnx", "npz", "wav", "csv"]
 SweepForm = Literal["tdms", "mat", "csv", "uff"]

@@ -24,7 +24,7 @@ from app.files.results.twin_file import TwinFile, read_twin
 from app.files.settings_toml import read_table
 from app.stages.panel.laws import laws_of_twin
 from app.twins.campaign_twin import effect_twin
-from flexura.campaigns import File, as_path, computing
+from flexura.arguments import File, as_path, computing
 from simulation.state.attached import deflection_at
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.instruments import ports

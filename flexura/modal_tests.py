@@ -13,7 +13,7 @@ from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import TestModes
 from app.stages import identify_structure as stage
 from app.stages.identify_options import Method, Wanted
-from flexura.campaigns import File, as_path, computing
+from flexura.arguments import File, as_path, computing
 
 Test = File | FrfSet | Sequence[MeasuredTransfer]
 """``test.toml`` or its folder, a universal file, or FRFs in memory that share their lines."""

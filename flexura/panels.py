@@ -32,7 +32,7 @@ from app.stages.panel.inputs import (
 from app.stages.panel.laws import PanelLaws, laws_for, range_of, within
 from app.stages.update import Updating
 from app.summaries.update import too_few
-from flexura.campaigns import File, as_path, computing, numbers
+from flexura.arguments import File, as_path, computing, numbers
 
 Laws = File | MaterialLaws | Updating | GapComparison
 """A run folder, whose best twin is taken, or a file of laws; laws, or a result of `update` or `gap`."""

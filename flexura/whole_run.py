@@ -15,7 +15,7 @@ from app.files.declarations.run_settings import Stage, read_run_options, run_opt
 from app.files.results.run_record import RunRecord
 from app.terminal.engine import spare_workers
 from app.terminal.progress import progress as bars
-from flexura.campaigns import File, as_path
+from flexura.arguments import File, as_path
 
 
 def run(

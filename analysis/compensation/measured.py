@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.compensation.low_rank import LowRankBank
-from analysis.compensation.network import relative_error
+from analysis.compensation.network import LowRankBank, relative_error
 from analysis.compensation.outcome import NETWORK, Compensation, Trained, burdens
 from analysis.compensation.rivals import plain_rivals
 from analysis.compensation.settings import FEWEST_TRAINING_TEMPERATURES, Training

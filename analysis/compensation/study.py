@@ -11,8 +11,7 @@ from analysis.arrays import Complex, Real
 from analysis.compensation.direct_filters import DirectFilters, direct_filters
 from analysis.compensation.knots import PlacedTemperatures, check_places, place_temperatures
 from analysis.compensation.law_band import ContrastBand, law_band
-from analysis.compensation.low_rank import LowRankBank
-from analysis.compensation.network import InputMap, relative_error
+from analysis.compensation.network import InputMap, LowRankBank, relative_error
 from analysis.compensation.outcome import METHODS, NETWORK, Compensation, Trained, burdens
 from analysis.compensation.rivals import rigidity, rivals
 from analysis.compensation.settings import Training

@@ -2,7 +2,7 @@
 
 The fit of a large change begins elsewhere. A change that moves resonances by more than their widths is not linear:
 amplitudes and places by derivatives of the healthy panel are then wrong. Over resonances as wide as the change
-moves them it is (`analysis.gap.data.widened`): nothing is approximated but that the change is linear. Noise
+moves them it is (`analysis.gap.data.sweeps`): nothing is approximated but that the change is linear. Noise
 matters no longer beside a large change; what the twin does not know does, a share of the response.
 
 Places lie closer here than in the search of small changes: near a nodal line of the strongest modes a place half
@@ -19,7 +19,7 @@ from scipy.special import logsumexp
 from analysis.arrays import Complex, Mask, Real
 from analysis.checked_fields import check_shapes
 from analysis.effect_card import Values
-from analysis.gap.data.widened import cauchy_kernel
+from analysis.gap.data.sweeps import cauchy_kernel
 from analysis.health.baseline import HealthBaseline, SelfCheck
 from analysis.health.candidates import DEPOLARIZATION, ChangeCandidate
 from analysis.health.evidence import SpanEstimate

@@ -188,8 +188,7 @@ def _fleet(
     from app.fleet.exchange import exchanged
     from app.fleet.fleet_run import MODEL_MEMORY, RunMember, run_fleet
     from app.fleet.laws_beside import laws_beside
-    from app.fleet.page import PAGE, fleet_page, show
-    from app.fleet.record import NAME, fleet_record, summary_of
+    from app.fleet.page import NAME, PAGE, fleet_page, fleet_record, show, summary_of
     from app.report.style import drawing
 
     started = time.perf_counter()

@@ -4,7 +4,6 @@
 ``fleet_run``      campaigns named, in a folder or in a list; all stages of each
 ``laws_beside``    laws of the pieces beside one another: scatter, outliers, pieces known at few temperatures
 ``exchange``       contrast that each panel's filters have on each other
-``record``         what ``fleet.json`` holds
-``page``           ``fleet.html``, and the table on the screen
+``page``           ``fleet.json`` and ``fleet.html``, and the same as a table on the screen
 =================  ========================================================================================
 """

@@ -11,7 +11,6 @@
 ``guessed_channels``  roles, units and sensitivities of its channels
 ``edit_journal``      the journal of those changes: undo, redo
 ``edits``             modes dropped or added by hand, and the record of it
-``points_table``      places of nodes from a table
 ``records``           for machines and for people
 ====================  ==================================================================
 """

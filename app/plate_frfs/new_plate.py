@@ -24,7 +24,7 @@ from app.files.declarations.plate import FORMAT, NAME, FrfsOfPlate
 from app.files.results.frf_file import load_frf
 from app.files.toml_text import toml_text
 from app.files.uff.geometry import read_nodes
-from app.modal_test.points_table import points_of_table
+from app.modal_test.new_declaration import points_of_table
 from app.plate_frfs.circumstances import circumstances
 from app.plate_frfs.modes_table import is_table_of_modes
 from app.plate_frfs.own_frfs import is_own

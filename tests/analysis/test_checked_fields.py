@@ -10,7 +10,7 @@ import pytest
 from analysis.channel import Footprint
 from analysis.compensation.knots import PlacedTemperatures
 from analysis.compensation.law_band import ContrastBand
-from analysis.compensation.low_rank import LowRankBank
+from analysis.compensation.network import LowRankBank
 from analysis.compensation.outcome import NetworkStudy
 from analysis.compensation.tilted import TiltedContrast
 from analysis.estimates import FittedLaws

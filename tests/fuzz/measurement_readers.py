@@ -18,7 +18,7 @@ from app.files.results.filter_files import load_panel
 from app.files.sound_file import opened_sound
 from app.files.uff.frfs import read_frfs
 from app.modal_test.declared_test import declared_frfs
-from app.modal_test.points_table import points_of_table
+from app.modal_test.new_declaration import points_of_table
 from app.sound.listening import ListeningPanel, recorded
 from app.sound.temperatures import programme
 from app.stages.panel.inputs import measured_panel

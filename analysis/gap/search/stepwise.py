@@ -2,7 +2,7 @@
 
 An effect may move resonances by more than their widths. Then derivatives at the present twin tell neither how
 large it is nor which one it is, and fits end beside the solution. Over wider resonances
-(`analysis.gap.data.widened`) they do, and each candidate is fitted to these first, with declared quantities as
+(`analysis.gap.data.sweeps`) they do, and each candidate is fitted to these first, with declared quantities as
 declared, because they would only follow what is missing.
 """
 
@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analysis.effect_card import EffectCard, Values
-from analysis.gap.data.widened import widened
+from analysis.gap.data.sweeps import widened
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState

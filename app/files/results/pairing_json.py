@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.declared_quantity import DeclaredQuantity
-from analysis.pairing.assignment import ModePairs
-from analysis.pairing.mode_list import ModeList
+from analysis.pairing.assignment import ModeList, ModePairs
 from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
 from analysis.pairing.points import PointComparison
 

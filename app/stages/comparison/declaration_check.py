@@ -12,8 +12,8 @@ from analysis.declaration.plate_material import KINDS, DeclaredOrthotropy, mater
 from analysis.experiment import Experiment, check_patches
 from analysis.geometry.fault import GeometryError
 from analysis.material import MaterialBox
+from analysis.pairing.assignment import ModeList
 from analysis.pairing.coarse_trial import CoarseTrial, SweepModes, scanned_materials, tried
-from analysis.pairing.mode_list import ModeList
 from analysis.pairing.paired_sweeps import LEAST_SHARE
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf

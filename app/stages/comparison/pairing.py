@@ -17,9 +17,8 @@ from analysis.identification.over_temperature.tracking import sweep_measured
 from analysis.identification.pole_residue import ResidualTerms, choices_for
 from analysis.identification.settings import Settings
 from analysis.local_laws import LocalLaws
-from analysis.pairing.assignment import HALF_POWER, ModePairs, pair_modes
+from analysis.pairing.assignment import HALF_POWER, ModeList, ModePairs, pair_modes
 from analysis.pairing.coarse_trial import SweepModes
-from analysis.pairing.mode_list import ModeList
 from analysis.pairing.paired_sweeps import POOR, PairedSweeps, Pairing, Source
 from analysis.pairing.points import (
     FittingPlace,

@@ -5,7 +5,7 @@ import pytest
 
 from analysis.identification.modes import Modes
 from analysis.identification.pole_residue import NONE
-from analysis.pairing.mode_list import ModeList
+from analysis.pairing.assignment import ModeList
 
 
 def pole(f: float, zeta: float) -> complex:

@@ -13,8 +13,8 @@ from analysis.identification.over_temperature.tracking import sweep_measured
 from analysis.identification.pole_residue import COMPLEX_E_F_G
 from analysis.identification.settings import Settings
 from analysis.material import MaterialBox
+from analysis.pairing.assignment import ModeList
 from analysis.pairing.coarse_trial import SweepModes, tried
-from analysis.pairing.mode_list import ModeList
 from analysis.recordings.frf import campaign_frf
 from app.files.campaigns.loading import load_campaign
 from app.stages.comparison.declaration_check import exchanged_channels, likely_reason
