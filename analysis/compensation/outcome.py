@@ -14,7 +14,7 @@ from analysis.compensation.tilted import TiltedContrast
 from analysis.focusing.fir import FirBank
 from analysis.focusing.performance import Aim, decibels
 from analysis.weather.family import TiltFamily
-from analysis.weather.judgement import WeatherJudgement
+from analysis.weather.judged import WeatherJudgement
 
 NETWORK, LINEAR, SPLINE, RIGIDITY_SPLINE, REDUCED_FREQUENCY, LOW_RANK = METHODS = (
     "network",

@@ -5,6 +5,7 @@
 ``knowledge``         temperatures of filters from the readings of thermometers
 ``family``            protocol of a panel with a field; filters for a family of fields: robust, or following a
                       tilt
-``judgement``         contrast and level lost over time, by what is known of the field
+``judged``            temperatures over time, and contrast and level lost in them
+``judgement``         how that is found, by what is known of the field
 ====================  ==============================================================
 """

@@ -22,7 +22,8 @@ from analysis.progress import Progress
 from analysis.recordings.campaign import CampaignExtent
 from analysis.weather.declared_weather import Weather
 from analysis.weather.family import FieldDesign, TiltFamily
-from analysis.weather.judgement import WeatherFields, judge_weather
+from analysis.weather.judged import WeatherFields
+from analysis.weather.judgement import judge_weather
 from analysis.weather.knowledge import plane
 from app.files.campaigns.inputs import extent_settings
 from app.files.provenance import provenance

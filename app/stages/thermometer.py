@@ -15,9 +15,8 @@ from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.exports.shipment import Shipment, shipment
 from app.files.results.run_folder import run_folder
 from app.files.sound_file import opened_sound
-from app.sound.temperatures import programme
+from app.sound.temperatures import programme, require_covered
 from app.stages.panel.laws import laws_for, range_of
-from app.stages.render import require_covered
 from app.summaries import thermometer as said
 from app.summaries.numbers import extent_record, led
 

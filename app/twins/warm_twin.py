@@ -16,7 +16,7 @@ from analysis.progress import Progress
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.weather.declared_weather import Weather
 from analysis.weather.family import WarmAnswer
-from analysis.weather.judgement import WeatherFields
+from analysis.weather.judged import WeatherFields
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
 from app.twins.panel_twin import PanelTwin

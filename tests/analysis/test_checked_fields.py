@@ -36,7 +36,7 @@ from analysis.thermometry.listening import Listener
 from analysis.updated import Updated
 from analysis.updating.normal_equations import SweepData
 from analysis.weather.family import TiltFamily, WarmAnswer
-from analysis.weather.judgement import WeatherFields, WeatherJudgement
+from analysis.weather.judged import WeatherFields, WeatherJudgement
 from app.files.acquisition.running_campaign import LatestRepeat
 from app.files.results.gap_file import GapMap, Signatures
 from app.files.results.laws_file import TwinFrf

@@ -16,7 +16,7 @@ from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from analysis.radiation.radiator import Radiator
 from analysis.rendering.heard import SAMPLES_BEFORE_ZERO, impulse_responses
-from analysis.weather.judgement import ONE, OWN_TILTED, SEVERAL, TILTED, WAYS
+from analysis.weather.judged import ONE, OWN_TILTED, SEVERAL, TILTED, WAYS
 from app.chain.links import compensate_inputs, do_compensate
 from app.chain.request import RunRequest
 from app.chain.work import Work

@@ -17,7 +17,7 @@ from analysis.compensation.outcome import (
 from analysis.focusing.panel import Panel
 from analysis.rendering.following import FollowingBank
 from analysis.weather.family import TiltFamily
-from analysis.weather.judgement import WeatherJudgement
+from analysis.weather.judged import WeatherJudgement
 from app.files.bad_file import ResultFileError, quoted
 from app.files.hdf5_file import result_file
 from app.files.provenance import provenance, read_stamp, sha256

@@ -7,7 +7,6 @@
 ``declaration_check``  declared plate on a coarse model, before its twin is built; likely reasons where that is no
                        fit
 ``pairing``            measured modes of some sweeps beside those of the twin
-``gap_pairing``        modes paired before and after the effects found
 ``issued_twin``        twin file that the gap stage writes
 ``plan``               the next experiment, and what it decided
 =====================  ===========================================================================================
