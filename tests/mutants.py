@@ -38,7 +38,7 @@ PLAIN = ("-x", "-q", "-p", "no:xdist", "-p", "no:cacheprovider", "-o", "python_f
 CORE: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     "h1": (
         ("analysis/recordings/h1.py", "analysis/recordings/noise_power.py"),
-        ("analysis/test_noise_power.py", "analysis/test_sweep_h1.py", "analysis/test_frf.py"),
+        tuple(f"analysis/recordings/test_{name}.py" for name in ("noise_power", "sweep_h1", "frf")),
     ),
     "poles": (
         ("analysis/identification/pole_search.py", "analysis/identification/variable_projection.py"),
