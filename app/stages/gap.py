@@ -54,13 +54,13 @@ from simulation.effects.library import untried
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
+GAP, FIGURES, TWIN, LAWS = "gap.json", "gap.h5", "twin.toml", "laws-corrected.h5"
 OPEN = ("partly_explained", "unknown")
 """Verdicts that leave something to be described."""
-ROUGH_TWIN_ERROR = 2e-3
-"""Certified error of the twin with effects above which a note says so; usual twins stay below."""
-GAP, FIGURES, TWIN, LAWS = "gap.json", "gap.h5", "twin.toml", "laws-corrected.h5"
 GOOD = ("none", "explained")
 """Verdicts that leave nothing open."""
+ROUGH_TWIN_ERROR = 2e-3
+"""Certified error of the twin with effects above which a note says so; usual twins stay below."""
 LEAST_LOSS = 1e-4
 """Smallest loss factor for the error estimate of the twin: a fit may end below that of any real plate."""
 
