@@ -201,6 +201,10 @@ def coupling_of(ops: EffectOperators, c: Coefficients) -> Numbers:
     return found + c.patch_thicker * ops.thicker_coupling.T if c.patch_thicker.any() else found
 
 
+SAME = 1e-12
+"""Relative difference of equal moves: a complex step and its division round."""
+
+
 class PatchMoves:
     """What moves of patches change in the matrices of a plate at one state, in some coordinates.
 
@@ -225,7 +229,7 @@ class PatchMoves:
         found, value = self._nothing(), self._value
         parts = (found.plate, found.plate_loss, found.fixed, found.mass)
         for k in np.flatnonzero(moves.any(axis=1)).tolist():
-            if np.array_equal(moves[k], value.moves[k]):
+            if np.allclose(moves[k], value.moves[k], rtol=SAME, atol=0.0):
                 self._follow(found, k, value)
                 found.mass[...] += self._own_moves(k)[3]
                 continue

@@ -49,6 +49,11 @@ FIELDS = (
 """Attributes of a state on which `Coefficients` depend, besides its laws."""
 
 
+KEPT = 64
+"""Derivatives that are kept, the first ones: laws, and what a fit has free, are asked for again where patches have
+moved. A screening asks for hundreds, of which each would take a third of a megabyte."""
+
+
 class LocalSlopes:
     """Derivatives of the composite at `value` by any parameter of its coefficients.
 
@@ -64,9 +69,18 @@ class LocalSlopes:
         self._ops, self._basis, self._value = ops, basis, value
         self._stacks: dict[str, tuple[Real, NDArray[np.bool_]]] = {}
         self._last: tuple[PlateState, Coefficients] | None = None
+        self._known: dict[int, tuple[PlateState, Composite]] = {}
 
     def by(self, stepped: PlateState) -> Composite:
         """Differentiate by the parameter whose imaginary step of `COMPLEX_STEP` gave `stepped`, without discs."""
+        known = self._known.get(id(stepped))
+        if known is None:
+            known = stepped, self._by(stepped)
+            if len(self._known) < KEPT:
+                self._known[id(stepped)] = known  # keeps the state, so that no other takes its identity
+        return known[1]
+
+    def _by(self, stepped: PlateState) -> Composite:
         if not _changes_matrices(stepped):
             m = self._basis.shape[1]
             nothing = np.zeros((m, m))

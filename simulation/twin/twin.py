@@ -31,6 +31,8 @@ MOVE_SHARE = 1e-4
 it. With 1e-2 derivatives were wrong by 0.4 %, and fits ended beside their minimum."""
 
 Step = tuple[str | int, ...]
+MOVES: Step = ("moves",)
+"""Key of the step along all moves of patches."""
 
 
 @dataclass(frozen=True)
@@ -145,8 +147,13 @@ class Vicinity:
 
     def along_moves(self, energy: NDArray[np.generic]) -> PlateState:
         """Return the state with an imaginary step along the moves of its patches."""
-        state = self.state(energy)
-        return state.with_(departures=state.departures.along_moves(1j * COMPLEX_STEP))
+        known = self.known.get(MOVES) if energy is self.energy else None
+        if known is None:
+            state = self.state(energy)
+            known = state.with_(departures=state.departures.along_moves(1j * COMPLEX_STEP))
+            if energy is self.energy:
+                self.known[MOVES] = known
+        return known
 
     def along(
         self, plain: Linearisation, here: Derivatives, moved: Derivatives, tangents: Sequence[Tangent]
