@@ -18,15 +18,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from analysis.experiment import (
-    Acquisition,
-    Attachment,
-    Experiment,
-    OvenDeclaration,
-    Patch,
-    Plate,
-    Protocol,
-)
+from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Patch, Plate, Protocol
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.reduction.basis_training import BasisTraining

@@ -41,12 +41,7 @@ from simulation.state.extreme_states import (
     laws_within,
     offset_states,
 )
-from simulation.state.patch_departures import (
-    footprint_slopes,
-    patch_departures,
-    patches_as_declared,
-    shift_slopes,
-)
+from simulation.state.patch_departures import footprint_slopes, patch_departures, patches_as_declared, shift_slopes
 from simulation.state.plate_state import PlateState
 from simulation.state.sensor_offset import OFFSET_RANGE, can_move, offset_energies, unmoved
 from simulation.state.state_matrices import FullPlate

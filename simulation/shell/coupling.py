@@ -3,12 +3,7 @@
 import numpy as np
 
 from analysis.arrays import Real
-from simulation.shell.rigidity import (
-    THX,
-    THY,
-    U,
-    V,
-)
+from simulation.shell.rigidity import THX, THY, U, V
 from simulation.shell.shell_plate import ShellPlate
 
 

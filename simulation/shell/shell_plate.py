@@ -14,15 +14,7 @@ from simulation.shell.edges import LineBlock, held_functions, spring_blocks
 from simulation.shell.in_plane import InPlane, Transverse, matrix
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.plate_borders import mesh_of
-from simulation.shell.rigidity import (
-    SHEAR_FACTOR,
-    Block,
-    CellMatrices,
-    CurvedSurface,
-    Rigidity,
-    Weight,
-    laminate,
-)
+from simulation.shell.rigidity import SHEAR_FACTOR, Block, CellMatrices, CurvedSurface, Rigidity, Weight, laminate
 from simulation.shell.space import ShapeSpace
 
 

@@ -4,15 +4,7 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-from analysis.experiment import (
-    Acquisition,
-    Attachment,
-    Experiment,
-    OvenDeclaration,
-    Patch,
-    Plate,
-    Protocol,
-)
+from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Patch, Plate, Protocol
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.reduced_model import ReducedModel

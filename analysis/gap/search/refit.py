@@ -12,14 +12,7 @@ from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState
 from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.score_test import Candidate, ScoreTest
-from analysis.gap.thresholds import (
-    BEHIND,
-    LEAVES_NOISE,
-    NEAR_IT,
-    NEAR_MARGIN,
-    PREDICTION_MARGIN,
-    REFIT_SHARE,
-)
+from analysis.gap.thresholds import BEHIND, LEAVES_NOISE, NEAR_IT, NEAR_MARGIN, PREDICTION_MARGIN, REFIT_SHARE
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from analysis.compensation.outcome import (
-    LINEAR,
-    LOW_RANK,
-    NETWORK,
-    RIGIDITY_SPLINE,
-    SPLINE,
-    Compensation,
-)
+from analysis.compensation.outcome import LINEAR, LOW_RANK, NETWORK, RIGIDITY_SPLINE, SPLINE, Compensation
 from analysis.focusing.panel import Panel
 from analysis.rendering.following import FollowingBank
 from analysis.weather.family import TiltFamily

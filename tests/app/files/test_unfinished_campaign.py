@@ -20,12 +20,7 @@ from app.files.campaign_error import CampaignFileError
 from app.files.campaigns import folder as campaign_folder
 from app.files.campaigns.folder import frozen_protocol, write_protocol
 from app.files.campaigns.import_recording import import_joined
-from app.files.campaigns.inputs import (
-    campaign_settings,
-    has_other_sweeps,
-    origin_of_result,
-    said_of_more_sweeps,
-)
+from app.files.campaigns.inputs import campaign_settings, has_other_sweeps, origin_of_result, said_of_more_sweeps
 from app.files.campaigns.loading import load_campaign
 from app.files.campaigns.sweep_file import Source, write_sweep
 from app.files.declarations.experiment import read_acquired_experiment

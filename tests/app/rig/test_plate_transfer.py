@@ -8,15 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.experiment import (
-    Acquisition,
-    Attachment,
-    Experiment,
-    OvenDeclaration,
-    Patch,
-    Plate,
-    Protocol,
-)
+from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Patch, Plate, Protocol
 from analysis.material import Material, MaterialBox, laws_through
 from analysis.protocol.sweep import SweepSettings, drive_signal
 from analysis.recordings.sweep_point import SweepPoint
