@@ -22,6 +22,10 @@ LARGEST_STEP = np.array([0.3, 0.05, 0.7])
 BACKTRACKED = 0.4
 """Share to which a step that increased the objective is shortened before damping is tried."""
 
+ASTRAY = 1.0 / BACKTRACKED**4
+"""Times the objective before a step from which the shortened one would increase it, too, and is not tried: what
+second order adds to a residual counts with the fourth power of a step."""
+
 BENT = 0.5
 """Share of the predicted decrease below which a step is taken again along its curve: near-collinear unknowns
 (gain, d31 and permittivity; modulus, thickness and lengths) move far together, and their second order remains."""
@@ -116,6 +120,8 @@ class _Trial:
     """Whether they were computed by another fit."""
     whole: bool = True
     """Whether `equations` have derivatives by declared quantities; a step that is refused needs none."""
+    damping: float = 0.0
+    """With which to go on from here: where less was refused, it would be refused again."""
 
     @property
     def stale(self) -> bool:
@@ -253,14 +259,14 @@ class _Descent:
         near = not self._leaves_more(best) if free.effects else not self._rough(best)
         if best.away > NEAR_ENOUGH and done and (near or best.borrowed) and passes < self.most_steps:
             rest = replace(self, target=AGAIN * self.target) if near else self
-            best = self.evaluate(best.state, free)
+            best = replace(self.evaluate(best.state, free), damping=best.damping)
             best, done, more = rest.along(best, free)
             passes += more
         return best, done, passes
 
     def along(self, best: _Trial, free: FreeParameters) -> tuple[_Trial, bool, int]:
         """Do what `to_the_end` does, with known derivatives of declared quantities wherever they hold."""
-        damping, share, passes, done, refused, last = 0.0, 1.0, 1, False, False, np.inf
+        damping, share, passes, done, refused, last = best.damping, 1.0, 1, False, False, np.inf
         while passes < self.most_steps:
             step = self._step(best, free, damping)
             settled, rough = self._settled(best, free), self._rough(best)
@@ -300,14 +306,14 @@ class _Descent:
             elif step.predicted_decrease < 10.0 * settled:
                 done = True
                 break
-            elif share == 1.0 and damping == 0.0:
+            elif share == 1.0 and damping == 0.0 and not _astray(best, trial):
                 # shorten the step first: with nearly collinear unknowns, damping changes its direction
                 share = BACKTRACKED
             else:
                 damping, share, refused = max(10.0 * damping, 1e-2), 1.0, True
                 if damping > 1e6:
                     break
-        return best, done, passes
+        return replace(best, damping=damping), done, passes
 
     def evaluate(self, state: GapState, free: FreeParameters) -> _Trial:
         """Linearise at a state."""
@@ -448,6 +454,11 @@ class _Step:
         parts = zip(begun.equations, ended.equations, self.own, strict=True)
         equations = [e.bent(np.concatenate([own, self.common]), then.residual) for e, then, own in parts]
         return replace(begun, equations=equations)
+
+
+def _astray(begun: _Trial, ended: _Trial | None) -> bool:
+    """Whether a step went so far that a shorter one in the same direction is none."""
+    return ended is not None and ended.objective > ASTRAY * begun.objective
 
 
 def _bends(begun: _Trial, ended: _Trial, step: _Step) -> bool:
