@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from analysis.checked_fields import check_finite, check_range, check_shapes
-from analysis.declared import Point
+from analysis.declaration.strict import Point
 
 Quantity = Literal["voltage", "charge", "force", "displacement", "velocity", "acceleration", "pressure", "strain"]
 Motion = Literal["displacement", "velocity", "acceleration"]

@@ -15,14 +15,14 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from analysis.channel import Channel, Footprint, transfer_label
-from analysis.declared import Declared, Point, Sparse, Temperature
+from analysis.declaration.patch import Patch
+from analysis.declaration.plate import Plate
+from analysis.declaration.strict import Declared, Point, Sparse, Temperature
+from analysis.declaration.tolerances import Tolerances
+from analysis.declaration.transducers import MOST_POINTS, Drive, Sensor
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.relations import leaves, overlap
-from analysis.patch import Patch
-from analysis.plate import Plate
 from analysis.protocol.sweep import DriveKind, SweepTiming, sweep_timing
-from analysis.tolerances import Tolerances
-from analysis.transducers import MOST_POINTS, Drive, Sensor
 
 LEAST_LINES = 20
 """Frequency lines of a record within the band: of fewer nothing is judged, and no resonance is seen."""

@@ -1,7 +1,7 @@
 """Moduli, Poisson's ratio and loss factors of an orthotropic sheet by direction, from laws and constant ratios.
 
 The laws give E = (E_x + E_y)/2, nu (the root of nu_xy nu_yx) and eta (the root of eta_x eta_y) at every
-temperature; four logarithms r, s, p, q are constant, see `simulation.state.sheet_departures`. With the declared
+temperature; four logarithms r, s, p, q are constant, see `simulation.state.departures`. With the declared
 R_0 = E_y/E_x and R = R_0 exp(r)
 
     E_x = 2 E/(1 + R),  E_y = R E_x,  G_xy = (1 + delta_g) exp(s) E / 2(1 + nu),  nu_xy = nu R**-0.5,
@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.sheet_orthotropy import Orthotropy
+from analysis.declaration.plate_material import Orthotropy
 
 MODULI, TRANSVERSE, LOSS = "sheet_moduli", "sheet_transverse_shear", "sheet_loss"
 """Names of the declared quantities of a sheet."""

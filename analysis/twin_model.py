@@ -9,7 +9,7 @@ from analysis.arrays import Complex, Real
 from analysis.effect_card import EffectCard, Values
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 
 Effects = Mapping[str, Values]
 """Values of the effects that are switched on, by effect; the others are absent."""

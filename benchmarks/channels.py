@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from threadpoolctl import threadpool_limits
 
-from analysis.frf import Frf
-from analysis.identification.tracked_modes import TrackedModes
-from analysis.identification.tracking import track
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracking import track
+from analysis.recordings.frf import Frf
 
 SENSORS, MODES, TEMPERATURES = 8, 46, np.array([0.0, 20.0, 40.0, 60.0])
 FREQUENCY = np.arange(100.0, 1500.0, 0.4)

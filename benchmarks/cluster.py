@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from distributed import LocalCluster
 
-from app.files.laws_file import load_updated
+from app.files.results.laws_file import load_updated
 from app.terminal.cluster import cluster_workers
 from app.terminal.engine import worker_processes
 

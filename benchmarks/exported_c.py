@@ -21,10 +21,10 @@ import numpy as np
 from analysis.compensation.network import InputMap, NetworkBank
 from analysis.focusing.fir import FirBank
 from analysis.rendering.following import FollowingBank
+from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.exports.c_code import SAMPLES_AT_ONCE, write_c
 from app.files.exports.cost import Cost
 from app.files.exports.shipment import Shipment
-from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import provenance
 
 RESULTS = Path(__file__).resolve().parent / "results" / "exported_c.json"

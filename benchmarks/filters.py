@@ -29,9 +29,9 @@ from analysis.focusing.performance import contrast
 from analysis.focusing.responses import responses
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updating.laws import fit_laws
-from app.files.laws_file import load_laws
-from app.files.panel_file import SECTION_2, read_panel
-from app.stages.panel_inputs import workers
+from app.files.declarations.panel import SECTION_2, read_panel
+from app.files.results.laws_file import load_laws
+from app.stages.panel.inputs import workers
 from app.twins.panel_twin import panel_twin
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -23,7 +23,6 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from analysis.experiment import Experiment, Patch
-from analysis.frf import Frf
 from analysis.gap.data.preparation import prepare
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting import fit as fit_module
@@ -33,13 +32,13 @@ from analysis.gap.gap import find_gap
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.refit import absent
 from analysis.local_laws import LocalLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated
 from analysis.updating.update import update
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from app.terminal.progress import progress
-from app.twins.campaign_model import WORKERS, referred
-from app.twins.campaign_twin import OFFSET, campaign_twin, effect_twin, offset_wanted
+from app.twins.campaign_twin import OFFSET, WORKERS, campaign_twin, effect_twin, offset_wanted, referred
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 

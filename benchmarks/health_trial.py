@@ -17,18 +17,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from analysis.declaration.plate_material import material_box
 from analysis.experiment import Experiment
-from analysis.frf import Frf
 from analysis.gap.data.compression import Nodes
-from analysis.health.baseline import HealthBaseline, PanelLinearisation
+from analysis.health.baseline import HealthBaseline, PanelLinearisation, SelfCheck, self_check
 from analysis.health.candidates import change_candidates
 from analysis.health.health_report import HealthDate, NamedChange
 from analysis.health.recording import DatedRecording, ExpectedResponse, recordings_of
-from analysis.health.self_check import SelfCheck, self_check
 from analysis.health.watch import HealthWatch
 from analysis.material import MaterialLaws
-from analysis.plate_material import material_box
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf
+from analysis.recordings.sweep_point import SweepPoint
 from app.blind_trial.plates import OTHER_MESH
 from app.files.effect_cache import cached_operators
 from app.twins.campaign_twin import effect_twin

@@ -32,9 +32,13 @@ from analysis.identification.automatic import identify, refine
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
-from analysis.identification.parameters import to_parameters, to_poles
-from analysis.identification.pole_residue import pole_columns
-from analysis.identification.residual_terms import COMPLEX_E_F_G, ResidualTerms
+from analysis.identification.pole_residue import (
+    COMPLEX_E_F_G,
+    ResidualTerms,
+    pole_columns,
+    to_parameters,
+    to_poles,
+)
 from analysis.identification.synthetic import SyntheticFrf, crowded, pairs, r10, rippled, shared_noise
 from analysis.identification.variable_projection import project
 from analysis.identification.vector_fitting import start_poles
@@ -157,9 +161,9 @@ def table(draws: int, noise: float, every: bool, peers: bool) -> None:
 
 def together(folder: Path) -> None:
     """CPU time of a campaign's sweeps fitted together, and of every fourth sweep identified alone."""
-    from analysis.frf import campaign_frf
-    from analysis.identification.tracking import sweep_measured, track
-    from app.files.campaign import load_campaign
+    from analysis.identification.over_temperature.tracking import sweep_measured, track
+    from analysis.recordings.frf import campaign_frf
+    from app.files.campaigns.loading import load_campaign
 
     frf = campaign_frf(load_campaign(folder), mains=50.0)
     count = len(frf.temperature)

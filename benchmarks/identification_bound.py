@@ -15,8 +15,8 @@ from analysis.identification.averaging import averaged
 from analysis.identification.finishing import finish, settle
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
+from analysis.identification.pole_residue import COMPLEX_E_F, REAL_E_F
 from analysis.identification.pole_search import fit
-from analysis.identification.residual_terms import COMPLEX_E_F, REAL_E_F
 from analysis.identification.settings import Settings
 from analysis.identification.synthetic import SyntheticFrf
 from analysis.identification.variable_projection import project

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.measurements.guarded import read_columns, read_each
-from app.files.uff58 import write_frfs
+from app.files.uff.frfs import write_frfs
 
 FREQUENCY = np.linspace(2.0, 70.0, 1361)
 MODES = np.array([5.6, 15.0, 30.5, 32.9, 33.2, 35.3, 42.1, 45.6, 48.4, 49.3, 52.5, 61.0, 64.8])

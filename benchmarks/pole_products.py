@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from analysis.identification.residual_terms import COMPLEX_E_F_G
-from analysis.identification.weighted_lines import WeightedLines
+from analysis.identification.lines import WeightedLines
+from analysis.identification.pole_residue import COMPLEX_E_F_G
 
 POLES, LINES, TIMES = 40, (500, 1000, 3000), 50
 

@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 from analysis.experiment import Patch, Plate
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from simulation.reduction.reduce import reduce
+from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad
 from simulation.twin.declared_plate import DeclaredPlate

@@ -22,10 +22,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from filters import paper_laws
 
 from analysis.focusing.over_temperature import focus
-from analysis.radiation.declared_sound import PanelSound, SoundListener
+from analysis.focusing.panel import PanelSound, SoundListener
 from analysis.rendering.heard import SAMPLES_BEFORE_ZERO, impulse_responses
-from app.files.laws_file import load_laws
-from app.files.panel_file import SECTION_2, read_panel
+from app.files.declarations.panel import SECTION_2, read_panel
+from app.files.results.laws_file import load_laws
 from app.sound.listeners import ListenersOfPanel
 from app.twins.panel_twin import panel_twin
 

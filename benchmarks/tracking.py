@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 from tracking_bound import worth
 
-from analysis.frf import Frf, campaign_frf
-from analysis.identification.expected_modes import ExpectedModes
-from analysis.identification.tracked_modes import TrackedModes
-from analysis.identification.tracking import track
-from app.files.campaign import load_campaign
+from analysis.identification.over_temperature.expected_modes import ExpectedModes
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracking import track
+from analysis.recordings.frf import Frf, campaign_frf
+from app.files.campaigns.loading import load_campaign
 
 TRUTH_ERROR = (3e-4, 1e-3)
 """Of truth's frequencies and loss factors: another finite-element solver's, at temperatures known to 0.02 K."""

@@ -9,15 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.frf import Frf
 from analysis.identification.averaging import averaged
-from analysis.identification.hidden_modes import sum_of_squares
-from analysis.identification.joint_fit import JointFit, fit_together
-from analysis.identification.parameters import to_parameters
-from analysis.identification.residual_terms import COMPLEX_E_F_G
-from analysis.identification.smooth_tracks import SmoothTracks
-from analysis.identification.tracking import sweep_measured
-from analysis.identification.tracks_without_twin import HIDDEN_SCATTER
+from analysis.identification.over_temperature.joint_fit import JointFit, fit_together
+from analysis.identification.over_temperature.smooth_tracks import SmoothTracks
+from analysis.identification.over_temperature.sweep_fits import sum_of_squares
+from analysis.identification.over_temperature.tracking import sweep_measured
+from analysis.identification.over_temperature.tracks_without_twin import HIDDEN_SCATTER
+from analysis.identification.pole_residue import COMPLEX_E_F_G, to_parameters
+from analysis.recordings.frf import Frf
 
 OUT_OF_BAND = 0.08
 """Share of the band's edges up to which modes outside it are fitted as well."""

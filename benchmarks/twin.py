@@ -23,7 +23,7 @@ from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.effect_reduction import reduce_with_effects
-from simulation.reduction.reduce import reduce
+from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.fineness import Fineness

@@ -16,13 +16,13 @@ import numpy as np
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
-from analysis.frf import Frf, campaign_frf
 from analysis.local_laws import LocalLaws
+from analysis.recordings.frf import Frf, campaign_frf
 from analysis.updated import Updated
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.start import start_material
 from analysis.updating.update import update
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from app.terminal.progress import progress
 from app.twins.campaign_twin import campaign_twin
 from simulation.twin.twin import Twin

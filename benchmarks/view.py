@@ -26,14 +26,14 @@ sys.path.insert(0, str(ROOT))
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 
-from analysis.frf import Frf  # noqa: E402
 from analysis.identification.modes import Modes  # noqa: E402
-from analysis.identification.residual_terms import NONE  # noqa: E402
-from analysis.identification.tracked_modes import TrackedModes  # noqa: E402
-from app.files.experiment_toml import read_acquired_experiment  # noqa: E402
-from app.files.frf_file import load_frf, save_frf  # noqa: E402
-from app.files.modes_file import load_modes, save_modes  # noqa: E402
+from analysis.identification.over_temperature.tracked_modes import TrackedModes  # noqa: E402
+from analysis.identification.pole_residue import NONE  # noqa: E402
+from analysis.recordings.frf import Frf  # noqa: E402
+from app.files.declarations.experiment import read_acquired_experiment  # noqa: E402
 from app.files.provenance import provenance  # noqa: E402
+from app.files.results.frf_file import load_frf, save_frf  # noqa: E402
+from app.files.results.modes_file import load_modes, save_modes  # noqa: E402
 from app.view.application import application  # noqa: E402
 from app.view.folder import viewed  # noqa: E402
 from app.view.parts import decibels  # noqa: E402

@@ -10,13 +10,11 @@ from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.plate_mesh import PlateMesh
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.edges import line_blocks, straight_edges
-from simulation.shell.factors import factorize
 from simulation.shell.mapping import map_cells
-from simulation.shell.rigidity import THX, THY, CellMatrices, Rigidity, W, laminate
+from simulation.shell.rigidity import SHEAR_FACTOR, THX, THY, CellMatrices, Rigidity, W, laminate
 from simulation.shell.shape_functions import quad_functions, triangle_functions
-from simulation.shell.shear_factor import SHEAR_FACTOR
 from simulation.shell.space import ShapeSpace
-from simulation.shell.unknowns import Unknowns
+from simulation.shell.unknowns import Unknowns, factorize
 from simulation.verification.case import Case
 
 DEGREE = 6

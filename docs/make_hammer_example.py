@@ -16,9 +16,9 @@ from analysis.arrays import Real
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from app.files.campaign_toml import read_experiment
+from app.files.campaigns.declaration import read_experiment
 from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.footprint_reduction import reduce_with_footprints
+from simulation.reduction.plate_basis import reduce_with_footprints
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness
 from simulation.twin.declared_plate import DeclaredPlate

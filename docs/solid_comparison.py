@@ -17,7 +17,7 @@ meshes with two to four layers, extrapolated (`docs/make_solid_references.py`; t
 
 - *extrapolated by*: largest distance of the finest mesh from the limit.
 - *error*: of the twin, which is what plate theory leaves out.
-- *left*: of it after the prediction from each mode's own shape, `simulation.shell.theory_error.mode_errors`; see
+- *left*: of it after the prediction from each mode's own shape, `simulation.verification.solids.mode_errors`; see
   [the twin](theory/twin.md#what-the-theory-leaves-out).
 
 | plate | modes | largest k h | extrapolated by | error, % | left, % | left, rms, % |

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from importlib.metadata import EntryPoint, distributions
 from typing import Generic, TypeVar
 
-from analysis.declared import Declared
+from analysis.declaration.strict import Declared
 
 Settings = TypeVar("Settings", bound=Declared)
 

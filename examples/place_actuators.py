@@ -26,17 +26,16 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.linalg import eigh
 
-from analysis.focusing.energy import EnergyForms
-from analysis.focusing.grid import Grid
+from analysis.declaration.patch import Patch
+from analysis.focusing.energy import EnergyForms, Grid
 from analysis.focusing.methods import invert
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import best_contrast, contrast
 from analysis.focusing.placement import clearance, exchange, refined
-from analysis.patch import Patch
 from app.files.bad_file import ResultFileError
-from app.files.panel_file import SECTION_2, read_panel
+from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.toml_text import toml_text
-from app.stages.panel_laws import laws_for
+from app.stages.panel.laws import laws_for
 from simulation.shell.piezo_material import PIEZO_MATERIALS
 
 ORDERS, MODES, NODES = 14, 80, 12

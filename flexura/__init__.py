@@ -13,7 +13,8 @@ when it is first asked for, so that ``import flexura`` costs little. See ``docs/
 ``sound``             `radiation`, `render`, `thermometer`: what is heard of a panel, what it plays, how warm it is
 ``forward_twin``      `twin`: material and effects in, FRFs, derivatives, modes and matrices out
 ``um_bridge``         the same served to samplers and optimisers elsewhere: `serve`
-``panel_files``       laws, twin files, panels and run folders that these two take
+``arguments``         paths and numbers as the functions take them, and the progress of a call
+``panel_files``       laws, twin files, panels and run folders that `focus` and `compensate` take
 ``figures``           `plot`: figures of all these results
 ``shipped_examples``  `example`: those that come with it
 ``keywords``          errors name keywords, where those of a verb name options

@@ -1,49 +1,25 @@
 """A plate over temperature: recordings, FRFs, modes, material laws, and what its twin lacks."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
 
-import numpy as np
-from threadpoolctl import threadpool_limits
-
-from analysis.frf import Frf, campaign_frf
-from analysis.frf_campaign import AnyCampaign
-from analysis.identification.reading import Damping
+from analysis.identification.modes import Damping
 from analysis.identification.settings import Settings
-from analysis.progress import Progress
-from app.files.campaign import load_campaign
-from app.files.next_experiment import rig_table
-from app.files.run_folder import writable_folder
+from analysis.recordings.frf import Frf, campaign_frf
+from analysis.recordings.frf_campaign import AnyCampaign
+from app.files.campaigns.loading import load_campaign
+from app.files.results.next_experiment import rig_table
+from app.files.results.run_folder import writable_folder
 from app.plate_frfs.plate_of_modes import read_plate_of_modes
 from app.stages import gap as gap_stage
 from app.stages import identify as identify_stage
 from app.stages import update as update_stage
 from app.stages import update_modes as update_modes_stage
-from app.stages.comparison_request import GapRequest, UpdateRequest
+from app.stages.comparison.request import GapRequest, UpdateRequest
 from app.stages.identify_options import Method, Wanted
-from app.terminal.progress import progress as bars
-
-File = str | PathLike[str]
-
-
-def as_path(file: File) -> Path:
-    """Path of a file or folder; TypeError for what is none, with what to do for a result in memory."""
-    try:
-        return Path(file)
-    except TypeError as error:
-        kind = type(file)
-        made = (
-            "; write it with out=FOLDER, and name that folder" if kind.__module__.startswith("app.stages") else ""
-        )
-        raise TypeError(f"a path is wanted (str or pathlib.Path), not {kind.__name__}{made}") from error
-
-
-def numbers(values: float | Sequence[float]) -> tuple[float, ...]:
-    """Return one number or several as several."""
-    return tuple(float(one) for one in np.atleast_1d(np.asarray(values, float)))
+from flexura.arguments import File, as_path, computing
 
 
 def load(campaign: File) -> AnyCampaign:
@@ -276,10 +252,3 @@ def _path(file: File | None) -> Path | None:
 def _run(out: File | None) -> Path | None:
     """Run folder that results go to, made if need be; None where nothing is to be written."""
     return None if out is None else writable_folder(as_path(out), "out")
-
-
-@contextmanager
-def computing(*, shown: bool | None) -> Iterator[Progress]:
-    """Yield a progress callable, BLAS held to one thread: the matrices are small and many."""
-    with threadpool_limits(1), bars(shown=shown) as report:
-        yield report

@@ -7,11 +7,11 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from analysis.campaign import Campaign
-from analysis.frf import Frf
-from analysis.frf_campaign import AnyCampaign, FrfCampaign
-from app.files.gap_file import GapFigures
-from app.report import focusing, gap, health, identified, measured, radiation, studies, style, updated
+from analysis.recordings.campaign import Campaign
+from analysis.recordings.frf import Frf
+from analysis.recordings.frf_campaign import AnyCampaign, FrfCampaign
+from app.files.results.gap_file import GapFigures
+from app.report import focusing, gap, health, measured, radiation, studies, style
 from app.report.declared import picture, pieces_of_experiment
 from app.stages.compensate import CompensatedPanel
 from app.stages.focus import FocusedPanel
@@ -76,11 +76,11 @@ def _plate(campaign: AnyCampaign) -> Figure:
 
 
 def _overlay(found: IdentifiedCampaign, channel: int = 0) -> Figure:
-    return identified.overlay(found.frf, found.tracked, channel)
+    return measured.overlay(found.frf, found.tracked, channel)
 
 
 def _twin(found: Updating, channel: int = 0) -> Figure:
-    return updated.overlays(found.frf, found.twin, found.updated, channel)
+    return measured.overlays(found.frf, found.twin, found.updated, channel)
 
 
 def _of_gap(draw: Callable[[GapFigures], Figure]) -> Callable[[GapComparison], Figure]:
@@ -100,13 +100,13 @@ FIGURES: Mapping[type, Mapping[str, Callable[..., Figure]]] = {
     FrfCampaign: {"plate": _plate},
     Frf: {"waterfall": measured.waterfall, "noise": measured.noise},
     IdentifiedCampaign: {
-        "modes": lambda found: identified.over_temperature(found.tracked),
+        "modes": lambda found: measured.over_temperature(found.tracked),
         "overlay": _overlay,
     },
     Updating: {
-        "laws": lambda found: updated.laws(found.updated, found.laws),
+        "laws": lambda found: measured.laws(found.updated, found.laws),
         "overlays": _twin,
-        "misfit": lambda found: updated.misfit(found.updated, found.frf),
+        "misfit": lambda found: measured.misfit(found.updated, found.frf),
     },
     GapComparison: {
         "residual": _of_gap(gap.residual_maps),

@@ -5,15 +5,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, get_args
 
-from analysis.campaign import Campaign
-from app.files.campaign import load_campaign
+from analysis.recordings.campaign import Campaign
+from app.files.campaigns.loading import load_campaign
+from app.files.campaigns.sweeps_out import write_sweeps
 from app.files.exports.c_code import PREFIX, PREFIXES
 from app.files.exports.shipment import shipment
 from app.files.exports.written_filters import export_temperatures, same_names, write_filters
-from app.files.run_folder import is_test_run, run_file, writable_folder
-from app.files.sweeps_out import write_sweeps
+from app.files.results.run_folder import is_test_run, run_file, writable_folder
 from app.report.written import WrittenReport, write_report
-from flexura.campaigns import File, as_path, computing, numbers
+from flexura.arguments import File, as_path, computing, numbers
 
 Form = Literal["c", "onnx", "npz", "wav", "csv"]
 SweepForm = Literal["tdms", "mat", "csv", "uff"]

@@ -10,21 +10,21 @@ from numpy.typing import ArrayLike
 from analysis.arrays import Complex, Real
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
-from analysis.frf_campaign import AnyCampaign
 from analysis.local_laws import LocalLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf_campaign import AnyCampaign
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects, Tangent
 from app.files.allowed_values import nearest
 from app.files.bad_file import ResultFileError
-from app.files.campaign import load_campaign
-from app.files.campaign_kind import DECLARATION, PROTOCOL
-from app.files.experiment_toml import read_declared_experiment
-from app.files.plate_toml import NAME as PLATE
+from app.files.campaigns.kind import DECLARATION, PROTOCOL
+from app.files.campaigns.loading import load_campaign
+from app.files.declarations.experiment import read_declared_experiment
+from app.files.declarations.plate import NAME as PLATE
+from app.files.results.twin_file import TwinFile, read_twin
 from app.files.settings_toml import read_table
-from app.files.twin_file import TwinFile, read_twin
-from app.stages.panel_laws import laws_of_twin
+from app.stages.panel.laws import laws_of_twin
 from app.twins.campaign_twin import effect_twin
-from flexura.campaigns import File, as_path, computing
+from flexura.arguments import File, as_path, computing
 from simulation.state.attached import deflection_at
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.instruments import ports

@@ -4,16 +4,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.identification.reading import Damping
+from analysis.identification.modes import Damping
 from analysis.identification.settings import Settings
 from analysis.progress import Progress
-from app.files.run_folder import writable_folder
+from app.files.results.run_folder import writable_folder
+from app.modal_test.declared_test import frfs_of_file
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import TestModes
-from app.modal_test.universal_frfs import frfs_of_file
 from app.stages import identify_structure as stage
 from app.stages.identify_options import Method, Wanted
-from flexura.campaigns import File, as_path, computing
+from flexura.arguments import File, as_path, computing
 
 Test = File | FrfSet | Sequence[MeasuredTransfer]
 """``test.toml`` or its folder, a universal file, or FRFs in memory that share their lines."""

@@ -5,21 +5,21 @@ from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
-from analysis.campaign import CampaignExtent
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
-from app.files.laws_elsewhere import remember_laws
-from app.files.panel_file import SECTION_2, read_panel
+from analysis.recordings.campaign import CampaignExtent
+from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.provenance import sha256
-from app.files.run_folder import writable_folder
-from app.files.transfers_file import transfer_files
+from app.files.results.laws_elsewhere import remember_laws
+from app.files.results.run_folder import writable_folder
+from app.files.results.transfers_file import transfer_files
 from app.stages.gap import GapComparison
-from app.stages.panel_inputs import method_for, panel_for, scanned_panel
-from app.stages.panel_laws import PanelLaws, laws_for
+from app.stages.panel.inputs import method_for, panel_for, scanned_panel
+from app.stages.panel.laws import PanelLaws, laws_for
 from app.stages.update import Updating
 from app.summaries.update import too_few
-from flexura.campaigns import File, as_path
+from flexura.arguments import File, as_path
 
 Laws = File | MaterialLaws | Updating | GapComparison
 """A run folder, whose best twin is taken, or a file of laws; laws, or a result of `update` or `gap`."""

@@ -8,16 +8,16 @@ import numpy as np
 from analysis.compensation.settings import Training
 from analysis.focusing.methods import METHODS, Method
 from analysis.focusing.panel import Panel
-from app.files.panel_file import SECTION_2, read_panel
+from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.provenance import sha256
-from app.files.run_folder import writable_folder
+from app.files.results.run_folder import writable_folder
 from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
 from app.stages import health as health_stage
 from app.stages import study as study_stage
-from app.stages.panel_inputs import checked_device, measured_panel, weather_for
-from app.stages.panel_laws import range_of, within
-from flexura.campaigns import File, as_path, computing, numbers
+from app.stages.panel.inputs import checked_device, measured_panel, weather_for
+from app.stages.panel.laws import range_of, within
+from flexura.arguments import File, as_path, computing, numbers
 from flexura.panel_files import Laws, folder_of, kept, laws_read, panel_followed
 
 

@@ -6,7 +6,7 @@ from app.stages import thermometer as thermometer_stage
 from app.stages.radiation import RadiatingPanel, RadiationRequest
 from app.stages.render import USUAL_BLOCK, RenderedSound, RenderRequest
 from app.stages.thermometer import MeasuredTemperatures, ThermometerRequest
-from flexura.campaigns import File, as_path, computing
+from flexura.arguments import File, as_path, computing
 
 
 def render(

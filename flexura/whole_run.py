@@ -8,14 +8,14 @@ from threadpoolctl import threadpool_limits
 
 from app.chain.request import RunRequest, chosen_stages
 from app.chain.run_chain import RunListener, run_chain
-from app.files.campaign import not_a_campaign
-from app.files.campaign_kind import is_campaign_folder, is_recorded_campaign
-from app.files.plate_toml import declares_plate
-from app.files.run_record import RunRecord
-from app.files.run_settings import Stage, read_run_options, run_options_of
+from app.files.campaigns.kind import is_campaign_folder, is_recorded_campaign
+from app.files.campaigns.loading import not_a_campaign
+from app.files.declarations.plate import declares_plate
+from app.files.declarations.run_settings import Stage, read_run_options, run_options_of
+from app.files.results.run_record import RunRecord
 from app.terminal.engine import spare_workers
 from app.terminal.progress import progress as bars
-from flexura.campaigns import File, as_path
+from flexura.arguments import File, as_path
 
 
 def run(

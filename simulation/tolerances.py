@@ -13,23 +13,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
+from analysis.declaration.patch import Patch
+from analysis.declaration.transducers import Drive, Sensor
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
-from analysis.patch import Patch
 from analysis.sheet_material import LOSS, MODULI, TRANSVERSE
-from analysis.transducers import Drive, Sensor
 from analysis.twin_model import NO_EFFECTS, Effects
 from simulation.effects.effect import Effect, isotropic
-from simulation.state.departures import Departures
-from simulation.state.plate_state import Circumstances, PlateState
-from simulation.state.sheet_departures import (
+from simulation.state.departures import (
     FARTHEST_LOSS,
     FARTHEST_MODULI,
     FARTHEST_SHEAR,
+    Departures,
     departed_loss,
     departed_moduli,
     departed_transverse,
 )
+from simulation.state.plate_state import Circumstances, PlateState
 
 RANGE_IN_TOLERANCES = 8.0
 """Range of every quantity, in tolerances: far enough to see that a declaration is wrong."""
@@ -398,7 +398,7 @@ twentieth, those of laminates are a half to one of the shear modulus in the plan
 def sheet_tolerances(experiment: Experiment) -> Iterator[Effect]:
     """Yield the quantities of a declared orthotropic sheet that are not exact; none for an isotropic one.
 
-    All are natural logarithms of ratios, see `simulation.state.sheet_departures`.
+    All are natural logarithms of ratios, see `simulation.state.departures`.
     """
     material, given = experiment.plate.material, experiment.tolerances
     sheet = None if material is None else material.departure

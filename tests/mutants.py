@@ -37,8 +37,8 @@ PLAIN = ("-x", "-q", "-p", "no:xdist", "-p", "no:cacheprovider", "-o", "python_f
 """The last because pytest imports what looks like a test by itself, and ``score_test.py`` does."""
 CORE: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     "h1": (
-        ("analysis/h1.py", "analysis/noise_power.py"),
-        ("analysis/test_noise_power.py", "analysis/test_sweep_h1.py", "analysis/test_frf.py"),
+        ("analysis/recordings/h1.py", "analysis/recordings/noise_power.py"),
+        tuple(f"analysis/recordings/test_{name}.py" for name in ("noise_power", "sweep_h1", "frf")),
     ),
     "poles": (
         ("analysis/identification/pole_search.py", "analysis/identification/variable_projection.py"),

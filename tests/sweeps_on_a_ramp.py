@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.experiment import Protocol
-from analysis.frf import Frf
 from analysis.gap.data.preparation import sweep_points
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf
+from analysis.recordings.sweep_point import SweepPoint
 
 FREQUENCY = np.arange(100.0, 900.0)
 AT_ZERO = np.array([185.0, 240.0, 310.0, 455.0, 560.0, 700.0])

@@ -10,14 +10,13 @@
 ``law_band``            contrast under the uncertainty of the material laws
 ``tilted``              contrast if one side of the panel is warmer than the other
 ``outcome``             result of the comparison, with memory and multiplications of every method
-``parameter_studies``   error of networks over number of nodes and temperature spacing
-``network``             one network per actuator, and the relative error of reconstructed filters
-``training``            training with restarts; the best network is kept or refused
+``network``             one network per actuator, a mean and a few principal filters; error of reconstructed
+                        filters
+``training``            training with restarts; the best is kept or refused; error where left out, over nodes and
+                        spacing
 ``evidence_collapse``   error raised if no trained network is good enough
 ``bayesian``            Levenberg–Marquardt with MacKay's evidence
-``tensors``             arrays of numpy on the processor, tensors of torch on other devices
-``linearised``          networks of one hidden layer: outputs, derivatives, and their Gauss-Newton equations
-``low_rank``            a mean and a few principal filters
-``leave_one_out``       error at a training temperature that is left out
+``linearised``          networks of one hidden layer: outputs, derivatives, their Gauss-Newton equations; arrays
+                        of numpy or torch
 ======================  ======================================================================
 """

@@ -14,14 +14,15 @@ from typing import Self
 
 from analysis.compensation.linearised import (
     Linearised,
+    Tensor,
     Weights,
     errors,
     inverse_trace,
     linearise,
     log_determinant,
+    namespace,
     step,
 )
-from analysis.compensation.tensors import Tensor, namespace
 
 STILL_STEPS = 20.0
 """Number of successive steps without a change after which a training ends."""

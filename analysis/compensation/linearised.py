@@ -1,4 +1,4 @@
-"""Networks of one hidden layer with linear outputs: their parameters, their outputs, and both linearised.
+"""Networks of one hidden layer with linear outputs: parameters and outputs, linearised; on any device.
 
 All tensors carry a leading axis B: independent networks (actuators, restarts, left-out folds) advance
 together.
@@ -9,12 +9,21 @@ blocks S = β ZᵀZ + α I of order H+1, one for the weights into each output, a
 parameters. So a step costs one factorization of Z and one system of order 2H, whatever M is, and so do the trace
 and the determinant for MacKay's evidence. Moreover ‖·‖² and JᵀJ are invariant under a rotation of the M outputs:
 `analysis.compensation.training` rotates 512 taps to the few directions that the training filters span.
+
+Arrays are numpy's on the processor and tensors of torch on any other device. The code here and in `bayesian` uses
+only functions that both have (array API standard). So torch, whose import takes two seconds of processor time, is
+imported only for other devices.
 """
 
 from dataclasses import dataclass, fields
-from typing import Self
+from typing import Any, Self, TypeAlias
 
-from analysis.compensation.tensors import Tensor, namespace
+import numpy as np
+
+from analysis.arrays import Real
+
+Tensor: TypeAlias = Any
+"""A float64 ndarray or torch.Tensor."""
 
 
 @dataclass(frozen=True)
@@ -263,3 +272,27 @@ def _border(at: Linearised, ridge: Tensor, beta: Tensor) -> Tensor:
 
 def _identity(like: Tensor) -> Tensor:
     return namespace(like).eye(like.shape[-1], dtype=like.dtype, device=like.device)
+
+
+def namespace(array: Tensor) -> Any:
+    """Return the module whose functions take `array`: numpy or torch."""
+    if isinstance(array, np.ndarray):
+        return np
+    import torch
+
+    return torch
+
+
+def on_device(array: Real, device: str) -> Tensor:
+    """Return the array as it is for ``cpu``, else a tensor on torch's `device`."""
+    found = np.ascontiguousarray(array, dtype=np.float64)
+    if device == "cpu":
+        return found
+    import torch
+
+    return torch.as_tensor(found, device=device)
+
+
+def on_processor(tensor: Tensor) -> Real:
+    """Return a numpy array with the values of a `tensor`."""
+    return tensor if isinstance(tensor, np.ndarray) else np.asarray(tensor.cpu().numpy())

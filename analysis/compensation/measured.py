@@ -6,12 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
-from analysis.compensation.low_rank import LowRankBank
-from analysis.compensation.network import relative_error
+from analysis.compensation.network import LowRankBank, relative_error
 from analysis.compensation.outcome import NETWORK, Compensation, Trained, burdens
 from analysis.compensation.rivals import plain_rivals
 from analysis.compensation.settings import FEWEST_TRAINING_TEMPERATURES, Training
+from analysis.compensation.training import left_out_networks, left_out_taps, train_networks
 from analysis.focusing.design import peak_drive
 from analysis.focusing.fir import FirBank
 from analysis.focusing.measured import MeasuredPanel, focus_measured
@@ -68,8 +67,6 @@ def compensate_measured(
     EvidenceCollapseError
         Where no network of some actuator is good enough.
     """
-    from analysis.compensation.training import train_networks
-
     temperature = measured.transfers.temperature
     if len(temperature) < FEWEST_TRAINING_TEMPERATURES + 1:
         raise ValueError(

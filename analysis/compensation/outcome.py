@@ -8,14 +8,13 @@ from analysis.arrays import Complex, Real
 from analysis.checked_fields import check_ascending, check_shapes
 from analysis.compensation.knots import PlacedTemperatures
 from analysis.compensation.law_band import ContrastBand
-from analysis.compensation.low_rank import LowRankBank
-from analysis.compensation.network import NetworkBank
+from analysis.compensation.network import LowRankBank, NetworkBank
 from analysis.compensation.settings import Training
 from analysis.compensation.tilted import TiltedContrast
 from analysis.focusing.fir import FirBank
 from analysis.focusing.performance import Aim, decibels
 from analysis.weather.family import TiltFamily
-from analysis.weather.judgement import WeatherJudgement
+from analysis.weather.judged import WeatherJudgement
 
 NETWORK, LINEAR, SPLINE, RIGIDITY_SPLINE, REDUCED_FREQUENCY, LOW_RANK = METHODS = (
     "network",

@@ -9,7 +9,7 @@ from numpy.polynomial.chebyshev import chebinterpolate, chebvander
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
-from analysis.compensation.low_rank import LowRankBank
+from analysis.compensation.network import LowRankBank
 from analysis.compensation.outcome import LINEAR, LOW_RANK, REDUCED_FREQUENCY, RIGIDITY_SPLINE, SPLINE
 from analysis.focusing.design import fitted
 from analysis.focusing.field_fir import FieldFit

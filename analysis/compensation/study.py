@@ -11,12 +11,11 @@ from analysis.arrays import Complex, Real
 from analysis.compensation.direct_filters import DirectFilters, direct_filters
 from analysis.compensation.knots import PlacedTemperatures, check_places, place_temperatures
 from analysis.compensation.law_band import ContrastBand, law_band
-from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
-from analysis.compensation.low_rank import LowRankBank
-from analysis.compensation.network import InputMap, relative_error
+from analysis.compensation.network import InputMap, LowRankBank, relative_error
 from analysis.compensation.outcome import METHODS, NETWORK, Compensation, Trained, burdens
 from analysis.compensation.rivals import rigidity, rivals
 from analysis.compensation.settings import Training
+from analysis.compensation.training import left_out_networks, left_out_taps, train_networks
 from analysis.focusing.design import peak_drive
 from analysis.focusing.fir import FirBank
 from analysis.focusing.methods import Method
@@ -80,8 +79,6 @@ def compensate(
     EvidenceCollapseError
         Where no network of some actuator is good enough.
     """
-    from analysis.compensation.training import train_networks
-
     low, high = covered(laws, panel.filters.operating_range)
     knots, everywhere = spaced(low, high, spacing), spaced(low, high, step)
     if place is None:

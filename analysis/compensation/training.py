@@ -1,10 +1,10 @@
-"""Training of a network bank from filters at a few temperatures; the best restart is kept or refused.
+"""Training of a network bank; its error at temperatures left out, and over number of nodes and spacing.
 
 Data are scaled and rotated for a batch of networks, and their initial weights drawn.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from analysis.arrays import Real
 from analysis.compensation.bayesian import BayesianFit, TrainingProblem, train
 from analysis.compensation.evidence_collapse import EvidenceCollapseError
-from analysis.compensation.linearised import Weights, predict
+from analysis.compensation.linearised import Tensor, Weights, on_device, on_processor, predict
 from analysis.compensation.network import InputMap, NetworkBank, relative_error
-from analysis.compensation.outcome import Trained
+from analysis.compensation.outcome import NetworkStudy, Trained
 from analysis.compensation.settings import Training
-from analysis.compensation.tensors import Tensor, on_device, on_processor
+from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
+from analysis.focusing.performance import contrast
 
 
 @dataclass(frozen=True)
@@ -243,3 +244,127 @@ def _report(
         restart=(chosen % settings.restarts).astype(float),
         used=used[chosen],
     )
+
+
+def left_out_taps(filters: FirBank, method: Callable[[FirBank, Real], Real]) -> Real:
+    """Taps (n-2, N, M) that a `method` (filters, temperatures) gives at each inner temperature withheld."""
+    found = []
+    for left in range(1, len(filters.temperature) - 1):
+        keep = np.arange(len(filters.temperature)) != left
+        rest = replace(filters, taps=filters.taps[keep], temperature=filters.temperature[keep])
+        found.append(method(rest, filters.temperature[left : left + 1])[0])
+    return np.array(found)
+
+
+def left_out_networks(
+    filters: FirBank, trained: Trained, settings: Training, device: str = "cpu", epochs: int = 300
+) -> Real:
+    """Predict every inner training filter by networks trained without it.
+
+    All of them are trained side by side, each from the hidden layer of the full training.
+
+    Parameters
+    ----------
+    filters : FirBank
+        At the n training temperatures.
+    trained : Trained
+        The networks trained on all of them.
+    device : str
+        To train on: ``cpu``, or torch's name of another.
+    epochs : int
+        Largest number of steps tried.
+
+    Returns
+    -------
+    (n - 2, N, M) ndarray
+        Taps of each filter left out.
+    """
+    count, actuators = filters.taps.shape[:2]
+    inner = np.arange(1, count - 1)
+    targets = np.repeat(filters.taps.transpose(1, 0, 2)[None], len(inner), axis=0).reshape(
+        -1, *filters.taps.shape[::2]
+    )
+    used = np.ones((len(inner), actuators, count))
+    used[np.arange(len(inner)), :, inner] = 0.0
+    inputs = trained.networks.input.at(filters.temperature)
+    hidden = tuple(np.tile(layer, (len(inner), 1)) for layer in (trained.networks.slope, trained.networks.bias))
+    batch = prepare(
+        inputs,
+        targets,
+        used.reshape(-1, count),
+        replace(settings, start="warm"),
+        np.random.default_rng(settings.seed),
+        device,
+        (hidden[0], hidden[1]),
+    )
+    fit = train(batch.problem, batch.start, epochs)
+    taps = outputs_at(batch, fit.weights, inputs).reshape(len(inner), actuators, count, -1)
+    return np.asarray(taps[np.arange(len(inner)), :, inner])
+
+
+RESTARTS = 6
+"""Further trainings with other initial weights if the first one was refused."""
+
+
+def study_networks(
+    truth: FirBank,
+    forms: EnergyForms,
+    frequency: Real,
+    choices: Sequence[tuple[int, float]],
+    training: Training,
+    inputs: InputMap,
+    report: Callable[[float], None] = lambda _share: None,
+) -> NetworkStudy:
+    """Train with each (nodes, spacing) on filters of `truth` at that spacing; assess on all temperatures.
+
+    Parameters
+    ----------
+    truth : FirBank
+        Filters computed at every temperature.
+    forms : EnergyForms
+        At the temperatures of `truth` and the lines `frequency`.
+    frequency : (F,) ndarray, Hz
+        Lines of the band.
+    choices : sequence of (int, float)
+        Hidden nodes, and spacing of the training temperatures, K.
+    training : Training
+        Settings other than the nodes.
+    report : callable
+        Called with the share done.
+
+    Returns
+    -------
+    NetworkStudy
+        NaN where the evidence collapsed for every restart.
+    """
+    direct = contrast(forms, truth.response(frequency))
+    errors, losses = [], []
+    for number, (nodes, spacing) in enumerate(choices):
+        knots = _every(truth.temperature, spacing)
+        bank = replace(truth, taps=truth.taps[knots], temperature=truth.temperature[knots])
+        try:
+            taps = _trained(bank, replace(training, nodes=nodes), inputs).taps(truth.temperature)
+        except EvidenceCollapseError:
+            errors.append(np.full(truth.taps.shape[1], np.nan))
+            losses.append(np.nan)
+        else:
+            errors.append(relative_error(taps, truth.taps).mean(axis=0))
+            response = replace(truth, taps=taps).response(frequency)
+            losses.append(float((direct - contrast(forms, response)).max()))
+        report((number + 1) / len(choices))
+    nodes_of, spacings = (np.array(part, dtype=float) for part in zip(*choices, strict=True))
+    return NetworkStudy(nodes_of, spacings, np.array(errors), np.array(losses))
+
+
+def _trained(bank: FirBank, training: Training, inputs: InputMap) -> NetworkBank:
+    """Train, up to `RESTARTS` times more if the evidence collapsed: likely with more nodes than temperatures."""
+    try:
+        return train_networks(bank, training, inputs=inputs).networks
+    except EvidenceCollapseError:
+        return train_networks(bank, replace(training, restarts=RESTARTS), inputs=inputs).networks
+
+
+def _every(temperature: Real, spacing: float) -> NDArray[np.intp]:
+    """Rows nearest to every `spacing` °C from the first, and the last."""
+    wanted = np.append(np.arange(temperature[0], temperature[-1] - 1e-9, spacing), temperature[-1])
+    return np.unique(np.argmin(np.abs(temperature - wanted[:, None]), axis=1))

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.noise_power import single_repeat_power
+from analysis.recordings.noise_power import single_repeat_power
 
 LEAST_COHERENCE = 1e-6
 """Coherence below which a line counts as of this coherence: it weighs nothing."""

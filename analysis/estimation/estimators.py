@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.checked_fields import check_range, check_shapes
 from analysis.estimation.spectra import Spectra
-from analysis.noise_power import noise_parts, noise_power
+from analysis.recordings.noise_power import noise_parts, noise_power
 
 Estimator = Literal["h1", "h2", "hv"]
 

@@ -2,6 +2,5 @@
 
 ================  ======================================================================================
 ``scatter``       mean law, scatter between pieces and within each, pieces that do not belong to the others
-``new_piece``     law of another piece, from the fleet and a measurement at one temperature
 ================  ======================================================================================
 """

@@ -1,4 +1,4 @@
-"""Mean law of a fleet, scatter between pieces and within each, and pieces that do not belong to the others.
+"""Mean law of a fleet, scatter between pieces and within each, pieces that are unlike, and the law of another.
 
 Of one constant, on a scale on which differences are alike over temperature (log E, nu, log eta), piece p has at
 temperature k
@@ -17,6 +17,14 @@ is Student's t with P - 2 degrees of freedom if the piece is one of them (with o
 the externally studentised residual). Two outliers hide each other, so the most deviating piece is taken out again
 and again, and the number of outliers is that of the last step whose deviate is improbable (Rosner, Technometrics
 25, 1983).
+
+The fleet is the prior: the law of a piece is normal about the fleet's mean with the covariance of its scatter
+(`Scatter.of_a_piece`). The value y_0 measured at temperature 0 with variance s^2 conditions it,
+
+    z | y_0 ~ N(m + S_.0 (y_0 - m_0) / (S_00 + s^2),  S - S_.0 S_0. / (S_00 + s^2)).
+
+As tau and omega are estimates, too, the band uses Student's t with P - 1 degrees of freedom: without the
+measurement, and of pieces without errors, it is the exact prediction interval of one more normal value.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,6 +35,29 @@ from scipy.stats import t as student
 
 from analysis.arrays import Real
 from analysis.checked_fields import check_finite, check_shapes
+
+
+@dataclass(frozen=True)
+class PredictedLaw:
+    """Law of one constant of a piece, on the scale of its fleet.
+
+    Attributes
+    ----------
+    value, low, high : (K,) ndarray
+        At the fleet's temperatures, with the band.
+    share : float
+        Probability of the band.
+    """
+
+    value: Real
+    low: Real
+    high: Real
+    share: float
+
+    def __post_init__(self) -> None:
+        check_shapes(self, value="K", low="K", high="K")
+        check_finite(self, "value", "low", "high")
+
 
 FEWEST_PIECES = 3
 """Pieces: of two, one that is off cannot be told from the other."""
@@ -209,3 +240,32 @@ def _against_the_others(
     deviate = deviation * float(np.sqrt(weight.sum()))
     beyond = student.sf(deviate if upward else abs(deviate), len(others) - 1)
     return Outlier(piece, name, deviation, float(beyond if upward else 2.0 * beyond))
+
+
+def predict_piece(
+    fleet: Scatter, place: int | None = None, value: float = 0.0, sigma: float = 0.0, share: float = 0.9
+) -> PredictedLaw:
+    """Predict the law of a piece that is not in the fleet.
+
+    Parameters
+    ----------
+    place : int, optional
+        Temperature at which it was measured, as index of the fleet's; None where it was not.
+    value, sigma : float
+        Measured there, with its standard deviation.
+    share : float
+        Probability of the band.
+
+    Returns
+    -------
+    PredictedLaw
+    """
+    if not 0.0 < share < 1.0:
+        raise ValueError(f"share {share:g}; allowed: between 0 and 1")
+    mean, spread = fleet.mean, fleet.of_a_piece
+    if place is not None:
+        gain = spread[:, place] / (spread[place, place] + sigma**2)
+        mean = mean + gain * (value - mean[place])
+        spread = spread - np.outer(gain, spread[place])
+    width = student.ppf(0.5 + 0.5 * share, fleet.pieces - 1) * np.sqrt(np.clip(np.diag(spread), 0.0, None))
+    return PredictedLaw(mean, mean - width, mean + width, share)

@@ -3,8 +3,7 @@
 =====================  =======================================================================
 ``panel``              declaration of a focusing panel: plate, actuators, target, grid, filters
 ``measured``           a panel given by measured transfers only, and filters from them
-``grid``               grid on which the field of the panel is evaluated
-``energy``             energies of the fields as N by N quadratic forms
+``energy``             grid on which fields are evaluated, and their energies as N by N quadratic forms
 ``panel_model``        protocol of a computed panel
 ``methods``            the four ways to drive a panel, by name: STIF, time reversal, modal control, none
 ``design``             from complex filters to FIR taps, within the drive limits of the patches; their delay

@@ -10,9 +10,8 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.focusing.design import TapDesign
-from analysis.focusing.energy import EnergyForms, FieldSpace
+from analysis.focusing.energy import EnergyForms, FieldSpace, Grid
 from analysis.focusing.fir import suited_delay
-from analysis.focusing.grid import Grid
 from analysis.focusing.methods import Method, MethodComparison, designer
 from analysis.focusing.over_temperature import Answer, Focusing, design_and_assess
 from analysis.focusing.panel import Panel

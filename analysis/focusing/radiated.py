@@ -20,7 +20,10 @@ from analysis.progress import Progress
 from analysis.radiation.measures import (
     arc,
     directivity_index,
+    driven_variance,
     group_delay,
+    power_error,
+    pressure_sigma,
     radiation_efficiency,
     ripple,
     sound_pressure_level,
@@ -28,7 +31,6 @@ from analysis.radiation.measures import (
     third_octaves,
 )
 from analysis.radiation.radiator import Radiator
-from analysis.radiation.scan_error import driven_variance, power_error, pressure_sigma
 
 DEGREES = np.arange(-90.0, 90.5, 5.0)
 """Angles from the panel's normal of the polar diagrams, in the planes of x and of y."""

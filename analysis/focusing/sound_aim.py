@@ -19,8 +19,7 @@ from typing import Self
 import numpy as np
 
 from analysis.arrays import Complex, Mask, Real
-from analysis.focusing.energy import EnergyForms, FieldSpace
-from analysis.focusing.grid import Grid
+from analysis.focusing.energy import EnergyForms, FieldSpace, Grid
 from analysis.focusing.panel import AimedAt, Panel
 from analysis.radiation.radiator import Radiator, SourceNodes
 

@@ -7,9 +7,9 @@
 ``search``        score tests, refits and comparison of candidates; held-out data
 ``imperfect``     effects named beside the scatter of resonances that no effect explains
 ``report``        result of the workflow
-``verdict``       none, explained, partly explained or unknown
 ``plan``          which measurement would settle what a comparison left open
 ``description``   what no effect explains: where it acts, by which law
-``gap``           the whole workflow, from FRFs to the report
+``gap``           the whole workflow, from FRFs to the report; its verdict: none, explained, partly explained or
+                  unknown
 ================  ================================================================================
 """

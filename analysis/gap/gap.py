@@ -1,4 +1,4 @@
-"""The gap workflow from FRFs to a report."""
+"""The gap workflow from FRFs to a report, and the verdict on what its search found."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -6,37 +6,45 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from analysis.declared_quantity import doubts
 from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
-from analysis.frf import Frf
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.data.preparation import prepare, sharpest
 from analysis.gap.data.sweeps import GapSweeps
-from analysis.gap.fitting.gap_fit import GapFit
-from analysis.gap.fitting.misfit import relative_misfit
-from analysis.gap.fitting.residual_map import residual_map
-from analysis.gap.fitting.sheet import fitted_sheet
+from analysis.gap.fitting.gap_fit import GapFit, fitted_sheet, relative_misfit
+from analysis.gap.fitting.normal_equations import whiten_all
+from analysis.gap.fitting.residual_map import Signature, cell_sigma, residual_map, whiteness
+from analysis.gap.fitting.schur_complement import schur_complement
 from analysis.gap.fitting.state import starting_state
-from analysis.gap.fitting.whiteness import whiteness
 from analysis.gap.imperfect.discrepancy import Discrepancy
 from analysis.gap.imperfect.naming import BesideDiscrepancy, Surety, beside_discrepancy
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect, PlainTwin, Verdict
 from analysis.gap.search.confidence import against, equivalents, probability
-from analysis.gap.search.confounding import signal_cosine, tangent_cosines
 from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.held_out import HeldOut, held_out, splits
-from analysis.gap.search.signatures import Signature, signatures
+from analysis.gap.search.observability import signal_cosine, tangent_cosines
+from analysis.gap.search.score_test import Candidate
 from analysis.gap.search.stepwise import SearchResult, stepwise_search
+from analysis.gap.search.unknown import noise_evidence, unknown_evidence
 from analysis.gap.thresholds import EXPLAINED, Z_FLOOR
-from analysis.gap.verdict import Judgement, judge
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
-from analysis.twin_model import Remade, TwinModel
+from analysis.recordings.frf import Frf
+from analysis.twin_model import Remade, Tangent, TwinModel
 from analysis.updated import Updated
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A verdict, and the reason as text."""
+
+    verdict: Verdict
+    reason: str
 
 
 def find_gap(
@@ -311,3 +319,83 @@ def _candidates(context: SearchContext, found: SearchResult, first: str | None) 
             )
         )
     return tuple(rows)
+
+
+def judge(context: SearchContext, found: SearchResult, tried: HeldOut | None) -> Judgement:
+    """Decide whether named effects bring the twin down to the noise.
+
+    Where none do, the verdict is unknown, and `analysis.gap.imperfect` may name effects beside what is left. An
+    effect is accepted by the remaining residual here: beside noise alone, evidence grows with every effect that
+    fits a little.
+
+    Parameters
+    ----------
+    context : SearchContext
+    found : SearchResult
+    tried : HeldOut or None
+        The split that decides; None where no effect was found.
+
+    Returns
+    -------
+    Judgement
+    """
+    silent = context.agrees(found.baseline)
+    if not found.effects or tried is None:
+        if silent:
+            return Judgement("none", "the twin agrees with the data to the noise, no effect adds to it")
+        return Judgement("unknown", "there is a gap, and no effect of the library explains it")
+    if not tried.holds:
+        verdict: Verdict = "none" if silent else "unknown"
+        return Judgement(verdict, f"what was found does not hold on data left out ({tried.what})")
+    if context.agrees(found.fit) and not _leaves_structure(context, found.fit):
+        return Judgement("explained", "with the effects named, twin and data agree to the noise")
+    return Judgement("unknown", "with the best effects, more than noise is left")
+
+
+def _leaves_structure(context: SearchContext, fit: GapFit) -> bool:
+    """Whether the residual, beyond the twin's own error, has more evidence for a discrepancy than noise has."""
+    if context.excess(fit) <= context.allowed(fit):
+        return False
+    least = noise_evidence(context.sweeps) * context.overstated(fit)
+    return unknown_evidence(context.sweeps, fit.residual, fit.state) >= least
+
+
+MOST_MAPPED = 12
+"""Number of candidates that are mapped, for people to look at: each asks the twin for all sweeps."""
+
+
+def signatures(context: SearchContext, found: SearchResult) -> tuple[Signature, ...]:
+    """Map the residual of the baseline with each of the best effects alone, largest predicted gain first."""
+    context.report("signatures", 0.0)
+    fits = {r.effects[0]: r.fit for r in found.steps[0].refits if len(r.effects) == 1} if found.steps else {}
+    candidates = found.first.candidates()[:MOST_MAPPED]
+    screened = [c for c in candidates if fits.get(c.effects[0]) is None]
+    left = dict(zip((c.effects[0] for c in screened), _first_order(context, found, screened), strict=True))
+    left |= {name: fit.residual for name, fit in fits.items() if fit is not None}
+    return tuple(
+        Signature(name, cell_sigma(context.sweeps, context.noise, left[name]), fits.get(name) is not None)
+        for name in (c.effects[0] for c in candidates)
+    )
+
+
+def _first_order(
+    context: SearchContext, found: SearchResult, candidates: Sequence[Candidate]
+) -> list[NDArray[np.complex128]]:
+    """Residual (T, K, n) after the step of each candidate, with laws, readings and gain readjusted."""
+    sweeps, state = context.sweeps, found.baseline.state
+    columns = [found.first.columns[place] for c in candidates for place in c.columns]
+    tangents: list[Tangent] = [
+        (c.effect, c.card.name, context.model.cards[c.effect].zero(c.shapes)) for c in columns
+    ]
+    white = whiten_all(context.model, sweeps, state, tangents, context.executor)
+    head = schur_complement(sweeps, [w.equations() for w in white], state)
+    alone, gains = head.without_gains(), head.gains
+    left, begin = [], gains
+    for candidate in candidates:
+        step = np.zeros(gains + len(columns))
+        step[begin : begin + len(candidate.step)] = candidate.step
+        step[:gains] = alone.covariance @ head.gradient[:gains] - alone.lever @ step[gains:]
+        begin += len(candidate.step)
+        own = head.columns @ head.follow(step)
+        left.append(np.array([w.after(np.concatenate([mine, step])) for w, mine in zip(white, own, strict=True)]))
+    return left

@@ -8,13 +8,12 @@ from analysis.arrays import Real
 from analysis.declared_quantity import DeclaredQuantity
 from analysis.estimates import Estimate, FittedLaws
 from analysis.gap.data.noise import NoiseCheck
-from analysis.gap.fitting.residual_map import ResidualMap
+from analysis.gap.fitting.residual_map import ResidualMap, Signature
 from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.discrepancy import Discrepancy
 from analysis.gap.search.held_out import HeldOut
 from analysis.gap.search.observability import Observability
-from analysis.gap.search.signatures import Signature
-from analysis.gap.search.stepwise import Step
+from analysis.gap.search.refit import Step
 
 Verdict = Literal["none", "explained", "partly_explained", "unknown"]
 

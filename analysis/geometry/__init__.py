@@ -2,9 +2,8 @@
 
 ==============  ================================================================
 ``curves``      segments, elliptic arcs and cubic Bezier curves
-``loop``        closed chains of curves: area, centroid, what lies inside
+``loop``        closed chains of curves: area, centroid, what lies inside; loose curves put together
 ``shapes``      rectangles, circles, ellipses, polygons and closed splines
-``chain``       loose curves put together into closed loops
 ``relations``   where loops cross, overlap or touch
 ``fault``       what is wrong with a geometry, and where
 ==============  ================================================================

@@ -2,10 +2,8 @@
 
 =================  ==================================================================================
 ``candidates``     changes that are looked for: effects of the library, and patches that lose polarization
-``baseline``       twin and first recordings together: what the healthy panel answers at any temperature
-``recording``      one recording later: its temperature, and normal equations of all candidates
-``played_date``    a date from sound: what the panel answered while it played
-``self_check``     the baseline tested against itself: what it cannot tell about its own panel
+``baseline``       twin and first recordings together: what the healthy panel answers; tested against itself
+``recording``      one recording later, swept or played: its temperature, and normal equations of all candidates
 ``evidence``       weeks added up, and the limit that holds the rate of false alarms
 ``refined``        a candidate fitted with its place, by a twin that has it
 ``naming``         what the last dates show: every kind of change fitted

@@ -2,7 +2,7 @@
 
 The fit of a large change begins elsewhere. A change that moves resonances by more than their widths is not linear:
 amplitudes and places by derivatives of the healthy panel are then wrong. Over resonances as wide as the change
-moves them it is (`analysis.gap.data.widened`): nothing is approximated but that the change is linear. Noise
+moves them it is (`analysis.gap.data.sweeps`): nothing is approximated but that the change is linear. Noise
 matters no longer beside a large change; what the twin does not know does, a share of the response.
 
 Places lie closer here than in the search of small changes: near a nodal line of the strongest modes a place half
@@ -19,13 +19,12 @@ from scipy.special import logsumexp
 from analysis.arrays import Complex, Mask, Real
 from analysis.checked_fields import check_shapes
 from analysis.effect_card import Values
-from analysis.gap.data.widened import cauchy_kernel
-from analysis.health.baseline import HealthBaseline
+from analysis.gap.data.sweeps import cauchy_kernel
+from analysis.health.baseline import HealthBaseline, SelfCheck
 from analysis.health.candidates import DEPOLARIZATION, ChangeCandidate
 from analysis.health.evidence import SpanEstimate
 from analysis.health.recording import DatedRecording, DateEquations, ExpectedResponse, date_equations
 from analysis.health.refined import ABANDONED_CHI2_RATIO, ChangeFit, RefinedChange, linear_evidence
-from analysis.health.self_check import SelfCheck
 
 REFINED_EVIDENCE_SHARE = 0.5
 """Share of the largest log evidence, by the linear search, from which a family is fitted with its place: what is

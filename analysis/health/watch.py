@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from analysis.arrays import Mask, Real
-from analysis.health.baseline import HealthBaseline
+from analysis.health.baseline import HealthBaseline, SelfCheck
 from analysis.health.evidence import SpanEstimate, limit, misfit_limit, span_estimate, spans
 from analysis.health.health_report import HealthDate, HealthReport, NamedChange
 from analysis.health.naming import JudgedDate, Naming, information
@@ -18,7 +18,6 @@ from analysis.health.recording import (
     date_equations,
     temperature_found,
 )
-from analysis.health.self_check import SelfCheck
 
 
 @dataclass

@@ -7,14 +7,13 @@ from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
 from analysis.identification.finishing import finish, judged, last_fit, settle
-from analysis.identification.harmonics import harmonic_lines, harmonic_of, needle_hum, tones
+from analysis.identification.judgement.harmonics import harmonic_lines, harmonic_of, needle_hum, tones
 from analysis.identification.lines import Lines
-from analysis.identification.measured import Measured
+from analysis.identification.measured import MANY, Measured, principal_frfs
 from analysis.identification.missing import residual
 from analysis.identification.modes import Modes, Rejected
 from analysis.identification.order import bic, drop_unresolved, drop_unsupported, eliminate, pole_penalty
 from analysis.identification.pole_search import PoleFit, fit
-from analysis.identification.principal_frfs import MANY, principal_frfs
 from analysis.identification.settings import Settings
 from analysis.identification.vector_fitting import start_poles
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.parameters import to_parameters
+from analysis.identification.pole_residue import to_parameters
 from analysis.scatter import median_deviation
 
 STUDENT_FREEDOM = 4.0

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
 from analysis.identification.damping_prior import DampingPrior
+from analysis.identification.judgement.status import judge
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import add_missing, residual, split
@@ -24,7 +25,6 @@ from analysis.identification.modes import Modes
 from analysis.identification.order import choose_terms, covariance, eliminate, relative_deviations
 from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.settings import Settings
-from analysis.identification.status import judge
 
 LEAST_FALL_OF_MISFIT = 2e-2
 """Fall of the misfit, over that of one line, at which a fit stops: a seventh of a pole's standard deviation."""

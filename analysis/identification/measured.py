@@ -1,6 +1,13 @@
-"""Measured FRFs of one condition, the weighted lines made from them for a fit, and their noise.
+"""Measured FRFs of one condition, the weighted lines made from them, their noise, and their principal FRFs.
 
 The noise is estimated from a fit's residual: deviation of every line, correlation of lines and of responses.
+
+A sum of FRFs with real factors has the same poles; with as many sums as there are directions in which the FRFs
+differ beyond their errors, nothing about the poles is lost. The directions are the left singular vectors of the
+matrix of all FRFs (as in the complex mode indicator function: Shih, Tsuei, Allemang and Brown, Mech. Syst. Signal
+Process. 2, 1988). A search on them takes the time of a few FRFs. It also finds more: every pole costs one residue
+per FRF, so BIC on two hundred FRFs of a roving hammer, between which peaks move by a line, gives up modes that
+thirty of the same FRFs show.
 """
 
 from dataclasses import dataclass, replace
@@ -13,21 +20,18 @@ from analysis.checked_fields import check_ascending, check_finite, check_range, 
 from analysis.identification.averaging import roughness
 from analysis.identification.lines import Lines
 from analysis.identification.missing import residual
+from analysis.identification.modes import Modes
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.running_median import running_median
 
 NOISE_POWER_RATIO = 1.5
 """Largest ratio of mean noise power to the estimate from its median, in a window that holds noise alone."""
-
 LARGEST_SHARE = 1.0
 """Largest error of a line beyond the noise around it, relative to the response, that of the model or measured."""
-
 LONGEST_LAG = 2.0
 """Largest lag at which errors count as correlated, in half widths."""
-
 LEAST_REACH = 8.0
 """The same in lines, at least."""
-
 SAME_SPECTRUM_DIFFERENCE = 0.1
 """Relative rms difference up to which the noise of two responses has the same spectrum: two estimates from the
 same noise differ by about as much. Weights with this error cost 2 % of accuracy."""
@@ -177,7 +181,7 @@ class Measured:
     at_rest : bool
         Whether they come from records without a window, at the end of which the response was at rest.
     shift : float
-        Relative standard deviation of all frequencies over the repeats, see `analysis.h1`.
+        Relative standard deviation of all frequencies over the repeats, see `analysis.recordings.h1`.
     together : bool
         Whether the FRFs come from the same records, so that the structure is the same in all of them.
     """
@@ -241,3 +245,56 @@ class Measured:
 def _reach(poles: NDArray[np.complex128], spacing: float) -> float:
     """Typical half width of poles in lines; 0 where there are none."""
     return float(np.median(-poles.real)) / (2.0 * np.pi * spacing) if len(poles) else 0.0
+
+
+MANY = 32
+"""FRFs up to which all of them are searched together."""
+PRINCIPAL_FRFS = 16
+"""Principal FRFs: with 8 to 20 of 222 measured FRFs of an aeroplane model all 13 modes are found; with 24
+one is lost whose neighbour is two half widths away."""
+RUNNING_MEDIAN_LINES = 9
+"""Lines of the running median in which the size of all FRFs at a line is told: no line of hum counts."""
+
+
+@dataclass(frozen=True)
+class PrincipalFrfs:
+    """Sums of FRFs.
+
+    Attributes
+    ----------
+    factors : (P, K) ndarray
+        Of every FRF in every sum.
+    measured : Measured
+        The P sums.
+    """
+
+    factors: NDArray[np.float64]
+    measured: Measured
+
+    def modes(self, modes: Modes) -> Modes:
+        """Return modes of the FRFs, as those of the sums."""
+        return replace(
+            modes, residues=self.factors @ modes.residues, coefficients=self.factors @ modes.coefficients
+        )
+
+
+def principal_frfs(measured: Measured) -> PrincipalFrfs:
+    """Form the principal FRFs of many FRFs.
+
+    Every FRF counts alike, whatever its level, and so does every line, so that small modes are in the sums, too.
+    Variances are not taken over: those of coherences say nothing of peaks that move from one FRF to the next,
+    and a fit to the sums finds its noise in its residual.
+
+    Parameters
+    ----------
+    measured : Measured
+        K FRFs on F lines, none of them zero.
+    """
+    level = np.sqrt((np.abs(measured.h) ** 2).mean(axis=1, keepdims=True))
+    scaled = measured.h / level
+    size = running_median((np.abs(scaled) ** 2).mean(axis=0)[None], RUNNING_MEDIAN_LINES, "nearest")[0]
+    even = scaled / np.sqrt(np.maximum(size, np.finfo(float).tiny))
+    parts = np.concatenate([even.real, even.imag], axis=1)
+    directions = np.linalg.eigh(parts @ parts.T)[1][:, ::-1][:, :PRINCIPAL_FRFS]
+    factors = np.ascontiguousarray((directions / level).T)
+    return PrincipalFrfs(factors, replace(measured, h=factors @ measured.h, variance=None))

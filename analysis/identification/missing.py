@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dtrtrs
 
+from analysis.identification.judgement.resolution import unresolved
 from analysis.identification.lines import Lines
-from analysis.identification.normal_equations import triangular_factor
 from analysis.identification.order import attempt, bic, misfit_worth
 from analysis.identification.pole_residue import (
     fill_columns,
@@ -26,7 +26,7 @@ from analysis.identification.pole_residue import (
     synthesis,
 )
 from analysis.identification.pole_search import PREDICTED_FALL_FACTOR, PoleFit
-from analysis.identification.resolution import unresolved
+from analysis.identification.variable_projection import triangular_factor
 
 WIDTHS = (1.5, 0.08)
 """Half widths of the filters: from so many lines to this share of the band, each twice the one before."""

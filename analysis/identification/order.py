@@ -8,10 +8,10 @@ the number of values and in that of residues.
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.identification.judgement.resolution import unresolved
 from analysis.identification.lines import Lines
+from analysis.identification.pole_residue import CHOICES, ResidualTerms
 from analysis.identification.pole_search import PoleFit, fit
-from analysis.identification.residual_terms import CHOICES, ResidualTerms
-from analysis.identification.resolution import unresolved
 from analysis.identification.variable_projection import Projection, project
 
 ROUGH_FALL_OF_MISFIT = 3e-4

@@ -11,8 +11,8 @@ from analysis.identification.finishing import finish
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
+from analysis.identification.pole_residue import REAL_E, REAL_E_F, ResidualTerms
 from analysis.identification.pole_search import fit
-from analysis.identification.residual_terms import REAL_E, REAL_E_F, ResidualTerms
 from analysis.identification.settings import Settings
 
 LEAST_PROMINENCE = 10.0

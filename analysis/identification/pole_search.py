@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from analysis.identification.lines import Lines
-from analysis.identification.parameters import Bounds, to_parameters, to_poles
-from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.pole_residue import Bounds, ResidualTerms, to_parameters, to_poles
 from analysis.identification.variable_projection import Projection, project
 
 PREDICTED_FALL_FACTOR = 2.0

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.grid_frequency import require_mains
-from analysis.identification.residual_terms import CHOICES, ResidualTerms
+from analysis.identification.pole_residue import CHOICES, ResidualTerms
+from analysis.recordings.grid_frequency import require_mains
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from analysis.identification.pole_residue import synthesis
-from analysis.identification.residual_terms import REAL_E_F
+from analysis.identification.pole_residue import REAL_E_F, synthesis
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,9 @@ from numpy.typing import NDArray
 from scipy.linalg import lstsq
 from scipy.linalg.lapack import dtrtrs
 
-from analysis.identification.lines import Lines
-from analysis.identification.normal_equations import factor_of_gram
-from analysis.identification.residual_terms import ResidualTerms
-from analysis.identification.variable_projection import misfit_at
-from analysis.identification.weighted_lines import WeightedLines
+from analysis.identification.lines import Lines, WeightedLines
+from analysis.identification.pole_residue import ResidualTerms
+from analysis.identification.variable_projection import factor_of_gram, misfit_at
 
 SETTLED_MISFIT = 0.02
 """Relative change of the misfit in each of two successive relocations at which the iteration stops."""

@@ -1,11 +1,9 @@
 """Measured modes beside those of a twin.
 
 =================  ====================================================================
-``mode_list``      modes of one sweep as they are paired
-``assignment``     pairs of measured and computed modes, one to one
+``assignment``     modes of one sweep as they are paired, one to one
 ``paired_sweeps``  pairs of some sweeps of a campaign, and whether the twin is a fit
-``points``         shapes compared point by point: CoMAC, wrong signs, exchanged points
-``places``         where else on the plate a sensor may stand that moves like no declared point
+``points``         shapes compared point by point: CoMAC, wrong signs, exchanged points, other places
 ``coarse_trial``   trial of another declaration on a coarse model
 =================  ====================================================================
 """

@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
 from analysis.identification.lines import Lines
-from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.pole_residue import ResidualTerms
 from analysis.identification.variable_projection import project
 from analysis.material import MaterialBox
-from analysis.pairing.assignment import ModePairs, pair_modes
-from analysis.pairing.mode_list import ModeList
+from analysis.pairing.assignment import ModeList, ModePairs, pair_modes
 from analysis.updating.modulus_scan import STEP, levels, scan_grid, smoothed
 
 MIDDLE, OTHERS = 0.5, (0.15, 0.85)

@@ -10,9 +10,7 @@ behind.
 =================  =====================================================================
 ``sensor_check``   one sensor over time: frozen, implausible, slowly wrong
 ``plate_sensors``  all sensors of a plate: which are left out, what the rest say
-``air_and_plate``  the same rule for a recorded campaign: air against plate in its sweeps
 ``resonances``     readings that the shift of all resonances contradicts, whatever the material
-``label_check``    sweeps whose modulus does not fit their temperature
-``named_doubts``   sweeps and hits whose temperature is in doubt, in sentences
+``label_check``    recorded sweeps whose temperature air or modulus contradict, in sentences
 =================  =====================================================================
 """

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
 from analysis.checked_fields import check_finite, check_shapes
-from analysis.frf import Frf
+from analysis.recordings.frf import Frf
 
 STEP = 0.002
 """Of the axis of ln f: a fifth of the half-power width of a resonance with a loss factor of 0.01."""

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.campaign import Sweep
-from analysis.h1 import h1
 from analysis.protocol.drive_comparison import clock_difference, compare_drive, stretched
 from analysis.protocol.protocol import AcquisitionProtocol, SweepSetPoint
+from analysis.recordings.campaign import Sweep
+from analysis.recordings.h1 import h1
 
 Recorded = NDArray[np.float32]
 

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.protocol.drive import drive_signal
-from analysis.protocol.sweep import SweepSettings
+from analysis.protocol.sweep import SweepSettings, drive_signal
 
 
 def compare_drive(

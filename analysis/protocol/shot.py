@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.h1 import h1
 from analysis.protocol.sweep import SweepSettings
+from analysis.recordings.h1 import h1
 
 DURATION, TAIL, SILENCE, REPEATS = 0.6, 0.2, 0.4, 2
 """Of the shot, s and a count: cables that are off are found within three seconds."""

@@ -1,10 +1,8 @@
 """Sound radiated by a panel.
 
 ==================  ==========================================================================
-``declared_sound``  who listens, where, and what is to be heard
 ``radiator``        pressure at listeners and far away, radiated power as a quadratic form
 ``spherical_head``    sound at the ears of a rigid sphere
 ``measures``        efficiency, directivity, level, group delay, power by the far field
-``scan_error``      what the noise of a scan makes of pressure and power
 ==================  ==========================================================================
 """

@@ -1,4 +1,4 @@
-"""Measures of radiated sound: efficiency, directivity, sound pressure level, group delay.
+"""Measures of radiated sound: efficiency, directivity, level, group delay; errors by the noise of a scan.
 
 Third-octave bands are those of IEC 61260-1, base ten.
 """
@@ -6,7 +6,7 @@ Third-octave bands are those of IEC 61260-1, base ten.
 import numpy as np
 
 from analysis.arrays import Complex, Real
-from analysis.radiation.radiator import Radiator
+from analysis.radiation.radiator import Radiator, SourceNodes
 
 REFERENCE_PRESSURE = 2e-5
 """Pa, of the sound pressure level (ISO 1683)."""
@@ -186,3 +186,61 @@ def ripple(response: Complex, frequency: Real) -> Real:
     if not levels.shape[-1]:
         levels = 20.0 * np.log10(np.maximum(np.abs(response), 1e-10))
     return np.asarray(0.5 * np.ptp(levels, axis=-1))
+
+
+def driven_variance(variance: Real, filters: Complex) -> Real:
+    """Variance (F, K) of the field of `filters` (F, N), from that of the transfers (N, F, K): Σ |R|² σ²."""
+    return np.asarray(np.einsum("fn,nfk->fk", np.abs(filters) ** 2, variance))
+
+
+def pressure_sigma(kernel: Complex, variance: Real) -> Real:
+    """Return the standard deviation of pressures.
+
+    Parameters
+    ----------
+    kernel : (L, F, K) ndarray
+        `Radiator.pressure`.
+    variance : (F, K) ndarray
+        Of the field at the points, E|error|², m2. Errors of different points are independent.
+
+    Returns
+    -------
+    (L, F) ndarray
+        √E|error|², Pa.
+    """
+    return np.asarray(np.sqrt(np.einsum("lfk,fk->lf", np.abs(kernel) ** 2, variance)))
+
+
+def power_error(sources: SourceNodes, field: Complex, variance: Real, frequency: Real) -> tuple[Real, Real]:
+    """Bias and standard deviation of the power computed from a noisy field.
+
+    Parameters
+    ----------
+    field : (F, K) ndarray
+        As measured, m.
+    variance : (F, K) ndarray
+        E|error|², m2.
+    frequency : (F,) ndarray, Hz
+
+    Returns
+    -------
+    bias : (F,) ndarray
+        By which the power is overestimated on average, W; to be subtracted.
+    sigma : (F,) ndarray
+        W.
+
+    Notes
+    -----
+    For W = xᴴ A x with x = u + e, e circular Gaussian of covariance S: bias tr(A S), variance
+    2 uᴴ A S A u + tr(A S A S). Seen in x the first term contains the second twice, which makes σ a little too
+    large where noise exceeds the field, never too small.
+    """
+    bias, sigma = [], []
+    for here, displacement, spread in zip(np.asarray(frequency, dtype=float), field, variance, strict=True):
+        resistance = sources.resistance(float(here))
+        noise = resistance @ ((sources.lumped * spread) @ sources.lumped.T)
+        image = resistance @ (sources.lumped @ displacement)
+        through = float(np.sum(np.abs(sources.lumped.T @ image) ** 2 * spread))
+        bias.append(float(np.trace(noise)))
+        sigma.append(float(np.sqrt(2.0 * through + np.sum(noise * noise.T))))
+    return np.array(bias), np.array(sigma)

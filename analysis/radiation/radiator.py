@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import Field
 
 from analysis.arrays import Complex, Real
-from analysis.declared import Declared
+from analysis.declaration.strict import Declared
 
 Mounting = Literal["baffle", "box"]
 """A rigid baffle much larger than the wavelength, or a closed box as large as the panel."""

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.rendering.following import FollowingBank
-from analysis.rendering.tilt_bank import TiltBank
+from analysis.rendering.following import FollowingBank, TiltBank
 
 Short = NDArray[np.int16]
 LARGEST_SHORT = 32_767

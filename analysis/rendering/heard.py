@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.focusing.panel import Filters
-from analysis.rendering.convolution import Past, latest, partitions
+from analysis.rendering.renderer import Past, latest, partitions
 
 RESPONSE_SAMPLES = 16_384
 """Samples of a response: 0.37 s at 44.1 kHz, in which a mode of 100 Hz and a loss factor of 6 % falls by 60 dB."""

@@ -3,8 +3,7 @@
 =========================  ==================================================================
 ``participation``          residues of one pole as shape times participation; repeated roots
 ``assurance``              MAC, AutoMAC and MPC
-``indicator``              CMIF: singular values of the FRFs at every line
-``stabilization``          poles over the order of the model
+``stabilization``          CMIF at every line, and poles over the order of the model
 ``wire_frame``             lines and faces between measuring points
 ``frf_checks``             drive points and reciprocity
 =========================  ==================================================================

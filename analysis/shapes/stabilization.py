@@ -1,4 +1,4 @@
-"""Stabilization chart: which poles stay where they are as the order of the model rises."""
+"""How many modes there are: the complex mode indicator function, and which poles stay as the order rises."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.checked_fields import check_finite, check_range, check_shapes
+from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.averaging import averaged
-from analysis.identification.measured import Measured
-from analysis.identification.principal_frfs import MANY, principal_frfs
-from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.measured import MANY, Measured, principal_frfs
+from analysis.identification.pole_residue import ResidualTerms
 from analysis.identification.vector_fitting import start_poles
 
 STABLE_FREQUENCY = 0.01
@@ -82,3 +82,27 @@ def _stability(f: float, zeta: float, others: NDArray[np.float64], dampings: NDA
     if abs(others[nearest] / f - 1.0) > STABLE_FREQUENCY:
         return 0
     return 2 if abs(dampings[nearest] / zeta - 1.0) <= STABLE_DAMPING else 1
+
+
+def cmif(transfers: Sequence[MeasuredTransfer]) -> NDArray[np.float64]:
+    """Singular values of the FRFs' matrix at every line (Shih et al., IMAC 1988).
+
+    A peak of the first is a mode; one of the second at the same line a second mode, close or repeated.
+
+    Parameters
+    ----------
+    transfers : sequence of MeasuredTransfer
+        That share their lines; what was not measured counts as zero.
+
+    Returns
+    -------
+    (R, F) ndarray
+        From the largest, R the lesser of the numbers of responses and of references.
+    """
+    responses = list(dict.fromkeys(one.response for one in transfers))
+    references = list(dict.fromkeys(one.reference for one in transfers))
+    h = np.zeros((len(transfers[0].frequency), len(responses), len(references)), dtype=complex)
+    for one in transfers:
+        h[:, responses.index(one.response), references.index(one.reference)] = one.h
+    values: NDArray[np.float64] = np.linalg.svd(h, compute_uv=False)
+    return values.T

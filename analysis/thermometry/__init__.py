@@ -2,8 +2,6 @@
 
 ==============  ===================================================================
 ``bands``       signals at the low rate that the band needs
-``listening``   one stretch of drive and response: temperature, its standard deviation
-``tracking``    readings on end: a Kalman filter of temperature and rate, and where it begins
-``simulated``   what a patch answers while the temperature moves, with noise
+``listening``   one stretch of drive and response; a Kalman filter over readings; simulated ones
 ==============  ===================================================================
 """

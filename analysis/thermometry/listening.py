@@ -1,4 +1,4 @@
-"""One stretch of drive and response: which temperature explains it, and how surely.
+"""Stretches of drive and response: which temperature explains each, how surely, and readings tracked over time.
 
 The response of a patch is y = g Σₙ hₙ(T) * uₙ + noise, the drives uₙ of the others known, the gain g not.
 For every temperature of a grid the twin's answer to the drives is computed, with what they did before the stretch,
@@ -7,7 +7,7 @@ refined between the grid's temperatures by Gauss and Newton. The power of the no
 smoothed over lines.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol, Self
 
 import numpy as np
@@ -16,6 +16,7 @@ from scipy.interpolate import CubicSpline
 
 from analysis.arrays import Complex, Real
 from analysis.checked_fields import check_ascending, check_finite, check_shapes
+from analysis.rendering.following import TemperatureProgramme
 
 TIME_BEFORE, TIME_AFTER = 0.5, 0.1
 """Seconds of drive ahead of a stretch, whose ringing reaches into it, and behind, over which it is faded out."""
@@ -246,3 +247,127 @@ def _lines(count: int, sample_rate: float, band: tuple[float, float]) -> tuple[R
     every: Real = np.fft.rfftfreq(count, 1.0 / sample_rate).astype(np.float64)
     inside = (every >= band[0]) & (every <= band[1])
     return every[inside], inside
+
+
+@dataclass
+class Track:
+    """Temperature and its rate, the rate wandering at random (integrated white noise).
+
+    Attributes
+    ----------
+    wander : float
+        Standard deviation of what the rate gains in a second, K/s.
+    first_rate : float
+        Standard deviation of the rate at the beginning, K/s.
+    gate : float
+        Standard deviations beyond which a reading is passed over; three such readings on end begin the track anew.
+    """
+
+    wander: float = 0.002
+    first_rate: float = 0.05
+    gate: float = 5.0
+    _state: Real = field(init=False, default_factory=lambda: np.full(2, np.nan), repr=False)
+    _covariance: Real = field(init=False, default_factory=lambda: np.zeros((2, 2)), repr=False)
+    _strange: int = field(init=False, default=0, repr=False)
+
+    @property
+    def temperature(self) -> float:
+        """Degrees Celsius; NaN before the first reading."""
+        return float(self._state[0])
+
+    @property
+    def sigma(self) -> float:
+        """One standard deviation, K; infinite before the first reading."""
+        return float(np.sqrt(self._covariance[0, 0])) if self._known else np.inf
+
+    @property
+    def _known(self) -> bool:
+        return bool(np.isfinite(self._state[0]))
+
+    def step(self, reading: ThermometerReading, seconds: float) -> None:
+        """Predict `seconds` ahead and update with the reading there; a refused reading is not used."""
+        if self._known:
+            move = np.array([[1.0, seconds], [0.0, 1.0]])
+            s = seconds
+            noise = self.wander**2 * np.array([[s**3 / 3.0, s**2 / 2.0], [s**2 / 2.0, s]])
+            self._state = move @ self._state
+            self._covariance = move @ self._covariance @ move.T + noise
+        if reading.refused:
+            return
+        variance = reading.sigma**2
+        beyond = reading.temperature - self.temperature
+        if self._known and beyond**2 > self.gate**2 * (self._covariance[0, 0] + variance):
+            self._strange += 1
+            if self._strange < 3:
+                return
+        if not self._known or self._strange:
+            if not self._known or self._strange >= 3:
+                self._state = np.array([reading.temperature, 0.0])
+                self._covariance = np.diag([variance, self.first_rate**2])
+                self._strange = 0
+                return
+            self._strange = 0
+        gain = self._covariance[:, 0] / (self._covariance[0, 0] + variance)
+        self._state = self._state + gain * beyond
+        self._covariance = self._covariance - np.outer(gain, self._covariance[0])
+
+
+STATE_SPACING = 1.0
+"""Seconds between the temperatures at which the panel is asked; in between its answers are mixed."""
+RINGING_TIME = 1.0
+"""Seconds of drive ahead that still ring."""
+
+
+def simulated_response(
+    panel: PatchResponse,
+    drive: Real,
+    sample_rate: float,
+    band: tuple[float, float],
+    programme: TemperatureProgramme,
+    signal_to_noise: float,
+    rng: np.random.Generator,
+) -> Real:
+    """Response of the sensing patch to drives, with white noise.
+
+    The panel answers in the band only; it is linear, and slower in its temperature than in its ringing.
+
+    Parameters
+    ----------
+    drive : (N, n) ndarray, V
+    sample_rate : float
+        Hz.
+    band : (float, float)
+        Hz.
+    signal_to_noise : float
+        dB.
+    rng : numpy Generator
+        Draws the noise.
+
+    Returns
+    -------
+    (n,) ndarray, V
+    """
+    step, memory = round(STATE_SPACING * sample_rate), round(RINGING_TIME * sample_rate)
+    behind = memory // 4
+    length = memory + 2 * step + behind
+    response = np.zeros(drive.shape[1] + 3 * step)
+    padded = np.pad(drive, ((0, 0), (memory + step, 3 * step + behind)))
+    lines: Real = np.fft.rfftfreq(length, 1.0 / sample_rate).astype(np.float64)
+    inside = (lines >= band[0]) & (lines <= band[1])
+    ramp = np.arange(step) / step
+    share = np.concatenate([ramp, 1.0 - ramp])
+    faded = np.ones(length)
+    faded[: memory // 2] = np.sin(0.5 * np.pi * np.arange(memory // 2) / (memory // 2)) ** 2
+    faded[length - behind :] = np.cos(0.5 * np.pi * np.arange(behind) / behind) ** 2
+    for first in range(-step, drive.shape[1], step):
+        middle = (first + step) / sample_rate
+        block = padded[:, first + step : first + step + length] * faded
+        spectrum = np.zeros(len(lines), dtype=complex)
+        transfer = panel.transfer(float(programme.at(middle)), lines[inside])
+        spectrum[inside] = np.sum(transfer * np.fft.rfft(block)[:, inside], axis=0)
+        answer = np.fft.irfft(spectrum, length)[memory : memory + 2 * step] * share
+        response[first + step : first + 3 * step] += answer
+    clean = response[step : step + drive.shape[1]]
+    level = np.sqrt(np.mean(clean**2)) * 10.0 ** (-signal_to_noise / 20.0)
+    noisy: Real = clean + level * rng.standard_normal(len(clean))
+    return noisy

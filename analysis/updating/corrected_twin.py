@@ -10,18 +10,16 @@ from numpy.typing import NDArray
 from analysis.declared_quantity import DeclaredQuantity
 from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
-from analysis.frf import Frf
-from analysis.gap.data.groups import TemperatureGroups, mean_laws
-from analysis.gap.data.law_smoothness import LawSmoothness
+from analysis.gap.data.groups import FEWEST, LawSmoothness, TemperatureGroups, distinct_temperatures, mean_laws
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.data.preparation import prepare, sweep_points
 from analysis.gap.fitting.fit import fit_gap
-from analysis.gap.fitting.sheet import fitted_sheet
+from analysis.gap.fitting.gap_fit import fitted_sheet
 from analysis.gap.fitting.state import GapState, starting_state
 from analysis.material import Material, MaterialLaws, MaterialSigma
+from analysis.recordings.frf import Frf
 from analysis.twin_model import TwinModel
 from analysis.updated import Updated
-from analysis.updating.enough_temperatures import FEWEST, distinct_temperatures
 from analysis.updating.laws import fit_laws, reached
 
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.experiment import Protocol
-from analysis.frf import Frf
 from analysis.gap.data.preparation import nodes_over, sweep_points
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, TwinModel
 
 NEGLIGIBLE = 1e-4

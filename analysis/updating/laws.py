@@ -11,8 +11,8 @@ from scipy.interpolate import BSpline
 from scipy.optimize import minimize_scalar
 
 from analysis.experiment import Protocol
+from analysis.gap.data.groups import FEWEST, distinct_temperatures
 from analysis.material import Material, MaterialLaws, MaterialSigma
-from analysis.updating.enough_temperatures import FEWEST, distinct_temperatures
 
 KNOT_SPACING = 2.5
 """Spacing of knots, K: narrower than any transition of a polymer, so that only the penalty smooths."""

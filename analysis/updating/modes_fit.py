@@ -22,7 +22,7 @@ from analysis.declared_quantity import DeclaredQuantity
 from analysis.effect_card import EffectCard
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox
-from analysis.measured_modes import ModesAtTemperature
+from analysis.recordings.measured_modes import ModesAtTemperature
 from analysis.scatter import scatter_of
 from analysis.twin_model import Effects
 from analysis.updated import Updated

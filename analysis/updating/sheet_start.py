@@ -2,7 +2,7 @@
 
 Declared moduli of wood and laminates are known to some 20 %: resonances are a tenth off, ten of their widths, and
 in another order. Data and twin are both broadened, by the same kernel over the lines
-(`analysis.updating.broadening`), until resonances overlap; fits from a grid of moduli then follow the data to less
+(`analysis.updating.start`), until resonances overlap; fits from a grid of moduli then follow the data to less
 and less broadening. Every output has a real gain of its own, of either sign, which is eliminated.
 """
 
@@ -15,13 +15,13 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.effect_card import EffectCard
-from analysis.frf import Frf
 from analysis.local_laws import LocalLaws
 from analysis.progress import Progress
+from analysis.recordings.frf import Frf
 from analysis.sheet_material import ACROSS, LOSS, MODULI, RATIOS, TRANSVERSE
 from analysis.twin_model import TwinModel
-from analysis.updating.broadening import cauchy_kernel
 from analysis.updating.normal_equations import SweepData
+from analysis.updating.start import cauchy_kernel
 from analysis.updating.update import middle_sweep, stride
 
 BROADENINGS = (0.25, 0.12, 0.06, 0.03, 0.015, 0.0)

@@ -16,24 +16,21 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.declaration.plate_material import Orthotropy
 from analysis.effect_card import Values
 from analysis.experiment import Protocol
-from analysis.frf import Frf
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.preparation import apart
 from analysis.gap.data.sweeps import GapSweeps
-from analysis.gap.fitting.gap_fit import GapFit
-from analysis.gap.fitting.misfit import sweep_powers
-from analysis.gap.fitting.sheet import fitted_sheet
+from analysis.gap.fitting.gap_fit import GapFit, fitted_sheet, sweep_powers
 from analysis.gap.fitting.state import GapState
-from analysis.gap.imperfect.search import settled_from_first_order
-from analysis.gap.imperfect.whole_campaign import over_all_sweeps
+from analysis.gap.imperfect.search import over_all_sweeps, settled_from_first_order
 from analysis.gap.search.context import SearchContext
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox, MaterialSigma
 from analysis.progress import Progress
+from analysis.recordings.frf import Frf
 from analysis.sheet_material import LOSS, MODULI, TRANSVERSE
-from analysis.sheet_orthotropy import Orthotropy
 from analysis.twin_model import Remade, TwinModel
 from analysis.updated import Updated
 from analysis.updating.drift import sweep_laws, to_first_order

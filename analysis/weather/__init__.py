@@ -2,9 +2,10 @@
 
 ====================  ==============================================================
 ``declared_weather``  the surroundings of a panel, and its thermometers: a ``weather/1`` file
-``warm_panel``        protocol of a panel with a temperature of its own at every place
 ``knowledge``         temperatures of filters from the readings of thermometers
-``family``            filters for a family of fields: robust, or following a tilt
-``judgement``         contrast and level lost over time, by what is known of the field
+``family``            protocol of a panel with a field; filters for a family of fields: robust, or following a
+                      tilt
+``judged``            temperatures over time, and contrast and level lost in them
+``judgement``         how that is found, by what is known of the field
 ====================  ==============================================================
 """

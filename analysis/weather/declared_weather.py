@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from analysis.arrays import Real
-from analysis.declared import Declared, Point, Sparse, Temperature
+from analysis.declaration.strict import Declared, Point, Sparse, Temperature
 
 Second = Annotated[float, Field(ge=0.0, le=1e6, description="s")]
 Transfer = Annotated[float, Field(ge=0.0, le=500.0, description="W/(m2 K); air at rest 5 to 10, a fan 10 to 50")]

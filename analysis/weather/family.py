@@ -1,4 +1,4 @@
-"""Filters for a family of temperature fields: the tilts of up to so many kelvins across the panel.
+"""Filters for a family of temperature fields: tilts of up to so many kelvins across a panel that has a field.
 
 For a panel evenly warmer toward one side, T + (x g_x + z g_z)/2 with x and z from -1 to 1 over its box, there are
 filters of two kinds. *Robust* filters minimise the mean squared error over the middle and both tilts along each
@@ -13,14 +13,14 @@ r_a+ and r_a- being designed for the tilts G and -G along axis a. Between knots 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
+from typing import Protocol, Self
 
 import numpy as np
 
 from analysis.arrays import Complex, Mask, Real
 from analysis.checked_fields import check_ascending, check_finite, check_shapes
 from analysis.focusing.design import TapDesign
-from analysis.focusing.energy import EnergyForms
+from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.fir import FirBank
 from analysis.focusing.methods import designer
 from analysis.focusing.panel import Panel
@@ -28,7 +28,65 @@ from analysis.focusing.panel_model import NoModes
 from analysis.focusing.performance import contrast
 from analysis.focusing.sound_aim import SoundAim
 from analysis.progress import Progress
-from analysis.weather.warm_panel import WarmPanel
+
+
+@dataclass(frozen=True)
+class WarmAnswer:
+    """A panel's answer at one field of temperatures.
+
+    Attributes
+    ----------
+    amplitude : (N, F, r) ndarray
+        Generalised coordinates of the field of every actuator, per V or N.
+    charge : (N, N, F) ndarray
+        Of every actuator (first), as a sensor, per volt on another, C/V; of forces, m/N.
+    """
+
+    amplitude: Complex
+    charge: Complex
+
+    def __post_init__(self) -> None:
+        check_shapes(self, amplitude="N F r", charge="N N F")
+        check_finite(self, "amplitude", "charge")
+
+
+class WarmPanel(Protocol):
+    """Model of a panel with a field of temperatures."""
+
+    @property
+    def space(self) -> FieldSpace:
+        """The deflection shapes, with their inner products."""
+
+    @property
+    def points(self) -> Real:
+        """Where temperatures are given, (Q, 2), m."""
+
+    def tilted(self, temperature: float, across: tuple[float, float]) -> Real:
+        """Temperatures (Q,), °C, of a panel evenly warmer toward the largest x and y.
+
+        Parameters
+        ----------
+        temperature : float
+            In the middle of the box around the plate, °C.
+        across : (float, float)
+            Temperature at largest x and y minus that at smallest x and y, K.
+        """
+
+    def answer(self, temperature: Real, frequency: Real) -> WarmAnswer:
+        """Fields and charges at a field of temperatures.
+
+        Parameters
+        ----------
+        temperature : (Q,) ndarray, °C
+            At `points`.
+        frequency : (F,) ndarray, Hz
+
+        Raises
+        ------
+        ValueError
+            Where a part of the panel leaves the range of the laws.
+        """
+
 
 Across = tuple[float, float]
 """By how much the side at largest x, and at largest y, is warmer than the opposite one, K."""

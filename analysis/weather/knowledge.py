@@ -6,8 +6,7 @@ from typing import Self
 import numpy as np
 
 from analysis.arrays import Complex, Mask, Real
-from analysis.weather.family import Across
-from analysis.weather.warm_panel import WarmPanel
+from analysis.weather.family import Across, WarmPanel
 
 STIFFNESS = 1e-3
 """Of a tilt against readings, in the least squares of `plane`: small enough to change no reading by a millikelvin,

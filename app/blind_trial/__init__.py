@@ -3,18 +3,14 @@
 =========================  ======================================================================================
 ``assignments``            kind of each campaign
 ``plates``                 plates of random geometry, and the meshes of the simulated measurement
-``as_built``               plates near what is declared, as a careful workshop builds them
 ``experiments``            protocol, laws and electronics of one campaign
 ``unlisted_effects``       effects that are not in the library
 ``specimen``               the plate of the simulated measurement, with any effects
-``expected_frf``           predicted FRFs of a campaign on it
-``effect_size``            signal of an effect in sigma, after laws, readings and gain are fitted
+``effect_size``            predicted FRFs of a campaign, and the signal of an effect in them in sigma
 ``draw_effects``           random effects scaled to a given size
 ``making``                 simulation of a campaign, with small causes that nobody tells; its truth
-``judging``                gap workflow on a campaign, from its folder alone
 ``trial``                  all campaigns, in worker processes, resumed after a kill
 ``outcome``                comparison of one verdict with its truth
-``calibration``            calibration of the stated probabilities
 ``proof``                  every figure of merit with its target
 ``planned``                trial of planned experiments: an open question, the plan, the measurement, the answer
 ``proof_figure``           plot of the results

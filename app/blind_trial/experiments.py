@@ -8,9 +8,9 @@ import numpy as np
 from analysis.channel import Motion
 from analysis.experiment import Experiment
 from app.blind_trial.plates import PlateKind
-from app.files.experiment_toml import AcquiredExperiment, experiment_model
-from app.files.joined_campaign import joined_declaration
-from app.files.simulation_section import Laws
+from app.files.campaigns.joined import joined_declaration
+from app.files.declarations.experiment import AcquiredExperiment, experiment_model
+from app.files.declarations.simulation_section import Laws
 
 Table = dict[str, Any]
 

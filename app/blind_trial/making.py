@@ -17,18 +17,17 @@ from typing import Any
 import numpy as np
 
 from analysis.effect_card import EffectCard, Values
-from app.blind_trial.as_built import as_it_is
 from app.blind_trial.assignments import KINDS, Assignment, shuffled
 from app.blind_trial.draw_effects import USED_RANGE_SHARE, DrawnEffects, draw_effects, random_values
 from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.experiments import any_declaration, declared, draw_experiments
-from app.blind_trial.plates import OTHER_MESH, PlateKind
+from app.blind_trial.plates import OTHER_MESH, PlateKind, as_it_is
 from app.blind_trial.specimen import Specimen
 from app.blind_trial.unlisted_effects import UNLISTED_EFFECTS
 from app.files.atomic import write_json
-from app.files.import_recording import import_joined
+from app.files.campaigns.import_recording import import_joined
+from app.files.campaigns.sweep_file import Source
 from app.files.provenance import sha256
-from app.files.sweep_file import Source
 from app.stages.acquire import acquire_campaign
 from app.twins.campaign_twin import effect_twin
 from drivers.rig.campaign import unobserved

@@ -1,6 +1,7 @@
-"""Outcome of one campaign of a trial: its verdict compared with its truth."""
+"""Outcome of one campaign of a trial: judged by the code of the verbs, its verdict compared with its truth."""
 
-from collections.abc import Mapping
+import time
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field
 from itertools import permutations
 from pathlib import Path
@@ -11,11 +12,48 @@ from pydantic import TypeAdapter
 
 from analysis.gap.thresholds import CLASS_COSINE
 from app.blind_trial.assignments import Kind
-from app.blind_trial.judging import REFUSED
+from app.blind_trial.effect_size import MAINS
+from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
+from app.files.campaign_error import CampaignFileError
+from app.files.campaigns.loading import load_campaign
+from app.files.declarations.simulation_section import Laws
 from app.files.parsed_text import parse_json, read_text
-from app.files.simulation_section import Laws
+from app.stages import gap
+from app.stages.comparison.request import GapRequest
 from app.stages.gap import GAP
+
+REFUSED = "refused.json"
+
+
+def judge_campaign(folder: Path, run: Path, without: Collection[str]) -> None:
+    """Compare a campaign as ``flexura gap`` does; write gap.json, or the reason for refusal, into `run`.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the campaign.
+    run : Path
+        Run folder; created if missing.
+    without : collection of str
+        Effects removed from the library for this campaign.
+    """
+    run.mkdir(parents=True, exist_ok=True)
+    begun = time.perf_counter()
+    try:
+        campaign = load_campaign(folder)
+        request = GapRequest(campaign, mains=MAINS, without=frozenset(without), describing=False)
+        found = gap.compute(request, lambda stage, share: None)
+    except (CampaignFileError, ResultFileError) as error:
+        write_json(run / REFUSED, {"why": str(error)})
+        return
+    gap.save(run, request, found, time.perf_counter() - begun)
+
+
+def is_judged(run: Path) -> bool:
+    """Whether a run holds a verdict, which is written last."""
+    return (run / gap.GAP).is_file() or (run / REFUSED).is_file()
+
 
 Record = Mapping[str, Any]
 CLAIMED = ("explained", "partly_explained")

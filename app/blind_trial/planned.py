@@ -21,9 +21,8 @@ from analysis.effect_card import Values
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.plan.decision import NOTHING, Told, decided, told
 from analysis.gap.plan.measurement import Measurement
-from analysis.gap.plan.question import Question
 from analysis.gap.plan.ranking import Plan
-from analysis.gap.plan.separation import ENOUGH
+from analysis.gap.plan.separation import ENOUGH, Question
 from app.blind_trial.draw_effects import of_size
 from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.experiments import any_declaration, draw_experiments
@@ -31,15 +30,14 @@ from app.blind_trial.outcome import read_record
 from app.blind_trial.plates import PlateKind, draw_plate
 from app.blind_trial.specimen import Specimen, specimen_operators
 from app.files.atomic import write_json
-from app.files.campaign import load_campaign
-from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
-from app.files.next_experiment import NAME, reach_of, write_next_experiment
+from app.files.campaigns.loading import load_campaign
+from app.files.campaigns.sweep_file import Source
+from app.files.declarations.experiment import AcquiredExperiment, read_acquired_experiment
 from app.files.provenance import sha256
-from app.files.sweep_file import Source
+from app.files.results.next_experiment import NAME, reach_of, write_next_experiment
 from app.stages.acquire import acquire_campaign
-from app.stages.answer import compared_plainly
-from app.stages.compared import Compared
-from app.stages.plan import plan
+from app.stages.comparison.compared import Compared
+from app.stages.comparison.plan import compared_plainly, plan
 from app.twins.campaign_twin import effect_twin
 from app.twins.scouting_twin import known_mass
 from drivers.rig.campaign import unobserved

@@ -7,9 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from app.blind_trial.assignments import KINDS
-from app.blind_trial.calibration import claims, reliability
 from app.blind_trial.outcome import TrialOutcome
-from app.blind_trial.proof import closures, proportion_interval
+from app.blind_trial.proof import claims, closures, proportion_interval, reliability
 from app.report.style import BAND, MODEL, panels
 
 ENDS = ("none", "unknown", "several", "refused")

@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 
 from analysis.arrays import Real
+from analysis.declaration.plate_material import material_box
 from analysis.effect_card import EffectCard, Values
 from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
-from analysis.plate_material import material_box
 from analysis.progress import Progress
 from app.blind_trial.experiments import declared
 from app.blind_trial.plates import OTHER_MESH
 from app.blind_trial.unlisted_effects import UNLISTED_EFFECTS
+from app.files.declarations.experiment import AcquiredExperiment
+from app.files.declarations.simulation_section import Laws, Simulation
 from app.files.effect_cache import cached_operators
-from app.files.experiment_toml import AcquiredExperiment
-from app.files.simulation_section import Laws, Simulation
 from app.rig.simulated_plate import Followed, PlateTransfer, TwinPlate, TwinTransfer
 from app.rig.simulated_rig import REFERENCE_TEMPERATURE, parts_around
 from drivers.rig.rig import Rig

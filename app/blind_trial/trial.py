@@ -21,13 +21,11 @@ import numpy as np
 
 import analysis.gap.thresholds as frozen
 from analysis.progress import Progress
-from app.blind_trial.as_built import as_built
 from app.blind_trial.assignments import SHARES, STREAMS, Assignment, Kind, assignments
 from app.blind_trial.experiments import any_declaration
-from app.blind_trial.judging import is_judged, judge_campaign
 from app.blind_trial.making import make_campaign
-from app.blind_trial.outcome import read_record
-from app.blind_trial.plates import PlateKind, plate_kind
+from app.blind_trial.outcome import is_judged, judge_campaign, read_record
+from app.blind_trial.plates import PlateKind, as_built, plate_kind
 from app.blind_trial.specimen import specimen_operators
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError

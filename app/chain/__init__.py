@@ -5,8 +5,6 @@
 ``request``         what is asked of a run: campaign, folder, stages, options
 ``work``            what the stages of one run share: campaign, folder, workers
 ``links``           the stages: what each needs, reads and writes
-``plate_links``     of them import, identify, update and gap
-``panel_links``     of them focus, compensate and report
 ``input_files``     SHA-256 of all that a stage reads, without reading campaigns
 ``made_by_verbs``   results of single verbs that need not be made again
 ``models_ahead``    reduced models built by workers before they are needed

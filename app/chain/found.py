@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from app.files.bad_file import ResultFileError, quoted
-from app.files.best_twin import PLAIN, best_twin, gap_record_of
+from app.files.results.best_twin import PLAIN, best_twin, gap_record_of
 from app.report.summary import summary, worth_of
 from app.summaries.briefing import briefing
 

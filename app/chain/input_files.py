@@ -8,11 +8,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from app.files.campaign import load_campaign
-from app.files.campaign_folder import SWEEPS, sweep_paths
-from app.files.campaign_kind import DECLARATION, PROTOCOL, is_campaign_folder
-from app.files.campaign_toml import declaration_digest
-from app.files.events import NAME as EVENTS
+from app.files.acquisition.events import NAME as EVENTS
+from app.files.campaigns.declaration import declaration_digest
+from app.files.campaigns.folder import SWEEPS, sweep_paths
+from app.files.campaigns.kind import DECLARATION, PROTOCOL, is_campaign_folder
+from app.files.campaigns.loading import load_campaign
 from app.files.provenance import sha256
 
 TOLD = (b'"missing"', b'"temperature in doubt"')

@@ -11,16 +11,16 @@ from typing import Any
 from app.chain.input_files import effect_hashes
 from app.chain.work import Work
 from app.files.bad_file import ResultFileError
-from app.files.best_twin import gap_record_of
-from app.files.campaign_folder import SWEEPS
-from app.files.campaign_inputs import EXTENT
-from app.files.campaign_kind import DECLARATION, PROTOCOL
+from app.files.campaigns.folder import SWEEPS
+from app.files.campaigns.inputs import EXTENT
+from app.files.campaigns.kind import DECLARATION, PROTOCOL
+from app.files.declarations.run_settings import Stage
 from app.files.hdf5_file import result_file
-from app.files.laws_file import load_pairing, load_updated
-from app.files.modes_file import load_modes
 from app.files.provenance import read_stamp, sha256
-from app.files.run_record import versions
-from app.files.run_settings import Stage
+from app.files.results.best_twin import gap_record_of
+from app.files.results.laws_file import load_pairing, load_updated
+from app.files.results.modes_file import load_modes
+from app.files.results.run_record import versions
 from app.summaries.pairing import no_fit_words
 
 FREE = (EXTENT, "campaign")

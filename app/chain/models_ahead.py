@@ -47,7 +47,7 @@ def build_effects(declared: str) -> None:
 
 def build_panel(declared: str) -> None:
     """Build the model of a panel, given as JSON."""
-    from analysis.focusing.grid import Grid
+    from analysis.focusing.energy import Grid
     from app.twins.panel_twin import panel_reduction
 
     panel = Panel.model_validate_json(declared)

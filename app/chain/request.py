@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import get_args
 
-from app.files.campaign_kind import is_recorded_campaign
-from app.files.run_folder import beside
-from app.files.run_settings import RunOptions, Stage
+from app.files.campaigns.kind import is_recorded_campaign
+from app.files.declarations.run_settings import RunOptions, Stage
+from app.files.results.run_folder import beside
 
 STAGES: tuple[Stage, ...] = get_args(Stage)
 """In the order of the work."""

@@ -14,10 +14,17 @@ from app.chain.request import RunRequest
 from app.chain.work import Made, Work
 from app.files.bad_file import ResultFileError, quoted
 from app.files.campaign_error import CampaignFileError
+from app.files.declarations.run_settings import Stage
 from app.files.disk_room import room_of, told
-from app.files.run_folder import run_folder
-from app.files.run_record import RunRecord, StageRecord, hashed, read_run_record, versions, write_run_record
-from app.files.run_settings import Stage
+from app.files.results.run_folder import run_folder
+from app.files.results.run_record import (
+    RunRecord,
+    StageRecord,
+    hashed,
+    read_run_record,
+    versions,
+    write_run_record,
+)
 from app.terminal.end_signals import undisturbed
 
 if TYPE_CHECKING:
@@ -181,7 +188,7 @@ class _Chain:
     def _start_workers(self, wanted: "Sequence[WantedModel]" = ()) -> None:
         """Start workers for models and figures, in place of those that are there."""
         from app.chain.models_ahead import ModelsAhead  # slow imports, for a run that has something to do
-        from app.report.drawn_parts import DrawnParts
+        from app.report.written import DrawnParts
 
         work = self._work
         self._pool.close()

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 from app.chain.input_files import campaign_hashes, is_import_of
 from app.chain.request import RunRequest
-from app.files.run_settings import RunSettings, Stage
+from app.files.declarations.run_settings import RunSettings, Stage
 
 if TYPE_CHECKING:
     from analysis.focusing.panel import Panel
-    from analysis.frf_campaign import AnyCampaign
+    from analysis.recordings.frf_campaign import AnyCampaign
     from app.chain.models_ahead import ModelsAhead, WantedModel
-    from app.report.drawn_parts import DrawnParts
+    from app.report.written import DrawnParts
     from app.stages.update import Updating
 
 
@@ -108,7 +108,7 @@ class Work:
     @cached_property
     def campaign(self) -> "AnyCampaign":
         """The campaign; CampaignFileError where it cannot be read."""
-        from app.files.campaign import load_campaign
+        from app.files.campaigns.loading import load_campaign
 
         assert self.hashes  # noqa: S101 (taken first)
         return load_campaign(self.folder)
@@ -142,8 +142,8 @@ class Work:
         what is found about that.
         """
         from app.files.bad_file import ResultFileError
-        from app.stages.measured_plate import MeasuredPlate
-        from app.stages.panel_inputs import panel_of
+        from app.stages.panel.inputs import panel_of
+        from app.stages.panel.measured_plate import MeasuredPlate
 
         try:
             panel, _ = panel_of(self.panel, self.settings.focus.changes())

@@ -16,7 +16,7 @@ from app.commands.output import Output, output_options
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
-    from app.files.experiment_toml import AcquiredExperiment, RigKind
+    from app.files.declarations.experiment import AcquiredExperiment, RigKind
     from app.terminal.campaign_ending import Ending
     from drivers.rig.campaign import Outcome
     from drivers.rig.rig import Rig
@@ -74,7 +74,7 @@ def command(
     Exit status 1 where sweeps or hits are missing at the end, or the rig stopped the campaign; 3 where something
     could not be verified to be at rest (NOT AT REST: go there and switch it off).
     """
-    from app.files.hammer_experiment import declares_hammer_test
+    from app.files.declarations.hammer_experiment import declares_hammer_test
 
     if declares_hammer_test(experiment):
         from app.commands.acquire_hammer import acquire_hits
@@ -86,15 +86,15 @@ def command(
 
         acquire_hits(experiment, rig, out, output, again=again, test_shot=test_shot, beside=beside)
         return
-    from app.files.experiment_toml import read_acquired_experiment
+    from app.files.declarations.experiment import read_acquired_experiment
 
     started = time.perf_counter()
     _require_known(notify, notify_command, out)
     declared = read_acquired_experiment(experiment)
 
-    from app.files.campaign_folder import ENDING
-    from app.files.campaign_kind import is_campaign_folder
-    from app.files.same_experiment import require_ours
+    from app.files.acquisition.same_experiment import require_ours
+    from app.files.campaigns.folder import ENDING
+    from app.files.campaigns.kind import is_campaign_folder
     from app.rig.doctor import require_port, require_room
     from app.terminal.end_signals import undisturbed
     from app.terminal.streams import keep_unseen
@@ -161,7 +161,7 @@ def _run(
     output: Output,
 ) -> "Ending":
     """Run the campaign; return how it ended, completed or broken off."""
-    from app.files.acquired_campaign import campaign_log
+    from app.files.acquisition.campaign_folder import campaign_log
     from app.files.campaign_error import CampaignFileError
     from app.terminal.campaign_ending import broken_off, completed
     from drivers.rig.end_requests import EndRequests
@@ -246,8 +246,8 @@ def _acquire(
     again: bool,
     output: Output,
 ) -> "Outcome":
+    from app.files.campaigns.sweep_file import Source
     from app.files.provenance import sha256
-    from app.files.sweep_file import Source
     from app.rig.assembly import rig_places
     from app.stages.acquire import acquire_campaign
     from app.terminal.campaign_progress import campaign_screen

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from contextlib import AbstractContextManager
 
-    from app.files.experiment_toml import RigKind
-    from app.files.hammer_experiment import HammerExperiment
+    from app.files.declarations.experiment import RigKind
+    from app.files.declarations.hammer_experiment import HammerExperiment
     from app.stages.acquire_hammer import HammerOutcome
     from app.terminal.campaign_ending import Ending
 
@@ -40,7 +40,7 @@ def acquire_hits(
     beside : callable
         Has the folder watched, if that is asked for, as long as its context lasts.
     """
-    from app.files.hammer_experiment import read_hammer_experiment
+    from app.files.declarations.hammer_experiment import read_hammer_experiment
 
     started = time.perf_counter()
     if test_shot:
@@ -49,10 +49,10 @@ def acquire_hits(
         )
     declared = read_hammer_experiment(file)
 
-    from app.files.campaign_folder import ENDING
-    from app.files.campaign_kind import is_hammer_folder
-    from app.files.hammer_experiment import require_simulated
-    from app.files.hammer_folder import require_our_test
+    from app.files.acquisition.hammer_folder import require_our_test
+    from app.files.campaigns.folder import ENDING
+    from app.files.campaigns.kind import is_hammer_folder
+    from app.files.declarations.hammer_experiment import require_simulated
     from app.rig.doctor import require_port, require_room
     from app.terminal.end_signals import undisturbed
     from app.terminal.streams import keep_unseen
@@ -94,10 +94,10 @@ def _run(
     output: Output,
 ) -> "Ending":
     """Record; return how it ended, complete or broken off."""
+    from app.files.acquisition.hammer_folder import hammer_log
     from app.files.campaign_error import CampaignFileError
-    from app.files.hammer_folder import hammer_log
+    from app.files.campaigns.sweep_file import Source
     from app.files.provenance import sha256
-    from app.files.sweep_file import Source
     from app.rig.assembly import rig_places
     from app.rig.hammer_assembly import hammer_rig
     from app.stages.acquire_hammer import acquire_hammer, interrupted_at

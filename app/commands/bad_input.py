@@ -18,8 +18,7 @@ Result = TypeVar("Result")
 def fault_picture(wrong: Misplaced, options: Mapping[str, object]) -> str:
     """Draw the error, and return a sentence with the picture's path, beside --out or else the declaration."""
     from app.files.atomic import atomic_path
-    from app.report.declared import picture
-    from app.report.refused import pieces_declared
+    from app.report.declared import picture, pieces_declared
 
     target = _target(wrong.source, options.get("out"))
     figure = picture(pieces_declared(wrong), wrong.places)
@@ -32,7 +31,7 @@ def fault_picture(wrong: Misplaced, options: Mapping[str, object]) -> str:
 
 
 def _target(source: Path, out: object) -> Path:
-    from app.files.campaign_kind import DECLARATION
+    from app.files.campaigns.kind import DECLARATION
 
     beside = source.parent if source.name == DECLARATION else source.with_suffix("")
     return (out if isinstance(out, Path) else beside).resolve().with_name(f"{beside.resolve().name}-geometry.png")

@@ -67,12 +67,12 @@ def command(
     a figure misses its target.
     """
     from app.files.disk_room import RESULTS, require_room
-    from app.files.run_folder import writable_folder
+    from app.files.results.run_folder import writable_folder
 
     stream = "calibration" if calibrate else "trial"
     folder = writable_folder(out or Path(f"blind-{stream}-{seed}"), "--out")
 
-    from app.blind_trial.judging import is_judged
+    from app.blind_trial.outcome import is_judged
     from app.blind_trial.trial import Trial, begin, run_trial
 
     wanted = tuple(kind for kind in KINDS if kind in kinds) or KINDS
@@ -96,9 +96,8 @@ def command(
 
 def _proven(trial: "Trial") -> dict[str, Any]:
     """Score a trial, and write proof.json and proof.png."""
-    from app.blind_trial.calibration import claims, likeliest_confidence
     from app.blind_trial.outcome import read_outcome
-    from app.blind_trial.proof import figures
+    from app.blind_trial.proof import claims, figures, likeliest_confidence
     from app.blind_trial.proof_figure import proof_figure
     from app.files.atomic import atomic_path, write_json
     from app.report.style import drawing

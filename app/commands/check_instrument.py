@@ -10,7 +10,7 @@ from app.commands.options import EXPERIMENT
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
-    from app.files.instruments_toml import DeclaredInstruments
+    from app.files.declarations.instruments import DeclaredInstruments
     from drivers.checks.trial import CheckVerdict
     from drivers.rig.end_requests import EndRequests
 
@@ -49,7 +49,7 @@ def command(instrument: str, really: bool, output: Output) -> None:
     if instrument.endswith(".toml"):
         EXPERIMENT.convert(instrument, None, None)
 
-    from app.files.instruments_toml import declared_instruments
+    from app.files.declarations.instruments import declared_instruments
     from app.terminal.campaign_ending import NOT_AT_REST
     from drivers.rig.end_requests import EndRequests
     from drivers.rig.occupancy import RigInUse, occupied

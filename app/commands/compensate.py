@@ -208,7 +208,7 @@ def command(
     else:
         _refuse_with_transfers(twin, place, across, weather)
 
-    from app.stages.compensate_request import CompensateRequest
+    from app.stages.panel.compensate_request import CompensateRequest
 
     wanted = CompensateRequest(
         run,
@@ -226,9 +226,9 @@ def command(
     )
     task = wanted.task()
 
-    from app.files.run_folder import run_folder
+    from app.files.results.run_folder import run_folder
     from app.stages import compensate
-    from app.stages.panel_inputs import checked_device
+    from app.stages.panel.inputs import checked_device
     from app.summaries.compensation import notes, record, summary, tables
     from app.summaries.numbers import extent_record, led
     from app.terminal.tables import show

@@ -50,8 +50,8 @@ def laws_beside(run: Path) -> "tuple[np.ndarray[Any, np.dtype[np.float64]], Mate
     """Temperatures of the acquired campaign, °C, and the laws there: put into the plate, and found."""
     import numpy as np
 
-    from app.files.best_twin import best_twin
-    from app.files.experiment_toml import read_acquired_experiment
+    from app.files.declarations.experiment import read_acquired_experiment
+    from app.files.results.best_twin import best_twin
 
     experiment = read_acquired_experiment(EXPERIMENT)
     if experiment.simulation is None:
@@ -93,14 +93,14 @@ def laws_table(run: Path) -> "Table":
 
 def effects_beside(run: Path) -> "tuple[dict[str, dict[str, float]], Record]":
     """Effects hidden in the last campaign's plate, and the result of `flexura gap`."""
-    from app.files.gap_file import load_gap
+    from app.files.results.gap_file import load_gap
 
     return puzzle_experiment()[1], load_gap(run / "gap.h5")[1]
 
 
 def puzzle_experiment() -> "tuple[Experiment, dict[str, dict[str, float]]]":
     """Read the declaration of the last campaign, and the effects hidden in its plate."""
-    from app.files.experiment_toml import read_acquired_experiment
+    from app.files.declarations.experiment import read_acquired_experiment
 
     experiment = read_acquired_experiment(PUZZLE)
     if experiment.simulation is None:
@@ -124,7 +124,7 @@ def effects_table(run: Path) -> "Table":
     """Table of the effects hidden in the last campaign's plate and those named by `flexura gap`."""
     from rich.table import Table
 
-    from app.files.gap_file import load_gap
+    from app.files.results.gap_file import load_gap
     from app.summaries.gap import estimate, gap_closed, named, verdict_words
 
     gap = load_gap(run / "gap.h5")[1]
@@ -219,7 +219,7 @@ def command(quick: bool, out: Path | None, output: Output) -> None:
     by one, do the same: each is shown before it runs. With --quick, one campaign of four temperatures up to 600 Hz
     goes from the rig to filters of a small panel and a report.
     """
-    from app.files.run_folder import writable_folder
+    from app.files.results.run_folder import writable_folder
 
     folder = writable_folder(out or Path("flexura-demo"), "--out")
     parts = (quick_part(folder),) if quick else parts_in(folder)

@@ -36,8 +36,12 @@ def command(experiment: Path | None, out: Path | None, output: Output) -> None:
     Nothing is set or switched: cards are listed, and the oven's temperature is read. Exit status 1 where something
     required is missing.
     """
-    from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
-    from app.files.hammer_experiment import HammerExperiment, declares_hammer_test, read_hammer_experiment
+    from app.files.declarations.experiment import AcquiredExperiment, read_acquired_experiment
+    from app.files.declarations.hammer_experiment import (
+        HammerExperiment,
+        declares_hammer_test,
+        read_hammer_experiment,
+    )
 
     declared: AcquiredExperiment | HammerExperiment | None = None
     if experiment is not None:

@@ -53,7 +53,7 @@ def command(name: str | None, everything: bool, out: Path | None, output: Output
         source, target = shipped(found), folder / found
     if target.exists():
         raise click.ClickException(f"{target}: is there already; name another folder with --out, or remove it")
-    from app.files.run_folder import writable_folder
+    from app.files.results.run_folder import writable_folder
 
     writable_folder(folder, "--out")
     if source.is_dir():

@@ -128,12 +128,12 @@ def command(
         raise click.UsageError(f"--prefix is for --to c; {form} has no names")
     if temperatures and form in ("c", "onnx"):
         raise click.UsageError(f"--temperature is for npz, wav and csv; {form} follows every temperature")
-    from analysis.rendering.tilt_bank import TiltBank
+    from analysis.rendering.following import TiltBank
     from app.files.exports.c_code import SAMPLES_AT_ONCE
     from app.files.exports.cost import Cost
     from app.files.exports.shipment import shipment
     from app.files.exports.written_filters import export_temperatures, same_names, write_filters
-    from app.files.run_folder import run_folder
+    from app.files.results.run_folder import run_folder
 
     beside = run or Path()
     sent = shipment(beside, method, "export").chosen(
@@ -162,7 +162,7 @@ def command(
 def _refuse_hits(folder: Path) -> None:
     """Say how other programs get what a hammer test holds."""
     from app.files.bad_file import quoted
-    from app.files.campaign_kind import is_hammer_folder
+    from app.files.campaigns.kind import is_hammer_folder
 
     if is_hammer_folder(folder):
         raise click.UsageError(
@@ -172,7 +172,7 @@ def _refuse_hits(folder: Path) -> None:
 
 
 def _is_campaign(folder: Path) -> bool:
-    from app.files.campaign_kind import is_campaign_folder, is_recorded_campaign
+    from app.files.campaigns.kind import is_campaign_folder, is_recorded_campaign
 
     return is_campaign_folder(folder) or is_recorded_campaign(folder)
 
@@ -184,10 +184,10 @@ def _sweeps(campaign: Path, form: str, given: Mapping[str, object], out: Path | 
     wrong = next((name for name, value in given.items() if value), None)
     if wrong is not None:
         raise click.UsageError(f"{wrong} is for filters; {campaign} holds sweeps")
-    from analysis.campaign import Campaign
-    from app.files.campaign import load_campaign
-    from app.files.run_folder import writable_folder
-    from app.files.sweeps_out import write_sweeps
+    from analysis.recordings.campaign import Campaign
+    from app.files.campaigns.loading import load_campaign
+    from app.files.campaigns.sweeps_out import write_sweeps
+    from app.files.results.run_folder import writable_folder
     from app.summaries.numbers import led
 
     loaded = load_campaign(campaign)

@@ -88,13 +88,13 @@ def command(
         raise click.UsageError("--transfers takes the place of RUN and of --twin; name results' folder by --out")
     started = time.perf_counter()
 
-    from app.stages.focus_request import FocusRequest
+    from app.stages.panel.focus_request import FocusRequest
 
     changes = {"regularisation": regularisation, "tolerance": tolerance} | filters
     wanted = FocusRequest(run, twin, panel, changes, method, temperatures, transfers)  # type: ignore[arg-type]
     task = wanted.task()
 
-    from app.files.run_folder import run_folder
+    from app.files.results.run_folder import run_folder
     from app.stages import focus
     from app.summaries.focusing import correction, notes, record, summary, table, tradeoff
     from app.summaries.numbers import extent_record, led
@@ -123,7 +123,7 @@ def command(
 def replaced(target: Path, temperature: "NDArray[np.float64]") -> list[str]:
     """Return a note if the new filters, of `temperature` (T,), °C, replace filters of other temperatures."""
     from app.files.bad_file import ResultFileError
-    from app.files.filter_files import load_focusing
+    from app.files.results.filter_files import load_focusing
     from app.summaries.focusing import temperatures_in_words
 
     if not target.is_file():

@@ -94,10 +94,10 @@ def command(
     they are. Do the same again when more are there: laws.h5 of fewer sweeps is then made again, too.
     """
     from app.files.bad_file import quoted
-    from app.files.best_twin import best_twin
-    from app.files.campaign import load_campaign
+    from app.files.campaigns.loading import load_campaign
     from app.files.disk_room import room_of
-    from app.files.run_folder import run_folder
+    from app.files.results.best_twin import best_twin
+    from app.files.results.run_folder import run_folder
     from app.summaries.briefing import briefing
     from app.summaries.gap import summary, tables
     from app.summaries.numbers import led
@@ -107,11 +107,11 @@ def command(
     earlier = None if after is None else (load_campaign(after[0]), after[1])
     rig = None
     if plan or experiment:
-        from app.files.next_experiment import rig_table
+        from app.files.results.next_experiment import rig_table
 
         rig = rig_table(campaign, experiment)
     from app.stages import gap  # the import takes a second: a wrong folder is reported before it
-    from app.stages.comparison_request import GapRequest
+    from app.stages.comparison.request import GapRequest
 
     request = GapRequest(
         loaded, twin=twin, effects=effects, mains=mains, plan=plan, hours=hours, rig=rig, after=earlier

@@ -61,9 +61,9 @@ def command(
     where there is a difference that none of them explains. Writes health.json. Exit status 0: no change on the
     last date; 1: changed, or no date could be judged.
     """
-    from app.files.best_twin import best_twin
-    from app.files.campaign_kind import declared_date
-    from app.files.run_folder import run_file, run_folder
+    from app.files.campaigns.kind import declared_date
+    from app.files.results.best_twin import best_twin
+    from app.files.results.run_folder import run_file, run_folder
 
     best_twin(baseline, "health")
     run_file(baseline, "frf.h5", "health")

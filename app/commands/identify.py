@@ -14,7 +14,7 @@ from app.commands.options import PATH, RUN_WITH_LAWS, Existing, mains, run_out
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
-    from analysis.identification.reading import Damping
+    from analysis.identification.modes import Damping
     from app.stages.identify_options import Method, Wanted
 
 MEASURED = Existing("allowed: a campaign's folder, a test's declaration (test.toml), or a universal file")
@@ -89,8 +89,8 @@ def command(
     A CAMPAIGN may be running or interrupted: its finished sweeps are taken, and the result says how many of how
     many they are. Do the same again when more are there.
     """
-    from app.files.modal_test_toml import declares_test
-    from app.files.plate_toml import declares_plate
+    from app.files.declarations.modal_test import declares_test
+    from app.files.declarations.plate import declares_plate
 
     if band is not None and not band[0] < band[1]:
         raise click.BadParameter(f"{band[0]:g} {band[1]:g}: LOW must be below HIGH", param_hint="--band")
@@ -161,10 +161,10 @@ def _campaign(
     output: Output,
 ) -> None:
     """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs if `export` is given."""
-    from app.files.campaign import load_campaign
-    from app.files.campaign_kind import EXPORTS
+    from app.files.campaigns.kind import EXPORTS
+    from app.files.campaigns.loading import load_campaign
     from app.files.disk_room import room_of
-    from app.files.run_folder import run_file, run_folder, writable_folder
+    from app.files.results.run_folder import run_file, run_folder, writable_folder
 
     started = time.perf_counter()
     if twin is not None:
@@ -198,8 +198,8 @@ def _campaign(
 
 def _structure(path: Path, out: Path | None, options: "Callable[[], Wanted]", output: Output) -> None:
     """Identify a test, or the FRFs of a universal file, as one structure."""
-    from app.files.run_folder import run_folder
-    from app.modal_test.universal_frfs import frfs_of_file
+    from app.files.results.run_folder import run_folder
+    from app.modal_test.declared_test import frfs_of_file
 
     started = time.perf_counter()
     typed_mains = click.get_current_context().get_parameter_source("mains") is ParameterSource.COMMANDLINE
@@ -235,7 +235,7 @@ def _structure(path: Path, out: Path | None, options: "Callable[[], Wanted]", ou
 
 def _uff(path: Path, options: "Callable[[], Wanted]", output: Output) -> None:
     """Identify the FRFs of a universal file one by one, and print their modes."""
-    from app.files.uff58 import read_frfs
+    from app.files.uff.frfs import read_frfs
 
     started = time.perf_counter()
     frfs = read_frfs(path)

@@ -38,8 +38,8 @@ def command(
     Several FOLDERs are joined to one campaign in --out: campaigns of one plate, recorded, imported or acquired,
     each with actuators of its own. An acquired one may be running or interrupted: its finished sweeps are taken.
     """
-    from app.files.import_recording import import_joined, import_recording
-    from app.stages.temperature_notes import recorded_notes
+    from app.files.campaigns.import_recording import import_joined, import_recording
+    from app.stages.comparison.temperature_notes import recorded_notes
     from drivers.ni.modules import find_module
 
     if len(folders) > 1 and actuator is not None:

@@ -168,7 +168,7 @@ def command(
         return
     _refuse("belongs to a campaign; a test has --points POINTS.csv for its nodes", {"--plate": plate})
 
-    from app.files.modal_test_toml import NAME
+    from app.files.declarations.modal_test import NAME
     from app.modal_test.guessed_channels import NewTest
 
     folder = out or (files[0].parent if files else Path())
@@ -183,7 +183,7 @@ def _require_plate(plate: tuple[float, float, float, float] | None) -> None:
     """Refuse dimensions that no declaration may have, such as mm for m, before one is written with them."""
     if plate is None:
         return
-    from analysis.plate import Plate
+    from analysis.declaration.plate import Plate
     from app.files.campaign_error import CampaignFileError
     from app.files.settings_toml import checked
 

@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 
 import click
 
-from analysis.grid_frequency import MAINS_RANGE
+from analysis.recordings.grid_frequency import MAINS_RANGE
 
 Verb = TypeVar("Verb", bound=Callable[..., object])
 
@@ -221,7 +221,7 @@ _COMMAND = click.option(
 def require_campaigns(folders: Sequence[Path], *, wait: bool = False) -> None:
     """Refuse folders that hold no campaign, before slow imports; with `wait`, they need not be there yet."""
     from app.files.bad_file import quoted
-    from app.files.campaign_kind import HAMMER_TEST, PROTOCOL, is_campaign_folder, is_hammer_folder
+    from app.files.campaigns.kind import HAMMER_TEST, PROTOCOL, is_campaign_folder, is_hammer_folder
 
     for folder in folders:
         there = folder.exists()

@@ -28,7 +28,7 @@ def command(run: Path, pictures: bool, out: Path | None, output: Output) -> None
     eta are those of the best twin: corrected, if flexura gap named an effect, the uncorrected ones beside them.
     RUN is the folder the other verbs wrote into; a stage that has not been run is named with its command.
     """
-    from app.files.run_folder import is_test_run, run_file, run_folder
+    from app.files.results.run_folder import is_test_run, run_file, run_folder
 
     if not is_test_run(run):
         run_file(run, "frf.h5", "report")  # a wrong folder is reported before slow imports

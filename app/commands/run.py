@@ -13,8 +13,8 @@ from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from app.chain.request import RunRequest
-    from app.files.run_record import StageRecord
-    from app.files.run_settings import Stage
+    from app.files.declarations.run_settings import Stage
+    from app.files.results.run_record import StageRecord
     from app.terminal.engine import Engine
 
     Chosen = tuple[Stage | None, Stage | None, tuple[Stage, ...], tuple[Stage, ...]]
@@ -93,8 +93,8 @@ def command(
     and fleet.json: scatter between pieces, pieces not like the others, which filters suit which panel, laws of
     pieces measured at one temperature (docs/guide/fleets.md).
     """
-    from app.files.campaign import not_a_campaign
-    from app.fleet.members import is_campaign, is_fleet
+    from app.files.campaigns.loading import not_a_campaign
+    from app.fleet.fleet_run import is_campaign, is_fleet
 
     if is_fleet(campaign):
         chosen = (first, last, only, without)
@@ -113,7 +113,7 @@ def _asked(
 ) -> "RunRequest":
     """Return what is asked of one campaign."""
     from app.chain.request import RunRequest, chosen_stages
-    from app.files.run_settings import read_run_options
+    from app.files.declarations.run_settings import read_run_options
 
     first, last, only, without = chosen
     options = read_run_options(campaign, settings, typed)
@@ -172,8 +172,8 @@ def _fleet(
     force: bool,
 ) -> None:
     """Run the stages of many campaigns, and compare them."""
-    from app.files.run_folder import writable_folder
-    from app.fleet.members import fleet_members
+    from app.files.results.run_folder import writable_folder
+    from app.fleet.fleet_run import fleet_members
 
     members = fleet_members(named)
     folder = writable_folder(out or _beside(named), "--out").resolve()
@@ -188,8 +188,7 @@ def _fleet(
     from app.fleet.exchange import exchanged
     from app.fleet.fleet_run import MODEL_MEMORY, RunMember, run_fleet
     from app.fleet.laws_beside import laws_beside
-    from app.fleet.page import PAGE, fleet_page, show
-    from app.fleet.record import NAME, fleet_record, summary_of
+    from app.fleet.page import NAME, PAGE, fleet_page, fleet_record, show, summary_of
     from app.report.style import drawing
 
     started = time.perf_counter()

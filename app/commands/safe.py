@@ -10,7 +10,7 @@ from app.commands.options import EXPERIMENT, which_rig
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
-    from app.files.experiment_toml import RigKind
+    from app.files.declarations.experiment import RigKind
 
 EXAMPLES = """\b
 Examples:
@@ -31,8 +31,8 @@ def command(experiment: Path, rig: "RigKind | None", output: Output) -> None:
 
     Exit status 3 where something could not be verified to be at rest (NOT AT REST: go there and switch it off).
     """
-    from app.files.experiment_toml import read_declared_experiment
-    from app.files.hammer_experiment import declares_hammer_test, read_hammer_experiment
+    from app.files.declarations.experiment import read_declared_experiment
+    from app.files.declarations.hammer_experiment import declares_hammer_test, read_hammer_experiment
     from app.rig.assembly import rig_places, still_rig
     from app.rig.hammer_assembly import still_oven
     from app.terminal.campaign_ending import NOT_AT_REST, not_at_rest

@@ -35,7 +35,7 @@ def command(experiment: Path | None, port: int, output: Output) -> None:
     virtual: it advances only while a program waits for samples. Ends with Ctrl-C.
     """
     from app.files.campaign_error import CampaignFileError, Problem
-    from app.files.experiment_toml import read_acquired_experiment
+    from app.files.declarations.experiment import read_acquired_experiment
     from drivers.ni.wiring import Wiring
 
     file = experiment or EXAMPLE

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from analysis.channel import Channel
-    from app.files.best_twin import BestTwin
+    from app.files.results.best_twin import BestTwin
     from app.stages.update_modes import UpdatingByModes
 
 
@@ -43,7 +43,7 @@ def update_by_modes(plate: Path, table: Path | None, out: Path | None, output: O
     bool
         Whether every temperature settled.
     """
-    from app.files.run_folder import run_folder
+    from app.files.results.run_folder import run_folder
     from app.plate_frfs.plate_of_modes import read_plate_of_modes
 
     started = time.perf_counter()
@@ -169,11 +169,11 @@ def command(
     if modes is not None:
         _by_modes(*modes, out, output, told=twin or effects)
         return
-    from app.files.best_twin import best_twin
-    from app.files.campaign import load_campaign
+    from app.files.campaigns.loading import load_campaign
     from app.files.disk_room import room_of
-    from app.files.pairing_json import pairing_record
-    from app.files.run_folder import run_folder
+    from app.files.results.best_twin import best_twin
+    from app.files.results.pairing_json import pairing_record
+    from app.files.results.run_folder import run_folder
     from app.summaries.numbers import extent_record, led
     from app.summaries.pairing import pairing_tables
     from app.summaries.update import budget_lines, gains_text, notes, record, summary, tables_of
@@ -182,7 +182,7 @@ def command(
     started = time.perf_counter()
     loaded = load_campaign(campaign)
     from app.stages import update  # the import takes a second: a wrong folder is reported before it
-    from app.stages.comparison_request import UpdateRequest
+    from app.stages.comparison.request import UpdateRequest
 
     request = UpdateRequest(loaded, twin=twin, effects=effects, mains=mains)
     start = request.start
@@ -234,7 +234,7 @@ def _modes(campaign: Path, plate: Path | None) -> tuple[Path, Path | None] | Non
     """Return the declared plate, and the table of its modes where they are not declared; None for FRFs."""
     if plate is not None:
         return plate, campaign
-    from app.files.plate_toml import declares_plate, plate_file
+    from app.files.declarations.plate import declares_plate, plate_file
     from app.files.settings_toml import read_table
 
     if not declares_plate(campaign):
@@ -256,7 +256,7 @@ def overtaken(best: "BestTwin") -> list[str]:
 def other_effects(laws: Path, effects: dict[str, Any]) -> str | None:
     """Describe other effects with which the laws to be replaced were fitted; None if the same, or no laws."""
     from app.files.bad_file import ResultFileError
-    from app.files.laws_file import effects_in_laws
+    from app.files.results.laws_file import effects_in_laws
 
     try:
         before = effects_in_laws(laws) if laws.is_file() else effects

@@ -74,7 +74,7 @@ def command(
     found = viewed(folder)
     if screenshot is not None:
         from app.files.disk_room import RESULTS, require_room
-        from app.files.run_folder import writable_folder
+        from app.files.results.run_folder import writable_folder
 
         if screenshot.suffix.lower() in PICTURES:
             raise click.BadParameter(

@@ -15,7 +15,7 @@ from pathlib import Path
 import h5py
 
 from app.files.disk_room import unwritten, write_whole
-from app.files.hdf5_bytes import hdf5_image, sealed
+from app.files.hdf5_file import hdf5_image, sealed
 
 PARTIAL = ".part"
 

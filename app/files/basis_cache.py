@@ -1,6 +1,6 @@
 """Reduced models kept between runs, in the user's cache folder, one HDF5 file per basis.
 
-A file is named by all that decides its content: one that is damaged, cut short (`app.files.hdf5_bytes`) or of
+A file is named by all that decides its content: one that is damaged, cut short (`app.files.hdf5_file`) or of
 another layout is made again, never trusted.
 """
 

@@ -1,6 +1,6 @@
 """A file read completely in a separate process: on damaged bytes HDF5 may crash, or never end and ignore Ctrl-C.
 
-Only for files without a digest of their own bytes; with one, `app.files.hdf5_bytes` detects damage.
+Only for files without a digest of their own bytes; with one, `app.files.hdf5_file` detects damage.
 """
 
 import math

@@ -10,12 +10,12 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from analysis.tolerances import without_tolerances
+from analysis.declaration.tolerances import without_tolerances
 from app.files.allowed_values import allowed_at, key_at, keys_at, nearest, unit_hint
 from app.files.bad_file import Misplaced, misplaced
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.drawing import DrawingError, with_drawings
-from app.files.mesh_check import mesh_fault
+from app.files.drawings.drawing import DrawingError, with_drawings
+from app.files.drawings.mesh_check import mesh_fault
 from app.files.parsed_text import parse_toml, read_text
 
 Model = TypeVar("Model", bound=BaseModel)

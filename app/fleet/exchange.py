@@ -85,8 +85,8 @@ def losses_on(run: Path, others: list[Path]) -> tuple[Real, str]:
     from analysis.focusing.performance import aim
     from analysis.focusing.responses import responses
     from app.chain.models_ahead import silent
-    from app.files.filter_files import load_focusing
-    from app.stages.panel_laws import laws_for
+    from app.files.results.filter_files import load_focusing
+    from app.stages.panel.laws import laws_for
     from app.twins.panel_twin import panel_twin
 
     lost = np.full(len(others), np.nan)

@@ -11,13 +11,20 @@ from pathlib import Path
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.fleet.new_piece import PredictedLaw, predict_piece
-from analysis.fleet.scatter import FEWEST_PIECES, Outlier, Scatter, estimate_scatter, outliers
+from analysis.fleet.scatter import (
+    FEWEST_PIECES,
+    Outlier,
+    PredictedLaw,
+    Scatter,
+    estimate_scatter,
+    outliers,
+    predict_piece,
+)
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updated import Updated
 from analysis.updating.laws import fit_laws
 from app.files.bad_file import ResultFileError
-from app.files.best_twin import best_twin, gap_record_of
+from app.files.results.best_twin import best_twin, gap_record_of
 
 CONSTANTS = ("youngs_modulus", "poisson_ratio", "loss_factor")
 """In the order of a law's rows; the first and the last by their logarithm."""

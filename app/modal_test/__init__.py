@@ -5,15 +5,12 @@
 ``signals``           columns of a file to checked signals in SI units
 ``given_frfs``        FRFs that a file holds as such, checked
 ``frf_set``           FRFs of a structure, with where they were measured
-``universal_frfs``    those of a universal file
 ``modes_of_test``     modes and shapes of a test: computed, saved, loaded
 ``without_windows``   what windows do to modes, taken out of them
-``saved``             the files of it
 ``new_declaration``   a declaration to start from, with what is guessed for it
 ``guessed_channels``  roles, units and sensitivities of its channels
 ``edit_journal``      the journal of those changes: undo, redo
 ``edits``             modes dropped or added by hand, and the record of it
-``points_table``      places of nodes from a table
 ``records``           for machines and for people
 ====================  ==================================================================
 """

@@ -1,32 +1,33 @@
-"""Files and channels of a test's declaration to FRFs."""
+"""Files and channels of a test's declaration, or of a universal file, to FRFs of one structure."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 
 from analysis.channel import UNITS
-from analysis.estimation.agreement import LEAST_AGREEMENT, agreement
+from analysis.estimation.agreement import LEAST_AGREEMENT, agreement, of_hits, of_records
 from analysis.estimation.estimators import Estimator, FrfEstimate, estimate
 from analysis.estimation.excitation import leaks
 from analysis.estimation.impacts import Blows, find_blows
-from analysis.estimation.levels import of_hits, of_records
 from analysis.estimation.quantities import frf_name
 from analysis.estimation.ringing import ringing
 from analysis.estimation.segments import Segments
 from analysis.estimation.spectra import Spectra, of_blocks, pooled, welch
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.identification.single_hits import FEWEST_HITS, WithoutHit
-from analysis.plate_temperature.named_doubts import said_of_doubts
+from analysis.identification.judgement.confirmation import FEWEST_HITS, WithoutHit
+from analysis.plate_temperature.label_check import said_of_doubts
 from analysis.progress import Progress
+from app.files.acquisition.hammer_folder import said_of_missing_hits
+from app.files.acquisition.hit_doubts import hit_doubts
 from app.files.bad_file import ResultFileError
-from app.files.hammer_folder import said_of_missing_hits
-from app.files.hit_doubts import hit_doubts
+from app.files.declarations.modal_test import NAME, ModalTest, RecordOfTest, declares_test, dof, read_modal_test
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_each
-from app.files.modal_test_toml import NAME, ModalTest, RecordOfTest, dof, read_modal_test
 from app.files.provenance import sha256
+from app.files.uff.frfs import read_frfs
+from app.files.uff.geometry import read_nodes
 from app.modal_test.frf_set import (
     FrfSet,
     Position,
@@ -40,7 +41,6 @@ from app.modal_test.signals import SignalsOfFile, signals
 
 Runs = dict[tuple[tuple[str, str], ...], list[tuple[str, SignalsOfFile]]]
 """Names and signals of the files, by the places of their channels."""
-
 PLACES = "say where each was measured, by `at` of its channels or of its record (flexura new test: --roving)"
 """What to do with several FRFs between the same ends."""
 
@@ -318,3 +318,79 @@ def _transfers(found: FrfEstimate, held: SignalsOfFile, places: Mapping[str, str
                 )
             )
     return made
+
+
+SHARED = (
+    "are these several temperatures, levels or repeats? Poles are shared by one FRF of each pair: export one "
+    "sweep (flexura identify CAMPAIGN --export FRFS.uff --temperature 20), or leave out --shared-poles, and each "
+    "FRF is identified by itself"
+)
+"""What to do with several FRFs between the same ends."""
+LARGEST_STRUCTURE = 30.0
+"""m. Programs that write mm without their unit make 240 m of a plate."""
+
+
+def frfs_of_file(path: Path, report: Progress) -> FrfSet:
+    """Return the FRFs of a test as declared, or of a universal file as one structure.
+
+    Parameters
+    ----------
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Raises
+    ------
+    ResultFileError, CampaignFileError
+        For files that cannot be used.
+    """
+    return declared_frfs(path, report) if declares_test(path) else of_universal(path, read_frfs(path))
+
+
+def of_universal(path: Path, transfers: list[MeasuredTransfer]) -> FrfSet:
+    """Return the FRFs of a universal file as those of one structure, with the nodes that the file holds.
+
+    Parameters
+    ----------
+    transfers : list of MeasuredTransfer
+        Read from it; those that are zero throughout are left out, with a note.
+
+    Raises
+    ------
+    ResultFileError
+        Where there are none, their lines differ, or two have the same ends, as those of two temperatures.
+    """
+    try:
+        alive, dead = _alive(transfers)
+        nodes, hashes = read_nodes(path), {path.name: sha256(path)}
+        notes = (*dead, *said_of_reference(alive), *said_of_coherence(alive), *_said_of_extent(nodes))
+        frfs = FrfSet(path.stem, tuple(alive), nodes, notes=notes, hashes=hashes)
+        require_one_of_each(frfs.transfers, SHARED)
+        require_convention(frfs.transfers)
+    except ValueError as error:
+        raise ResultFileError(f"{path}: {error}") from error
+    return frfs
+
+
+def _said_of_extent(nodes: Mapping[int, Position]) -> list[str]:
+    """Say so where nodes are so far apart that their unit is probably another than was read."""
+    if not nodes:
+        return []
+    extent = float(np.ptp(np.array(list(nodes.values())), axis=0).max())
+    if extent <= LARGEST_STRUCTURE:
+        return []
+    return [
+        f"its nodes are up to {extent:.4g} m apart; if they are in mm, export the file with data set 164, which "
+        "names the unit: without one, coordinates are in m"
+    ]
+
+
+def _alive(transfers: Sequence[MeasuredTransfer]) -> tuple[list[MeasuredTransfer], list[str]]:
+    """FRFs that are not zero throughout, and a note for each other one; all of them where none is left."""
+    alive = [one for one in transfers if np.abs(one.h).any()]
+    if not alive:
+        return list(transfers), []
+    return alive, [
+        f"{one.name} ({one.response} / {one.reference}): zero on every line, a dead channel; left out"
+        for one in transfers
+        if not np.abs(one.h).any()
+    ]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
-from analysis.identification.confirmation import confirmed
 from analysis.identification.finishing import finish
+from analysis.identification.judgement.confirmation import confirmed
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes, Rejected
 from analysis.identification.pole_search import fit
@@ -19,8 +19,7 @@ from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp
 from app.modal_test.edit_journal import EditJournal
 from app.modal_test.frf_set import FrfSet
-from app.modal_test.modes_of_test import TestModes, load_test, shaped_test, write_run
-from app.modal_test.saved import load_stabilization
+from app.modal_test.modes_of_test import TestModes, load_stabilization, load_test, shaped_test, write_run
 from app.modal_test.without_windows import rebuilt, without_windows
 from app.terminal.end_signals import held_back
 

@@ -11,8 +11,8 @@ from analysis.estimation.coherence import without_information
 from analysis.estimation.quantities import frf_label, frf_name
 from analysis.estimation.segments import Segments
 from analysis.estimation.transfer import MeasuredTransfer, turns_backward
+from analysis.identification.judgement.confirmation import WithoutHit
 from analysis.identification.settings import lines_inside
-from analysis.identification.single_hits import WithoutHit
 from app.files.bad_file import ResultFileError
 
 Position = tuple[float, float, float]

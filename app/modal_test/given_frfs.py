@@ -9,9 +9,9 @@ from analysis.channel import UNITS
 from analysis.estimation.coherence import coherence_variance
 from analysis.estimation.quantities import FREQUENCIES, Calibration, axis_scale, calibration, frf_name
 from analysis.estimation.transfer import MeasuredTransfer
+from app.files.declarations.modal_test import PARTS, ModalTest, RecordOfTest, dof
 from app.files.measurements.columns import Columns
 from app.files.measurements.complex_pairs import of_magnitude_and_phase
-from app.files.modal_test_toml import PARTS, ModalTest, RecordOfTest, dof
 from app.modal_test.signals import missing_columns
 
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from analysis.estimation.quantities import SCALES, TIMES, calibration, is_unit, plain_unit, unit
 from app.files.bad_file import ResultFileError
+from app.files.declarations.modal_test import ENDS
 from app.files.measurements.columns import Columns
-from app.files.modal_test_toml import ENDS
 
 GUESSES = (
     ("time", r"time|zeit|temps|^t$|x_value"),

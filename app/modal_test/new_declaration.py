@@ -1,4 +1,4 @@
-"""A declaration to start from: of a test, after a look into its files, or of a campaign, after the shipped one.
+"""A declaration to start from: of a test, after a look into its files and a table of places; of a campaign.
 
 Guessed for it are the kind of the test and its segments, from the roles of its channels and the course of its
 drive, and nodes and directions of channels, as the file gives them, or numbered.
@@ -17,10 +17,10 @@ from analysis.estimation.excitation import fitting_segments, is_impacts
 from analysis.estimation.recording import SampledSignals
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
-from app.files.campaign_kind import DECLARATION
+from app.files.campaigns.kind import DECLARATION
+from app.files.declarations.modal_test import FORMAT, NAME, ModalTest
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns, read_each
-from app.files.modal_test_toml import FORMAT, NAME, ModalTest
 from app.files.settings_toml import checked, read_table
 from app.files.shipped import shipped
 from app.files.toml_text import toml_text
@@ -31,14 +31,12 @@ from app.modal_test.guessed_channels import (
     guessed_rate,
     lacking_calibration,
 )
-from app.modal_test.points_table import points_of_table
 from app.modal_test.signals import sample_rate
 
 TEST_HEAD = """What this test is; see the guide, "A modal test". Correct what was guessed:
 role: drive, response, time, frequency, frf, real, imaginary, magnitude, phase, coherence, unused
 sensitivity: what the sensor gives, "100 mV/g" or "2.25 mV/N"; left out where the file holds the unit itself
 at: node and direction, "5:+z"; [points] gives nodes their places in metres"""
-
 CAMPAIGN_HEAD = """A recorded campaign, after the example that comes with Flexura: replace its numbers by yours
 (guide, "A recorded campaign"), and put one TDMS file for each temperature into sweeps/."""
 
@@ -124,7 +122,6 @@ def _signals(columns: Columns, names: Sequence[str]) -> NDArray[np.float64] | No
 
 OF_MATRIX = re.compile(r".*\[([1-9]\d*),([1-9]\d*)\]")
 """``H[3,2]``, response and reference of an FRF in an array of three axes."""
-
 OF_POINT = re.compile(
     r"(?:^|[^a-z])(?:points?|pts?|p|nodes?|n|pos(?:ition)?|dof|loc(?:ation)?|place)[ _-]*\d+$", re.I
 )
@@ -320,7 +317,7 @@ def new_campaign(
 
 def _recorded(table: dict[str, Any], files: Sequence[Path], said: NewTest) -> list[str]:
     """Add ``[channels]`` and ``[sweeps]`` of a recorder's files to a campaign's table; return what is missing."""
-    from app.files.transfers_file import NAMED
+    from app.files.results.transfers_file import NAMED
 
     others = [one for one in files if one.suffix.lower() != ".tdms"]
     if others:
@@ -385,3 +382,32 @@ def _of_one_group(columns: Columns) -> Columns:
         {short[name]: unit for name, unit in columns.units.items()},
         {short[name]: rate for name, rate in columns.rates.items()},
     )
+
+
+def points_of_table(path: Path) -> dict[str, list[float]]:
+    """Read nodes and their places.
+
+    Parameters
+    ----------
+    path : Path
+        Table of four columns: number of the node, x, y, z in m.
+
+    Raises
+    ------
+    ResultFileError
+        Where it holds something else; the message names the row.
+    """
+    columns = list(read_columns(path).values.values())
+    if len(columns) != 4 or len({len(column) for column in columns}) > 1:
+        raise ResultFileError(f"{path}: {len(columns)} columns; node, x, y and z (m) of all nodes are needed")
+    places: dict[str, list[float]] = {}
+    for row, (node, x, y, z) in enumerate(np.column_stack(columns).real, start=1):
+        if not np.isfinite([node, x, y, z]).all() or node < 1 or node != round(node):
+            message = (
+                f"node {node:g} at {x:g}, {y:g}, {z:g}; allowed: a whole number from 1, and three numbers in m"
+            )
+            raise ResultFileError(f"{path}: row {row}: {message}")
+        if str(round(node)) in places:
+            raise ResultFileError(f"{path}: row {row}: node {node:g} occurs twice; give it one place")
+        places[str(round(node))] = [float(x), float(y), float(z)]
+    return places

@@ -15,8 +15,8 @@ from analysis.estimation.quantities import TIMES, axis_scale
 from analysis.estimation.recording import SampledSignals, signal_faults
 from analysis.estimation.sampling import RateSeen, of_step, of_times, settled
 from app.files.campaign_error import Problem
+from app.files.declarations.modal_test import MEASURED, ModalTest
 from app.files.measurements.columns import Columns
-from app.files.modal_test_toml import MEASURED, ModalTest
 
 SHARE_OF_SAMPLE = 0.02
 """By which starts of channels may differ: it turns the phase by 4 degrees at half the sample rate."""

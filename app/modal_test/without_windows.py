@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from analysis.estimation.segments import Segments
 from analysis.estimation.windows import without_window
-from analysis.identification.leakage import Unleaked, seen_through, without_leakage
+from analysis.identification.judgement.leakage import Unleaked, seen_through, without_leakage
+from analysis.identification.judgement.status import WEAK_DAMPING
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
-from analysis.identification.status import WEAK_DAMPING
 from app.modal_test.frf_set import FrfSet
 
 UNSURE = "without the window's its damping ratio is known to {:.0f} % only"

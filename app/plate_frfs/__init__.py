@@ -8,7 +8,6 @@
 ``channel_map``     which drive and which sensor an FRF belongs to; a roving hammer
 ``plate_of_modes``  the same of a plate whose natural frequencies are known
 ``modes_table``     natural frequencies and damping from a table
-``placed_nodes``    nodes of another program's geometry on the declared plate
 ``new_plate``       a declaration to start from
 ==================  ==================================================================
 """

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from analysis.channel import UNITS, Channel
+from analysis.declaration.transducers import BASE_RADIUS
 from analysis.estimation.quantities import unit
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import Experiment
-from analysis.transducers import BASE_RADIUS
-from app.files.plate_toml import FrfsOfPlate
+from app.files.declarations.plate import FrfsOfPlate
 from app.plate_frfs.source_files import FrfsOfFile, captured
 
 

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 
 from analysis.arrays import Numbers
-from analysis.declared import TEMPERATURES
-from app.files.plate_toml import FrfsOfPlate
+from analysis.declaration.strict import TEMPERATURES
+from app.files.declarations.plate import FrfsOfPlate
 from app.plate_frfs.source_files import FrfsOfFile
 
 Direction = Literal["up", "down"]

@@ -11,10 +11,10 @@ from analysis.arrays import Real
 from analysis.estimation.coherence import coherence_variance
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import LEAST_LINES, Experiment, OvenDeclaration, Protocol
-from analysis.frf_campaign import FrfCampaign, FrfSweep, Noise
+from analysis.recordings.frf_campaign import FrfCampaign, FrfSweep, Noise
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.plate_toml import (
+from app.files.declarations.plate import (
     NAME,
     NOT_STATED,
     FrfsOfPlate,

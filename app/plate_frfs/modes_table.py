@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.declared import TEMPERATURES
-from analysis.measured_modes import ModesAtTemperature
+from analysis.declaration.strict import TEMPERATURES
+from analysis.recordings.measured_modes import ModesAtTemperature
 from app.files.bad_file import ResultFileError
+from app.files.declarations.plate import ModesOfPlate
 from app.files.parsed_text import read_text
-from app.files.plate_toml import ModesOfPlate
 
 COLUMNS = {
     "sigma_frequency": r"(sigma|std|σ|unc\w*|err\w*|u)[\W_]*(of[\W_]*)?f(req\w*)?(?![a-z])",
@@ -113,7 +113,7 @@ def _are_viscous(rows: list[Row]) -> bool:
     """Whether frequencies are those of viscous modes, |pole| / 2 pi: so they are beside damping ratios.
 
     Where there are loss factors, too, they tell: 2 zeta beside viscous frequencies, Im k / Re k beside hysteretic
-    ones (`analysis.identification.reading`), which is larger by a share of 1.5 zeta^2.
+    ones (`analysis.identification.modes`), which is larger by a share of 1.5 zeta^2.
     """
     zeta = np.array([row.get("damping_ratio", np.nan) for row in rows])
     loss = np.array([row.get("loss_factor", np.nan) for row in rows])

@@ -7,10 +7,10 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.experiment import Experiment
-from analysis.frf import Frf
-from analysis.frf_campaign import Noise
-from app.files.frf_file import load_frf
-from app.files.hdf5_bytes import HDF5
+from analysis.recordings.frf import Frf
+from analysis.recordings.frf_campaign import Noise
+from app.files.hdf5_file import HDF5
+from app.files.results.frf_file import load_frf
 from app.plate_frfs.circumstances import Direction, MeasuredAt
 
 ENDINGS, OWN_NAME = (".h5", ".hdf5"), "frf.h5"
@@ -42,7 +42,7 @@ class PlacedFrf:
     frequency : (F,) ndarray, Hz
     h : (F,) complex ndarray
     noise : str
-        As in `analysis.frf_campaign.FrfSweep`.
+        As in `analysis.recordings.frf_campaign.FrfSweep`.
     variance, coherence : (F,) ndarray
     repeats_dof : int
     sweep : str

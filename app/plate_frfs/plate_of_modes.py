@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from analysis.declaration.transducers import Drive
 from analysis.experiment import Experiment, OvenDeclaration, Protocol
 from analysis.geometry.fault import GeometryError
-from analysis.measured_modes import ModesAtTemperature
-from analysis.transducers import Drive
+from analysis.recordings.measured_modes import ModesAtTemperature
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.plate_toml import NAME, plate_file, read_plate_measurement
+from app.files.declarations.plate import NAME, plate_file, read_plate_measurement
 from app.files.provenance import sha256
 from app.plate_frfs.given_campaign import declared_experiment
 from app.plate_frfs.modes_table import modes_declared, modes_of_table
@@ -112,7 +112,7 @@ def _place(plate: Any) -> list[float]:
     """Return a point well inside a plate, m; the middle of its sides where what is declared is no plate yet."""
     from pydantic import ValidationError
 
-    from analysis.plate import Plate
+    from analysis.declaration.plate import Plate
 
     try:
         declared = Plate.model_validate(plate)

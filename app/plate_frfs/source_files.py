@@ -12,12 +12,12 @@ from analysis.estimation.coherence import without_information
 from analysis.estimation.quantities import frf_name
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.bad_file import ResultFileError, quoted
+from app.files.declarations.modal_test import ModalTest, RecordOfTest, declares_test
+from app.files.declarations.plate import FrfsOfPlate
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns
-from app.files.modal_test_toml import ModalTest, RecordOfTest, declares_test
-from app.files.plate_toml import FrfsOfPlate
 from app.files.provenance import sha256
-from app.files.uff58 import read_frfs
+from app.files.uff.frfs import read_frfs
 from app.modal_test.declared_test import declared_frfs
 from app.modal_test.given_frfs import given_frfs
 from app.modal_test.guessed_channels import NewTest, guessed_channels, guessed_frf_units

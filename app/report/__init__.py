@@ -2,19 +2,14 @@
 
 ==================  ======================================================
 ``page``            one self-contained HTML page
-``written``         the page written, its figures drawn side by side
-``drawn_parts``     parts of it drawn in worker processes
+``written``         the page written, its figures drawn side by side in worker processes
 ``sections``        all of it, stage by stage
 ``plate_sections``  measurement, identification and updated twin on it
 ``panel_sections``  focusing and compensation on it, with sound to be played
-``summary``         one line per stage, below the sentences of `app.summaries.briefing`
-``origin``          where results came from, and which are out of date
+``summary``         one line a stage; where results came from, and which are out of date
 ``style``           how figures look
-``declared``        a plate as declared
-``refused``         what can be drawn of a refused declaration
-``measured``        FRFs over temperature (paper Fig. 7)
-``identified``      modes (paper Figs. 9 and 10)
-``updated``         twin and measurement (paper Figs. 11 and 12)
+``declared``        a plate as declared, and what can be drawn of a refused declaration
+``measured``        FRFs, modes and updated twin over temperature (paper Figs. 7 and 9 to 12)
 ``pairing``         measured modes beside those of the twin
 ``gap``             figures of the gap
 ``gap_section``     the section on the gap, and what an unknown cause acts like

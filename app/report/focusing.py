@@ -13,7 +13,7 @@ from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
 from analysis.focusing.pareto import FAIR_RIPPLE, ParetoCurve
 from analysis.focusing.performance import Aim
-from analysis.weather.judgement import WeatherJudgement
+from analysis.weather.judged import WeatherJudgement
 from app.report.style import BAND, MEASURED, MODEL, frequency_axis, legend_below, panels, temperature_color
 
 PAPER_TEMPERATURES = (0.0, 20.0, 40.0, 60.0)

@@ -15,7 +15,7 @@ from analysis.estimates import FittedLaws
 from analysis.gap.data.groups import TemperatureGroups
 from analysis.gap.thresholds import LEAST_GAIN
 from analysis.sheet_material import SheetMaterial
-from app.files.gap_file import GapFigures
+from app.files.results.gap_file import GapFigures
 from app.report.style import BAND, MODEL, frequency_axis, legend_below, panels
 from app.summaries.sheet import CONSTANTS
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.experiment import Experiment
-from app.files.gap_file import load_gap
+from app.files.results.gap_file import load_gap
 from app.report import gap
 from app.report.page import Item, PageTable, Paragraph, Picture, VerdictBox
 from app.report.pairing import pairing_items

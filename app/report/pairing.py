@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from analysis.experiment import Experiment, Plate
-from app.files.pairing_json import shown
+from app.files.results.pairing_json import shown
 from app.report.page import Item, PageTable, Picture, VerdictBox
 from app.report.style import BAND, MODEL, frequency_axis, legend_below, panels
 from app.summaries.pairing import HEADINGS, likeness, no_fit_words, point_rows, points_shown, rows, title
@@ -26,7 +26,7 @@ def pairing_items(record: Record | None, name: str, experiment: Experiment | Non
     Parameters
     ----------
     record : mapping or None
-        Of `app.files.pairing_json.pairing_record`.
+        Of `app.files.results.pairing_json.pairing_record`.
     name : str
         Of the picture's file.
     experiment : Experiment, optional

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.compensation.outcome import NETWORK, Compensation
+from analysis.declaration.plate import Plate
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
-from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
-from analysis.plate import Plate
 from app.report.page import PageTable
 from app.summaries.numbers import with_sigma
 

@@ -5,18 +5,18 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.chosen_actuator import sweeps_of_modes
+from analysis.declaration.plate import Plate
 from analysis.experiment import Experiment
-from analysis.frf import Frf
 from analysis.material import MaterialLaws
-from analysis.plate import Plate
+from analysis.recordings.chosen_actuator import sweeps_of_modes
+from analysis.recordings.frf import Frf
 from analysis.sheet_material import SheetMaterial
 from analysis.updated import GOOD_MISFIT, Updated
-from app.files.best_twin import best_twin
-from app.files.laws_file import TwinFrf, load_pairing
-from app.files.modes_file import load_modes
-from app.files.plate_toml import NOT_STATED
-from app.report import identified, measured, paper, updated
+from app.files.declarations.plate import NOT_STATED
+from app.files.results.best_twin import best_twin
+from app.files.results.laws_file import TwinFrf, load_pairing
+from app.files.results.modes_file import load_modes
+from app.report import measured, paper
 from app.report.declared import picture, pieces_of_experiment, plate_words, transducer_rows
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture
 from app.report.pairing import pairing_items
@@ -82,20 +82,20 @@ def identification_section(run: Path, experiment: Experiment, frf: Frf, rows: li
     rows.extend(paper.mode_rows(tracked))
     items: list[Item] = [
         Paragraph(
-            f"Modes at {tracked.temperature[identified.drawn(tracked)]:.1f} °C; modes.csv holds all sweeps. "
+            f"Modes at {tracked.temperature[measured.drawn(tracked)]:.1f} °C; modes.csv holds all sweeps. "
             f"{READ_AS[tracked.damping]}"
         ),
-        identified.mode_table(tracked),
+        measured.mode_table(tracked),
         Picture(
             "identified",
             "Do the modes found explain the response?",
-            identified.overlay(frf, tracked),
+            measured.overlay(frf, tracked),
             f"Poles and residues of a sweep, and what they add up to{paper.figure(experiment.plate, 9)}.",
         ),
         Picture(
             "tracked",
             "Where do the modes go with temperature?",
-            identified.over_temperature(tracked),
+            measured.over_temperature(tracked),
             f"Modes over temperature{paper.figure(experiment.plate, 10)}.",
         ),
     ]
@@ -153,7 +153,7 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
         Picture(
             "laws",
             "What is the plate made of, at each temperature?",
-            updated.laws(estimates, laws, None if plain is None else plain.laws),
+            measured.laws(estimates, laws, None if plain is None else plain.laws),
             _laws_caption(experiment.plate, estimates, corrected=plain is not None),
         ),
     ]
@@ -213,7 +213,7 @@ def _compared(plate: Plate, frf: Frf, twin: TwinFrf, estimates: Updated) -> list
             Picture(
                 f"overlays{also}",
                 "Does the twin answer as the plate does?",
-                updated.overlays(frf, twin, estimates, source=source),
+                measured.overlays(frf, twin, estimates, source=source),
                 f"Measured and updated FRFs{paper.figure(plate, 11)}{of}.",
             )
             for source, also, of in _each(frf)
@@ -221,7 +221,7 @@ def _compared(plate: Plate, frf: Frf, twin: TwinFrf, estimates: Updated) -> list
         Picture(
             "misfit",
             "Does the twin miss more than noise?",
-            updated.misfit(estimates, frf),
+            measured.misfit(estimates, frf),
             "What the twin misses, against the noise of the measurement.",
         ),
     ]

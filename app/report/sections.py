@@ -5,17 +5,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.progress import Progress
-from app.files.best_twin import PLAIN, best_twin, load_gap_record
-from app.files.frf_file import load_frf
-from app.files.run_folder import MADE_BY, is_test_run, run_file
+from app.files.results.best_twin import PLAIN, best_twin, load_gap_record
+from app.files.results.frf_file import load_frf
+from app.files.results.run_folder import MADE_BY, is_test_run, run_file
 from app.report import paper, studies
 from app.report.gap_section import gap_section
 from app.report.modal_test import sections_of_test
-from app.report.origin import Stamps, extent_of, origin, outdated, stamps
 from app.report.page import Absent, Item, PageTable, Section, VerdictBox, Words
 from app.report.panel_sections import compensation_section, focusing_section, radiation_section
 from app.report.plate_sections import identification_section, measurement_section, updating_section
-from app.report.summary import summary, worth_of
+from app.report.summary import Stamps, extent_of, origin, outdated, stamps, summary, worth_of
 from app.summaries.briefing import briefing
 from app.summaries.numbers import span, sweeps
 

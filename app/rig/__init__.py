@@ -8,6 +8,5 @@
 ``new_declarations``    an experiment and a panel to start from
 ``doctor``              this computer: cards, ports, oven, disk, clock
 ``first_shot``          one short sweep before a campaign
-``watched_campaign``    files through which a window follows and pauses a running campaign
 ======================  ======================================================================
 """

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from analysis.progress import Progress
-from analysis.protocol.limits import Limits
-from app.files.experiment_toml import AcquiredExperiment, RigKind
-from app.files.hammer_experiment import HammerExperiment
-from app.files.instrument_sections import OvenSection
+from analysis.protocol.protocol import Limits
+from app.files.declarations.experiment import AcquiredExperiment, RigKind
+from app.files.declarations.hammer_experiment import HammerExperiment
+from app.files.declarations.instrument_sections import OvenSection
 from drivers.clock import SystemClock
 from drivers.ni.cards import Cards
 from drivers.rig.occupancy import instrument_places

@@ -8,14 +8,14 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
-from app.files.acquired_campaign import SPARE_DISK
+from app.files.acquisition.campaign_folder import SPARE_DISK
+from app.files.acquisition.hit_doubts import HITS
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.campaign_folder import sweep_paths
-from app.files.campaign_kind import is_campaign_folder
-from app.files.experiment_toml import AcquiredExperiment
-from app.files.hammer_experiment import HammerExperiment
-from app.files.hit_doubts import HITS
+from app.files.campaigns.folder import sweep_paths
+from app.files.campaigns.kind import is_campaign_folder
+from app.files.declarations.experiment import AcquiredExperiment
+from app.files.declarations.hammer_experiment import HammerExperiment
 from app.rig.assembly import rig_places
 from app.summaries.numbers import duration
 from drivers.ni.wiring import InputWiring

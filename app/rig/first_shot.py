@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from analysis.protocol.shot import DURATION, InputLevels
-from app.files.experiment_toml import AcquiredExperiment, RigKind
+from app.files.declarations.experiment import AcquiredExperiment, RigKind
 from app.rig.assembly import rig_places
 from app.rig.doctor import look_at_disk
 from app.summaries.numbers import duration

@@ -11,8 +11,8 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.progress import Progress
-from app.files.experiment_toml import RigKind
-from app.files.hammer_experiment import HammerExperiment, HammerSimulation, require_simulated
+from app.files.declarations.experiment import RigKind
+from app.files.declarations.hammer_experiment import HammerExperiment, HammerSimulation, require_simulated
 from drivers.clock import SystemClock, VirtualClock
 from drivers.hammer.hammer_rig import HammerInputs, HammerRig, nobody
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
-from app.files.experiment_toml import read_acquired_experiment
-from app.files.hammer_experiment import read_hammer_experiment
-from app.files.panel_file import SECTION_2, read_panel
+from app.files.declarations.experiment import read_acquired_experiment
+from app.files.declarations.hammer_experiment import read_hammer_experiment
+from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.settings_toml import read_table
 from app.files.shipped import shipped
 from app.files.toml_text import toml_text

@@ -9,9 +9,9 @@ from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 from analysis.arrays import Complex, Real
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Effects
-from simulation.twin.reduced_plate import ReducedPlate
+from simulation.twin.local_plate import ReducedPlate
 from simulation.twin.twin import Twin
 
 TEMPERATURE_SPACING = 0.2

@@ -18,18 +18,18 @@ import numpy as np
 from numpy.polynomial.legendre import legvander2d
 
 from analysis.arrays import Numbers, Real
+from analysis.declaration.plate import Plate
+from analysis.declaration.plate_material import material_box
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
-from analysis.plate import Plate
-from analysis.plate_material import material_box
 from analysis.progress import Progress
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Effects
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.experiment_toml import AcquiredExperiment
-from app.files.hidden_effects import with_shapes
-from app.files.simulation_section import HeatInOven, Simulation
+from app.files.declarations.experiment import AcquiredExperiment
+from app.files.declarations.hidden_effects import with_shapes
+from app.files.declarations.simulation_section import HeatInOven, Simulation
 from app.rig.simulated_plate import PlateTransfer, TwinPlate, TwinTransfer
 from app.twins.campaign_twin import OFFSET, campaign_twin, effect_twin
 from drivers.ni.modules import KNOWN, KNOWN_OUTPUTS, NI_9211, NI_9213, InputModule

@@ -8,8 +8,6 @@
 ``weather_of_panel``   field of temperatures of the panel, and the readings that filters follow
 ``listeners``          what the panel's listeners hear meanwhile, as files of sound
 ``listening``          the panel's temperature from what one patch answers
-``listening_panel``    a panel one of whose patches listens
-``played_signals``     what the others play and it answers
 ``played_dates``       drive and response as a later date of a panel's health
 ``stretch``            what one stretch of a recording gives, and the table of all
 =====================  ==================================================================

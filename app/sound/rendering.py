@@ -10,8 +10,8 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.progress import Progress
+from analysis.rendering.following import TemperatureProgramme
 from analysis.rendering.heard import RESPONSE_SAMPLES
-from analysis.rendering.programme import TemperatureProgramme
 from analysis.rendering.renderer import Renderer
 from analysis.weather.family import Across
 from app.files.bad_file import ResultFileError

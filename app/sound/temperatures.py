@@ -1,12 +1,14 @@
-"""What ``--temperature`` says: one, a way between several, or a file of readings."""
+"""What ``--temperature`` says: one, a way between several, or a file of readings; whether filters cover it."""
 
 import csv
 from pathlib import Path
 
 import numpy as np
 
-from analysis.rendering.programme import TemperatureProgramme
+from analysis.material import MaterialLaws
+from analysis.rendering.following import TemperatureProgramme
 from app.files.bad_file import ResultFileError
+from app.files.exports.shipment import Shipment
 from app.files.parsed_text import read_text
 
 LARGEST_READINGS_FILE = 100_000_000
@@ -70,3 +72,27 @@ def _readings(path: Path) -> TemperatureProgramme:
         return TemperatureProgramme(*np.array(rows).T)
     except ValueError as error:
         raise ResultFileError(f"{path}: {error}") from error
+
+
+def require_covered(sent: Shipment, laws: MaterialLaws, course: TemperatureProgramme) -> None:
+    """Raise ResultFileError unless filters and laws cover all temperatures.
+
+    Parameters
+    ----------
+    laws : MaterialLaws
+        Of the panel's plate.
+
+    Raises
+    ------
+    ResultFileError
+        Where the temperature leaves what one of them covers.
+    """
+    held = sent.filters.input.temperature_range
+    if sent.filters.weights.count == 1:  # one filter for all temperatures; its panel's range counts
+        held = sent.panel.filters.operating_range
+    for what, (low, high) in (("filters", held), ("laws", laws.temperature_range)):
+        outside = course.temperature[(course.temperature < low - 1e-9) | (course.temperature > high + 1e-9)]
+        if outside.size:
+            raise ResultFileError(
+                f"--temperature {outside[0]:g} °C is outside what the {what} cover, {low:g} to {high:g} °C"
+            )

@@ -7,12 +7,11 @@ import numpy as np
 from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms
 from analysis.progress import Progress
-from analysis.rendering.programme import TemperatureProgramme
+from analysis.rendering.following import TemperatureProgramme
 from analysis.weather.declared_weather import Weather
 from analysis.weather.family import Across, TiltFamily
 from analysis.weather.knowledge import plane
-from app.twins.warm_twin import WarmTwin
-from app.twins.weather_fields import temperatures, thermometer_places
+from app.twins.warm_twin import WarmTwin, temperatures, thermometer_places
 
 
 @dataclass(frozen=True)

@@ -1,18 +1,21 @@
-"""Acquire stage: an experiment run on a rig into a campaign folder, started or resumed."""
+"""Acquire stage: an experiment run on a rig into a campaign folder that a window watches; begun or resumed."""
 
+import logging
+import math
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from app.files.acquired_campaign import open_campaign
+from app.files.acquisition.campaign_folder import open_campaign
+from app.files.acquisition.running_campaign import ReadingLine, append_reading, request, requested
 from app.files.campaign_error import CampaignFileError
-from app.files.campaign_folder import frozen_protocol, write_index
-from app.files.experiment_toml import AcquiredExperiment
+from app.files.campaigns.folder import frozen_protocol, write_index
+from app.files.campaigns.sweep_file import Source
+from app.files.declarations.experiment import AcquiredExperiment
 from app.files.folder_lock import FolderInUseError, folder_lock
-from app.files.sweep_file import Source
 from app.rig.doctor import require_room
-from app.rig.watched_campaign import WatchedCampaign
 from drivers.ni.errors import DaqError
 from drivers.rig.campaign import Moment, Observer, Outcome, run_campaign
 from drivers.rig.errors import RESUME, RigStopped
@@ -20,6 +23,54 @@ from drivers.rig.occupancy import occupied
 from drivers.rig.rig import Aftercare
 from drivers.rig.session import Session
 from drivers.rig.shot import fire
+
+PAUSE_LOOK_INTERVAL = 0.2
+"""Seconds of ours between two looks at a pause: a simulated oven's time would race on otherwise."""
+log = logging.getLogger(__name__)
+
+
+class WatchedCampaign:
+    """Writes the readings of a campaign, and reads requests for pause and stop.
+
+    Parameters
+    ----------
+    folder : Path
+        The campaign's; requests to an earlier run are deleted.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder, self._written = folder, True
+        request(folder, "go on")
+
+    def observe(self, moment: Moment) -> None:
+        """Write a reading; RigStopped where a stop is requested."""
+        plate = moment.reading.plate
+        line = ReadingLine(
+            date=moment.date,
+            air_c=moment.reading.air,
+            plate_c=math.nan if plate is None else plate,
+            stage=moment.stage,
+            done=moment.done,
+            total=moment.total,
+            seconds_left=round(moment.seconds_left, 1),
+        )
+        try:
+            append_reading(self._folder, line)
+            self._written = True
+        except OSError as error:  # a full disk is reported when a sweep is written; a reading is no reason to stop
+            if self._written:  # once, not with every reading of an hour
+                log.warning("readings cannot be written, and the campaign goes on: %s", error.strerror or error)
+            self._written = False
+        if requested(self._folder) == "stop":
+            request(self._folder, "go on")
+            raise RigStopped("stopped from flexura view", RESUME)
+
+    def paused(self) -> bool:
+        """Whether a pause is requested."""
+        pause = requested(self._folder) == "pause"
+        if pause:
+            time.sleep(PAUSE_LOOK_INTERVAL)
+        return pause
 
 
 def acquire_campaign(

@@ -5,17 +5,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-from app.files.events import read_events
+from app.files.acquisition.events import read_events
+from app.files.acquisition.hammer_folder import open_hammer_folder
+from app.files.campaigns.sweep_file import Source
+from app.files.declarations.hammer_experiment import HammerExperiment
 from app.files.folder_lock import folder_lock
-from app.files.hammer_experiment import HammerExperiment
-from app.files.hammer_folder import open_hammer_folder
-from app.files.sweep_file import Source
 from app.stages.acquire import claimed
-from drivers.hammer.campaign import HammerCampaign, HammerObserver, Key, no_key
+from drivers.hammer.campaign import HammerCampaign, HammerObserver, HeldPlate, Key, no_key, run_set_points
 from drivers.hammer.hammer_rig import HammerInputs, HammerRig
 from drivers.hammer.judged_hit import HitJudge, HitTemperature, declared, in_a_room
 from drivers.hammer.progress import HammerProgress
-from drivers.hammer.set_points import HeldPlate, run_set_points
 from drivers.hammer.trigger import HitTrigger
 from drivers.ni.cards import go_on
 from drivers.ni.errors import DaqError

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.campaign import CampaignExtent
 from analysis.compensation.measured import compensate_measured
 from analysis.compensation.outcome import Compensation
 from analysis.compensation.settings import Training, suited_nodes
@@ -20,14 +19,16 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.responses import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
+from analysis.recordings.campaign import CampaignExtent
 from analysis.weather.declared_weather import Weather
 from analysis.weather.family import FieldDesign, TiltFamily
-from analysis.weather.judgement import WeatherFields, judge_weather
+from analysis.weather.judged import WeatherFields
+from analysis.weather.judgement import judge_weather
 from analysis.weather.knowledge import plane
-from app.files.campaign_inputs import extent_settings
-from app.files.compensation_file import save_compensation
+from app.files.campaigns.inputs import extent_settings
 from app.files.provenance import provenance
-from app.stages.panel_inputs import workers
+from app.files.results.compensation_file import save_compensation
+from app.stages.panel.inputs import workers
 from app.summaries.table import as_text
 from app.twins.panel_twin import panel_twin
 
@@ -142,7 +143,7 @@ def compute(
         warm = warm_twin(panel, laws, report)
     fields = None
     if warm is not None and weather is not None:  # before the networks: what leaves the laws is told at once
-        from app.twins.weather_fields import weather_fields
+        from app.twins.warm_twin import weather_fields
 
         fields = weather_fields(warm, *weather, report)
     found = compensate(

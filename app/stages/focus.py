@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.campaign import CampaignExtent
 from analysis.focusing.design import tap_design
 from analysis.focusing.measured import MeasuredPanel, compare_measured, focus_measured
 from analysis.focusing.methods import Method, MethodComparison, compare, designer
@@ -22,10 +21,11 @@ from analysis.focusing.responses import constants_at, covered, design_forms, res
 from analysis.focusing.sound_aim import SoundAim
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
-from app.files.campaign_inputs import extent_settings
-from app.files.filter_files import save_focusing
+from analysis.recordings.campaign import CampaignExtent
+from app.files.campaigns.inputs import extent_settings
 from app.files.provenance import provenance
-from app.stages.panel_inputs import workers
+from app.files.results.filter_files import save_focusing
+from app.stages.panel.inputs import workers
 from app.summaries.table import as_text
 from app.twins.panel_twin import PanelTwin, panel_twin
 

@@ -1,7 +1,7 @@
-"""Gap stage: comparison of a campaign with its twin, computed and saved."""
+"""Gap stage: comparison of a campaign with its twin, modes paired and what is left without a name; saved."""
 
 from collections.abc import Collection, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -9,58 +9,58 @@ from typing import Any
 import numpy as np
 
 from analysis.estimates import Estimate
-from analysis.frf import Frf
-from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.description.described import Description
+from analysis.gap.description.describing import Vocabulary, describe
 from analysis.gap.gap import find_gap
 from analysis.gap.plan.decision import Decision
 from analysis.gap.plan.ranking import Plan
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
 from analysis.labelled import Labelled, LabelledArrays
-from analysis.pairing.paired_sweeps import Pairing
+from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
 from analysis.progress import Progress
+from analysis.recordings.frf import Frf
+from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.twin_model import Effects
 from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
-from analysis.updating.drift import to_first_order
+from analysis.updating.drift import sweep_laws, to_first_order
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
-from app.files.campaign_inputs import has_other_sweeps, origin_of_result
-from app.files.described_effect import write_described_effect
-from app.files.description_json import description_record
-from app.files.experiment_toml import experiment_model
-from app.files.frf_file import save_frf
-from app.files.gap_file import GapFigures, save_gap
-from app.files.gap_json import gap_record
-from app.files.laws_file import TwinFrf, save_laws
-from app.files.next_experiment import NAME as NEXT
-from app.files.next_experiment import reach_of, write_next_experiment
-from app.files.pairing_json import pairing_record
-from app.files.plan_json import answer_record, plan_record
+from app.files.campaigns.inputs import has_other_sweeps, origin_of_result
+from app.files.declarations.experiment import experiment_model
 from app.files.provenance import sha256
-from app.files.twin_file import write_twin
-from app.stages.answer import with_answer
-from app.stages.compared import Compared
-from app.stages.comparison_request import GapRequest
-from app.stages.description import OPEN, description
-from app.stages.drift_notes import untimed
-from app.stages.gap_notes import missing_words, roughness
-from app.stages.gap_pairing import paired_report, pairing_before
-from app.stages.issued_twin import issued_twin
-from app.stages.plan import next_experiment
+from app.files.results.described_effect import write_described_effect
+from app.files.results.frf_file import save_frf
+from app.files.results.gap_file import GapFigures, save_gap
+from app.files.results.gap_json import answer_record, description_record, gap_record, plan_record
+from app.files.results.laws_file import TwinFrf, save_laws
+from app.files.results.next_experiment import NAME as NEXT
+from app.files.results.next_experiment import reach_of, write_next_experiment
+from app.files.results.pairing_json import pairing_record
+from app.files.results.twin_file import write_twin
+from app.stages.comparison.compared import Compared
+from app.stages.comparison.issued_twin import issued_twin
+from app.stages.comparison.pairing import paired_sweeps, with_reason
+from app.stages.comparison.plan import next_experiment, with_answer
+from app.stages.comparison.request import GapRequest
+from app.stages.comparison.temperature_notes import untimed
 from app.stages.update import Updating, updated_twin
 from app.summaries.gap import headline, tables
 from app.summaries.table import as_html, as_text
-from app.twins.campaign_model import WORKERS, campaign_model, judging
-from app.twins.campaign_twin import OFFSET, offset_wanted
+from app.twins.campaign_twin import OFFSET, WORKERS, campaign_model, judging, offset_wanted
+from simulation.effects import free_curves
 from simulation.effects.library import untried
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
 GAP, FIGURES, TWIN, LAWS = "gap.json", "gap.h5", "twin.toml", "laws-corrected.h5"
+OPEN = ("partly_explained", "unknown")
+"""Verdicts that leave something to be described."""
 GOOD = ("none", "explained")
 """Verdicts that leave nothing open."""
+ROUGH_TWIN_ERROR = 2e-3
+"""Certified error of the twin with effects above which a note says so; usual twins stay below."""
 LEAST_LOSS = 1e-4
 """Smallest loss factor for the error estimate of the twin: a fit may end below that of any real plate."""
 
@@ -338,3 +338,163 @@ def _floor(plain: Updating, twin: Twin[EffectPlate], *, patches: bool) -> Numeri
     least = max(float(plain.updated.sharpest.loss_factor.min()), LEAST_LOSS)
     error = twin.plate.operators.numerical_error(least)
     return NumericalFloor(error, float(np.median(plain.frf.noise_floor)), patches)
+
+
+def missing_words(not_tried: Mapping[str, str]) -> tuple[str, ...]:
+    """Return a note for each effect that could not be tried, with what to declare for it."""
+    return tuple(f"{name} was not tried: for it, declare {wanted}" for name, wanted in not_tried.items())
+
+
+def roughness(error: float) -> tuple[str, ...]:
+    """Return a note where the certified `error` of the twin, a share of its peak, is larger than usual."""
+    if error <= ROUGH_TWIN_ERROR:
+        return ()
+    return (
+        f"the twin with several effects at half of their ranges has an error of {100 * error:.2g} % of its peak "
+        f"(usual: below {100 * ROUGH_TWIN_ERROR:.2g} %): large parameters are no more certain than that. Check "
+        "whether patches nearly touch an edge or each other",
+    )
+
+
+def description(
+    compared: Compared, found: GapReport, executor: Executor, report: Progress
+) -> tuple[Description | None, tuple[str, ...]]:
+    """Describe what a comparison left unexplained.
+
+    Parameters
+    ----------
+    executor : Executor
+        Sweeps are linearised on it.
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    description : Description or None
+        None where nothing is left, or where it cannot be described.
+    notes : tuple of str
+        Why not.
+    """
+    twin = compared.twin
+    if found.verdict not in OPEN:  # nothing is left
+        return None, ()
+    free = free_curves.free_effects(compared.experiment)
+    wider = replace(compared.model, twin=replace(twin, library={**twin.library, **free}))
+    exact = replace(wider, released=frozenset(twin.tolerance_cards))
+    claimed = {} if found.verdict == "unknown" else dict(compared.fit.state.effects)
+    start = compared.fit.state.with_effects(claimed)
+    band = compared.experiment.protocol.band
+    smooth = free_curves.knots(band, free_curves.SMOOTH_KNOTS)
+    words = Vocabulary(
+        loads={name.removeprefix("load_"): name for name in free_curves.FORMS},
+        load=free_curves.LOAD,
+        modulus=free_curves.MODULUS,
+        gain=free_curves.GAIN,
+        knots={
+            free_curves.LOAD: free_curves.knots(band, free_curves.KNOTS),
+            free_curves.MODULUS: smooth,
+            free_curves.GAIN: smooth,
+        },
+    )
+    try:
+        return describe(wider, exact, compared.sweeps, start, words, executor, report), ()
+    except np.linalg.LinAlgError:  # a ValueError, and a defect
+        raise
+    except ValueError as error:
+        return None, (f"what is missing could not be described: {error}",)
+
+
+def pairing_before(
+    campaign: AnyCampaign,
+    plain: Updating,
+    twin: Twin[EffectPlate],
+    begun: CorrectedTwin | None,
+    report: Progress,
+) -> Pairing | None:
+    """Pair the modes before the search for effects, with the likely reason where the twin is no fit.
+
+    Parameters
+    ----------
+    plain : Updating
+        Without effects.
+    begun : CorrectedTwin or None
+        With the effects of a twin file; None where there is none.
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    Pairing or None
+        None where modes are not known.
+    """
+    pairing = plain.pairing
+    if begun is not None:
+        pairing = Pairing.of(_paired(campaign, plain, twin, begun))
+    return with_reason(campaign.experiment, plain.frf, plain.measured, pairing, report)
+
+
+def paired_report(
+    campaign: AnyCampaign,
+    plain: Updating,
+    twin: Twin[EffectPlate],
+    found: GapReport,
+    pairing: Pairing | None,
+    named: CorrectedTwin,
+) -> tuple[GapReport, Pairing | None]:
+    """Pair modes with the effects found; where the twin is no fit with or without, take them out of the report.
+
+    A large effect that is named rightly makes modes pair that did not before.
+
+    Parameters
+    ----------
+    plain : Updating
+        Without effects.
+    pairing : Pairing or None
+        Of `pairing_before`.
+    named : CorrectedTwin
+        With the effects found, hints or not.
+
+    Returns
+    -------
+    found : GapReport
+    pairing : Pairing or None
+    """
+    if pairing is not None and found.effects:
+        pairing = replace(pairing, after=_paired(campaign, plain, twin, named))
+    if pairing is None or pairing.fits:
+        return found, pairing
+    pairing = replace(pairing, after=None)
+    return no_fit(found, pairing), pairing
+
+
+def no_fit(found: GapReport, pairing: Pairing) -> GapReport:
+    """Return a report without effects, hints, candidates and observability: all rest on derivatives at no fit."""
+    return replace(
+        found,
+        verdict="unknown",
+        effects=(),
+        not_observable=(),
+        seen=(),
+        final=found.baseline,
+        held_out=(),
+        unexplained=1.0,
+        after=found.before,
+        laws_after=found.laws_before,
+        candidates=(),
+        signatures=(),
+        steps=(),
+        notes=(pairing.said, *filter(None, [pairing.likely]), *found.noise.notes),
+    )
+
+
+def _paired(
+    campaign: AnyCampaign, plain: Updating, twin: Twin[EffectPlate], corrected: CorrectedTwin
+) -> PairedSweeps | None:
+    """Pair the modes with those of a twin with effects; None where either is not known."""
+    updated = corrected.updated
+    laws = sweep_laws(updated.temperature, updated.material, corrected.laws)
+    effects = {name: {p.name: p.value for p in values} for name, values in corrected.effects.items()}
+    effects |= updated.departures
+    return paired_sweeps(
+        campaign.experiment, plain.frf, updated, plain.measured, twin, laws, corrected.answers, effects
+    )

@@ -8,30 +8,28 @@ from typing import Any
 import numpy as np
 
 from analysis.experiment import Experiment
-from analysis.frf import Frf, campaign_frf
 from analysis.gap.data.compression import Nodes
 from analysis.gap.data.preparation import EVERY_LINE, sharpest
-from analysis.health.baseline import HealthBaseline
+from analysis.health.baseline import HealthBaseline, self_check
 from analysis.health.candidates import change_candidates
 from analysis.health.health_report import HealthReport
-from analysis.health.played_date import played_date
-from analysis.health.recording import DatedRecording, recordings_of
-from analysis.health.self_check import self_check
+from analysis.health.recording import DatedRecording, played_date, recordings_of
 from analysis.health.watch import HealthWatch
 from analysis.progress import Progress
+from analysis.recordings.frf import Frf, campaign_frf
 from analysis.twin_model import Effects
 from analysis.updated import Updated
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
-from app.files.best_twin import best_twin
-from app.files.campaign import load_campaign
-from app.files.campaign_kind import DRIVE, FRF, RESPONSE, declared_date
-from app.files.frf_file import load_frf
+from app.files.campaigns.kind import DRIVE, FRF, RESPONSE, declared_date
+from app.files.campaigns.loading import load_campaign
 from app.files.provenance import provenance, sha256
-from app.files.run_folder import run_file
-from app.files.twin_check import require_same_panel
+from app.files.results.best_twin import best_twin
+from app.files.results.frf_file import load_frf
+from app.files.results.run_folder import run_file
+from app.files.results.twin_file import require_same_panel
 from app.summaries.health import headline, health_record
-from app.twins.campaign_model import campaign_model
+from app.twins.campaign_twin import campaign_model
 
 HEALTH = "health.json"
 FALSE_ALARM_RATE = 1e-3

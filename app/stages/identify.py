@@ -5,30 +5,29 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from analysis.chosen_actuator import sweeps_of_actuator
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import Experiment
-from analysis.frf import Frf, campaign_frf
-from analysis.frf_campaign import AnyCampaign
 from analysis.gap.data.preparation import sweep_points
-from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
-from analysis.identification.residual_terms import choices_for
-from analysis.identification.stated_temperature import at_stated_temperature
-from analysis.identification.tracked_modes import TrackedModes
-from analysis.identification.tracking import sweep_measured, track
+from analysis.identification.judgement.confirmation import confirmed, confirmed_by_neighbours
+from analysis.identification.over_temperature.stated_temperature import at_stated_temperature
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracking import sweep_measured, track
+from analysis.identification.pole_residue import choices_for
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.progress import Progress
+from analysis.recordings.chosen_actuator import sweeps_of_actuator
+from analysis.recordings.frf import Frf, campaign_frf
+from analysis.recordings.frf_campaign import AnyCampaign
 from app.files.bad_file import ResultFileError
-from app.files.campaign_export import export_frfs, nearest_sweep, sweep_name
-from app.files.campaign_inputs import campaign_settings
-from app.files.frf_file import save_frf
-from app.files.modes_file import save_modes, write_table
+from app.files.campaigns.export import export_frfs, nearest_sweep, sweep_name
+from app.files.campaigns.inputs import campaign_settings
 from app.files.provenance import provenance, sha256
-from app.files.run_folder import run_file
+from app.files.results.frf_file import save_frf
+from app.files.results.modes_file import save_modes, write_table
+from app.files.results.run_folder import run_file
 from app.modal_test.frf_set import said_of_coherence, said_of_reference
-from app.stages.drift_notes import untimed
+from app.stages.comparison.temperature_notes import resonance_notes, untimed
 from app.stages.identify_options import Wanted
-from app.stages.temperature_notes import resonance_notes
 from app.summaries.modes import headline, modes_record, tables
 from app.summaries.table import as_html, as_text
 

@@ -1,7 +1,7 @@
 """Identify stage of a modal test, or of a universal file's FRFs of one structure: modes and mode shapes."""
 
-from analysis.mains import likely_mains
 from analysis.progress import Progress
+from analysis.recordings.mains import likely_mains
 from app.modal_test.frf_set import FrfSet, cut
 from app.modal_test.modes_of_test import TestModes, identify_test, save_test
 from app.stages.identify_options import Wanted

@@ -6,18 +6,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.campaign import CampaignExtent
 from analysis.focusing.panel import Panel
 from analysis.progress import Progress
+from analysis.recordings.campaign import CampaignExtent
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
-from app.files.campaign_inputs import extent_settings
-from app.files.filter_files import load_focusing
-from app.files.panel_file import panel_of_text, read_panel
+from app.files.campaigns.inputs import extent_settings
+from app.files.declarations.panel import panel_of_text, read_panel
 from app.files.provenance import provenance, sha256
-from app.files.run_folder import run_file, run_folder
-from app.files.transfers_file import transfer_files
-from app.stages.panel_inputs import measured_panel
-from app.stages.panel_laws import laws_for
+from app.files.results.filter_files import load_focusing
+from app.files.results.run_folder import run_file, run_folder
+from app.files.results.transfers_file import transfer_files
+from app.stages.panel.inputs import measured_panel
+from app.stages.panel.laws import laws_for
 from app.summaries.numbers import extent_record, led
 
 if TYPE_CHECKING:  # a run is told to be of another kind before what computes is imported
@@ -124,7 +124,7 @@ def compute(request: RadiationRequest, out: Path | None, report: Progress) -> Ra
         inputs |= {path.name: sha256(path) for path in transfer_files(request.transfers)}
 
     from analysis.focusing.radiated import radiate, radiate_measured
-    from app.files.radiation_file import save_radiation
+    from app.files.results.radiation_file import save_radiation
     from app.summaries.radiation import notes
     from app.twins.panel_twin import panel_twin
 

@@ -4,24 +4,23 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.campaign import CampaignExtent
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
-from analysis.rendering.programme import TemperatureProgramme
+from analysis.recordings.campaign import CampaignExtent
 from analysis.weather.declared_weather import Weather
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
+from app.files.declarations.panel import read_weather
 from app.files.exports.shipment import Shipment, shipment
-from app.files.panel_file import read_weather
 from app.files.provenance import sha256
-from app.files.run_folder import run_folder
+from app.files.results.run_folder import run_folder
 from app.files.sound_file import opened_sound
 from app.sound import said_of_rendering as said
-from app.sound.temperatures import programme
-from app.stages.panel_laws import laws_for
+from app.sound.temperatures import programme, require_covered
+from app.stages.panel.laws import laws_for
 from app.summaries.numbers import led
 
-if TYPE_CHECKING:  # a run is told to be of another kind before what computes is imported
+if TYPE_CHECKING:
     from app.sound.listeners import ListenersOfPanel
     from app.sound.rendering import Rendering
     from app.sound.trace import Trace
@@ -136,7 +135,7 @@ def compute(request: RenderRequest, out: Path, report: Progress) -> RenderedSoun
     from app.sound.rendering import render
     from app.sound.trace import Trace
     from app.twins.panel_twin import panel_twin
-    from app.twins.weather_fields import check_thermometers
+    from app.twins.warm_twin import check_thermometers
 
     with opened_sound(request.sound, sent.filters.sample_rate) as sound:
         if request.temperature is not None:
@@ -163,30 +162,6 @@ def compute(request: RenderRequest, out: Path, report: Progress) -> RenderedSoun
         *(() if around is None else said.followed(sent, float(around.time[-1]), done.seconds)),
     )
     return RenderedSound(sent, done, trace, request.block, origin.extent, notes)
-
-
-def require_covered(sent: Shipment, laws: MaterialLaws, course: TemperatureProgramme) -> None:
-    """Raise ResultFileError unless filters and laws cover all temperatures.
-
-    Parameters
-    ----------
-    laws : MaterialLaws
-        Of the panel's plate.
-
-    Raises
-    ------
-    ResultFileError
-        Where the temperature leaves what one of them covers.
-    """
-    held = sent.filters.input.temperature_range
-    if sent.filters.weights.count == 1:  # one filter for all temperatures; its panel's range counts
-        held = sent.panel.filters.operating_range
-    for what, (low, high) in (("filters", held), ("laws", laws.temperature_range)):
-        outside = course.temperature[(course.temperature < low - 1e-9) | (course.temperature > high + 1e-9)]
-        if outside.size:
-            raise ResultFileError(
-                f"--temperature {outside[0]:g} °C is outside what the {what} cover, {low:g} to {high:g} °C"
-            )
 
 
 def _weather_of(

@@ -6,19 +6,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.campaign import CampaignExtent
 from analysis.compensation.settings import Training
 from analysis.focusing.responses import spaced
 from analysis.progress import Progress
+from analysis.recordings.campaign import CampaignExtent
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
-from app.files.campaign_inputs import extent_settings
+from app.files.campaigns.inputs import extent_settings
 from app.files.provenance import provenance, sha256
-from app.files.run_folder import run_folder
-from app.stages.panel_inputs import panel_for
-from app.stages.panel_laws import laws_for, range_of
+from app.files.results.run_folder import run_folder
+from app.stages.panel.inputs import panel_for
+from app.stages.panel.laws import laws_for, range_of
 
 if TYPE_CHECKING:  # a run is told to be of another kind before what computes is imported
-    from app.files.studies_file import Studies
+    from app.files.results.studies_file import Studies
 
 STUDIES = "studies.h5"
 FIGURES = ("4", "13", "14", "15", "16", "17", "18", "19")
@@ -125,7 +125,7 @@ def compute(request: StudyRequest, out: Path | None, report: Progress) -> Studie
     training = Training(seed=request.seed)
     _require_spacing(request, training, range_of(declared, laws, origin.path, origin.extent), origin.path)
 
-    from app.files.studies_file import save_studies
+    from app.files.results.studies_file import save_studies
     from app.stages.study_figures import run_studies
     from app.twins.panel_twin import panel_twin
 

@@ -9,18 +9,18 @@ import numpy as np
 
 from analysis.compensation.direct_filters import DirectFilters, direct_filters
 from analysis.compensation.network import InputMap
-from analysis.compensation.parameter_studies import study_networks
 from analysis.compensation.rivals import rigidity
 from analysis.compensation.settings import Training
 from analysis.compensation.study import compensate
+from analysis.compensation.training import study_networks
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import Panel
 from analysis.focusing.played import play_methods
 from analysis.focusing.responses import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
-from app.files.studies_file import Studies, Surfaces
-from app.stages.panel_inputs import workers
+from app.files.results.studies_file import Studies, Surfaces
+from app.stages.panel.inputs import workers
 from app.twins.panel_twin import PanelTwin
 
 NODES = tuple(range(6, 17))

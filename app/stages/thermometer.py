@@ -8,22 +8,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.campaign import CampaignExtent
 from analysis.progress import Progress
-from analysis.rendering.programme import TemperatureProgramme
+from analysis.recordings.campaign import CampaignExtent
+from analysis.rendering.following import TemperatureProgramme
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.exports.shipment import Shipment, shipment
-from app.files.run_folder import run_folder
+from app.files.results.run_folder import run_folder
 from app.files.sound_file import opened_sound
-from app.sound.temperatures import programme
-from app.stages.panel_laws import laws_for, range_of
-from app.stages.render import require_covered
+from app.sound.temperatures import programme, require_covered
+from app.stages.panel.laws import laws_for, range_of
 from app.summaries import thermometer as said
 from app.summaries.numbers import extent_record, led
 
 if TYPE_CHECKING:  # a run is told to be of another kind before what computes is imported
-    from app.sound.listening_panel import ListeningPanel
-    from app.sound.played_signals import PlayedSignals
+    from app.sound.listening import ListeningPanel, PlayedSignals
     from app.sound.stretch import RecordingStretch
 
 RANGES = {"snr": (-20.0, 120.0), "stretch": (0.25, 30.0), "largest_sigma": (0.01, 10.0)}
@@ -156,8 +154,7 @@ def compute(request: ThermometerRequest, out: Path, report: Progress) -> Measure
     span = range_of(sent.panel, laws, origin.path, origin.extent)
     place = _sensor(sent, request.sensor)
 
-    from app.sound.listening import listened
-    from app.sound.listening_panel import ListeningPanel
+    from app.sound.listening import ListeningPanel, listened
     from app.sound.stretch import write_stretches
     from app.twins.panel_twin import panel_twin
 
@@ -193,7 +190,7 @@ def _signals(
     request: ThermometerRequest, sent: Shipment, panel: "ListeningPanel", report: Progress
 ) -> "tuple[PlayedSignals, TemperatureProgramme | None]":
     """Return drive and response, and the course of a simulated panel's temperature."""
-    from app.sound.played_signals import recorded, simulated
+    from app.sound.listening import recorded, simulated
 
     if request.simulate is not None and request.temperature is not None:
         with opened_sound(request.simulate, sent.filters.sample_rate) as sound:

@@ -8,19 +8,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.frf import Frf, campaign_frf
-from analysis.frf_campaign import AnyCampaign
+from analysis.declaration.plate_material import Orthotropy, PlateMaterial
 from analysis.gap.data.preparation import sweep_points
 from analysis.held_effects import HeldEffects
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialLaws
 from analysis.pairing.paired_sweeps import Pairing
-from analysis.plate_material import PlateMaterial
 from analysis.progress import Progress
 from analysis.protocol.advice import unresolved
-from analysis.sheet_orthotropy import Orthotropy
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf, campaign_frf
+from analysis.recordings.frf_campaign import AnyCampaign
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Effects, TwinModel
 from analysis.updated import Updated
 from analysis.updating.corrected_twin import corrected_twin, fit_twin
@@ -29,24 +28,31 @@ from analysis.updating.laws import laws_of_sweeps
 from analysis.updating.polarity import polarity_corrected
 from analysis.updating.sheet_start import sheet_start
 from analysis.updating.update import outlier_sweeps, update
-from app.files.frf_file import save_frf
-from app.files.laws_file import TwinFrf, save_laws
-from app.files.pairing_json import pairing_record
-from app.stages.comparison_request import UpdateRequest
-from app.stages.drift_notes import drift_notes
-from app.stages.pairing import (
+from app.files.results.frf_file import save_frf
+from app.files.results.laws_file import TwinFrf, save_laws
+from app.files.results.pairing_json import pairing_record
+from app.stages.comparison.pairing import (
     MeasuredSweeps,
     measured_sweeps,
     paired_sweeps,
     said_of_older_modes,
     with_reason,
 )
-from app.stages.temperature_notes import label_notes, recorded_notes
+from app.stages.comparison.request import UpdateRequest
+from app.stages.comparison.temperature_notes import drift_notes, label_notes, recorded_notes
 from app.summaries.pairing import pairing_tables
 from app.summaries.table import as_html, as_text
 from app.summaries.update import headline, notes, tables_of
-from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
-from app.twins.campaign_twin import campaign_twin, placed, tolerant_twin, twin_is_built
+from app.twins.campaign_twin import (
+    WORKERS,
+    Start,
+    campaign_model,
+    campaign_twin,
+    judging,
+    placed,
+    tolerant_twin,
+    twin_is_built,
+)
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
@@ -181,7 +187,7 @@ def _fitted(campaign: AnyCampaign, mains: float, report: Progress) -> tuple[Frf,
         frf = campaign_frf(campaign, mains=mains)
         frf.require_noise()  # checked before a twin is built
         if not twin_is_built(campaign.experiment):
-            from app.stages.declaration_check import check_declaration  # slow import: mesher
+            from app.stages.comparison.declaration_check import check_declaration  # slow import: mesher
 
             frf = replace(frf, notes=(*frf.notes, *check_declaration(campaign.experiment, frf, report)))
         tolerant = tolerant_twin(campaign.experiment, report)

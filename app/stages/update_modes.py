@@ -8,17 +8,17 @@ import numpy as np
 from analysis.arrays import Complex
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialLaws
-from analysis.measured_modes import ModesAtTemperature
 from analysis.progress import Progress
+from analysis.recordings.measured_modes import ModesAtTemperature
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.sheet_material import MODULI
-from analysis.sweep_point import SweepPoint
 from analysis.twin_model import Effects
 from analysis.updating.drift import sweep_laws
 from analysis.updating.laws import laws_of_sweeps
 from analysis.updating.modes_fit import FittedModes, fit_modes
 from app.files.bad_file import ResultFileError
-from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance
+from app.files.results.laws_file import TwinFrf, save_laws
 from app.plate_frfs.plate_of_modes import PlateOfModes
 from app.summaries.table import as_html, as_text
 from app.summaries.update import headline, tables_of

@@ -9,7 +9,7 @@ import numpy as np
 from analysis.declared_quantity import DeclaredQuantity, doubts
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updated import GOOD_MISFIT
-from app.files.best_twin import BestTwin, TwinOfRun
+from app.files.results.best_twin import BestTwin, TwinOfRun
 from app.summaries.gap import answer_words, description_words, found_words, plan_words, title, titles_of
 from app.summaries.numbers import FIXED, roughly
 from app.summaries.pairing import no_fit_words
@@ -77,7 +77,7 @@ def briefing(
     Parameters
     ----------
     record : mapping or None
-        Of its comparison, see `app.files.gap_json`; None without one.
+        Of its comparison, see `app.files.results.gap_json`; None without one.
     campaign : str
         How commands name the campaign, `app.files.bad_file.quoted` already.
     worth : Worth, optional

@@ -11,7 +11,7 @@ from analysis.compensation.outcome import Compensation
 from analysis.compensation.settings import Training
 from analysis.compensation.tilted import TiltedContrast
 from analysis.focusing.performance import area_normalised
-from analysis.weather.judgement import WeatherJudgement
+from analysis.weather.judged import WeatherJudgement
 from app.summaries.table import Table
 
 

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.modes import Modes
-from analysis.identification.reading import Damping, PoleReading
-from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.modes import Damping, Modes, PoleReading
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from app.summaries.numbers import span, sweeps
 from app.summaries.table import Table
 

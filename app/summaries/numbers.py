@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.campaign import CampaignExtent
+from analysis.recordings.campaign import CampaignExtent
 
 FIXED = "\u00a0"
 """A space at which no line is broken."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from app.files.pairing_json import shown
+from app.files.results.pairing_json import shown
 from app.summaries.table import Table
 
 Record = Mapping[str, Any]

@@ -8,11 +8,11 @@ import numpy as np
 
 from analysis.channel import Channel
 from analysis.declared_quantity import budget, doubts
+from analysis.gap.data.groups import FEWEST, distinct_temperatures
 from analysis.material import MaterialLaws
 from analysis.pairing.paired_sweeps import Pairing
 from analysis.updated import GOOD_MISFIT, Updated
-from analysis.updating.enough_temperatures import FEWEST, distinct_temperatures
-from app.files.declared_json import declared_record
+from app.files.results.pairing_json import declared_record
 from app.summaries.numbers import span, sweeps, with_sigma
 from app.summaries.sheet import (
     CAPTION,

@@ -28,7 +28,7 @@ from threadpoolctl import threadpool_limits
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.parsed_text import parse_json, read_text
-from app.files.run_record import versions
+from app.files.results.run_record import versions
 
 Words = ParamSpec("Words")
 Result = TypeVar("Result")

@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 
 import click
 
-from analysis.declared import Point
+from analysis.declaration.strict import Point
 from drivers.hammer.campaign import AskedHit, Key, ToldHit, no_key
 
 BELL = "\a"

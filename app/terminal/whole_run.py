@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from app.files.run_record import RunRecord, StageRecord
+from app.files.results.run_record import RunRecord, StageRecord
 
 TABLE_COLUMNS = 110
 """Columns of the table: sentences in longer lines are hard to read."""

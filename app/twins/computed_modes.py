@@ -7,10 +7,10 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.identification.lines import Lines
-from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.pole_residue import ResidualTerms
 from analysis.identification.variable_projection import project
 from analysis.local_laws import LocalLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects
 from simulation.twin.instrumented_plate import InstrumentedPlate
 from simulation.twin.loaded_modes import LoadedModes

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from analysis.frf_campaign import AnyCampaign
-from analysis.identification.expected_modes import ExpectedModes
+from analysis.identification.over_temperature.expected_modes import ExpectedModes
 from analysis.local_laws import LocalLaws
 from analysis.progress import Progress
+from analysis.recordings.frf_campaign import AnyCampaign
 from app.files.bad_file import ResultFileError
-from app.files.laws_file import effects_in_laws, load_pairing, load_updated
+from app.files.results.laws_file import effects_in_laws, load_pairing, load_updated
 from app.twins.campaign_twin import campaign_twin
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.loaded_modes import LoadedModes

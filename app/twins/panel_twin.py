@@ -9,8 +9,7 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.channel import Footprint
-from analysis.focusing.energy import EnergyForms, FieldSpace
-from analysis.focusing.grid import Grid
+from analysis.focusing.energy import EnergyForms, FieldSpace, Grid
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import Constants, PanelModes
 from analysis.material import MaterialLaws
@@ -18,10 +17,9 @@ from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import basis_file, cached_reduction
 from simulation.reduction.basis_training import BasisTraining
-from simulation.reduction.energy_sums import EnergySums
-from simulation.reduction.lowest_modes import lowest_modes
+from simulation.reduction.damped_modes import EnergySums
 from simulation.reduction.modal_form import ModalForm
-from simulation.reduction.reduced_model import ReducedModel
+from simulation.reduction.reduced_model import ReducedModel, lowest_modes
 from simulation.shell.fineness import Fineness
 
 

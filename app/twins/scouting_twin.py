@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from analysis.declaration.transducers import Sensor
 from analysis.effect_card import Values
 from analysis.experiment import Experiment, Point
-from analysis.transducers import Sensor
 from simulation.effects.effect import Effect
 from simulation.state.attached import deflection_at
 from simulation.tolerances import tolerances

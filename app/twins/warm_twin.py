@@ -1,6 +1,6 @@
-"""A focusing panel with a temperature of its own at every place."""
+"""A focusing panel with a temperature of its own at every place, and those that a declared weather gives."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -8,20 +8,23 @@ import numpy as np
 import scipy.linalg
 
 from analysis.arrays import Complex, Real
-from analysis.focusing.energy import FieldSpace
-from analysis.focusing.grid import Grid
+from analysis.declaration.plate import Plate
+from analysis.focusing.energy import FieldSpace, Grid
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
-from analysis.sweep_point import SweepPoint
-from analysis.weather.warm_panel import WarmAnswer
+from analysis.recordings.sweep_point import SweepPoint
+from analysis.weather.declared_weather import Weather
+from analysis.weather.family import WarmAnswer
+from analysis.weather.judged import WeatherFields
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
 from app.twins.panel_twin import PanelTwin
 from simulation.effects.draught_gradient import EFFECT
+from simulation.heat.heat_model import PlateTemperatures, plate_temperatures
 from simulation.reduction.basis_training import BasisTraining
-from simulation.reduction.cell_stiffness import cell_centers, cell_stiffness
 from simulation.reduction.modal_form import ModalForm
+from simulation.reduction.projector import cell_centers, cell_stiffness
 from simulation.shell.assembly import assemble_chosen
 from simulation.shell.fineness import Fineness
 from simulation.state.plate_state import Circumstances, PlateState
@@ -32,7 +35,7 @@ from simulation.state.state_matrices import FullPlate
 class WarmTwin:
     """The twin, whose cells have a temperature each.
 
-    What `analysis.compensation.tilted.TiltedModel` and `analysis.weather.warm_panel.WarmPanel` ask for.
+    What `analysis.compensation.tilted.TiltedModel` and `analysis.weather.family.WarmPanel` ask for.
 
     Attributes
     ----------
@@ -45,7 +48,7 @@ class WarmTwin:
     vectors : (n, r) ndarray
         Motions of the full plate of these coordinates.
     first, second : (cells, r, r) ndarray
-        See `simulation.reduction.cell_stiffness`.
+        See `simulation.reduction.projector`.
     """
 
     panel: Panel
@@ -179,3 +182,65 @@ def warm_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> WarmTwin:
     report("Cells", 1.0)
     uniform = PanelTwin.of(reduced, grid, footprints, len(panel.drive))
     return WarmTwin(panel, laws, FullPlate.of(model), uniform, vectors, first, second)
+
+
+MOMENTS_OF_WEATHER = 24
+"""Between two of them a car that warms up by 70 K changes by 3 K."""
+
+
+def check_thermometers(plate: Plate, weather: Weather, origin: str) -> None:
+    """Raise ResultFileError for a thermometer that is off the plate; `origin` names the weather's file."""
+    inside = plate.contains(np.array([one.point for one in weather.thermometer]))
+    for one, on in zip(weather.thermometer, inside, strict=True):
+        if not on:
+            corners = [[float(f"{x:.6g}") for x in corner] for corner in plate.bounds]
+            raise ResultFileError(
+                f"{origin}: thermometer {one.name!r} at {list(one.point)} m is off the panel's plate, whose box "
+                f"is {corners[0]} to {corners[1]} m; move it onto the plate"
+            )
+
+
+def temperatures(twin: WarmTwin, weather: Weather, origin: str, report: Progress) -> PlateTemperatures:
+    """Solve the heat equation of a panel's plate.
+
+    Parameters
+    ----------
+    origin : str
+        Name of the weather's file, for messages.
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Raises
+    ------
+    ResultFileError
+        Where a part of the plate leaves the laws.
+    """
+    shell = twin.full.shell
+    found = plate_temperatures(twin.panel.plate, shell.space.mesh, shell.thickness, weather, twin.points, report)
+    low, high = twin.laws.temperature_range
+    coldest, warmest = float(found.bending.min()), float(found.bending.max())
+    if coldest < low - 1e-6 or warmest > high + 1e-6:
+        raise ResultFileError(
+            f"{origin}: it takes parts of the plate to {coldest:.1f} and {warmest:.1f} °C; the laws hold from "
+            f"{low:g} to {high:g} °C: change the weather, or update a campaign that covers it"
+        )
+    return replace(found, bending=np.clip(found.bending, low, high))
+
+
+def thermometer_places(plate: Plate, weather: Weather) -> Real:
+    """Places of the thermometers, (K, 2), -1 to 1 over the box around the plate."""
+    return np.stack(plate.normalised(np.array([one.point for one in weather.thermometer])), axis=1)
+
+
+def weather_fields(twin: WarmTwin, weather: Weather, origin: str, report: Progress) -> WeatherFields:
+    """Return the fields at `MOMENTS_OF_WEATHER` even moments and at the beginning; arguments of `temperatures`."""
+    found = temperatures(twin, weather, origin, report)
+    count = len(found.time)
+    chosen = np.unique(np.linspace(0, count - 1, min(MOMENTS_OF_WEATHER + 1, count)).round().astype(int))
+    return WeatherFields(
+        found.time[chosen],
+        found.bending[chosen],
+        found.readings[chosen],
+        thermometer_places(twin.panel.plate, weather),
+        tuple(one.name for one in weather.thermometer),
+    )

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.files.bad_file import ResultFileError
-from app.files.campaign_kind import is_campaign_folder, is_hammer_folder, is_recorded_campaign
-from app.files.plate_toml import declares_plate
-from app.files.run_folder import MADE_BY, is_test_run
+from app.files.campaigns.kind import is_campaign_folder, is_hammer_folder, is_recorded_campaign
+from app.files.declarations.plate import declares_plate
+from app.files.results.run_folder import MADE_BY, is_test_run
 
 
 @dataclass(frozen=True)

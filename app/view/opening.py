@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from app.files.bad_file import ResultFileError
-from app.files.campaign_kind import is_campaign_folder, is_hammer_folder
+from app.files.campaigns.kind import is_campaign_folder, is_hammer_folder
 from app.files.folder_lock import is_being_written
-from app.files.run_folder import is_test_run
+from app.files.results.run_folder import is_test_run
 from app.view.folder import Viewed, viewed
 from app.view.theme import Theme
 from app.view.window import Window

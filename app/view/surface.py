@@ -16,7 +16,7 @@ from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPolygon
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from analysis.arrays import Complex, Real
-from analysis.plate import Plate
+from analysis.declaration.plate import Plate
 from app.view.chart import Chart, Map
 from app.view.theme import Theme, two_sided
 

@@ -26,7 +26,7 @@ class TwinPage(QWidget):
     Parameters
     ----------
     record : mapping
-        Of `app.files.pairing_json.pairing_record`.
+        Of `app.files.results.pairing_json.pairing_record`.
     theme : Theme
     of : str
         What else has to be said of where the modes are from.

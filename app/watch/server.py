@@ -1,4 +1,4 @@
-"""The page's server: a few addresses, all of them read only, none of them a file of the disk.
+"""The page's server: a few addresses, all read only, none of them a file of the disk; metrics for Prometheus.
 
 ``http.server`` of the standard library is enough: no body is read, every answer is made before it is asked for or
 in milliseconds, and whoever listens to events costs a thread that sleeps. What it leaves to its user is here:
@@ -11,16 +11,16 @@ import ipaddress
 import secrets
 import socket
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
-from typing import Any
+from typing import Any, get_args
 from urllib.parse import parse_qs, urlsplit
 
 from app.files.bad_file import ResultFileError
-from app.watch.metrics import FORM
+from app.watch.status import CampaignStatus, Standing
 
 PORT = 8750
 """Of the page where none is named; above 1023, so that no rights are needed."""
@@ -335,3 +335,62 @@ def open_server(
     ports = f"{port}" if port is not None else f"{PORT} to {PORT + PORTS - 1}"
     reason = wrong.strerror if wrong is not None else ""
     raise NoPortError(f"--host {host}, port {ports}: cannot be used ({reason}); name a free one with --port")
+
+
+FORM = "text/plain; version=0.0.4; charset=utf-8"
+Value = Callable[[CampaignStatus], float | None]
+GAUGES: tuple[tuple[str, str, Value], ...] = (
+    ("air_celsius", "Temperature of the air in the oven.", lambda one: one.air),
+    ("plate_celsius", "Temperature of the plate.", lambda one: one.plate),
+    ("set_point_celsius", "Set-point that follows from the commands sent.", lambda one: one.set_point),
+    ("limit_coldest_celsius", "Temperature below which the campaign stops.", lambda one: one.coldest),
+    ("limit_hottest_celsius", "Temperature above which the campaign stops.", lambda one: one.hottest),
+    ("sweeps_finished", "Sweeps that were kept.", lambda one: one.finished),
+    ("sweeps_given_up", "Sweeps that were given up.", lambda one: one.missing),
+    ("sweeps_asked", "Sweeps of the whole campaign.", lambda one: one.total),
+    ("sweeps_doubted", "Finished sweeps whose temperature is in doubt.", lambda one: one.doubted),
+    ("left_seconds", "Estimate of the time to the end.", lambda one: one.seconds_left),
+    ("silent_seconds", "Time since anything was written.", lambda one: one.silent_for),
+    ("patience_seconds", "Time without a sign that is no reason to worry.", lambda one: one.patience),
+    ("channels_clipping", "Channels of the last repeat that clipped.", lambda one: len(one.clipping)),
+    ("not_at_rest", "1: something could not be verified to be at rest.", lambda one: float(bool(one.unsafe))),
+)
+
+
+def metrics(statuses: Sequence[CampaignStatus], delivered: int, failed: int) -> str:
+    """Return the page that Prometheus reads.
+
+    Parameters
+    ----------
+    delivered, failed : int
+        Messages told, and those that could not be.
+
+    Returns
+    -------
+    str
+        What is not known has no line.
+    """
+    lines = []
+    for name, text, value in GAUGES:
+        lines += _head(f"flexura_{name}", text, "gauge")
+        for one in statuses:
+            found = value(one)
+            if found is not None:
+                lines.append(f'flexura_{name}{{campaign="{_label(one.name)}"}} {float(found)!r}')
+    lines += _head("flexura_state", "1 for the state that the campaign is in.", "gauge")
+    for one in statuses:
+        for state in get_args(Standing):
+            labels = f'campaign="{_label(one.name)}",state="{state}"'
+            lines.append(f"flexura_state{{{labels}}} {int(one.state == state)}")
+    lines += _head("flexura_messages_total", "Messages, by what became of them.", "counter")
+    for became, count in (("told", delivered), ("failed", failed)):
+        lines.append(f'flexura_messages_total{{became="{became}"}} {count}')
+    return "\n".join(lines) + "\n"
+
+
+def _head(name: str, text: str, kind: str) -> list[str]:
+    return [f"# HELP {name} {text}", f"# TYPE {name} {kind}"]
+
+
+def _label(text: str) -> str:
+    return text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")

@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from app.files.acquisition.events import seconds
 from app.files.bad_file import quoted
-from app.files.events import seconds
 from app.files.folder_lock import is_being_written
 from app.summaries.numbers import duration
 from app.watch.course import set_point_line

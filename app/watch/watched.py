@@ -11,19 +11,18 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from analysis.checked_fields import check_shapes
-from analysis.h1 import h1
-from analysis.protocol.limits import Limits
-from analysis.protocol.protocol import AcquisitionProtocol, Programme
+from analysis.protocol.protocol import AcquisitionProtocol, Limits, Programme
 from analysis.protocol.sweep import SweepSettings
-from app.files import events, running_campaign
+from analysis.recordings.h1 import h1
+from app.files.acquisition import events, running_campaign
+from app.files.acquisition.events import Tail, parse_event, seconds
+from app.files.acquisition.running_campaign import LatestRepeat, ReadingLine, load_latest, parse_reading, requested
+from app.files.acquisition.same_experiment import REWIRED
 from app.files.campaign_error import CampaignFileError
-from app.files.campaign_folder import SWEEPS, read_protocol, sweep_paths
-from app.files.campaign_kind import PROTOCOL
-from app.files.events import Tail, parse_event, seconds
+from app.files.campaigns.folder import SWEEPS, read_protocol, sweep_paths
+from app.files.campaigns.kind import PROTOCOL
+from app.files.campaigns.sweep_file import read_sweep_file
 from app.files.folder_lock import is_abandoned
-from app.files.running_campaign import LatestRepeat, ReadingLine, load_latest, parse_reading, requested
-from app.files.same_experiment import REWIRED
-from app.files.sweep_file import read_sweep_file
 from app.watch.course import Course, course
 
 FRFS_SHOWN = 24

@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from app.files.folder_lock import is_being_written
-from app.watch.metrics import metrics
 from app.watch.notifiers import Messenger, Notifier
-from app.watch.server import Published, WatchServer, is_loopback, open_server
+from app.watch.server import Published, WatchServer, is_loopback, metrics, open_server
 from app.watch.status import CampaignStatus
 from app.watch.watcher import LOOK_INTERVAL, Watcher
 

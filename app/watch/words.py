@@ -62,7 +62,7 @@ def in_words(event: Mapping[str, Any]) -> str:
     Parameters
     ----------
     event : mapping
-        As `app.files.events.parse_event` returns it.
+        As `app.files.acquisition.events.parse_event` returns it.
 
     Returns
     -------

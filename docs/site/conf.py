@@ -69,7 +69,7 @@ COLON = "\N{WORD JOINER}"
 logger = logging.getLogger(__name__)
 
 PUBLIC = {
-    "flexura": ("__main__.py", "own_packages.py", "panel_files.py"),
+    "flexura": ("__main__.py", "arguments.py", "own_packages.py", "panel_files.py"),
     "analysis": (),
     "simulation": ("meshing", "reduction", "shell", "verification"),
     "drivers": ("**/simulated", "ni"),

@@ -10,9 +10,8 @@ from drivers.checks.trial import CheckVerdict, NotChecked, verdicts
 from drivers.clock import Clock, SystemClock, VirtualClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Transport
-from drivers.ovens.line_settings import LineSettings
+from drivers.ovens.line_settings import LineSettings, SerialPort
 from drivers.ovens.registers import ROUNDED
-from drivers.ovens.serial_port import SerialPort
 from drivers.ovens.settings import OvenSettings
 from drivers.ovens.simulated.controller import Controller, MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven

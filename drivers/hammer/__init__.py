@@ -5,9 +5,7 @@
 ``judged_hit``       volts to units; double hits and overloads rejected; temperature of the plate
 ``progress``         what is measured, undone and left out
 ``hammer_rig``       what is asked of a rig
-``store``            protocol of the storage of hits and log
 ``campaign``         a hammer test, point by point
-``set_points``       the same at several temperatures of an oven
 ``simulated``        the hammer and the hand that holds it, simulated
 ===================  ==================================================================
 """

@@ -1,14 +1,16 @@
-"""What a hammer test needs of a rig: inputs that are read without end, and whoever holds the hammer."""
+"""What a hammer test needs: inputs that are read without end, whoever holds the hammer, and storage."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drivers.clock import Clock
+from drivers.hammer.judged_hit import HitTemperature, JudgedHit
+from drivers.hammer.progress import HammerProgress, KeptHit
 from drivers.ni.cards import go_on
 from drivers.rig.rig import Rig
 
@@ -70,3 +72,43 @@ class HammerRig:
     date: Callable[[], datetime]
     ask: Callable[[int, int], None] = nobody
     oven: Rig | None = None
+
+
+class HammerStore(Protocol):
+    """Stores hits and the log. All methods may raise OSError: a full or failing disk."""
+
+    def kept(self) -> Sequence[KeptHit]:
+        """Return the accepted hits that are there, whole, undone ones too."""
+        ...
+
+    def measured(self, hit: KeptHit) -> JudgedHit:
+        """Read a hit, and judge it again."""
+        ...
+
+    def keep(self, hit: JudgedHit, kept: KeptHit, temperature: HitTemperature, date: str) -> None:
+        """Store an accepted hit permanently; return when it is on the disk.
+
+        Parameters
+        ----------
+        temperature : HitTemperature
+            Of the plate.
+        date : str
+            ISO 8601.
+        """
+        ...
+
+    def put_aside(self, hit: JudgedHit, kept: KeptHit, temperature: HitTemperature, date: str) -> None:
+        """Store a rejected hit apart from the accepted ones."""
+        ...
+
+    def declare(self, progress: HammerProgress) -> None:
+        """Write the declarations with which other verbs read the hits that count."""
+        ...
+
+    def log(self, event: Mapping[str, Any]) -> None:
+        """Append an event; return when it is on the disk."""
+        ...
+
+    def events(self) -> Sequence[Mapping[str, Any]]:
+        """Return every event so far, oldest first."""
+        ...

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from analysis.declared import Sparse
+from analysis.declaration.strict import Sparse
 from drivers.kinds import Kinds
 
 

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.declared import Sparse
+from analysis.declaration.strict import Sparse
 from drivers.ni.cards import Cards, CardsSettings
 
 Terminal = Annotated[

@@ -8,10 +8,8 @@
 ``error``              what can go wrong, and what to do next
 ``expiry``             commands that end by themselves where nobody renews them
 ``line``               lock, gaps between commands, time-outs, bounded retries
-``serial_port``        serial ports, pseudo-terminals, TCP sockets
 ``modbus``             Modbus registers, read back after each write, in frames of RTU and TCP
 ``points``             what a declared controller is made of, and its units
-``mapped_oven``        an oven of which only its points are known
 ``registers``          declared Modbus registers
 ``declared_oven``      the kinds made of declared registers, or of declared queries and commands
 ``text_protocol``      declared queries and commands, read and set on an open line

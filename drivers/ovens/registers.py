@@ -7,7 +7,7 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field
 
-from analysis.declared import Declared
+from analysis.declaration.strict import Declared
 from drivers.clock import Clock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Transport

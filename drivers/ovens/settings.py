@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from analysis.declared import Declared, Temperature
+from analysis.declaration.strict import Declared, Temperature
 from drivers.clock import Clock, SystemClock
 from drivers.kinds import Kinds
 from drivers.ovens.line import Transport

@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
-from analysis.declared import Declared
+from analysis.declaration.strict import Declared
 from drivers.clock import Clock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Line, Transport, up_to

@@ -7,9 +7,9 @@ from typing import TypeVar
 from analysis.protocol.protocol import AcquisitionProtocol
 from drivers.ni.errors import Action, DaqError
 from drivers.rig.errors import RESUME, RigStopped
-from drivers.rig.progress import Purpose
 from drivers.rig.readings import Patience, Reading, require_agreement
 from drivers.rig.station import Station
+from drivers.rig.store import Purpose
 
 Result = TypeVar("Result")
 

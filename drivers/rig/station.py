@@ -15,10 +15,9 @@ from drivers.ni.errors import Action, DaqError
 from drivers.ovens.error import OvenError
 from drivers.ovens.line import PASSING
 from drivers.rig.errors import RESUME, RigStopped
-from drivers.rig.progress import Purpose
 from drivers.rig.readings import RESOLUTION, CheckedSensor, Patience, Reading, require_celsius
 from drivers.rig.session import Session
-from drivers.rig.store import Store
+from drivers.rig.store import Purpose, Store
 
 LINES = "Check the oven's line, its sensor and the thermocouple; then run the same command again"
 SENSORS = f"Look at the sensors on the plate, their wires and their module, and at the oven's own sensor. {RESUME}"

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from analysis.declared import Declared
+from analysis.declaration.strict import Declared
 from drivers.clock import Clock
 from drivers.kinds import Kinds
 from drivers.ovens.line import Transport

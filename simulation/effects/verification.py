@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, PlateState
 

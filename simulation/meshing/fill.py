@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import Delaunay, QhullError, cKDTree
 
 from analysis.arrays import Real, Whole
-from simulation.meshing.crossings import inside
+from simulation.meshing.arrangement import inside
 
 LEAST_ANGLE = np.deg2rad(10.0)
 SMOOTHINGS = 5

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.arrays import Real, Whole
-from analysis.foreign_mesh import ForeignMesh
+from analysis.declaration.plate import ForeignMesh
 from analysis.geometry.fault import GeometryError, at
 from simulation.meshing.mesher import LEAST_RATIO, Border, jacobian_ratio
 from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges, PlateMesh, edges_of

@@ -1,4 +1,4 @@
-"""Coarse model of a plate, accurate to a per cent over a hundredfold range of moduli, made in a second."""
+"""Coarse model of a plate, made in a second: levels of transfers and shapes of modes everywhere on it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,12 +13,12 @@ from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.damped_modes import DampedModes
 from simulation.reduction.dashpots import columns
-from simulation.reduction.energy_decomposition import energy_shift, mass_orthonormal, middle
-from simulation.reduction.galerkin import projected
-from simulation.reduction.rational_krylov import Chain
 from simulation.reduction.reduced_model import ReducedModel
+from simulation.reduction.vectors.energy_decomposition import energy_shift, mass_orthonormal, middle
+from simulation.reduction.vectors.galerkin import projected
+from simulation.reduction.vectors.rational_krylov import Chain
 from simulation.shell.assembly import assemble
-from simulation.shell.factors import factorize
+from simulation.shell.unknowns import factorize
 from simulation.twin.instruments import Instruments
 from simulation.twin.transfer import Transfer
 
@@ -150,3 +150,171 @@ def coarse_reduction(
     vectors = mass_orthonormal(space, energy, model.mass)
     reduced = projected(model, vectors, box, band, columns(model.damping, space))
     return replace(reduced, footprints=rows @ vectors) if footprints else reduced
+
+
+POINTS_ALONG_BOX = 28
+"""Grid points along the longer side of the box around the plate: 9 mm apart on one of 0.24 m, half a patch."""
+
+
+@dataclass(frozen=True)
+class CoarsePlaces:
+    """A reduced plate whose deflection is known on a grid.
+
+    Attributes
+    ----------
+    reduced : ReducedModel
+        With the experiment's patches and masses, of no certified error.
+    deflection, curvature : (G, r) ndarray
+        Rows that give the deflection at every place, and the sum of both curvatures but for a factor, which a
+        patch there feels.
+    places : (G, 2) ndarray
+        m.
+    """
+
+    reduced: ReducedModel
+    deflection: Real
+    curvature: Real
+    places: Real
+
+    @classmethod
+    def of(cls, experiment: Experiment, box: MaterialBox) -> Self:
+        """Reduce an experiment's plate on a coarse mesh; GeometryError where no good mesh is found."""
+        plate, declared = experiment.plate, experiment.footprints
+        (x0, y0), (x1, y1) = plate.bounds
+        step = max(x1 - x0, y1 - y0) / POINTS_ALONG_BOX
+        axes = [np.arange(low + 0.5 * step, high, step) for low, high in ((x0, x1), (y0, y1))]
+        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+        shape = grid.shape[:2]
+        inside = plate.contains(grid.reshape(-1, 2))
+        points: Sequence[Footprint] = [Footprint((float(x), float(y))) for x, y in grid.reshape(-1, 2)[inside]]
+        whole = coarse_reduction(plate, experiment.patch, box, experiment.protocol.band, (*declared, *points))
+        count = len(declared)
+        masses = np.concatenate([[one.mass for one in declared], np.zeros(len(points))])
+        whole = whole.loaded(masses)
+        rows = np.full((inside.size, whole.size), np.nan)
+        rows[inside] = whole.footprints[count:]
+        rows = rows.reshape(*shape, -1)
+        bent = rows[2:, 1:-1] + rows[:-2, 1:-1] + rows[1:-1, 2:] + rows[1:-1, :-2] - 4.0 * rows[1:-1, 1:-1]
+        known = np.isfinite(bent).all(axis=-1)
+        return cls(
+            replace(whole, footprints=whole.footprints[:count]),
+            rows[1:-1, 1:-1][known],
+            bent[known],
+            grid[1:-1, 1:-1][known],
+        )
+
+    def powers(
+        self,
+        material: tuple[float, float],
+        frequency: Real,
+        loss_factor: float,
+        others: Sequence[int],
+        *,
+        patch: bool,
+    ) -> Real:
+        """Squared transfers between a transducer at every place and some ports.
+
+        Parameters
+        ----------
+        material : (float, float)
+            E [Pa] and nu.
+        frequency : (F,) ndarray, Hz
+        others : sequence of int
+            Ports at the other end.
+        patch : bool
+            Whether the transducer is a patch.
+
+        Returns
+        -------
+        (N, G, F) ndarray
+            But for a factor, and electronics and time derivatives, which hardly change along a resonance.
+        """
+        stiffness = self.reduced.stiffness(*material, 0.0).real
+        modes = DampedModes.of(stiffness, self.reduced.ports[:, list(others)])
+        rows = (self.curvature if patch else self.deflection) @ modes.shapes
+        terms = modes.terms(frequency, loss_factor)
+        return np.stack([np.abs((rows * force) @ terms) ** 2 for force in modes.force.T])
+
+
+PLACES = 40
+"""Places along the longer side of the box around the plate: 6 mm apart on one of 0.24 m; `analysis.pairing.points`
+interpolates between them. The reduction then takes 1 s, most of it for the rows of these places."""
+
+
+@dataclass(frozen=True)
+class CoarseShapes:
+    """A reduced plate whose deflection is known at points and on a grid.
+
+    Attributes
+    ----------
+    reduced : ReducedModel
+        With the experiment's patches and masses, of no certified error.
+    points : (K, r) ndarray
+        Rows that give the outputs' motion; NaN for those that are no motions.
+    anywhere : (G, r) ndarray
+        Rows that give the deflection at every place.
+    places : (G, 2) ndarray
+        m.
+    """
+
+    reduced: ReducedModel
+    points: Real
+    anywhere: Real
+    places: Real
+
+    @classmethod
+    def of(cls, experiment: Experiment, moduli: tuple[float, float], ratios: tuple[float, float]) -> Self:
+        """Reduce an experiment's plate on a coarse mesh; GeometryError where no good mesh is found.
+
+        Parameters
+        ----------
+        moduli : (float, float)
+            Lowest and highest E, Pa.
+        ratios : (float, float)
+            Lowest and highest Poisson's ratio.
+        """
+        plate, declared = experiment.plate, experiment.footprints
+        (x0, y0), (x1, y1) = plate.bounds
+        step = max(x1 - x0, y1 - y0) / PLACES
+        # to the very edge, where many sensors stand
+        inside = 1e-6 * step
+        axes = [
+            np.linspace(low + inside, high - inside, int(np.ceil((high - low) / step)) + 1)
+            for low, high in ((x0, x1), (y0, y1))
+        ]
+        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+        places = grid[plate.contains(grid)]
+        spots = [Footprint((float(x), float(y))) for x, y in places]
+        box = MaterialBox(moduli, ratios, (0.0, 0.0))
+        whole = coarse_reduction(plate, experiment.patch, box, experiment.protocol.band, (*declared, *spots))
+        masses = np.concatenate([[one.mass for one in declared], np.zeros(len(spots))])
+        whole = whole.loaded(masses)
+        feet = iter(range(len(experiment.driven), len(declared)))
+        points = np.full((len(experiment.outputs), whole.size), np.nan)
+        for k, output in enumerate(experiment.outputs):
+            if output.footprint is not None:
+                points[k] = output.footprint.along * whole.footprints[next(feet)]
+        rows = whole.footprints[len(declared) :]
+        return cls(replace(whole, footprints=whole.footprints[: len(declared)]), points, rows, places)
+
+    def modes(self, youngs_modulus: float, poisson_ratio: float) -> tuple[Real, Real, Real]:
+        """Modes of the plate of one material.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+
+        Returns
+        -------
+        frequency : (r,) ndarray
+            Hz, ascending.
+        points : (K, r) ndarray
+            Shapes at the outputs.
+        anywhere : (G, r) ndarray
+            Shapes at the places.
+        """
+        stiffness = self.reduced.stiffness(youngs_modulus, poisson_ratio, 0.0).real
+        modes = DampedModes.of(stiffness, self.reduced.ports)
+        frequency = np.sqrt(np.abs(modes.squares)) / (2.0 * np.pi)
+        return frequency, self.points @ modes.shapes, self.anywhere @ modes.shapes

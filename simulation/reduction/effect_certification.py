@@ -9,11 +9,11 @@ from analysis.arrays import Real
 from analysis.channel import Footprint
 from simulation.reduction.composition import Coefficients, composed
 from simulation.reduction.effect_operators import BENDING_DEGREE, EffectOperators
-from simulation.shell.factors import factorize
+from simulation.shell.unknowns import factorize
+from simulation.state.departures import CERTIFIED, CERTIFIED_NEAR, Sheet
 from simulation.state.extreme_states import combined_state, departed_sheet, laws_within
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import PlateState
-from simulation.state.sheet_departures import CERTIFIED, CERTIFIED_NEAR, Sheet
 from simulation.state.state_matrices import FullPlate
 from simulation.twin.local_solution import LocalSolution
 

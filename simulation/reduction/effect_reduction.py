@@ -20,18 +20,18 @@ from analysis.progress import Progress
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.effect_certification import measured_error, sheet_error
 from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE, EffectOperators
-from simulation.reduction.effect_projection import plate_energies, strains, unspotted
-from simulation.reduction.energy_decomposition import energy_shift, middle
-from simulation.reduction.missing_responses import extended_basis, missing_directions
-from simulation.reduction.patch_projection import patch_energies
+from simulation.reduction.effect_projection import patch_energies, plate_energies, strains, unspotted
 from simulation.reduction.places import attachable, nowhere, patterns
 from simulation.reduction.plate_basis import PlateBasis, plain_reduction
 from simulation.reduction.projector import CELLS_AT_ONCE, Projector
+from simulation.reduction.vectors.energy_decomposition import energy_shift, middle
+from simulation.reduction.vectors.missing_responses import extended_basis, missing_directions
 from simulation.shell.assembly import SELECTING_FORCES, assemble_chosen
 from simulation.shell.fineness import Fineness, relative_loss
-from simulation.shell.footprints import attached_discs
+from simulation.shell.points import attached_discs
 from simulation.shell.shell_model import ShellModel
 from simulation.shell.shell_plate import ShellPlate
+from simulation.state.departures import ABOUT, SHEETS, Sheet
 from simulation.state.extreme_states import (
     SLIP,
     SOFT,
@@ -41,15 +41,9 @@ from simulation.state.extreme_states import (
     laws_within,
     offset_states,
 )
-from simulation.state.patch_departures import (
-    footprint_slopes,
-    patch_departures,
-    patches_as_declared,
-    shift_slopes,
-)
+from simulation.state.patch_departures import footprint_slopes, patch_departures, patches_as_declared, shift_slopes
 from simulation.state.plate_state import PlateState
 from simulation.state.sensor_offset import OFFSET_RANGE, can_move, offset_energies, unmoved
-from simulation.state.sheet_departures import ABOUT, SHEETS, Sheet
 from simulation.state.state_matrices import FullPlate
 
 STAGE = "reducing the plate with its effects"
@@ -86,7 +80,7 @@ def reduce_with_effects(
         triangulation), it is computed with `training`.
     near : (4,) tuple of float, optional
         Logarithms of an orthotropic sheet's moduli about which the operators are made, see
-        `simulation.state.sheet_departures`; about the declared ones, and less exact, unless given.
+        `simulation.state.departures`; about the declared ones, and less exact, unless given.
     exact : bool
         Whether patches are exactly as declared; how their places change a plate takes half of the time.
     offset : bool

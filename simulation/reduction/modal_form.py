@@ -1,16 +1,84 @@
-"""A reduced plate at one set of constants: poles, and transfers as sums over them."""
+"""A reduced plate at one set of constants: poles, transfers as sums over them, and their derivatives.
+
+Losses couple the real modes of a plate weakly. Their vectors are corrected as in Ogita and Aishima, Iterative
+refinement for symmetric eigenvalue decomposition (Japan Journal of Industrial and Applied Mathematics 35, 2018),
+with transposes in place of adjoints: quadratic convergence, and matrix products only.
+"""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import ArrayLike
+from numpy.polynomial.chebyshev import chebvander
+from numpy.typing import ArrayLike, NDArray
 
 from analysis.arrays import Complex, Real
-from simulation.reduction.dashpots import connected, forces
-from simulation.reduction.pole_sums import PoleSums
-from simulation.reduction.symmetric_poles import symmetric_poles
+from simulation.reduction.dashpots import connected, connected_derivatives, forces
+
+FAR_POLES, NODES = 4.0, 16
+"""For poles beyond FAR_POLES times the highest squared frequency, the interpolation error is 14**-NODES."""
+
+
+@dataclass(frozen=True)
+class PoleSums:
+    """Terms 1/(pole - s) of r poles at s, the F squared angular frequencies.
+
+    The sum over poles far above the lines is so smooth that a polynomial through a few points is exact to
+    rounding; most poles of a reduced model are far.
+
+    Attributes
+    ----------
+    far : (r,) bool ndarray
+    near : (r - f, F) complex ndarray
+        Terms of the other poles.
+    beyond : (f, NODES) complex ndarray
+        Terms of the far ones, at Chebyshev points.
+    interpolation : (NODES, F) ndarray
+        From these points to the lines.
+    """
+
+    far: NDArray[np.bool_]
+    near: Complex
+    beyond: Complex
+    interpolation: Real
+
+    @classmethod
+    def of(cls, poles: Complex, frequency: ArrayLike) -> Self:
+        """Prepare the sums of `poles` (r,), rad2/s2, at frequencies (F,), Hz."""
+        s = (2 * np.pi * np.atleast_1d(np.asarray(frequency, float))) ** 2
+        far = np.abs(poles) > FAR_POLES * s.max()
+        if s.size < 4 * NODES:
+            far = np.zeros(len(poles), dtype=bool)
+        points, interpolation = _interpolation(s) if far.any() else (np.zeros(0), np.zeros((0, s.size)))
+        return cls(far, 1.0 / (poles[~far, None] - s), 1.0 / (poles[far, None] - points), interpolation)
+
+    def simple(self, weights: Complex) -> Complex:
+        """Sum weights/(pole - s) over the poles, (..., r) -> (..., F)."""
+        return self._summed(weights, self.near, self.beyond)
+
+    def squared(self, weights: Complex) -> Complex:
+        """Sum weights/(pole - s)**2 over the poles, (..., r) -> (..., F)."""
+        return self._summed(weights, *self._squares)
+
+    @cached_property
+    def _squares(self) -> tuple[Complex, Complex]:
+        return self.near**2, self.beyond**2
+
+    def _summed(self, weights: Complex, near: Complex, beyond: Complex) -> Complex:
+        total = weights[..., ~self.far] @ near
+        if len(beyond):
+            total += (weights[..., self.far] @ beyond) @ self.interpolation
+        return np.asarray(total)
+
+
+CONVERGED_CORRECTION = 1e-6
+"""Largest correction whose square, the next one, is left out."""
+COUPLING_ROUNDING = 1e-15
+"""Largest coupling of real modes, over the largest element, that is taken for rounding."""
+MOST_CORRECTIONS = 8
+"""Number of corrections after which poles count as too close."""
 
 
 @dataclass(frozen=True)
@@ -102,3 +170,170 @@ class ModalForm:
     def with_dashpots(self, ports: Real) -> Real:
         """Columns (r, N) with those of the dashpots after them, (r, N + q)."""
         return np.hstack([ports, self.dashpots]) if self.count else ports
+
+
+def symmetric_poles(matrix: Complex) -> tuple[Complex, Complex] | None:
+    """Eigenvalues (r,) of a complex symmetric (r, r) matrix, and eigenvectors whose transpose is their inverse.
+
+    None if eigenvalues are closer than the coupling of their modes, so that corrections do not converge.
+    """
+    coupled, modes = _in_real_modes(0.5 * (matrix + matrix.T))
+    own = np.arange(len(coupled))
+    poles = coupled[own, own]
+    with np.errstate(all="ignore"):  # coinciding poles are detected by the size of the correction
+        first = coupled / _gaps(poles)
+        first[own, own] = 0.0
+        first *= 2.0 / (1.0 + np.sqrt(1.0 + 4.0 * first * first))  # each pair rotated by its own angle
+        vectors = first + 0.5 * (first @ first)
+        vectors[own, own] += 1.0
+        for _ in range(MOST_CORRECTIONS):
+            product, gram = vectors.T @ (coupled @ vectors), vectors.T @ vectors
+            poles = product[own, own] / gram[own, own]
+            product = 0.5 * (product + product.T)  # removes the asymmetry by rounding
+            correction = (product - poles * gram) / _gaps(poles)
+            correction[own, own] = 0.5 * (1.0 - gram[own, own])
+            vectors += vectors @ correction
+            largest = float(np.abs(correction).max())
+            if largest < CONVERGED_CORRECTION:
+                return poles, vectors if modes is None else modes @ vectors
+            if not largest < 1.0:
+                return None
+    return None
+
+
+def _in_real_modes(matrix: Complex) -> tuple[Complex, Real | None]:
+    """Matrix (r, r) in the modes (r, r) of its real part; None for modes where that is diagonal already."""
+    size = np.abs(matrix.real)
+    largest = size.max(initial=0.0)
+    np.fill_diagonal(size, 0.0)
+    if size.max(initial=0.0) <= COUPLING_ROUNDING * largest:
+        return matrix, None
+    modes = np.linalg.eigh(matrix.real)[1]
+    return modes.T @ matrix @ modes, modes
+
+
+def _gaps(poles: Complex) -> Complex:
+    """Pole of the column less that of the row, 1 on the diagonal."""
+    gaps = poles - poles[:, None]
+    np.fill_diagonal(gaps, 1.0)
+    return np.asarray(gaps)
+
+
+def _interpolation(s: Real) -> tuple[Real, Real]:
+    """Chebyshev points (NODES,) between the ends of s (F,), and the matrix (NODES, F) from them to s."""
+    low, high = s.min(), s.max()
+    points = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
+    to_coefficients = chebvander(points, NODES - 1).T * (2.0 / NODES)
+    to_coefficients[0] *= 0.5
+    place = (2.0 * s - low - high) / (high - low)
+    return 0.5 * (low + high + (high - low) * points), (chebvander(place, NODES - 1) @ to_coefficients).T
+
+
+SAME_POLE = 1e-9
+"""Relative distance below which two poles count as one double pole."""
+
+
+@dataclass(frozen=True)
+class ModalSlopes:
+    """a' Z**-1 b of I columns a and J columns b at F lines, with derivatives by the stiffness.
+
+    The derivative for a change K' of the stiffness is -a' Z**-1 K' Z**-1 b. In modal coordinates the product of
+    two terms 1/((p - s)(q - s)) is the difference of the single terms over q - p, so that a sum over pairs of
+    poles and frequencies becomes one over pairs of poles and one over frequencies.
+
+    Attributes
+    ----------
+    form : ModalForm
+    frequency : (F,) ndarray
+        Hz.
+    left : (I + q, r) complex ndarray
+        The columns a in modal coordinates, those of the q dashpots after them.
+    right : (r, J + q) complex ndarray
+        The columns b likewise.
+    sums : PoleSums
+    apart : (r, r) complex ndarray
+        1/(q - p) of all pairs of poles; 0 for a double pole.
+    double : (r, r) bool ndarray
+        Pairs that count as a double pole.
+    whole : (I + q, J + q, F) complex ndarray
+        a' Z**-1 b without the dashpots.
+    """
+
+    form: ModalForm
+    frequency: Real
+    left: Complex
+    right: Complex
+    sums: PoleSums
+    apart: Complex
+    double: NDArray[np.bool_]
+    whole: Complex
+
+    @classmethod
+    def of(
+        cls, form: ModalForm, left: Real, right: Real, frequency: ArrayLike, sums: PoleSums | None = None
+    ) -> Self:
+        """Prepare derivatives for the columns a and b.
+
+        Parameters
+        ----------
+        left : (r, I) ndarray
+            The columns a.
+        right : (r, J) ndarray
+            The columns b.
+        frequency : (F,) array_like, Hz
+        sums : PoleSums, optional
+            Of the form's poles at `frequency`, where they are known.
+
+        Returns
+        -------
+        ModalSlopes
+        """
+        lines = np.atleast_1d(np.asarray(frequency, float))
+        a, b = form.with_dashpots(left).T @ form.shapes, form.inverse @ form.with_dashpots(right)
+        sums = sums or PoleSums.of(form.poles, lines)
+        gap = form.poles[None, :] - form.poles[:, None]
+        double = np.abs(gap) <= SAME_POLE * np.abs(form.poles)[:, None]
+        apart = np.where(double, 0.0, 1.0 / np.where(double, 1.0, gap))
+        return cls(form, lines, a, b, sums, apart, double, sums.simple(a[:, None] * b.T[None]))
+
+    @property
+    def compliance(self) -> Complex:
+        """Return a' Z**-1 b, (I, J, F)."""
+        return connected(self.whole, self.form.count, self.frequency)
+
+    def with_dashpots(self, slopes: Complex) -> Complex:
+        """Return derivatives of `compliance`, (D, I, J, F), from those of `whole`, (D, I + q, J + q, F)."""
+        return connected_derivatives(self.whole, slopes, self.form.count, self.frequency)
+
+    def by_stiffness(self, changes: Real) -> Complex:
+        """Differentiate `whole` for D derivatives of the stiffness: one sum over poles, in a tenth of the time.
+
+        Parameters
+        ----------
+        changes : (D, r, r) ndarray
+
+        Returns
+        -------
+        (D, I + q, J + q, F) complex ndarray
+        """
+        a, b, size = self.left, self.right, len(self.form.poles)
+        # a real matrix times a complex one, by real products: half of what two complex ones take
+        shapes = np.ascontiguousarray(self.form.shapes).view(float)
+        moved = (np.reshape(changes, (-1, size)) @ shapes).view(complex).reshape(-1, size, size)
+        modal = self.form.inverse @ moved
+        split = modal * self.apart
+        simple = (a @ split)[:, :, None] * b.T - a[:, None] * (split @ b).swapaxes(1, 2)[:, None]
+        own = np.where(self.double, modal, 0.0) @ b
+        return self.sums.simple(simple) - self.sums.squared(a[:, None] * own.swapaxes(1, 2)[:, None])
+
+    def by_columns(self, left: Real, right: Real) -> Complex:
+        """Differentiate `whole` for D derivatives of the columns a (D, r, I) and b (D, r, J).
+
+        Returns
+        -------
+        (D, I + q, J + q, F) complex ndarray
+        """
+        a, b, count = self.left, self.right, self.form.count
+        moved_a = np.pad(left.swapaxes(1, 2) @ self.form.shapes, ((0, 0), (0, count), (0, 0)))
+        moved_b = np.pad((self.form.inverse @ right).swapaxes(1, 2), ((0, 0), (0, count), (0, 0)))
+        return self.sums.simple(moved_a[:, :, None] * b.T + a[:, None] * moved_b[:, None])

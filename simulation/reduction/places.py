@@ -17,12 +17,11 @@ from analysis.arrays import Real
 from analysis.experiment import Attachment, Plate
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from simulation.reduction.energy_decomposition import middle
-from simulation.shell.factors import factorize
+from simulation.reduction.vectors.energy_decomposition import middle
 from simulation.shell.fineness import shortest_wave
-from simulation.shell.footprints import LARGEST_RADIUS_SHARE, LEAST_RADIUS, attached_discs
-from simulation.shell.points import footprint_rows
+from simulation.shell.points import LARGEST_RADIUS_SHARE, LEAST_RADIUS, attached_discs, footprint_rows
 from simulation.shell.rigidity import W
+from simulation.shell.unknowns import factorize
 from simulation.state.plate_state import PlateState
 from simulation.state.state_matrices import FullPlate
 

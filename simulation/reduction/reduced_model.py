@@ -1,4 +1,4 @@
-"""A reduced plate with piezo patches: small dense matrices for a whole box of materials."""
+"""A reduced plate with piezo patches: small dense matrices for a box of materials and a band; its modes."""
 
 from dataclasses import dataclass, field, replace
 from typing import Self
@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 
 from analysis.arrays import Complex, Real
 from analysis.material import MaterialBox
-from simulation.reduction.certified_lines import certified_lines
 from simulation.reduction.damped_modes import DampedModes
 from simulation.reduction.modal_form import ModalForm
 from simulation.shell.in_plane import plane_stress_moduli
@@ -228,3 +227,44 @@ class ReducedModel:
         modal = self.modal_form(youngs_modulus, poisson_ratio, loss_factor)
         chosen = slice(None) if inputs is None else np.atleast_1d(np.asarray(inputs, int))
         return -modal.solve(self.ports[:, chosen], frequency)
+
+
+def certified_lines(frequency: ArrayLike, band: tuple[float, float]) -> Real:
+    """Return frequencies, Hz, as an array of one axis or more; ValueError for one outside the band, Hz."""
+    lines = np.atleast_1d(np.asarray(frequency, float))
+    low, high = band
+    outside = lines[~((lines >= low * (1 - 1e-9)) & (lines <= high * (1 + 1e-9)))]
+    if outside.size:
+        raise ValueError(f"frequency {outside[0]:.6g} Hz is outside the twin's band, {low:g} to {high:g} Hz")
+    return lines
+
+
+def lowest_modes(
+    model: ReducedModel, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int
+) -> tuple[Complex, Real]:
+    """Lowest undamped modes, with the damping of each by plate and dashpots (patches are lossless).
+
+    Parameters
+    ----------
+    youngs_modulus : float
+        Pa.
+    count : int
+        r at most.
+
+    Returns
+    -------
+    squares : (count,) complex ndarray, rad2/s2
+        Squared angular frequencies, with the damping as imaginary part.
+    shapes : (r, count) ndarray
+
+    Raises
+    ------
+    ValueError
+        Outside the trained box.
+    """
+    model.require(youngs_modulus, poisson_ratio, loss_factor)
+    stiffness = model.stiffness(youngs_modulus, poisson_ratio, loss_factor)
+    values, shapes = scipy.linalg.eigh(stiffness.real, subset_by_index=(0, min(count, model.size) - 1))
+    lost = np.einsum("rm,rs,sm->m", shapes, stiffness.imag, shapes)
+    viscous = np.sqrt(np.abs(values)) * ((model.dashpots.T @ shapes) ** 2).sum(axis=0)
+    return values + 1j * (lost + viscous), shapes

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from analysis.declaration.plate_material import Orthotropy
 from analysis.experiment import Plate
 from analysis.material import MaterialBox
-from analysis.sheet_orthotropy import Orthotropy
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.in_plane import moduli
-from simulation.shell.shear_factor import SHEAR_FACTOR
+from simulation.shell.rigidity import SHEAR_FACTOR
 
 USUAL_LOSS = 0.025
 """Loss factor for which tolerances are stated: the middle of a thermoplastic's range."""

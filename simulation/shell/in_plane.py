@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.sheet_orthotropy import Orthotropy
+from analysis.declaration.plate_material import Orthotropy
 from simulation.shell.rigidity import Weight
 
 InPlane = tuple[Weight, Weight, Weight, Weight, Weight, Weight]

@@ -7,22 +7,14 @@ from functools import cached_property
 import numpy as np
 
 from analysis.arrays import Mask, Real
+from analysis.declaration.plate_material import Orthotropy
 from analysis.experiment import Patch, Plate
-from analysis.sheet_orthotropy import Orthotropy
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.curved_surface import CurvedSurface
 from simulation.shell.edges import LineBlock, held_functions, spring_blocks
 from simulation.shell.in_plane import InPlane, Transverse, matrix
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.plate_borders import mesh_of
-from simulation.shell.rigidity import (
-    Block,
-    CellMatrices,
-    Rigidity,
-    Weight,
-    laminate,
-)
-from simulation.shell.shear_factor import SHEAR_FACTOR
+from simulation.shell.rigidity import SHEAR_FACTOR, Block, CellMatrices, CurvedSurface, Rigidity, Weight, laminate
 from simulation.shell.space import ShapeSpace
 
 

@@ -2,8 +2,7 @@
 
 =====================  ================================================================
 ``plate_state``        fields over the plate, attachments, and factors on its signals
-``departures``         errors of the declaration: lengths, mass, patches, wiring
-``sheet_departures``   moduli and losses of an orthotropic sheet, by logarithms of ratios
+``departures``         errors of the declaration: lengths, mass, patches, wiring, moduli of a sheet
 ``field_basis``        smooth fields as Legendre polynomials
 ``extreme_states``     states at the limits of the effects, for training
 ``state_matrices``     sparse matrices of any state, without reduction

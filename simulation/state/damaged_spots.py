@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Numbers, Real
 from simulation.reduction.composition import COMPLEX_STEP, Composite
 from simulation.reduction.effect_operators import EffectOperators
-from simulation.shell.shear_factor import SHEAR_FACTOR
+from simulation.shell.rigidity import SHEAR_FACTOR
 from simulation.state.plate_state import Disc, PlateState
 
 ANGLES = np.arange(96) * (np.pi / 96)

@@ -5,12 +5,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.declaration.plate_material import Orthotropy
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sheet_orthotropy import Orthotropy
-from simulation.state.departures import Departures
+from simulation.state.departures import Departures, Sheet, departed_moduli, departed_transverse
 from simulation.state.plate_state import PlateState
-from simulation.state.sheet_departures import Sheet, departed_moduli, departed_transverse
 
 STEEPEST_SLOPES = (-0.025, 0.0025, -0.01)
 """Steepest slopes of log E, nu and log eta of polypropylene, 1/K."""
@@ -111,7 +110,7 @@ def departed_sheet(state: PlateState, sheet: Orthotropy, away: Sheet) -> PlateSt
     sheet : Orthotropy
         As declared.
     away : (4,) tuple of float
-        Logarithms, see `simulation.state.sheet_departures`.
+        Logarithms, see `simulation.state.departures`.
     """
     ratio, shear, *across = away
     factors = departed_moduli(sheet, ratio, shear)

@@ -16,11 +16,9 @@ from scipy.sparse import csr_matrix
 
 from analysis.arrays import Mask, Real
 from analysis.channel import Footprint
-from simulation.reduction.effect_projection import weighed_energies
-from simulation.reduction.patch_projection import declared_patch
+from simulation.reduction.effect_projection import declared_patch, weighed_energies
 from simulation.reduction.projector import Projector
-from simulation.shell.footprints import footprint_points
-from simulation.shell.points import footprint_rows
+from simulation.shell.points import footprint_points, footprint_rows
 from simulation.shell.rigidity import W
 from simulation.state.sensor_offset import Zone, around
 from simulation.state.state_matrices import FullPlate

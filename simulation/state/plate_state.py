@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Mask
 from analysis.experiment import Experiment, Plate, Point
 from analysis.local_laws import LocalLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from simulation.state.departures import AS_DECLARED, Departures
 
 Field = NDArray[Any]

@@ -34,7 +34,7 @@ ABSENT = ("area_mass", "area_resistance", "area_stiffness", "offset_x", "offset_
 
 @dataclass(frozen=True)
 class DeclaredPlate:
-    """A `simulation.twin.reduced_plate.ReducedPlate` of uniform material, without effects on the plate itself.
+    """A `simulation.twin.local_plate.ReducedPlate` of uniform material, without effects on the plate itself.
 
     Sufficient for laws at any temperature and for effects on the signals.
     """

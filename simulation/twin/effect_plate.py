@@ -24,8 +24,8 @@ from simulation.reduction.composition import (
 )
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.damaged_spots import spots_slope, with_spots
+from simulation.state.departures import FARTHEST_MODULI, FARTHEST_SHEAR
 from simulation.state.plate_state import PlateState
-from simulation.state.sheet_departures import FARTHEST_MODULI, FARTHEST_SHEAR
 
 FIELDS = (
     "temperature",
@@ -225,7 +225,7 @@ def _of_the_sheet(state: PlateState) -> list[tuple[str, Any, tuple[float, float]
 
 @dataclass(frozen=True)
 class EffectPlate:
-    """A `simulation.twin.reduced_plate.ReducedPlate` with matrices composed of `operators`."""
+    """A `simulation.twin.local_plate.ReducedPlate` with matrices composed of `operators`."""
 
     operators: EffectOperators
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
 from simulation.reduction.composition import COMPLEX_STEP, Composite, proportion
-from simulation.reduction.modal_slopes import ModalSlopes
+from simulation.reduction.modal_form import ModalSlopes
 from simulation.state.attached import Seat
 from simulation.state.plate_state import PlateState, PointLoad
 from simulation.twin.local_plate import deflection_at

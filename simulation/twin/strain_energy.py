@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from analysis.arrays import Complex, Real, Whole
 from simulation.reduction.composition import COMPLEX_STEP, Composite
 from simulation.state.plate_state import SPECTRA, PlateState
-from simulation.twin.line_solver import LineSolver
 from simulation.twin.local_plate import LocalPlate
-from simulation.twin.local_solution import LocalSolution
+from simulation.twin.local_solution import LineSolver, LocalSolution
 from simulation.twin.sensitivity import TransferSensitivity
 
 StateOf = Callable[[NDArray[Any]], PlateState]

@@ -16,17 +16,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from analysis.arrays import Complex, Real
 from analysis.local_laws import LocalLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, Tangent
-from simulation.reduction.certified_lines import certified_lines
 from simulation.reduction.composition import COMPLEX_STEP, Composite
+from simulation.reduction.reduced_model import certified_lines
 from simulation.state.plate_state import PlateState
-from simulation.twin.instrumented_plate import InstrumentedPlate, Plate, steady
-from simulation.twin.local_plate import LocalPlate
+from simulation.twin.instrumented_plate import InstrumentedPlate, Plate, StateEffects, States, steady
+from simulation.twin.local_plate import CompositeSlopes, LocalPlate
 from simulation.twin.local_solution import LocalSolution
 from simulation.twin.recorded_signals import Derivatives, SignalReading
-from simulation.twin.reduced_plate import CompositeSlopes
-from simulation.twin.states import StateEffects, States
 
 MOVE_SHARE = 1e-4
 """Share of the moves for the difference: it has an error of some parts of this share, and rounding of 1e-12 over

@@ -1,10 +1,8 @@
 """Verification of computed plates against exact and published natural frequencies.
 
 ====================  ================================================================
-``waves``             waves of an unbounded Mindlin plate
-``root_search``       all roots of a characteristic determinant
-``exact_discs``       discs and annuli, by Bessel functions
-``exact_rectangles``  rectangles with hard simple supports (Navier, Levy)
+``exact_plates``      rectangles with hard simple supports (Navier, Levy), discs and annuli (Bessel), by waves of
+                      a plate
 ``case``              one plate with known frequencies, and the supports of its edges
 ``cases``             cases with exact and with converged solutions, these beside published values
 ``report``            comparison of a solver's frequencies with the known ones, order of convergence; as Markdown

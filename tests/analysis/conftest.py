@@ -7,8 +7,7 @@ import pytest
 from scipy.interpolate import make_interp_spline
 
 from analysis.experiment import Patch, Plate
-from analysis.focusing.energy import FieldSpace
-from analysis.focusing.grid import Grid
+from analysis.focusing.energy import FieldSpace, Grid
 from analysis.focusing.panel import Filters, Panel, Target
 from analysis.focusing.panel_model import PanelModes
 from analysis.material import MaterialLaws

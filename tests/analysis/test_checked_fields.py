@@ -10,7 +10,7 @@ import pytest
 from analysis.channel import Footprint
 from analysis.compensation.knots import PlacedTemperatures
 from analysis.compensation.law_band import ContrastBand
-from analysis.compensation.low_rank import LowRankBank
+from analysis.compensation.network import LowRankBank
 from analysis.compensation.outcome import NetworkStudy
 from analysis.compensation.tilted import TiltedContrast
 from analysis.estimates import FittedLaws
@@ -24,26 +24,24 @@ from analysis.focusing.panel_model import PanelModes
 from analysis.focusing.pareto import ParetoCurve
 from analysis.focusing.performance import Aim
 from analysis.focusing.played import Played
-from analysis.frf import Frf
-from analysis.health.baseline import PanelLinearisation
+from analysis.health.baseline import PanelLinearisation, SelfCheck
 from analysis.health.evidence import SpanEstimate
 from analysis.health.health_report import HealthDate, HealthReport, NamedChange
 from analysis.health.recording import DatedRecording, DateEquations, ExpectedResponse
-from analysis.health.self_check import SelfCheck
 from analysis.identification.measured import Measured
 from analysis.material import Material, MaterialBox, MaterialLaws, MaterialSigma
+from analysis.recordings.frf import Frf
 from analysis.shapes.stabilization import StabilizationChart
 from analysis.thermometry.listening import Listener
 from analysis.updated import Updated
 from analysis.updating.normal_equations import SweepData
-from analysis.weather.family import TiltFamily
-from analysis.weather.judgement import WeatherFields, WeatherJudgement
-from analysis.weather.warm_panel import WarmAnswer
-from app.files.gap_file import GapMap, Signatures
-from app.files.laws_file import TwinFrf
-from app.files.running_campaign import LatestRepeat
-from app.files.studies_file import Surfaces
-from app.sound.played_signals import PlayedSignals
+from analysis.weather.family import TiltFamily, WarmAnswer
+from analysis.weather.judged import WeatherFields, WeatherJudgement
+from app.files.acquisition.running_campaign import LatestRepeat
+from app.files.results.gap_file import GapMap, Signatures
+from app.files.results.laws_file import TwinFrf
+from app.files.results.studies_file import Surfaces
+from app.sound.listening import PlayedSignals
 from app.watch.watched import MeasuredSweep
 from drivers.hammer.judged_hit import HitJudge
 from drivers.hammer.simulated import HandSettings

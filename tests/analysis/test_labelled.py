@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from analysis import labelled
-from analysis.frf import Frf
 from analysis.labelled import LabelledArrays
 from analysis.material import Material
+from analysis.recordings.frf import Frf
 from analysis.updated import Updated
 
 LINES = np.array([100.0, 101.0, 102.0, 103.0])

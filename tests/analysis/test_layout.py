@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from analysis.declaration.patch import Patch
+from analysis.declaration.plate import Plate
 from analysis.experiment import check_patches, check_point
 from analysis.geometry.fault import GeometryError
-from analysis.patch import Patch
-from analysis.plate import Plate
 
 PLATE = Plate.model_validate(
     {

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from analysis.campaign import Sensitivities, Sensitivity, Sweep
 from analysis.channel import Channel, Footprint
+from analysis.recordings.campaign import Sensitivities, Sensitivity, Sweep
 
 PLACE = Footprint((0.1, 0.1))
 FORCE, ACCELERATION = (Channel(name, name, footprint=PLACE) for name in ("force", "acceleration"))

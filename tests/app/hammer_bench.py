@@ -8,9 +8,9 @@ import numpy as np
 from scipy.signal import lfilter
 
 from analysis.arrays import Real
-from app.files.hammer_experiment import HammerExperiment, read_hammer_experiment
-from app.files.hammer_folder import hammer_log
-from app.files.sweep_file import Source
+from app.files.acquisition.hammer_folder import hammer_log
+from app.files.campaigns.sweep_file import Source
+from app.files.declarations.hammer_experiment import HammerExperiment, read_hammer_experiment
 from app.rig.hammer_assembly import SimulatedHammerRig, simulated_hammer_rig
 from app.stages.acquire_hammer import HammerOutcome, acquire_hammer, interrupted_at
 from drivers.hammer.campaign import AskedHit, Key, ToldHit, no_key

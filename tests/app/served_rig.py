@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import butter, sosfilt
 
-from app.files.hammer_experiment import read_hammer_experiment
+from app.files.declarations.hammer_experiment import read_hammer_experiment
 from drivers.clock import SystemClock
 from drivers.hammer.simulated import LEAD_TIME, Strike, struck_surroundings
 from drivers.ni.modules import NI_9211, NI_9234, NI_9260

@@ -15,8 +15,8 @@ from click.testing import CliRunner
 from threadpoolctl import threadpool_limits
 
 from app.blind_trial.plates import OTHER_MESH
+from app.files.declarations.experiment import AcquiredExperiment, read_acquired_experiment
 from app.files.effect_cache import cached_departures
-from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
 from app.files.toml_text import toml_text
 from app.main import flexura
 from simulation.tolerances import tolerances

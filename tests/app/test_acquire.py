@@ -23,11 +23,11 @@ from threadpoolctl import threadpool_limits
 
 import app.rig.assembly
 from app.commands import acquire
-from app.files.campaign import load_campaign
+from app.files.acquisition.events import append_event, read_events
 from app.files.campaign_error import CampaignFileError
-from app.files.campaign_folder import frozen_protocol, write_protocol
-from app.files.events import append_event, read_events
-from app.files.experiment_toml import read_acquired_experiment
+from app.files.campaigns.folder import frozen_protocol, write_protocol
+from app.files.campaigns.loading import load_campaign
+from app.files.declarations.experiment import read_acquired_experiment
 from app.files.folder_lock import folder_lock
 from app.main import flexura, main
 from app.rig import first_shot

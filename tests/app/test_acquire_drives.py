@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from app.files.experiment_toml import read_acquired_experiment
+from app.files.declarations.experiment import read_acquired_experiment
 from app.main import flexura
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "quick-rig.toml"

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from app.files.acquisition.events import read_events
 from app.files.campaign_error import CampaignFileError
-from app.files.events import read_events
-from app.files.hammer_experiment import HammerExperiment, read_hammer_experiment, require_simulated
+from app.files.declarations.hammer_experiment import HammerExperiment, read_hammer_experiment, require_simulated
+from app.files.declarations.modal_test import read_modal_test
 from app.files.hdf5_file import opened_hdf5
-from app.files.modal_test_toml import read_modal_test
 from app.main import flexura
 from app.modal_test.declared_test import declared_frfs
 from app.rig.hammer_assembly import SimulatedHammerRig

@@ -11,21 +11,20 @@ import pytest
 from click.testing import CliRunner
 
 from analysis.arrays import Real
-from analysis.frf import campaign_frf
+from analysis.recordings.frf import campaign_frf
 from app.chain.input_files import campaign_hashes
+from app.files.acquisition.events import append_event, read_events
 from app.files.atomic import atomic_hdf5
 from app.files.campaign_error import CampaignFileError
-from app.files.events import append_event, read_events
-from app.files.hammer_experiment import HammerExperiment, read_hammer_experiment
+from app.files.declarations.hammer_experiment import HammerExperiment, read_hammer_experiment
+from app.files.declarations.plate import read_plate_measurement
 from app.files.hdf5_file import opened_hdf5
-from app.files.plate_toml import read_plate_measurement
 from app.main import flexura
 from app.modal_test.declared_test import declared_frfs
 from app.plate_frfs.given_campaign import read_plate
 from app.rig.hammer_assembly import SimulatedHammerRig
-from drivers.hammer.campaign import Key
+from drivers.hammer.campaign import HeldPlate, Key
 from drivers.hammer.judged_hit import HitTemperature
-from drivers.hammer.set_points import HeldPlate
 from drivers.ni.endless_inputs import EndlessInputs
 from drivers.rig.errors import RigStopped
 from tests.app.hammer_bench import EXAMPLE, acquire, text_with_oven
@@ -187,7 +186,7 @@ def test_verbs_repeat_doubts_of_the_hits_that_count(declared: HammerExperiment, 
 def test_an_oven_is_not_held_for_ever_where_nobody_hits(
     declared: HammerExperiment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("drivers.hammer.set_points.LONGEST_PAUSE", 60.0)
+    monkeypatch.setattr("drivers.hammer.campaign.LONGEST_PAUSE", 60.0)
     rigs: list[SimulatedHammerRig] = []
 
     def gone(parts: SimulatedHammerRig) -> None:

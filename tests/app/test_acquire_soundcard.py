@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 from threadpoolctl import threadpool_limits
 
-from app.files.experiment_toml import read_acquired_experiment
+from app.files.declarations.experiment import read_acquired_experiment
 from app.main import flexura
 from app.rig.first_shot import look_before
 from drivers.ni.errors import Action, DaqError

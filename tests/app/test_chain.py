@@ -13,9 +13,9 @@ import pytest
 from click.testing import CliRunner, Result
 from threadpoolctl import threadpool_limits
 
-from app.files.laws_file import load_laws, load_updated
-from app.files.modes_file import load_modes
 from app.files.provenance import read_stamp
+from app.files.results.laws_file import load_laws, load_updated
+from app.files.results.modes_file import load_modes
 from app.main import flexura
 
 Cut = Callable[[Path, tuple[int, ...]], None]

@@ -12,7 +12,7 @@ from app.commands import check_instrument
 from app.main import flexura, main
 from drivers.checks.trial import CheckVerdict
 from drivers.ovens.f4t import F4T
-from drivers.ovens.serial_port import SerialPort
+from drivers.ovens.line_settings import SerialPort
 from drivers.rig.occupancy import occupied
 
 DECLARED = """\

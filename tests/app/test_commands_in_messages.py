@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from app.files.bad_file import quoted
-from app.files.campaign import not_a_campaign
-from app.files.run_folder import run_file
+from app.files.campaigns.loading import not_a_campaign
+from app.files.results.run_folder import run_file
 
 APP = Path(__file__).resolve().parents[2] / "app"
 COMMAND = re.compile(r"flexura [a-z-]+[^;:(),]* $")

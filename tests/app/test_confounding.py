@@ -6,18 +6,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.frf import Frf
 from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import plain_state
 from analysis.gap.search.confidence import equivalents
-from analysis.gap.search.confounding import signal_cosine
+from analysis.gap.search.observability import signal_cosine
 from analysis.gap.search.score_test import score_test
 from analysis.local_laws import LocalLaws
 from analysis.material import Material
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from app.twins.campaign_twin import effect_twin
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from threadpoolctl import threadpool_limits
 
 from app.commands import demo
-from app.files.experiment_toml import read_acquired_experiment
+from app.files.declarations.experiment import read_acquired_experiment
 from app.main import flexura
 
 NUMBER = r"\d+\.\d+"
@@ -105,7 +105,7 @@ def test_the_share_of_the_gap_that_closes_has_its_standard_deviation(
 ) -> None:
     held_out = {"closure": 0.9512, "closure_sigma": 0.0123}
     gap = {"verdict": "explained", "effects": [], "gap": {"held_out": held_out}}
-    monkeypatch.setattr("app.files.gap_file.load_gap", lambda _: (None, gap))
+    monkeypatch.setattr("app.files.results.gap_file.load_gap", lambda _: (None, gap))
     caption = demo.effects_table(tmp_path).caption
     assert caption == "gap explained; 95.1 ± 1.2 % of the gap closes on held-out data"
 

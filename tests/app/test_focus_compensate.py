@@ -21,20 +21,20 @@ from analysis.focusing.responses import responses
 from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
-from app.files.compensation_file import load_compensation
-from app.files.filter_files import load_focusing
-from app.files.panel_file import SECTION_2, read_panel
+from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.provenance import provenance, read_stamp, sha256, stamp
-from app.files.transfers_file import read_transfers, write_transfers
-from app.files.uff58 import write_frfs
+from app.files.results.compensation_file import load_compensation
+from app.files.results.filter_files import load_focusing
+from app.files.results.transfers_file import read_transfers, write_transfers
+from app.files.uff.frfs import write_frfs
 from app.files.values import write_value
 from app.main import flexura
 from app.report.focusing import loss, relative_errors
 from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
-from app.stages import panel_inputs
 from app.stages.focus import uncorrected_aim
-from app.stages.panel_laws import laws_for
+from app.stages.panel import inputs as panel_inputs
+from app.stages.panel.laws import laws_for
 from app.twins import warm_twin as warm_module
 from app.twins.panel_twin import panel_twin
 from app.twins.warm_twin import warm_twin

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Experiment
-from app.files.campaign_kind import DECLARATION
-from app.files.campaign_toml import read_experiment
+from app.files.campaigns.declaration import read_experiment
+from app.files.campaigns.kind import DECLARATION
 from app.files.toml_text import toml_text
 
 ROOT = Path(__file__).resolve().parents[2]

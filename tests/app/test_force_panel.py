@@ -8,10 +8,10 @@ import h5py
 import numpy as np
 import pytest
 
-from analysis.focusing.grid import Grid
+from analysis.focusing.energy import Grid
 from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
-from app.files.panel_file import read_panel
+from app.files.declarations.panel import read_panel
 from app.files.provenance import provenance, stamp
 from app.files.values import write_value
 from app.twins.panel_twin import panel_twin

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.files.campaign import load_campaign
-from app.stages.comparison_request import GapRequest
+from app.files.campaigns.loading import load_campaign
+from app.stages.comparison.request import GapRequest
 from app.stages.gap import GapComparison, compute
 
 FOLDER = Path(__file__).parents[3] / "shared" / "data" / "campaigns"

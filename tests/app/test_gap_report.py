@@ -17,8 +17,8 @@ from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect,
 from analysis.gap.search.held_out import HeldOut
 from analysis.gap.search.observability import Observability
 from app.files.bad_file import ResultFileError
-from app.files.gap_file import GapFigures, load_gap, save_gap
-from app.files.gap_json import gap_record
+from app.files.results.gap_file import GapFigures, load_gap, save_gap
+from app.files.results.gap_json import gap_record
 from app.report.gap_section import gap_section, verdict
 from app.report.page import PageTable, Paragraph, Picture, VerdictBox
 from app.report.style import drawing

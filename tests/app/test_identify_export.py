@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from analysis.estimation.transfer import MeasuredTransfer
-from app.files.uff58 import read_frfs, write_frfs
+from app.files.uff.frfs import read_frfs, write_frfs
 from app.modal_test.modes_of_test import load_test
 
 Run = Callable[..., tuple[int, str, str]]

@@ -16,15 +16,15 @@ import h5py
 import numpy as np
 import pytest
 
-from analysis.campaign import Campaign
-from app.files.campaign import load_campaign
+from analysis.recordings.campaign import Campaign
 from app.files.campaign_error import CampaignFileError
-from app.files.campaign_folder import write_index
+from app.files.campaigns.folder import write_index
+from app.files.campaigns.import_recording import import_recording
+from app.files.campaigns.loading import load_campaign
+from app.files.campaigns.recorded import read_recorded_campaign
 from app.files.disk_room import UnwrittenFileError
 from app.files.folder_lock import folder_lock
-from app.files.import_recording import import_recording
 from app.files.provenance import sha256
-from app.files.recorded_campaign import read_recorded_campaign
 
 SHARED = Path(__file__).resolve().parents[3] / "shared/data/campaigns"
 ROOT = Path(__file__).resolve().parents[2]
@@ -332,7 +332,7 @@ def test_full_disk_leaves_nothing(recorded: Path, tmp_path: Path, monkeypatch: p
 CHILD = """
 import sys
 from pathlib import Path
-from app.files.import_recording import import_recording
+from app.files.campaigns.import_recording import import_recording
 print("ready", flush=True)
 import_recording(Path(sys.argv[1]), Path(sys.argv[2]))
 print("done", flush=True)

@@ -13,10 +13,10 @@ import pytest
 from scipy.signal import butter, sosfilt
 
 from analysis.arrays import Real
-from app.files.acquired_campaign import campaign_log
-from app.files.campaign import load_campaign
-from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
-from app.files.sweep_file import Source, digest
+from app.files.acquisition.campaign_folder import campaign_log
+from app.files.campaigns.loading import load_campaign
+from app.files.campaigns.sweep_file import Source, digest
+from app.files.declarations.experiment import AcquiredExperiment, read_acquired_experiment
 from app.stages.acquire import acquire_campaign
 from drivers.ni.modules import NI_9211, NI_9234, NI_9260
 from drivers.rig.campaign import unobserved

@@ -9,11 +9,11 @@ import pytest
 
 from app.files import provenance as made
 from app.files.bad_file import ResultFileError
-from app.stages.panel_inputs import checked_device
+from app.stages.panel.inputs import checked_device
 
 ROOT = Path(__file__).resolve().parents[2]
 FLOORS = ("analysis", "app", "drivers", "flexura", "simulation")
-OTHER_DEVICES = {"analysis/compensation/tensors.py", "app/stages/panel_inputs.py"}
+OTHER_DEVICES = {"analysis/compensation/linearised.py", "app/stages/panel/inputs.py"}
 """Modules that import it, within functions, for devices other than the processor."""
 
 

@@ -14,12 +14,12 @@ import flexura
 from analysis.material import MaterialLaws
 from app.commands.update import overtaken
 from app.files.bad_file import ResultFileError
-from app.files.best_twin import best_twin
+from app.files.results.best_twin import best_twin
 from app.report.page import PageTable, Paragraph, Picture, Section, Words
 from app.report.sections import Found, sections
 from app.report.style import drawing
 from app.report.summary import summary
-from app.stages.panel_laws import laws_for
+from app.stages.panel.laws import laws_for
 from app.summaries.numbers import FIXED
 from tests.app.corrected_run import corrected, laws_of, record, write_run
 from tests.app.view.conftest import updated
@@ -193,9 +193,9 @@ def test_without_a_comparison_all_is_as_it_was(tmp_path: Path) -> None:
 READERS = {"load_laws", "laws_if_any", "load_updated"}
 ALLOWED = {
     "app/chain/made_by_verbs.py": "only whether an update settled: it prints no law",
-    "app/files/best_twin.py": "decides",
-    "app/files/laws_file.py": "defines them",
-    "app/stages/panel_laws.py": "a file of laws that is named itself, and the uncorrected ones of a twin file",
+    "app/files/results/best_twin.py": "decides",
+    "app/files/results/laws_file.py": "defines them",
+    "app/stages/panel/laws.py": "a file of laws that is named itself, and the uncorrected ones of a twin file",
     "app/twins/expected_modes.py": "modes of the plain twin, which need its own laws",
 }
 

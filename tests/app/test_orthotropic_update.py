@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.files.laws_file import load_updated
+from app.files.results.laws_file import load_updated
 from tests.app.spruce import (
     BOX,
     LOSS,

@@ -10,12 +10,12 @@ import flexura
 from analysis.focusing.measured import MeasuredTransfers
 from analysis.focusing.responses import responses
 from analysis.radiation.radiator import Radiator
-from app.files.compensation_file import load_compensation
-from app.files.filter_files import load_focusing
-from app.files.panel_file import read_panel
+from app.files.declarations.panel import read_panel
 from app.files.provenance import read_stamp
-from app.files.radiation_file import load_radiation
-from app.files.transfers_file import write_transfers
+from app.files.results.compensation_file import load_compensation
+from app.files.results.filter_files import load_focusing
+from app.files.results.radiation_file import load_radiation
+from app.files.results.transfers_file import write_transfers
 from app.report.sections import part_of
 from app.twins.panel_twin import panel_twin
 from tests.app.test_focus_compensate import flex, laws, silent, write_laws

@@ -14,7 +14,7 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.performance import contrast, decibels, mean_response
 from analysis.focusing.played import play_methods
 from analysis.material import Material, MaterialLaws, laws_through
-from app.stages.panel_inputs import panel_of
+from app.stages.panel.inputs import panel_of
 from app.twins.panel_twin import panel_twin
 from tests.app.test_focus_compensate import write_laws
 

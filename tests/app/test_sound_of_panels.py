@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from analysis.focusing.over_temperature import focus
-from analysis.focusing.panel import Panel
+from analysis.focusing.panel import Panel, PanelSound, SoundListener
 from analysis.focusing.radiated import Radiation, radiate
-from analysis.radiation.declared_sound import PanelSound, SoundListener
 from analysis.radiation.measures import third_octave_levels
-from app.files.panel_file import SECTION_2, read_panel
+from app.files.declarations.panel import SECTION_2, read_panel
 from app.twins.panel_twin import panel_twin
 from tests.app.test_section_2_filters import polypropylene
 

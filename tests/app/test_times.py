@@ -23,8 +23,8 @@ ROOT = Path(__file__).resolve().parents[2]
 OFFSET = r"\+05:?30"
 """Of Kolkata, which no computer of a test stands at by chance; nothing is UTC there."""
 FOR_MACHINES = {
-    "app/files/tdms_sweep.py": "reads dates of files",
-    "app/files/events.py": "reads dates of logs",
+    "app/files/campaigns/tdms_sweep.py": "reads dates of files",
+    "app/files/acquisition/events.py": "reads dates of logs",
     "app/modal_test/edit_journal.py": "journal.jsonl",
     "app/modal_test/declared_test.py": "day of a declaration, no time of day",
     "app/report/plate_sections.py": "day of a declaration, no time of day",

@@ -8,11 +8,11 @@ import pytest
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from analysis.frf import Frf, campaign_frf
-from analysis.identification.expected_modes import ExpectedModes
-from analysis.identification.tracked_modes import TrackedModes
-from analysis.identification.tracking import track
-from app.files.campaign import load_campaign
+from analysis.identification.over_temperature.expected_modes import ExpectedModes
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracking import track
+from analysis.recordings.frf import Frf, campaign_frf
+from app.files.campaigns.loading import load_campaign
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT.parent / "shared" / "data" / "campaigns" / "pp-plate-nominal"

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import flexura
-from app.files.campaign import load_campaign
-from app.files.campaign_folder import frozen_protocol, read_protocol, write_protocol
-from app.files.campaign_inputs import origin_of_result
+from app.files.campaigns.folder import frozen_protocol, read_protocol, write_protocol
+from app.files.campaigns.inputs import origin_of_result
+from app.files.campaigns.loading import load_campaign
 from app.files.folder_lock import folder_lock
-from app.files.frf_file import load_frf
-from app.files.laws_file import load_laws, load_updated
+from app.files.results.frf_file import load_frf
+from app.files.results.laws_file import load_laws, load_updated
 from app.main import main
 from app.report.sections import sections
 

@@ -16,17 +16,17 @@ from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from analysis.radiation.radiator import Radiator
 from analysis.rendering.heard import SAMPLES_BEFORE_ZERO, impulse_responses
-from analysis.weather.judgement import ONE, OWN_TILTED, SEVERAL, TILTED, WAYS
-from app.chain.panel_links import compensate_inputs, do_compensate
+from analysis.weather.judged import ONE, OWN_TILTED, SEVERAL, TILTED, WAYS
+from app.chain.links import compensate_inputs, do_compensate
 from app.chain.request import RunRequest
 from app.chain.work import Work
 from app.files.campaign_error import CampaignFileError
-from app.files.compensation_file import load_compensation
-from app.files.filter_files import load_panel
-from app.files.laws_file import load_laws
-from app.files.panel_file import SECTION_2, read_panel, read_weather
+from app.files.declarations.panel import SECTION_2, read_panel, read_weather
+from app.files.declarations.run_settings import read_run_options
 from app.files.provenance import sha256
-from app.files.run_settings import read_run_options
+from app.files.results.compensation_file import load_compensation
+from app.files.results.filter_files import load_panel
+from app.files.results.laws_file import load_laws
 from app.files.shipped import shipped
 from app.main import flexura
 from app.report.focusing import lost_in_weather

@@ -16,12 +16,12 @@ from pathlib import Path
 import click
 import pytest
 
+from analysis.declaration.patch import Patch
+from analysis.declaration.plate import Plate
+from analysis.declaration.transducers import Drive, Sensor
 from analysis.experiment import check_patches
-from analysis.patch import Patch
-from analysis.plate import Plate
-from analysis.transducers import Drive, Sensor
 from app.commands.options import Existing
-from app.files.campaign_toml import read_experiment
+from app.files.campaigns.declaration import read_experiment
 from app.main import flexura
 from simulation.effects.library import LIBRARY
 

@@ -57,8 +57,8 @@ def test_every_module_named_is_there(page: Path) -> None:
 
 
 def test_a_module_that_is_not_there_is_seen() -> None:
-    assert exists("analysis.frf.Frf.noise_floor")
-    assert not exists("analysis.frf.Nothing")
+    assert exists("analysis.recordings.frf.Frf.noise_floor")
+    assert not exists("analysis.recordings.frf.Nothing")
     assert not exists("analysis.nowhere.at_all")
 
 

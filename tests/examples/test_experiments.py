@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from app.files.experiment_toml import read_acquired_experiment
-from app.files.panel_file import read_panel
+from app.files.declarations.experiment import read_acquired_experiment
+from app.files.declarations.panel import read_panel
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

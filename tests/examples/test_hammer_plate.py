@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from analysis.identification.residual_terms import choices_for
+from analysis.identification.pole_residue import choices_for
 from analysis.identification.settings import Settings
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from app.main import flexura
 from app.stages.identify import compute
 from app.stages.identify_options import Wanted

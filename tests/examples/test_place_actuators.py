@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from app.files.panel_file import SECTION_2, read_panel
+from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.toml_text import toml_text
 
 SCRIPT = Path(__file__).resolve().parents[2] / "examples" / "place_actuators.py"

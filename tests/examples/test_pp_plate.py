@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from app.files.campaign import load_campaign
-from app.files.campaign_toml import read_experiment
+from app.files.campaigns.declaration import read_experiment
+from app.files.campaigns.loading import load_campaign
 from app.files.provenance import sha256
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples/pp-plate"

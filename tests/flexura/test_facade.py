@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import flexura
-from analysis.campaign import Campaign
-from analysis.frf import Frf
 from analysis.material import Material, MaterialLaws, laws_through
+from analysis.recordings.campaign import Campaign
+from analysis.recordings.frf import Frf
 from app.files.bad_file import ResultFileError
-from app.files.modes_file import load_modes
+from app.files.results.modes_file import load_modes
 from app.stages.identify import IdentifiedCampaign
 from flexura.figures import FIGURES
 

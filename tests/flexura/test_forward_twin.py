@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import flexura
-from analysis.frf import Frf
 from analysis.local_laws import LocalLaws
+from analysis.recordings.frf import Frf
 from analysis.updating.update import update
 from app.files.bad_file import ResultFileError
 from app.twins.campaign_twin import campaign_twin

@@ -36,7 +36,7 @@ def script(desk: Path, text: str) -> subprocess.CompletedProcess[str]:
 def test_a_script_beside_foreign_packages_gets_ours_and_its_own_tests(desk: Path) -> None:
     done = script(
         desk,
-        "import flexura, tests, analysis.frf, app.stages.identify, drivers.rig, simulation.twin\n"
+        "import flexura, tests, analysis.recordings.frf, app.stages.identify, drivers.rig, simulation.twin\n"
         "ours = (analysis, app, drivers, simulation)\n"
         "print(tests.FOREIGN, flexura.load.__module__, *(package.__file__ for package in ours))",
     )

@@ -14,18 +14,18 @@ from analysis.estimation.transfer import MeasuredTransfer
 from analysis.focusing.measured import MeasuredTransfers
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
-from app.files.campaign_toml import read_experiment
-from app.files.compensation_file import load_compensation
-from app.files.filter_files import load_focusing
-from app.files.panel_file import read_panel
+from app.files.campaigns.declaration import read_experiment
+from app.files.declarations.panel import read_panel
 from app.files.provenance import read_stamp, sha256
-from app.files.transfers_file import read_transfers, write_transfers
-from app.files.twin_file import Basis, Estimated, TwinFile, TwinLaws, TwinOrigin, read_twin, write_twin
-from app.files.uff58 import write_frfs
+from app.files.results.compensation_file import load_compensation
+from app.files.results.filter_files import load_focusing
+from app.files.results.transfers_file import read_transfers, write_transfers
+from app.files.results.twin_file import Basis, Estimated, TwinFile, TwinLaws, TwinOrigin, read_twin, write_twin
+from app.files.uff.frfs import write_frfs
 from app.main import flexura as program
 from app.stages import focus as focus_stage
-from app.stages import panel_laws
-from app.stages.panel_laws import laws_of_twin
+from app.stages.panel import laws as panel_laws
+from app.stages.panel.laws import laws_of_twin
 from tests.two_patch_panel import PANEL
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"

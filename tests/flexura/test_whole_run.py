@@ -6,7 +6,7 @@ import pytest
 
 import flexura
 from app.files.campaign_error import CampaignFileError
-from app.files.modes_file import load_modes
+from app.files.results.modes_file import load_modes
 from tests.app.conftest import TinyCampaign, tiny_campaign
 
 

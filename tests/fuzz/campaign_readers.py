@@ -7,25 +7,25 @@ from typing import Any
 import numpy as np
 
 from analysis.experiment import Experiment
-from analysis.focusing.grid import Grid
-from analysis.frf import campaign_frf
+from analysis.focusing.energy import Grid
+from analysis.recordings.frf import campaign_frf
 from app.blind_trial.outcome import read_outcome
 from app.blind_trial.trial import Trial, begin
-from app.files import events, running_campaign
-from app.files.campaign_channels import RecorderLayout
-from app.files.campaign_folder import frozen_protocol, read_protocol
-from app.files.campaign_toml import read_declaration
-from app.files.experiment_toml import read_acquired_experiment
-from app.files.hammer_experiment import read_hammer_experiment
-from app.files.hammer_folder import open_hammer_folder
-from app.files.hit_doubts import hit_doubts
-from app.files.instruments_toml import declared_instruments
-from app.files.panel_file import read_panel, read_weather
-from app.files.recorded_campaign import read_recording
-from app.files.sweep_file import Source, read_sweep_file
-from app.files.tdms_sweep import read_sweep
-from app.files.twin_file import read_twin
-from app.fleet.members import fleet_members
+from app.files.acquisition import events, running_campaign
+from app.files.acquisition.hammer_folder import open_hammer_folder
+from app.files.acquisition.hit_doubts import hit_doubts
+from app.files.campaigns.channels import RecorderLayout
+from app.files.campaigns.declaration import read_declaration
+from app.files.campaigns.folder import frozen_protocol, read_protocol
+from app.files.campaigns.recorded import read_recording
+from app.files.campaigns.sweep_file import Source, read_sweep_file
+from app.files.campaigns.tdms_sweep import read_sweep
+from app.files.declarations.experiment import read_acquired_experiment
+from app.files.declarations.hammer_experiment import read_hammer_experiment
+from app.files.declarations.instruments import declared_instruments
+from app.files.declarations.panel import read_panel, read_weather
+from app.files.results.twin_file import read_twin
+from app.fleet.fleet_run import fleet_members
 from app.plate_frfs.given_campaign import read_plate
 from app.plate_frfs.plate_of_modes import read_plate_of_modes
 from app.stages.acquire_hammer import interrupted_at

@@ -7,7 +7,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from app.files.hdf5_bytes import BLOCK, sealed
+from app.files.hdf5_file import BLOCK, sealed
 
 
 def edited(whole: bytes, rng: np.random.Generator) -> bytes:

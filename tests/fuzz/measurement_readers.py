@@ -7,22 +7,21 @@ from typing import Any, cast
 
 import numpy as np
 
-from analysis.focusing.grid import Grid
+from analysis.focusing.energy import Grid
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialBox
 from app.files.basis_cache import reducing
-from app.files.filter_files import load_panel
+from app.files.declarations.modal_test import read_modal_test
+from app.files.declarations.panel import read_panel
 from app.files.measurements.guarded import read_columns
-from app.files.modal_test_toml import read_modal_test
-from app.files.panel_file import read_panel
+from app.files.results.filter_files import load_panel
 from app.files.sound_file import opened_sound
-from app.files.uff58 import read_frfs
+from app.files.uff.frfs import read_frfs
 from app.modal_test.declared_test import declared_frfs
-from app.modal_test.points_table import points_of_table
-from app.sound.listening_panel import ListeningPanel
-from app.sound.played_signals import recorded
+from app.modal_test.new_declaration import points_of_table
+from app.sound.listening import ListeningPanel, recorded
 from app.sound.temperatures import programme
-from app.stages.panel_inputs import measured_panel
+from app.stages.panel.inputs import measured_panel
 from simulation.shell.shell_plate import ShellPlate
 from tests.fuzz.reader import Reader
 

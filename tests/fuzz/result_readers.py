@@ -4,20 +4,26 @@ from collections.abc import Callable
 from pathlib import Path
 
 from app.files.basis_cache import load_basis, load_plate_basis
-from app.files.best_twin import gap_record_of
-from app.files.compensation_file import load_compensation
 from app.files.effect_cache import load_operators
 from app.files.exports.shipment import shipment
-from app.files.filter_files import load_focusing, load_method, load_panel, load_uncorrected, made_from_transfers
-from app.files.frf_file import load_frf
-from app.files.gap_file import load_gap, load_signatures
-from app.files.laws_elsewhere import laws_elsewhere
-from app.files.laws_file import effects_in_laws, load_laws, load_updated
-from app.files.modes_file import load_modes
-from app.files.radiation_file import load_radiation
-from app.files.studies_file import load_studies
-from app.modal_test.saved import load_frfs, load_stabilization
-from app.report.origin import stamps
+from app.files.results.best_twin import gap_record_of
+from app.files.results.compensation_file import load_compensation
+from app.files.results.filter_files import (
+    load_focusing,
+    load_method,
+    load_panel,
+    load_uncorrected,
+    made_from_transfers,
+)
+from app.files.results.frf_file import load_frf
+from app.files.results.gap_file import load_gap, load_signatures
+from app.files.results.laws_elsewhere import laws_elsewhere
+from app.files.results.laws_file import effects_in_laws, load_laws, load_updated
+from app.files.results.modes_file import load_modes
+from app.files.results.radiation_file import load_radiation
+from app.files.results.studies_file import load_studies
+from app.modal_test.modes_of_test import load_frfs, load_stabilization
+from app.report.summary import stamps
 from tests.fuzz.hdf5_edits import edited
 from tests.fuzz.measurement_readers import FILTERS
 from tests.fuzz.reader import Reader

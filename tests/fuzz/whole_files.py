@@ -9,21 +9,21 @@ import h5py
 import numpy as np
 from nptdms import ChannelObject, TdmsWriter
 
-from analysis.frf import campaign_frf
+from analysis.recordings.frf import campaign_frf
 from app.blind_trial.trial import begin
-from app.files import events, running_campaign
+from app.files.acquisition import events, running_campaign
+from app.files.acquisition.hammer_folder import open_hammer_folder
+from app.files.acquisition.running_campaign import LatestRepeat, ReadingLine, append_reading, save_latest
 from app.files.atomic import write_json
-from app.files.campaign_export import export_frfs
-from app.files.campaign_folder import frozen_protocol, write_protocol
-from app.files.campaign_toml import read_experiment
-from app.files.experiment_toml import read_acquired_experiment
-from app.files.hammer_experiment import read_hammer_experiment
-from app.files.hammer_folder import open_hammer_folder
-from app.files.import_recording import import_recording
-from app.files.recorded_campaign import read_recorded_campaign
-from app.files.running_campaign import LatestRepeat, ReadingLine, append_reading, save_latest
-from app.files.sweep_file import Source
-from app.files.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin, write_twin
+from app.files.campaigns.declaration import read_experiment
+from app.files.campaigns.export import export_frfs
+from app.files.campaigns.folder import frozen_protocol, write_protocol
+from app.files.campaigns.import_recording import import_recording
+from app.files.campaigns.recorded import read_recorded_campaign
+from app.files.campaigns.sweep_file import Source
+from app.files.declarations.experiment import read_acquired_experiment
+from app.files.declarations.hammer_experiment import read_hammer_experiment
+from app.files.results.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin, write_twin
 from drivers.hammer.judged_hit import HitJudge, HitTemperature
 from drivers.hammer.progress import KeptHit
 from tests.app.conftest import RATE, TinyCampaign, tiny_campaign

@@ -8,8 +8,8 @@ import numpy as np
 from app.files.toml_text import toml_text
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.shell_plate import ShellPlate
-from tests.app.files.test_exodus_mesh import exodus
-from tests.app.files.test_exodus_mesh import written as exodus_file
+from tests.app.files.drawings.test_exodus_mesh import exodus
+from tests.app.files.drawings.test_exodus_mesh import written as exodus_file
 from tests.app.files.test_mesh_file import written
 from tests.app.view.test_gap_and_fields import PANEL
 from tests.fuzz.measurement_readers import DRAWINGS, MESHES

@@ -7,9 +7,9 @@ import numpy as np
 
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.focusing.measured import MeasuredTransfers
+from app.files.results.transfers_file import write_transfers
 from app.files.sound_file import create_wav
-from app.files.transfers_file import write_transfers
-from app.files.uff58 import write_frfs
+from app.files.uff.frfs import write_frfs
 
 
 def write_measurements(root: Path) -> None:

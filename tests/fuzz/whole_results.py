@@ -17,23 +17,23 @@ from analysis.focusing.methods import compare
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.played import play_methods
 from analysis.focusing.radiated import radiate
-from analysis.gap.search.signatures import Signature
+from analysis.gap.fitting.residual_map import Signature
 from analysis.shapes.stabilization import StabilizationChart
 from analysis.updating.laws import fit_laws
 from app.files.basis_cache import save_basis
-from app.files.compensation_file import save_compensation
 from app.files.effect_cache import PLAIN, SCALARS, save_operators
-from app.files.filter_files import save_focusing
-from app.files.frf_file import save_frf
-from app.files.gap_file import GapFigures, save_gap
-from app.files.laws_elsewhere import remember_laws
-from app.files.laws_file import TwinFrf, save_laws
-from app.files.modes_file import save_modes
 from app.files.provenance import provenance
-from app.files.radiation_file import save_radiation
-from app.files.studies_file import Studies, Surfaces, save_studies
+from app.files.results.compensation_file import save_compensation
+from app.files.results.filter_files import save_focusing
+from app.files.results.frf_file import save_frf
+from app.files.results.gap_file import GapFigures, save_gap
+from app.files.results.laws_elsewhere import remember_laws
+from app.files.results.laws_file import TwinFrf, save_laws
+from app.files.results.modes_file import save_modes
+from app.files.results.radiation_file import save_radiation
+from app.files.results.studies_file import Studies, Surfaces, save_studies
 from app.modal_test.frf_set import FrfSet
-from app.modal_test.saved import save_frfs, save_stabilization
+from app.modal_test.modes_of_test import save_frfs, save_stabilization
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.plate_basis import PlateBasis
 from tests.app.corrected_run import record

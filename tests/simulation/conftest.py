@@ -7,8 +7,8 @@ import pytest
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Patch, Plate, Protocol
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.reduce import reduce
 from simulation.reduction.reduced_model import ReducedModel
+from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.assembly import assemble, assemble_for
 from simulation.shell.fineness import Fineness
 from simulation.shell.shell_model import ShellModel

@@ -8,7 +8,7 @@ from scipy.sparse.linalg import eigsh
 
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from simulation.effects.library import library
 from simulation.reduction.composition import Coefficients, composed
 from simulation.reduction.effect_reduction import project

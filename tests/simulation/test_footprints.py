@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from analysis.channel import Footprint
+from analysis.declaration.outline import check_disc
 from analysis.experiment import Attachment, Plate
-from analysis.plate_parts import check_disc
-from simulation.shell.footprints import attached_discs, footprint_points
+from simulation.shell.points import attached_discs, footprint_points
 
 
 @pytest.mark.parametrize(

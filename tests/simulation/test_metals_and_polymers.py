@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from analysis.declaration.plate_material import material_box
 from analysis.experiment import Patch, Plate
-from analysis.frf import Frf
 from analysis.local_laws import LocalLaws
-from analysis.plate_material import material_box
+from analysis.recordings.frf import Frf
 from analysis.updating.update import update
 from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.reduce import reduce
+from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.fineness import Fineness

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from analysis.declaration.plate import Plate
 from analysis.experiment import Attachment
-from analysis.plate import Plate
 from simulation.reduction.places import places
-from simulation.shell.footprints import LEAST_RADIUS, attached_discs
+from simulation.shell.points import LEAST_RADIUS, attached_discs
 from simulation.state.attached import OFF_PLATE_DISTANCE
 
 THICKNESS, SPACING, TIP = 0.004, 0.0073, 0.06

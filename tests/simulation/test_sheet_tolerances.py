@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Experiment
-from analysis.frf import Frf
 from analysis.local_laws import LocalLaws
+from analysis.recordings.frf import Frf
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.sheet_material import LOSS, MODULI, TRANSVERSE
-from analysis.sweep_point import SweepPoint
 from analysis.updating.sheet_start import sheet_start
 from simulation.effects.library import LIBRARY, library, untried
 from simulation.meshing.recipe import MeshRecipe

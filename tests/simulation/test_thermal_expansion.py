@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from analysis.channel import Footprint
+from analysis.declaration.plate import Plate
 from analysis.local_laws import LocalLaws
 from analysis.material import Material
-from analysis.plate import Plate
 from analysis.updating.laws import fit_laws
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
+from analysis.declaration.outline import CircleOutline, CircleZone
 from analysis.experiment import Patch, Plate
-from analysis.outline import CircleOutline, CircleZone
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.effect_projection import strains
 from simulation.reduction.projector import Projector
 from simulation.shell.assembly import assemble
-from simulation.shell.factors import factorize
-from simulation.shell.shear_factor import SHEAR_FACTOR
+from simulation.shell.rigidity import SHEAR_FACTOR
+from simulation.shell.unknowns import factorize
 from simulation.state.state_matrices import FullPlate
 
 E, NU = 2e9, 0.38

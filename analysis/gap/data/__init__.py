@@ -3,12 +3,10 @@
 =====================  ==================================================================================
 ``compression``        one sweep as spline coefficients, without loss
 ``noise``              stated noise compared with the scatter between neighbouring lines, without a model
-``groups``             sweeps at one nominal temperature, which share the laws there
-``law_smoothness``     how the laws run on from the groups' temperatures
-``line_weights``       weights of whitened numbers, along and across a direction
-``widened``            the same sweeps with wider resonances, for fits that begin far from the data
+``groups``             sweeps at one nominal temperature, which share the laws there; how the laws run on from it
 ``numerical_floor``    check that the twin's discretisation error is small enough
-``sweeps``             the prepared campaign as one value
+``sweeps``             the prepared campaign as one value, with weights along and across a direction; with wider
+                       resonances
 ``preparation``        from FRFs to that value
 =====================  ==================================================================================
 """

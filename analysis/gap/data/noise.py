@@ -22,7 +22,7 @@ from analysis.gap.thresholds import (
     NOISE_SPREAD,
     STATED_SIGMA,
 )
-from analysis.noise_power import SMOOTHING_LINES
+from analysis.recordings.noise_power import SMOOTHING_LINES
 from analysis.scatter import median_deviation
 
 LEAST_FREEDOM = 0.25
@@ -31,7 +31,7 @@ SHARP = 6.0
 """Standard deviations above the median from which a block of lines holds a feature and not only noise."""
 ROUGHNESS = 0.74
 """Twice the sum over k > 0 of the squared correlation between what a local quartic leaves of a line, and of the
-line k further on, see `analysis.noise_power.single_repeat_power`."""
+line k further on, see `analysis.recordings.noise_power.single_repeat_power`."""
 
 
 @dataclass(frozen=True)
@@ -88,8 +88,8 @@ def check_noise(
     channels : sequence of str
         Names.
     repeats_dof : (T,) int ndarray, optional
-        As in `analysis.frf.Frf`; without them, or if a sweep has one repeat only, only the scatter of neighbouring
-        lines is used.
+        As in `analysis.recordings.frf.Frf`; without them, or if a sweep has one repeat only, only the scatter of
+        neighbouring lines is used.
 
     Returns
     -------

@@ -6,18 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.experiment import Protocol
-from analysis.frf import Frf
 from analysis.gap.data.compression import CompressedSweep, Nodes, compress
-from analysis.gap.data.groups import TemperatureGroups, mean_laws
-from analysis.gap.data.law_smoothness import LawSmoothness
-from analysis.gap.data.line_weights import LineWeights
+from analysis.gap.data.groups import LawSmoothness, TemperatureGroups, mean_laws
 from analysis.gap.data.noise import NoiseCheck, check_noise
 from analysis.gap.data.numerical_floor import NumericalFloor
-from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.data.sweeps import GapSweeps, LineWeights
 from analysis.gap.thresholds import MODEL_ERROR, READING_SIGMA, SHARPEST
 from analysis.local_laws import LocalLaws
 from analysis.material import Material
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated
 
 FINER = 0.6

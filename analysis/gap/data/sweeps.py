@@ -1,4 +1,13 @@
-"""A campaign prepared for comparison with a twin: compressed sweeps, their circumstances and groups."""
+"""A campaign prepared for comparison with a twin: compressed sweeps, weights, groups; with wider resonances.
+
+A response known over frequency is given wider resonances by convolution with Cauchy's kernel of half-width d,
+
+    (S h)(f) = ∫ h(g) d / π / ((f - g)² + d²) dg = h(f - j d),
+
+the response at a complex frequency, that of a plate with more damping. Recordings, responses of the twin and their
+derivatives go through the same S, so that nothing is approximated, not even at the ends of the band. Noise matters
+no longer; what the twin does not know does, a share of the response.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -6,12 +15,66 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.gap.data.compression import CompressedSweep, Nodes
-from analysis.gap.data.groups import TemperatureGroups
-from analysis.gap.data.law_smoothness import LawSmoothness
-from analysis.gap.data.line_weights import LineWeights
+from analysis.gap.data.groups import LawSmoothness, TemperatureGroups
 from analysis.gap.thresholds import MODEL_ERROR_ALONG, MOVED_ALONG
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
+
+
+@dataclass(frozen=True)
+class LineWeights:
+    """Factors on the two parts of every whitened number of some sweeps.
+
+    Attributes
+    ----------
+    direction : (T, K, n) complex ndarray
+        Of unit size.
+    along, across : (T, K, n) ndarray
+        0 to 1; both 1 where only noise is expected.
+    """
+
+    direction: NDArray[np.complex128] = field(repr=False)
+    along: Real = field(repr=False)
+    across: Real = field(repr=False)
+
+    @classmethod
+    def equal(cls, shape: tuple[int, ...]) -> "LineWeights":
+        """Weights of 1 for sweeps of some `shape`."""
+        return cls(np.ones(shape, dtype=complex), np.ones(shape), np.ones(shape))
+
+    def weigh(
+        self, white: NDArray[np.complex128], sweep: int, channels: slice = slice(None)
+    ) -> NDArray[np.complex128]:
+        """Turn and weigh whitened numbers.
+
+        Parameters
+        ----------
+        white : (..., K, n) complex ndarray
+        sweep : int
+            Theirs.
+        channels : slice
+            Of which they are; all unless given.
+
+        Returns
+        -------
+        (..., K, n) complex ndarray
+        """
+        turned = white * self.direction[sweep, channels].conj()
+        along, across = self.along[sweep, channels], self.across[sweep, channels]
+        return np.asarray(along * turned.real + 1j * across * turned.imag)
+
+    def undone(self, weighted: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """Return the whitened numbers (T, K, n) of which `weighted` ones were made."""
+        found: NDArray[np.complex128] = (
+            weighted.real / self.along + 1j * weighted.imag / self.across
+        ) * self.direction
+        return found
+
+    def only(self, sweeps: Sequence[int]) -> "LineWeights":
+        """Return those of some sweeps."""
+        kept = list(sweeps)
+        return LineWeights(self.direction[kept], self.along[kept], self.across[kept])
 
 
 @dataclass(frozen=True)
@@ -149,3 +212,87 @@ class GapSweeps:
     def masked(self, rows: NDArray[np.bool_]) -> "GapSweeps":
         """Return the same sweeps with only `rows` (broadcast to (T, K, n)) taking part."""
         return replace(self, rows=self.rows & rows)
+
+
+PLACES_PER_HALF_WIDTH = 4.0
+"""Number of frequencies within a half-width at which the widened response is taken: between two of them h changes
+by less than what the twin does not know."""
+WIDEST = 1e-3
+"""Lowest frequency at which it is taken, over the highest: a band that begins at 0 Hz has no end of widths."""
+
+
+def cauchy_kernel(frequency: Real, width: float, places: Real | None = None) -> Real:
+    """Return S, (m, n): values over `frequency` (n,) to those of wider resonances at `places` (m,).
+
+    Parameters
+    ----------
+    frequency : (n,) ndarray
+        Ascending, Hz.
+    width : float
+        Half-width d as a share of the frequency.
+    places : (m,) ndarray, optional
+        Hz; `frequency` itself unless given.
+    """
+    at = frequency if places is None else places
+    half = width * at[:, None]
+    return np.asarray(half / np.pi / ((at[:, None] - frequency) ** 2 + half**2) * np.gradient(frequency))
+
+
+@dataclass(frozen=True)
+class WidenedSweep(CompressedSweep):
+    """A sweep whose whitened numbers are those of wider resonances, in units of what the twin does not know.
+
+    Attributes
+    ----------
+    kernel : (m, n) ndarray
+        Coefficients of the splines to widened values.
+    scale : (K, 1) ndarray
+        Standard deviation of a widened value.
+    """
+
+    kernel: Real = field(repr=False)
+    scale: Real = field(repr=False)
+
+    def whitened(self, coefficients: Complex, channels: slice = slice(None)) -> Complex:
+        """Widen `coefficients` (..., K, n): (..., K, m) numbers of about unit variance."""
+        flat = coefficients.reshape(-1, coefficients.shape[-1])
+        wide = flat.real @ self.kernel.T + 1j * (flat.imag @ self.kernel.T)
+        return np.asarray(wide.reshape(*coefficients.shape[:-1], -1) / self.scale[channels])
+
+
+def widened(sweeps: GapSweeps, width: float, twin_error: float) -> GapSweeps:
+    """Return the same sweeps with wider resonances, for fits that begin far from the data.
+
+    Parameters
+    ----------
+    sweeps : GapSweeps
+        All of whose numbers take part.
+    width : float
+        Half-width added to the resonances, as a share of the frequency.
+    twin_error : float
+        What the twin does not know of a widened response, as a share of its root mean square.
+    """
+    places = _places(sweeps.nodes, width)
+    kernel = cauchy_kernel(sweeps.nodes.frequency, width, places) @ _values(sweeps.nodes)
+    error = twin_error * np.sqrt(PLACES_PER_HALF_WIDTH)  # neighbours tell the same
+    found = []
+    for one in sweeps.compressed:
+        wide = WidenedSweep(**vars(one), kernel=kernel, scale=np.ones((len(one.coefficients), 1)))
+        size = np.sqrt((np.abs(wide.whitened(one.coefficients)) ** 2).mean(axis=-1, keepdims=True))
+        found.append(replace(wide, scale=error * size))
+    shape = (*sweeps.rows.shape[:2], places.size)
+    return replace(
+        sweeps, compressed=tuple(found), rows=np.ones(shape, dtype=bool), weights=LineWeights.equal(shape)
+    )
+
+
+def _places(nodes: Nodes, width: float) -> Real:
+    high = float(nodes.frequency[-1])
+    low = max(float(nodes.frequency[0]), WIDEST * high)
+    count = int(np.ceil(PLACES_PER_HALF_WIDTH * np.log(high / low) / width)) + 1
+    return np.geomspace(low, high, max(count, 2))
+
+
+def _values(nodes: Nodes) -> Real:
+    """Return the matrix (n, n) that takes coefficients of splines to their values at the nodes."""
+    return np.ascontiguousarray(nodes.at_nodes(np.eye(nodes.frequency.size, dtype=complex)).real.T)

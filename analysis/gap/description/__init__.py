@@ -3,7 +3,6 @@
 =================  ===================================================================
 ``described``      forms, curves, dependences: the result
 ``place_map``      missing mass, stiffness and damping over the plate
-``dependence``     strength by temperature, ramp, level, channel and time
-``describing``     all forms fitted and compared
+``describing``     all forms fitted and compared; strength by temperature, ramp, level, channel and time
 =================  ===================================================================
 """

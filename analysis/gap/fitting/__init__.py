@@ -4,13 +4,10 @@
 ``state``               laws, readings, gain and effects: the unknowns of a fit
 ``normal_equations``    whitened least squares of every sweep
 ``schur_complement``    elimination of the unknowns of single groups and sweeps
-``gap_fit``             result of a fit
-``sheet``               constants of an orthotropic sheet by direction
+``gap_fit``             result of a fit, its misfit over the lines, constants of an orthotropic sheet in it
 ``bounded_step``        step inside bounds
 ``fit``                 Levenberg-Marquardt over all unknowns
 ``linearised_sweeps``   a campaign linearised once, for fits and score tests near it
-``misfit``              relative misfit over the lines
-``whiteness``           correlation of neighbouring residuals
-``residual_map``        residual over channel, frequency, temperature, ramp and level
+``residual_map``        residual over channel, frequency, temperature, ramp and level; correlation of neighbours
 ======================  =============================================================
 """

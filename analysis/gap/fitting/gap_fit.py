@@ -1,4 +1,4 @@
-"""Result of a fit of laws, readings, gain and effects."""
+"""Result of a fit of laws, readings, gain and effects; its misfit, and the constants of a sheet in it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -8,11 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
+from analysis.declaration.plate_material import Orthotropy
 from analysis.declared_quantity import DeclaredQuantity
 from analysis.effect_card import EffectCard
 from analysis.estimates import FittedLaws
+from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.schur_complement import SchurComplement
 from analysis.gap.fitting.state import FreeParameters, GapState
+from analysis.sheet_material import RATIOS, SheetMaterial
 
 
 @dataclass(frozen=True)
@@ -208,3 +211,66 @@ class GapFit:
         scaled = np.eye(len(self.information)) + self.information / self.free.precision[:, None]
         occam = float(np.linalg.slogdet(scaled)[1]) if len(self.information) else 0.0
         return -0.5 * (self.objective + occam)
+
+
+def relative_misfit(sweeps: GapSweeps, fit: GapFit) -> float:
+    """rms|H_data - H_twin| / rms|H_data| over all lines, channels and sweeps used."""
+    missed, power = sweep_powers(sweeps, fit)
+    return float(np.sqrt(missed.sum() / power.sum()))
+
+
+def sweep_powers(sweeps: GapSweeps, fit: GapFit) -> tuple[Real, Real]:
+    """Sum |H_data - H_twin|^2 and |H_data|^2 over the lines and channels of each sweep, (T,) each, (V/V)^2.
+
+    The data are the lines themselves, including their noise about the splines.
+    """
+    missed, power = np.zeros(sweeps.count), np.zeros(sweeps.count)
+    for s, sweep in enumerate(sweeps.compressed):
+        rows = sweeps.rows[s]
+        smooth = sweep.nodes.at_lines(sweep.coefficients)
+        away = sweep.nodes.at_lines(sweep.coefficients - fit.predicted[s])
+        share = rows.mean(-1)
+        here = np.interp(sweep.nodes.lines, sweep.nodes.frequency, np.arange(rows.shape[-1])).round().astype(int)
+        mask = rows[:, here]
+        missed[s] = (np.abs(away) ** 2 * mask).sum() + sweep.power_within @ share
+        power[s] = (np.abs(smooth) ** 2 * mask).sum() + sweep.power_within @ share
+    return missed, power
+
+
+def fitted_sheet(
+    declared: Orthotropy | None, fit: GapFit, sigma: Real | None = None, own: Real | None = None
+) -> SheetMaterial | None:
+    """Return the constants at a fit's groups.
+
+    Parameters
+    ----------
+    declared : Orthotropy or None
+        None for an isotropic sheet, which has none.
+    fit : GapFit
+    sigma : (G, 3) ndarray, optional
+        Total standard deviations of log E, nu and log eta; those of the fit by default.
+    own : (G, 3) ndarray, optional
+        Part of their variances by each sweep's noise; that of the fit by default.
+
+    Returns
+    -------
+    SheetMaterial or None
+    """
+    if declared is None:
+        return None
+    free, stated, laws = fit.free, fit.stated, fit.state.laws
+    chosen = [free.names.index(pair) if pair in free.names else None for pair in RATIOS]
+    covariance = stated.beside(chosen)
+    if sigma is not None:
+        place = np.arange(3)
+        covariance[:, place, place] = np.maximum(covariance[:, place, place], sigma**2)
+    if own is None:
+        own = np.maximum(fit.noise.laws**2 - (fit.noise.common**2).sum(axis=2), 0.0)
+    moved = np.zeros((len(laws), 3 + len(RATIOS), len(free.names)))
+    moved[:, :3] = stated.common
+    for row, k in enumerate(chosen, start=3):
+        if k is not None:
+            moved[:, row] = stated.own[k] / free.sigma
+    values = fit.state.on
+    ratios = np.array([values.get(name, {}).get(parameter, 0.0) for name, parameter in RATIOS])
+    return SheetMaterial.of(declared, laws, ratios, covariance, moved[:, :, free.effects :], own)

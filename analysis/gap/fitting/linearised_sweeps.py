@@ -9,17 +9,11 @@ import numpy as np
 from analysis.arrays import Complex, Real
 from analysis.effect_card import EffectCard, Values
 from analysis.gap.data.sweeps import GapSweeps
-from analysis.gap.fitting.normal_equations import (
-    GLOBAL,
-    SweepEquations,
-    WhitenedSweep,
-    channel_blocks,
-    whiten_all,
-)
+from analysis.gap.fitting.normal_equations import GLOBAL, SweepEquations, WhitenedSweep, channel_blocks, whiten_all
 from analysis.gap.fitting.state import GapState
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, Tangent, TwinModel
 
 HELD = 1e-9

@@ -1,6 +1,7 @@
-"""Residual over channel, frequency, temperature, ramp and level."""
+"""Residual over channel, frequency, temperature, ramp and level, and whether it is noise."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,8 @@ from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit
 
+LAGS = 3
+"""Largest lag in nodes: about a resonance's half width."""
 BINS = 24
 """Width of a frequency bin, in half widths of a resonance."""
 CELL_SIGNIFICANT = 5.0
@@ -103,6 +106,24 @@ class ResidualMap:
             for kind, name in (("temperature", f"{t:.0f} °C"), ("direction", way), ("level", level)):
                 table[kind][name] = table[kind].get(name, 0.0) + float(share)
         return table
+
+
+@dataclass(frozen=True)
+class Signature:
+    """Residual of the twin with one effect only.
+
+    Attributes
+    ----------
+    effect : str
+    sigma : (T, K, B) ndarray
+        rms residual in the cells of `ResidualMap.sigma`.
+    fitted : bool
+        True if fitted in full; False if to first order, as in the score test.
+    """
+
+    effect: str
+    sigma: NDArray[np.float64]
+    fitted: bool
 
 
 def residual_map(sweeps: GapSweeps, noise: NoiseCheck, fit: GapFit) -> ResidualMap:
@@ -198,3 +219,31 @@ def _regions(sweeps: GapSweeps, excess: Real, sigma: Real, count: Real, edges: R
                 )
             )
     return tuple(sorted(found, key=lambda r: -r.share))
+
+
+def whiteness(sweeps: GapSweeps, residual: NDArray[np.complex128]) -> tuple[float, float]:
+    """Correlation of `residual` (T, K, n) over frequency and over temperature, in standard deviations of noise.
+
+    With real and imaginary parts of unit variance, products have variance 2; sums over many are normal.
+    """
+    rows = sweeps.rows
+    over_frequency = [
+        _correlation(residual[..., lag:], residual[..., :-lag], rows[..., lag:] & rows[..., :-lag])
+        for lag in range(1, LAGS + 1)
+    ]
+    pairs = neighbours(sweeps)
+    if not pairs:
+        return float(np.sum(over_frequency) / np.sqrt(LAGS)), 0.0
+    left, right = np.array(pairs).T
+    over_temperature = _correlation(residual[left], residual[right], rows[left] & rows[right])
+    return float(np.sum(over_frequency) / np.sqrt(LAGS)), over_temperature
+
+
+def neighbours(sweeps: GapSweeps) -> list[tuple[int, int]]:
+    """Sweeps next to each other in temperature, at one level of one input and on one ramp."""
+    return [pair for leg in sweeps.legs for pair in pairwise(leg)]
+
+
+def _correlation(a: NDArray[np.complex128], b: NDArray[np.complex128], rows: NDArray[np.bool_]) -> float:
+    count = max(int(rows.sum()), 1)
+    return float((a * b.conj()).real.sum() / np.sqrt(2.0 * count))

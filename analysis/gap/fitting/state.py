@@ -11,7 +11,7 @@ from analysis.gap.data.groups import TemperatureGroups, mean_laws
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.thresholds import MOVED_ERROR, MOVES
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated
 
 

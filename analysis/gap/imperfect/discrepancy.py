@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from analysis.arrays import Complex, Real
-from analysis.gap.data.line_weights import LineWeights
-from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.data.sweeps import GapSweeps, LineWeights
 
 LARGEST = 1.0
 """Largest scatter that is tried: resonances that are nowhere near."""

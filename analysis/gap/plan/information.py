@@ -14,7 +14,7 @@ from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import WhitenedSweep, whiten_all
 from analysis.gap.fitting.schur_complement import schur_complement
 from analysis.gap.fitting.state import GapState
-from analysis.gap.search.candidate import Column
+from analysis.gap.search.score_test import Column
 from analysis.twin_model import Tangent, TwinModel
 
 

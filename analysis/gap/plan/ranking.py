@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from analysis.gap.plan.measurement import Measurement
-from analysis.gap.plan.question import Question
-from analysis.gap.plan.separation import ENOUGH
+from analysis.gap.plan.separation import ENOUGH, Question
 
 BLIND = 0.2
 """Weight of a blind spot: nobody saw the effect; of one that was found only the name is open."""

@@ -1,4 +1,4 @@
-"""How far a campaign sets two explanations apart: the distance of their signals, in standard deviations.
+"""What a comparison leaves open, and how far a campaign sets the answers apart, in standard deviations.
 
 Linearised at the twin as found. One effect is taken as true with the values found; the other imitates it as
 well as it can, with all else free: the square root of the expected difference of chi2 is the distance. The smaller
@@ -6,26 +6,58 @@ of both directions counts. Signals whose cosine stays above `CLASS_COSINE` are o
 that a distance counts in proportion to its share of the signal, up to `ENOUGH` at that cosine.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.linalg import eigh
 
 from analysis.arrays import Real
+from analysis.effect_card import Values
 from analysis.gap.plan.information import Information
-from analysis.gap.plan.question import Question
+from analysis.gap.report import GapReport
 from analysis.gap.thresholds import CLASS_COSINE, LEAST_KEPT
+
+RIVALS = 3
+"""Rivals of one effect that are asked about: those further down are less like it."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """One thing that a comparison left open.
+
+    Attributes
+    ----------
+    effect : str
+        Found, or not observable.
+    rival : str or None
+        Effect that the data cannot tell from it; None where the question is whether `effect` is there.
+    values : mapping
+        Of `effect` as found; empty where there is no rival: then one standard deviation of its prior counts.
+    """
+
+    effect: str
+    rival: str | None = None
+    values: Values = field(default_factory=dict)
+
+    @property
+    def kind(self) -> str:
+        """Return ``look-alike`` or ``blind spot``."""
+        return "blind spot" if self.rival is None else "look-alike"
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Return the effects that it is about."""
+        return (self.effect,) if self.rival is None else (self.effect, self.rival)
+
 
 ENOUGH = 5.0
 """Separation at which a question counts as settled, sigma: the difference in chi2 then is 25 +- 10, and a class is
 left at 6 (`CLASS_NATS`)."""
-
 LEAST_SHARE = float(np.sqrt(1.0 - CLASS_COSINE**2))
 """Share of a signal that must be its own for another name not to be of its class."""
-
 Readings = Mapping[tuple[str, str], float]
 """Standard deviations with which parameters of effects, (effect, parameter), are measured by hand."""
-
 NO_READINGS: Readings = {}
 
 
@@ -125,3 +157,38 @@ def _read(information: Information, place: int, readings: Readings) -> float:
     column = information.columns[place]
     sigma = readings.get((column.effect, column.card.name), np.inf)
     return float(sigma**-2.0)
+
+
+def open_questions(report: GapReport, cards: Sequence[str]) -> tuple[Question, ...]:
+    """List what a comparison left open, look-alikes first.
+
+    With the verdict ``unknown`` the hints are asked about: each against the candidates that explain the next most.
+
+    Parameters
+    ----------
+    report : GapReport
+    cards : sequence of str
+        Effects that can be computed; others are left out.
+
+    Returns
+    -------
+    tuple of Question
+    """
+    known = set(cards)
+    found: Mapping[str, Values] = report.state.effects
+    asked = [
+        Question(effect.name, rival, dict(found[effect.name]))
+        for effect in report.effects
+        if effect.name in known and effect.name in found
+        for rival in _rivals(report, effect.name, effect.equivalent)
+        if rival in known and rival not in found
+    ]
+    asked += [Question(one.effect) for one in report.not_observable if one.effect in known]
+    return tuple(asked)
+
+
+def _rivals(report: GapReport, effect: str, equivalent: Sequence[str]) -> Sequence[str]:
+    if equivalent or report.verdict != "unknown":
+        return equivalent[:RIVALS]
+    fitted = [row for row in report.candidates if row.fitted is not None and row.effect != effect]
+    return [row.effect for row in sorted(fitted, key=lambda row: -(row.fitted or 0.0))[:RIVALS]]

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.gap.data.line_weights import LineWeights
 from analysis.gap.data.noise import NoiseCheck
-from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.data.sweeps import GapSweeps, LineWeights
 from analysis.gap.fitting.fit import ROUGHLY_SETTLED, KnownDerivatives, fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.fitting.residual_map import whiteness
 from analysis.gap.fitting.state import GapState
-from analysis.gap.fitting.whiteness import whiteness
 from analysis.gap.search.score_test import ScoreTest, score_test
 from analysis.gap.thresholds import (
     COARSE_TEMPERATURES,

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import SETTLED_FAR_ALONE, fit_gap
-from analysis.gap.fitting.gap_fit import GapFit
-from analysis.gap.fitting.misfit import relative_misfit
+from analysis.gap.fitting.gap_fit import GapFit, relative_misfit
 from analysis.gap.thresholds import FAR, HELD_OUT_SHARE, SETTLED, SETTLED_AT_FEW, Z_FLOOR
 from analysis.twin_model import TwinModel
 

@@ -10,19 +10,9 @@ import numpy as np
 from analysis.effect_card import Values
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState
-from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext, explained
-from analysis.gap.search.score_test import ScoreTest
-from analysis.gap.thresholds import (
-    BEHIND,
-    LEAVES_NOISE,
-    NEAR_IT,
-    NEAR_MARGIN,
-    PREDICTION_MARGIN,
-    REFIT_SHARE,
-)
-
-NO_STARTS: Mapping[tuple[str, ...], GapState] = MappingProxyType({})
+from analysis.gap.search.score_test import Candidate, ScoreTest
+from analysis.gap.thresholds import BEHIND, LEAVES_NOISE, NEAR_IT, NEAR_MARGIN, PREDICTION_MARGIN, REFIT_SHARE
 
 
 @dataclass(frozen=True)
@@ -58,6 +48,33 @@ class Refit:
     def plausible(self) -> bool:
         """Whether it was fitted, and no amplitude is at a bound of its physical range."""
         return self.fit is not None and self.fit.plausible
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the search.
+
+    Attributes
+    ----------
+    candidates : tuple of Candidate
+        All candidates, largest predicted gain first.
+    refits : tuple of Refit
+        The best of them fitted in full, the best first.
+    chosen : tuple of str
+        Effects of the twin after the step.
+    share : float
+        Share of the excess before the step that it explains.
+    accepted : bool
+    """
+
+    candidates: tuple[Candidate, ...]
+    refits: tuple[Refit, ...]
+    chosen: tuple[str, ...]
+    share: float
+    accepted: bool
+
+
+NO_STARTS: Mapping[tuple[str, ...], GapState] = MappingProxyType({})
 
 
 def absent(context: SearchContext, screening: ScoreTest, candidate: Candidate) -> dict[str, Values]:

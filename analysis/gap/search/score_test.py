@@ -1,4 +1,4 @@
-"""Score test of all candidates at once, with one linearisation of the sweeps.
+"""Score test of all candidates at once, with one linearisation of the sweeps; gains inside their ranges.
 
 At a fit, the tangents of every candidate (all amplitudes, at every site) join the normal equations; laws, readings
 and gain are eliminated. The remaining part of a candidate's tangents is independent of everything else in the
@@ -12,12 +12,61 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from analysis.arrays import Real
+from analysis.effect_card import Parameter, Values
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import linearise_all
 from analysis.gap.fitting.schur_complement import schur_complement
-from analysis.gap.search.candidate import Candidate, Column, solve_inside
 from analysis.twin_model import Tangent, TwinModel
+
+
+@dataclass(frozen=True)
+class Column:
+    """One tangent of a score test.
+
+    Attributes
+    ----------
+    effect : str
+    site : int
+        Index of the site on the effect's card; 0 for an effect that is on.
+    card : Parameter
+    at : float
+        Value of the parameter at which it was computed.
+    shapes : mapping
+        Values of the effect's shapes there.
+    """
+
+    effect: str
+    site: int
+    card: Parameter
+    at: float
+    shapes: Values
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Predicted gain of one effect, or of a pair, to first order.
+
+    Attributes
+    ----------
+    effects : tuple of str
+    gain : float
+        Laplace evidence over the present twin, nats, less log of the number of sites tried.
+    step : tuple of float
+        Of each of `columns`.
+    columns : tuple of int
+    size : float
+        Size in sigma of the part of the signal that only this candidate explains, at `step`.
+    fit : float
+        Log likelihood over the present twin, at `step`, nats.
+    """
+
+    effects: tuple[str, ...]
+    gain: float
+    step: tuple[float, ...]
+    columns: tuple[int, ...]
+    size: float
+    fit: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -223,3 +272,36 @@ def score_test(
         raw=head.raw[gains:, gains:],
         gradient=left.gradient,
     )
+
+
+def solve_inside(matrix: Real, pull: Real, low: Real, high: Real) -> Real:
+    """Maximise pull'x - x'matrix x / 2 over low <= x <= high.
+
+    An unknown that leaves the box is set to its bound and the others are solved for again: exact for one unknown,
+    approximate for few.
+
+    Parameters
+    ----------
+    matrix : (q, q) ndarray
+        Positive definite.
+    pull : (q,) ndarray
+    low : (q,) ndarray
+    high : (q,) ndarray
+
+    Returns
+    -------
+    (q,) ndarray
+    """
+    x = np.zeros(len(pull))
+    free = np.ones(len(pull), dtype=bool)
+    for _ in range(len(pull)):
+        held = matrix[np.ix_(free, ~free)] @ x[~free]
+        x[free] = np.linalg.solve(matrix[np.ix_(free, free)], pull[free] - held)
+        outside = free & ((x < low) | (x > high))
+        if not outside.any():
+            break
+        x = np.where(outside, np.clip(x, low, high), x)
+        free &= ~outside
+        if not free.any():
+            break
+    return x

@@ -1,48 +1,66 @@
-"""Stepwise search: a few effects, each accepted by the remaining residual, not by evidence alone."""
+"""Stepwise search: a few effects, each accepted by the remaining residual, not by evidence alone.
 
-from collections.abc import Sequence
+An effect may move resonances by more than their widths. Then derivatives at the present twin tell neither how
+large it is nor which one it is, and fits end beside the solution. Over wider resonances
+(`analysis.gap.data.sweeps`) they do, and each candidate is fitted to these first, with declared quantities as
+declared, because they would only follow what is missing.
+"""
+
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from analysis.effect_card import EffectCard, Values
+from analysis.gap.data.sweeps import widened
+from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
-from analysis.gap.search.candidate import Candidate
+from analysis.gap.fitting.state import GapState
 from analysis.gap.search.context import SearchContext, explained
-from analysis.gap.search.drop_and_swap import Loss, drop_and_swap, lost, relative_evidence
+from analysis.gap.search.drop_and_swap import Loss, drop_and_swap, dropped, lost, relative_evidence
 from analysis.gap.search.observability import Observability, observability
-from analysis.gap.search.refit import Refit, absent, at_few_temperatures, refit
-from analysis.gap.search.relocation import best_image, relocated
-from analysis.gap.search.score_test import ScoreTest
-from analysis.gap.search.widened_search import widened_starts
+from analysis.gap.search.refit import Refit, Step, absent, at_few_temperatures, refit, started_from
+from analysis.gap.search.score_test import Candidate, ScoreTest, score_test
 from analysis.gap.thresholds import (
+    BEHIND,
     EXPLAINED,
     LEAST_SHARE,
+    LEAVES_NOISE,
     MOST_EFFECTS,
+    MOVED_ELSEWHERE,
+    NEAR_MARGIN,
     PAIRS_REFITTED,
     REFITTED,
+    SITES_REFITTED,
+    WIDENED,
+    WIDENED_ERROR,
 )
 
 
 @dataclass(frozen=True)
-class Step:
-    """One step of the search.
+class WidenedStart:
+    """A candidate, and where its fit begins.
 
     Attributes
     ----------
-    candidates : tuple of Candidate
-        All candidates, largest predicted gain first.
-    refits : tuple of Refit
-        The best of them fitted in full, the best first.
-    chosen : tuple of str
-        Effects of the twin after the step.
-    share : float
-        Share of the excess before the step that it explains.
-    accepted : bool
+    candidate : Candidate
+        As screened over wider resonances.
+    effects : tuple of str
+        Those that are on, and the candidate's.
+    state : GapState
+        That fits wider resonances best.
+    left : float
+        Objective there.
     """
 
-    candidates: tuple[Candidate, ...]
-    refits: tuple[Refit, ...]
-    chosen: tuple[str, ...]
-    share: float
-    accepted: bool
+    candidate: Candidate
+    effects: tuple[str, ...]
+    state: GapState
+    left: float
+
+
+NEIGHBOUR = 1.5
+"""Distances between neighbouring sites up to which an image is on the plate: the sites fill the plate."""
 
 
 @dataclass(frozen=True)
@@ -234,3 +252,163 @@ def _pair(
     enough = context.agrees(best.fit) or share >= EXPLAINED
     step = Step(tuple(pairs), tuple(refits), best.effects, share, enough)
     return [step], best.fit if enough else None
+
+
+def relocated(context: SearchContext, baseline: GapFit, fit: GapFit) -> GapFit:
+    """Fit every effect that has several sites again from the best of them, and return the best fit.
+
+    The first effect of several is placed while the signal of the others is still in the residual. A fit moves it
+    to the nearest maximum of the evidence only, which may be another place than that of the effect.
+
+    Parameters
+    ----------
+    context : SearchContext
+    baseline : GapFit
+        Without effects.
+    fit : GapFit
+        With the effects found.
+
+    Returns
+    -------
+    GapFit
+        `fit` where no other place is better.
+    """
+    for name in fit.state.effects:
+        if len(context.model.cards[name].sites) > 1:
+            fit = _placed_again(context, fit, dropped(context, baseline, fit, name), name)
+    return fit
+
+
+def _placed_again(context: SearchContext, fit: GapFit, rest: GapFit, name: str) -> GapFit:
+    """Return the best of `fit` and of fits from other sites of an effect that `rest` lacks."""
+    on = tuple(fit.state.effects)
+    contest = score_test(context.model, context.sweeps, rest, context.executor, effects=(name,))
+    sites = sorted(contest.at_sites(name), key=lambda c: -c.gain)[:SITES_REFITTED]
+    few, reference = at_few_temperatures(context, rest)
+    best = None
+    for site in sites:
+        start = started_from(reference, on, absent(context, contest, site))
+        enough = -2.0 * best.log_evidence if best else float("inf")
+        trial = few.fit_from(start, on, enough=enough)
+        best = trial if best is None or trial.log_evidence > best.log_evidence else best
+    if best is None:
+        return fit
+    seen = best
+    if few is not context:
+        start = rest.state.corrected(context.sweeps, reference.state, best.state, few.sweeps)
+        best = context.fit_from(start, on)
+    if best.log_evidence <= fit.log_evidence:
+        return fit
+    few.fits.keep(on, seen)
+    context.fits.keep(on, best)
+    return best
+
+
+def best_image(context: SearchContext, fit: GapFit, name: str) -> GapFit:
+    """Fit an effect with a place again from the mirror images of that place, and return the best fit.
+
+    On a symmetrical plate whatever stands at an image of a place shifts every resonance as much as there. Far
+    from the data, where resonances are shifted by more than their widths, the screen sees little else, and a fit
+    settles at the nearest image, although the shapes contradict it.
+
+    Parameters
+    ----------
+    context : SearchContext
+    fit : GapFit
+        With the effect.
+    name : str
+        Of the effect.
+
+    Returns
+    -------
+    GapFit
+        `fit` where it agrees with the data, and where no image is better.
+    """
+    on = tuple(fit.state.effects)
+    places = [] if context.agrees(fit) else list(_images(context.model.cards[name], fit.state.effects[name]))
+    if not places:
+        return fit
+    few, reference = at_few_temperatures(context, fit)
+    best = reference
+    for place in places:
+        start = replace(reference.state, effects={**reference.state.effects, name: place})
+        enough = -2.0 * best.log_evidence
+        try:
+            trial = few.fit_from(start, on, target=few.settled, enough=enough, margin=NEAR_MARGIN)
+        except ValueError:  # an image off the plate, in a notch of its outline
+            continue
+        best = trial if trial.settled and trial.log_evidence > best.log_evidence else best
+    if best is reference:
+        return fit
+    few.fits.keep(on, best)
+    if few is context:
+        return best
+    start = fit.state.corrected(context.sweeps, reference.state, best.state, few.sweeps)
+    full = context.fit_from(start, on, target=context.settled)
+    if full.log_evidence <= fit.log_evidence:
+        return fit
+    context.fits.keep(on, full)
+    return full
+
+
+def _images(card: EffectCard, values: Values) -> Iterator[dict[str, float]]:
+    """Yield an effect's values with its place reflected in the middle lines of the plate."""
+    if len(card.sites) < 2 or not {"x", "y"} <= set(card.sites[0]):
+        return
+    sites = np.array([[site["x"], site["y"]] for site in card.sites])
+    spacing = np.median([np.partition(np.hypot(*(sites - one).T), 1)[1] for one in sites])
+    turned = sites.min(axis=0) + sites.max(axis=0) - np.array([values["x"], values["y"]])
+    for x, y in ((turned[0], values["y"]), (values["x"], turned[1]), (turned[0], turned[1])):
+        if np.hypot(*(sites - (x, y)).T).min() <= NEIGHBOUR * spacing:
+            yield {**values, "x": float(x), "y": float(y)}
+
+
+def widened_starts(context: SearchContext, fit: GapFit, blind: Sequence[str]) -> list[WidenedStart]:
+    """Return where fits of the best candidates begin, the best first; an empty list where none helps.
+
+    None does near the data, where derivatives there tell more, nor at part of the lines, which wider resonances
+    would not keep apart from the others.
+
+    Parameters
+    ----------
+    context : SearchContext
+        Of the sweeps of `fit`.
+    fit : GapFit
+        Which candidates are added to.
+    blind : sequence of str
+        Effects that these data do not show.
+    """
+    if not context.far(fit) or not context.few or not context.sweeps.rows.all():
+        return []
+    wide = context.of(widened(context.sweeps, WIDENED, WIDENED_ERROR))
+    on = tuple(fit.state.effects)
+    held = fit.state if fit.held is None else fit.held.state
+    begun = _fitted(wide, replace(held, declared={}).with_tolerances(context.model.tolerance_cards), on)
+    screening = score_test(context.model, wide.sweeps, begun, context.executor)
+    worth = [c for c in screening.candidates() if c.effects[0] not in blind and c.gain > 0.0][:REFITTED]
+
+    def begin(candidate: Candidate) -> WidenedStart:
+        names = (*on, *candidate.effects)
+        start = begun.state.with_effects({**begun.state.effects, **absent(context, screening, candidate)})
+        there = _fitted(wide, start, names)
+        return WidenedStart(candidate, names, there.state, there.objective)
+
+    found = []
+    for place, candidate in enumerate(worth):
+        found.append(begin(candidate))
+        context.report("wider resonances", (place + 1) / len(worth))
+    found.sort(key=lambda one: one.left)
+    enough = LEAVES_NOISE * wide.sweeps.numbers
+    for place, one in enumerate(found[:MOVED_ELSEWHERE]):
+        sites = sorted(screening.at_sites(one.candidate.effects[0]), key=lambda c: -c.gain)[:SITES_REFITTED]
+        for candidate in sites[1:]:
+            if min(known.left for known in found) > enough:
+                found[place] = min(found[place], begin(candidate), key=lambda known: known.left)
+    found.sort(key=lambda one: one.left)
+    return [one for one in found if one.left <= BEHIND * found[0].left and one.left < begun.objective]
+
+
+def _fitted(wide: SearchContext, start: GapState, effects: Sequence[str]) -> GapFit:
+    return fit_gap(
+        wide.model, wide.sweeps, start, effects, wide.executor, target=wide.settled, declared_free=False
+    )

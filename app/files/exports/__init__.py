@@ -4,8 +4,7 @@
 ``shipment``         what of a run is exported: filters that follow the temperature
 ``cost``             bytes and multiplications on the target
 ``c_code``           C99: a header and one file
-``onnx_graph``       ONNX: temperature in, taps out
 ``destination``      files that are written together
-``written_filters``  NPZ, CSV and WAV; one of these forms chosen and written
+``written_filters``  NPZ, CSV and WAV, ONNX (temperature in, taps out); one form chosen and written
 ===================  ===============================================================
 """

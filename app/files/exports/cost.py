@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 from typing import Self
 
-from analysis.rendering.following import FollowingBank, TanhWeights
-from analysis.rendering.tilt_bank import TiltBank
+from analysis.rendering.following import FollowingBank, TanhWeights, TiltBank
 
 
 @dataclass(frozen=True)

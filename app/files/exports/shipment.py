@@ -6,24 +6,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from analysis.compensation.outcome import (
-    LINEAR,
-    LOW_RANK,
-    NETWORK,
-    RIGIDITY_SPLINE,
-    SPLINE,
-    Compensation,
-)
+from analysis.compensation.outcome import LINEAR, LOW_RANK, NETWORK, RIGIDITY_SPLINE, SPLINE, Compensation
 from analysis.focusing.panel import Panel
 from analysis.rendering.following import FollowingBank
 from analysis.weather.family import TiltFamily
-from analysis.weather.judgement import WeatherJudgement
+from analysis.weather.judged import WeatherJudgement
 from app.files.bad_file import ResultFileError, UnsuitedOptionError, quoted
-from app.files.compensation_file import load_compensation
-from app.files.filter_files import load_focusing, load_method, load_panel
 from app.files.hdf5_file import result_file
 from app.files.provenance import provenance, read_stamp, sha256
-from app.files.run_folder import run_file
+from app.files.results.compensation_file import load_compensation
+from app.files.results.filter_files import load_focusing, load_method, load_panel
+from app.files.results.run_folder import run_file
 
 FORMAT = "flexura-filters/1"
 """Of all exports; a change that a reader would notice changes the number."""

@@ -9,8 +9,8 @@ from nptdms import TdmsChannel, TdmsFile
 
 from analysis.estimation.quantities import FREQUENCIES, TIMES, plain_unit
 from analysis.estimation.sampling import is_default, of_step
+from app.files.campaigns.tdms_file import counts_without_scale, is_cut_short, said_by_nptdms, start_of, unit_of
 from app.files.measurements.columns import Columns, add_rate, unused_name
-from app.files.tdms_file import counts_without_scale, is_cut_short, said_by_nptdms, start_of, unit_of
 
 
 def read(path: Path) -> Columns:
@@ -29,7 +29,7 @@ def read(path: Path) -> Columns:
     ValueError
         Where there is no such channel, the file is cut short, or the library cannot apply a scale.
     """
-    with path.open("rb") as handle, said_by_nptdms() as said:  # a handle: see `app.files.tdms_file`
+    with path.open("rb") as handle, said_by_nptdms() as said:  # a handle: see `app.files.campaigns.tdms_file`
         file = TdmsFile.read(handle)
         if is_cut_short(file, handle):
             raise ValueError("its last segment is cut short; copy it again, or have its recorder repair it")

@@ -12,8 +12,8 @@ import numpy as np
 
 from analysis.estimation.sampling import is_default, of_step, of_times
 from app.files.measurements.columns import Columns, add_rate, unused_name
-from app.files.uff58 import dof, functions
-from app.files.uff_file import in_seconds, unit_of
+from app.files.uff.frfs import dof, functions
+from app.files.uff.opening import in_seconds, unit_of
 
 TIME = 1
 NAMES = ("rsp_ent_name", "id1", "id2", "id4", "id5")

@@ -2,7 +2,6 @@
 
 =================  ===========================================================
 ``results``        what a run holds, each file read when it is first looked at
-``overlays``       FRFs that can be laid over those measured
 ``frf_page``       waterfall, cut along frequency, cut along temperature, Nyquist plane
 ``modes_page``     poles followed over temperature, and a table of them
 ``laws_page``      E, ν and η, and what the twin misses
@@ -10,7 +9,6 @@
 ``fields_page``    mode shapes and the focused field, moving
 ``mode_shape``     the shape of a measured mode, moving
 ``fields``         mode shapes from the twin, and the field of a panel's filters
-``maker``          slow computations in a thread of their own
 ``gap_page``       where twin and data disagree, and what would explain it
 ``window``         the pages together
 =================  ===========================================================

@@ -14,7 +14,7 @@ from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
 from app.view.map_chart import MapChart
 from app.view.recorded.fields import Fields
-from app.view.recorded.maker import Maker
+from app.view.recorded.mode_shape import Maker
 from app.view.surface import TURN, FromAbove, Movement, SurfaceChart, edges_of
 from app.view.theme import Theme, one_sided
 

@@ -11,16 +11,15 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from analysis.arrays import Real
-from analysis.chosen_actuator import sweeps_of_modes
-from analysis.frf import Frf
 from analysis.identification.modes import Modes
+from analysis.recordings.chosen_actuator import sweeps_of_modes
+from analysis.recordings.frf import Frf
 from app.view.chart import Chart, Map
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors, FrequencyAxis
 from app.view.map_chart import MapChart
 from app.view.nyquist import LEFT_AXIS_WIDTH, NyquistChart, around
 from app.view.parts import PartsChoice, decibels
-from app.view.recorded.overlays import Answer, Computed, Identified, answers
-from app.view.recorded.results import Results
+from app.view.recorded.results import Answer, Computed, Identified, Results, answers
 from app.view.theme import Theme, one_sided
 
 

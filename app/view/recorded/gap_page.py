@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
 from analysis.arrays import Real
-from app.files.gap_file import GapFigures, Signatures
+from app.files.results.gap_file import GapFigures, Signatures
 from app.summaries.gap import (
     chi2_before_and_after,
     concluded,

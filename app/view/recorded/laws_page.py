@@ -5,7 +5,7 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
-from app.files.best_twin import BestTwin
+from app.files.results.best_twin import BestTwin
 from app.summaries.numbers import with_sigma
 from app.summaries.sheet import CONSTANTS
 from app.view.chart import Chart

@@ -1,17 +1,62 @@
-"""The shape of a measured mode, from the updated twin, moving."""
+"""The shape of a measured mode, from the updated twin, moving; made in a thread, so that windows go on."""
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
+from PySide6.QtCore import QThread, Signal
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from app.view.recorded.fields import Shapes
-from app.view.recorded.maker import Maker
 from app.view.surface import TURN, Movement, SurfaceChart, edges_of
 from app.view.theme import Theme
+
+
+class Maker(QThread):
+    """Makes one thing for a widget, which waits for it before it goes.
+
+    Parameters
+    ----------
+    task : callable
+        Makes it, telling how far it is.
+    shown : QLabel
+        Shows how far, or what went wrong.
+    owner : QWidget
+
+    Attributes
+    ----------
+    progressed : Signal(str)
+        How far it is.
+    made, failed : Signal(object)
+        The thing, or the words of an error.
+    """
+
+    progressed = Signal(str)
+    made = Signal(object)
+    failed = Signal(object)
+
+    def __init__(self, task: Callable[[Progress], object], shown: QLabel, owner: QWidget) -> None:
+        super().__init__(owner)
+        self._task = task
+        self.progressed.connect(shown.setText)
+        self.failed.connect(shown.setText)
+        owner.destroyed.connect(self.wait)
+
+    def hand_to(self, take: Callable[..., None]) -> None:
+        """Begin, and hand over what is made."""
+        self.made.connect(take)
+        self.start()
+
+    def run(self) -> None:
+        """Work in the thread."""
+        try:
+            self.made.emit(self._task(lambda stage, share: self.progressed.emit(f"{stage}: {100 * share:.0f} %")))
+        except (OSError, ValueError) as error:
+            self.failed.emit(str(error))
+
 
 TWIN_MODES = 80
 """Of the twin, among which the nearest is looked for; the rigid ones are among them."""
@@ -42,7 +87,7 @@ class ModeShape(QWidget):
 
         def fetched(report: Progress) -> Shapes:
             from app.twins.campaign_twin import campaign_reduction
-            from simulation.reduction.lowest_modes import lowest_modes
+            from simulation.reduction.reduced_model import lowest_modes
 
             masses = np.array([footprint.mass for footprint in experiment.footprints])
             reduced = campaign_reduction(experiment, report).loaded(masses)

@@ -5,7 +5,7 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from analysis.drawn_curves import in_lines
-from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from app.summaries.modes import NUMBERS, READ_AS, SWEEP_HEADINGS, shown_poles, sweep_rows
 from app.summaries.numbers import with_sigma
 from app.view.chart import Chart

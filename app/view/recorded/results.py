@@ -1,36 +1,43 @@
-"""What a run holds, each file read when it is first looked at."""
+"""What a run holds, each file read when it is first looked at, and FRFs to be laid over those measured."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from analysis.campaign import CampaignExtent
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.arrays import Complex, Real
 from analysis.compensation.outcome import Compensation
 from analysis.experiment import Experiment
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
-from analysis.frf import Frf, campaign_frf
-from analysis.frf_campaign import AnyCampaign
-from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
+from analysis.recordings.campaign import CampaignExtent
+from analysis.recordings.chosen_actuator import sweeps_of_modes
+from analysis.recordings.frf import Frf, campaign_frf
+from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.updated import Updated
-from app.files.best_twin import CORRECTED, PLAIN, BestTwin, TwinOfRun, best_twin
-from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
-from app.files.campaign_inputs import OF_CAMPAIGN, origin_of_result, said_of_more_sweeps
-from app.files.compensation_file import load_compensation
-from app.files.filter_files import load_focusing
-from app.files.frf_file import load_frf
-from app.files.laws_file import TwinFrf, load_pairing
-from app.files.modes_file import load_modes
-from app.files.run_folder import MADE_BY
+from app.files.campaigns.inputs import OF_CAMPAIGN, origin_of_result, said_of_more_sweeps
+from app.files.campaigns.loading import load_campaign
+from app.files.results.best_twin import CORRECTED, PLAIN, BestTwin, TwinOfRun, best_twin
+from app.files.results.compensation_file import load_compensation
+from app.files.results.filter_files import load_focusing
+from app.files.results.frf_file import load_frf
+from app.files.results.laws_file import TwinFrf, load_pairing
+from app.files.results.modes_file import load_modes
+from app.files.results.run_folder import MADE_BY
 from app.view.folder import Viewed
+from app.view.nyquist import POINTS_OF_CIRCLE
 from app.view.recorded.fields import made_with_corrected_laws
 
 if TYPE_CHECKING:
-    from app.files.gap_file import GapFigures, Signatures
+    from app.files.results.gap_file import GapFigures, Signatures
 
 Value = TypeVar("Value")
 
@@ -159,14 +166,14 @@ class Results:
     @cached_property
     def gap(self) -> "tuple[GapFigures, dict[str, Any]] | None":
         """Where twin and data disagree."""
-        from app.files.gap_file import load_gap
+        from app.files.results.gap_file import load_gap
 
         return self._read("gap.h5", load_gap)
 
     @cached_property
     def signatures(self) -> "Signatures | None":
         """What each effect alone would explain of it."""
-        from app.files.gap_file import load_signatures
+        from app.files.results.gap_file import load_signatures
 
         return self._read("gap.h5", load_signatures)
 
@@ -201,3 +208,91 @@ def _whole(path: Path) -> BestTwin:
     for one in filter(None, (best.twin, best.uncorrected)):
         one.laws, one.updated  # noqa: B018 - read here to report errors
     return best
+
+
+UNMENTIONED_SHARE = 0.02
+"""Share of lines outside an identified band that is not mentioned: mains lines at its ends are never fitted."""
+
+
+@dataclass(frozen=True)
+class Computed:
+    """FRFs that are there: `h` (T, K, F) at `frequency` (F,), Hz."""
+
+    frequency: Real
+    h: Complex
+
+    def __len__(self) -> int:
+        """Sweeps."""
+        return len(self.h)
+
+    def sweep(self, row: int) -> Complex:
+        """One sweep, (K, F)."""
+        return np.asarray(self.h[row])
+
+    def between(self, row: int, band: tuple[float, float]) -> Complex:
+        """One sweep inside a band, Hz: (K, n)."""
+        return np.asarray(self.h[row][:, (self.frequency >= band[0]) & (self.frequency <= band[1])])
+
+    def line(self, rows: NDArray[np.intp], frequency: float) -> Complex:
+        """Several sweeps at the nearest line, (R, K)."""
+        return np.asarray(self.h[rows, :, int(np.abs(self.frequency - frequency).argmin())])
+
+
+@dataclass(frozen=True)
+class Identified:
+    """FRFs rebuilt from poles and residues where they are looked at: all of a long campaign would take seconds.
+
+    NaN outside the band that was identified, where they hold no longer.
+    """
+
+    frequency: Real
+    modes: TrackedModes
+    places: NDArray[np.int_]
+    """Of every sweep among those of `modes`, -1 where it is none of them: there is nothing to draw."""
+
+    def __len__(self) -> int:
+        """Sweeps."""
+        return len(self.places)
+
+    def sweep(self, row: int) -> Complex:
+        """One sweep, (K, F)."""
+        return self._rebuilt(row, self.frequency)
+
+    def between(self, row: int, band: tuple[float, float]) -> Complex:
+        """One sweep inside a band, Hz, finer than its lines: (K, n)."""
+        return self._rebuilt(row, np.linspace(*band, POINTS_OF_CIRCLE))
+
+    def line(self, rows: NDArray[np.intp], frequency: float) -> Complex:
+        """Several sweeps at one frequency, (R, K)."""
+        return np.array([self._rebuilt(int(row), np.array([frequency]))[:, 0] for row in rows])
+
+    def narrower(self, row: int) -> tuple[float, float] | None:
+        """Band of a sweep that was identified, Hz, if more than a few lines at the ends are outside."""
+        if self.places[row] < 0:
+            return None
+        low, high = self.modes.modes[int(self.places[row])].band
+        return (
+            (low, high) if ((self.frequency < low) | (self.frequency > high)).mean() > UNMENTIONED_SHARE else None
+        )
+
+    def _rebuilt(self, row: int, frequency: Real) -> Complex:
+        if self.places[row] < 0:
+            return np.full((len(self.modes.channels), len(frequency)), complex(np.nan, np.nan))
+        modes = self.modes.modes[int(self.places[row])]
+        inside = (frequency >= modes.band[0]) & (frequency <= modes.band[1])
+        return np.where(inside, modes.synthesis(frequency), complex(np.nan, np.nan))
+
+
+Answer = Identified | Computed
+
+
+def answers(frf: Frf, results: Results) -> dict[str, Answer]:
+    """All that may be laid over the FRFs measured, by name."""
+    found: dict[str, Answer] = {}
+    places = None if results.modes is None else sweeps_of_modes(frf, results.modes)
+    if results.modes is not None and places is not None and (places >= 0).any():
+        found["from poles and residues"] = Identified(frf.frequency, results.modes, places)
+    for name, held in (("updated twin", results.updated), ("corrected twin", results.corrected)):
+        if held is not None:
+            found[name] = Computed(held[1].frequency, held[1].h)
+    return {name: answer for name, answer in found.items() if len(answer) == len(frf.h)}

@@ -4,7 +4,6 @@
 ``held``           what a run of a test holds
 ``frf_page``       FRFs in decibels, parts or the Nyquist plane, two cursors
 ``modes_page``     table, stabilization chart, AutoMAC; modes dropped, added
-``shape_chart``    a shape at the points of a structure, flat or moving as a wire frame
 ``compared_page``  modes beside those of another run, with their MAC
 ``window``         the pages, the folder that is shown, and modes set beside its own
 =================  ===========================================================

@@ -7,13 +7,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.modes import Modes
-from analysis.identification.reading import PoleReading
+from analysis.identification.modes import Modes, PoleReading
 from analysis.shapes.participation import ModeShapes
 from analysis.shapes.stabilization import StabilizationChart
 from app.modal_test.frf_set import FrfSet
-from app.modal_test.modes_of_test import load_test
-from app.modal_test.saved import load_stabilization
+from app.modal_test.modes_of_test import load_stabilization, load_test
 from app.modal_test.without_windows import rebuilt
 
 

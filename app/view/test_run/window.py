@@ -11,9 +11,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QTabWidget, QWidget
 
 from app.files.bad_file import ResultFileError
-from app.files.best_twin import PLAIN
-from app.files.campaign_inputs import origin_of_result
-from app.files.run_folder import is_test_run
+from app.files.campaigns.inputs import origin_of_result
+from app.files.results.best_twin import PLAIN
+from app.files.results.run_folder import is_test_run
 from app.modal_test.edit_journal import FOLDER, EditJournal
 from app.modal_test.edits import add_mode, drop_mode, redo_edit, undo_edit
 from app.view.cursors import Cursors
@@ -37,7 +37,7 @@ class TwinBeside:
     run : Path
         Folder of flexura update.
     pairing : mapping
-        Of `app.files.pairing_json.pairing_record`.
+        Of `app.files.results.pairing_json.pairing_record`.
     """
 
     run: Path

@@ -6,9 +6,7 @@ samples, so hours pass in seconds and no wait is ever too short.
 
 ==================  =================================================================
 ``surroundings``    what hangs on the cards: a plate, its temperature, the wires
-``faults``          what is to go wrong, and when
-``status``          the driver's refusals
-``output_line``     the voltage on an output, at any time
+``faults``          what is to go wrong, and when; the driver's refusals
 ``task``            what a program has asked of a task
 ``chassis``         the modules in their slots, who has reserved them, what paces and triggers what
 ``acquisition``     samples of a running input task

@@ -9,7 +9,7 @@ from scipy.signal import butter, lfilter, oaconvolve
 
 from drivers.ni.modules import InputModule, ThermocoupleModule
 from drivers.ni.simulated.chassis import Chassis
-from drivers.ni.simulated.status import DaqmxStatusError
+from drivers.ni.simulated.faults import DaqmxStatusError
 from drivers.ni.simulated.task import Task, TaskChannel
 
 IEPE_BIAS = 12.0

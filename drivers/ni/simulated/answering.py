@@ -11,8 +11,7 @@ from nidaqmx.error_codes import DAQmxErrors
 
 from drivers.ni.simulated.acquisition import InputRecorder
 from drivers.ni.simulated.chassis import Chassis
-from drivers.ni.simulated.faults import Faults
-from drivers.ni.simulated.status import DaqmxStatusError, status_name
+from drivers.ni.simulated.faults import DaqmxStatusError, Faults, status_name
 from drivers.ni.simulated.task import Task
 
 NOT_SIMULATED = DAQmxErrors.OPERATION_NOT_SUPPORTED_ON_SIMULATED_DEVICE

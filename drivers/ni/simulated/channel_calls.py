@@ -9,7 +9,7 @@ from nidaqmx.utils import unflatten_channel_string
 
 from drivers.ni.modules import InputModule, OutputModule, ThermocoupleModule
 from drivers.ni.simulated.answering import Answering, answered
-from drivers.ni.simulated.status import DaqmxStatusError
+from drivers.ni.simulated.faults import DaqmxStatusError
 from drivers.ni.simulated.stream_calls import raw_bits
 from drivers.ni.simulated.surroundings import Module
 from drivers.ni.simulated.task import Kind, Task, TaskChannel

@@ -11,7 +11,7 @@ from nidaqmx.error_codes import DAQmxErrors
 from numpy.typing import NDArray
 
 from drivers.ni.simulated.answering import Answering, answered
-from drivers.ni.simulated.status import DaqmxStatusError
+from drivers.ni.simulated.faults import DaqmxStatusError
 from drivers.ni.simulated.task import Kind, Task, TaskState
 
 

@@ -8,7 +8,7 @@ from nidaqmx.error_codes import DAQmxErrors
 from drivers.ni.modules import InputModule, OutputModule
 from drivers.ni.simulated.answering import Answering, answered
 from drivers.ni.simulated.chassis import PRODUCT
-from drivers.ni.simulated.status import DaqmxStatusError, status_name
+from drivers.ni.simulated.faults import DaqmxStatusError, status_name
 from drivers.ni.simulated.surroundings import Module
 
 VERSION = (24, 0, 0)

@@ -7,7 +7,7 @@ import numpy as np
 from nidaqmx.error_codes import DAQmxErrors
 from numpy.typing import NDArray
 
-from drivers.ni.simulated.status import DaqmxStatusError
+from drivers.ni.simulated.faults import DaqmxStatusError
 from drivers.ni.simulated.surroundings import Module
 
 

@@ -11,7 +11,7 @@ from nidaqmx._stubs import nidaqmx_pb2 as pb
 from nidaqmx.error_codes import DAQmxErrors
 
 from drivers.ni.simulated.answering import Answering, answered, refuse
-from drivers.ni.simulated.status import DaqmxStatusError
+from drivers.ni.simulated.faults import DaqmxStatusError
 from drivers.ni.simulated.task import Task, TaskState
 
 _PATIENCE = 2.0

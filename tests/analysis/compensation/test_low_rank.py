@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.compensation.low_rank import LowRankBank
-from analysis.compensation.network import relative_error
+from analysis.compensation.network import LowRankBank, relative_error
 from analysis.focusing.fir import FirBank
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from analysis.compensation.network import InputMap
-from analysis.compensation.parameter_studies import study_networks
 from analysis.compensation.settings import Training
+from analysis.compensation.training import study_networks
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
 

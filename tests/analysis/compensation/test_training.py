@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from analysis.compensation.evidence_collapse import EvidenceCollapseError
-from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
 from analysis.compensation.network import relative_error
 from analysis.compensation.rivals import linear
 from analysis.compensation.settings import Training
-from analysis.compensation.training import split, train_networks
+from analysis.compensation.training import left_out_networks, left_out_taps, split, train_networks
 from analysis.focusing.fir import FirBank
 
 WANTED = np.arange(0.0, 60.1, 0.25)

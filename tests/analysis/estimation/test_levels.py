@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.estimation.levels import of_hits, of_records
+from analysis.estimation.agreement import of_hits, of_records
 from analysis.estimation.recording import SampledSignals
 from analysis.estimation.spectra import welch
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.focusing.grid import Grid
+from analysis.focusing.energy import Grid
 from analysis.focusing.panel import Panel, Target
 
 

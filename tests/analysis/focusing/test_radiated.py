@@ -5,10 +5,9 @@ import pytest
 
 from analysis.focusing.measured import MeasuredPanel, MeasuredTransfers
 from analysis.focusing.over_temperature import focus
-from analysis.focusing.panel import Filters, Panel
+from analysis.focusing.panel import Filters, Panel, PanelSound, SoundListener
 from analysis.focusing.radiated import DEGREES, radiate, radiate_measured
 from analysis.focusing.responses import constants_at
-from analysis.radiation.declared_sound import PanelSound, SoundListener
 from analysis.radiation.measures import far_power
 from analysis.radiation.radiator import Radiator
 

@@ -6,9 +6,8 @@ from pydantic import ValidationError
 
 from analysis.focusing.design import peak_drive
 from analysis.focusing.over_temperature import focus
-from analysis.focusing.panel import Filters, Panel
+from analysis.focusing.panel import Filters, Panel, PanelSound, SoundListener
 from analysis.focusing.sound_aim import SoundAim
-from analysis.radiation.declared_sound import PanelSound, SoundListener
 from analysis.radiation.measures import ripple
 
 SETTINGS = {"transform_length": 2_756, "band": (100.0, 500.0), "edges": (60.0, 560.0)}

@@ -10,12 +10,12 @@ import pytest
 
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Protocol
-from analysis.frf import Frf
 from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.state import plain_state
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Linearisation
 from analysis.updated import Updated
 

@@ -7,7 +7,7 @@ import pytest
 
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.gap import find_gap
-from analysis.gap.imperfect import other_modes
+from analysis.gap.imperfect import naming
 from analysis.gap.search import held_out
 from analysis.gap.thresholds import UNLISTED
 
@@ -174,7 +174,7 @@ def test_what_asks_the_twin_for_too_much_on_held_out_data_does_not_hold(solve, m
             raise ValueError("bond factor 0.44 is outside the twin's certified range")
         return tried(model, sweeps, split, whole, executor)
 
-    for module in (held_out, other_modes):
+    for module in (held_out, naming):
         monkeypatch.setattr(module, "fit_and_try", refused)
     report, _ = solve(effects={"mass": {"grams": 1.0}})
     assert report.verdict == "unknown"

@@ -5,9 +5,8 @@ from typing import Any
 
 import pytest
 
-from analysis.gap import verdict
+from analysis.gap.gap import judge
 from analysis.gap.search.held_out import HeldOut
-from analysis.gap.verdict import judge
 
 GAP, NOISE = 1000.0, 10.0
 """Excess chi2 of the plain twin, and up to which a twin agrees with the data."""
@@ -34,9 +33,10 @@ def judged(monkeypatch: pytest.MonkeyPatch):
     ) -> str:
         before, after = fit(gap, 0.0), fit(left, 0.5 * (gap - left))
         monkeypatch.setattr(
-            verdict, "unknown_evidence", lambda sweeps, residual, state: rest if residual == "rest" else 0.0
+            "analysis.gap.gap.unknown_evidence",
+            lambda sweeps, residual, state: rest if residual == "rest" else 0.0,
         )
-        monkeypatch.setattr(verdict, "noise_evidence", lambda sweeps: OF_NOISE)
+        monkeypatch.setattr("analysis.gap.gap.noise_evidence", lambda sweeps: OF_NOISE)
         after.residual = "rest"
         bench: Any = SimpleNamespace(
             sweeps=SimpleNamespace(),

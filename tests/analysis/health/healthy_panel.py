@@ -6,15 +6,14 @@ from functools import lru_cache
 import numpy as np
 
 from analysis.arrays import Complex, Real
-from analysis.frf import Frf
 from analysis.gap.data.compression import Nodes
-from analysis.health.baseline import HealthBaseline
+from analysis.health.baseline import HealthBaseline, SelfCheck, self_check
 from analysis.health.candidates import change_candidates
 from analysis.health.recording import DatedRecording, ExpectedResponse, recordings_of
-from analysis.health.self_check import SelfCheck, self_check
 from analysis.health.watch import HealthWatch
 from analysis.material import MaterialLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects
 from tests.analysis.health.navier_panel import CARDS, NavierPanel
 

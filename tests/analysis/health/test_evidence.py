@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from analysis.health.baseline import checked
 from analysis.health.evidence import (
     MISFIT_MARGIN,
     SHARE_OF_UNKNOWN,
@@ -14,7 +15,6 @@ from analysis.health.evidence import (
     spans,
 )
 from analysis.health.recording import DateEquations
-from analysis.health.self_check import checked
 
 
 def date(information: float, pull: float) -> DateEquations:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from analysis.health.played_date import played_date
-from analysis.sweep_point import SweepPoint
+from analysis.health.recording import played_date
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS
 from tests.analysis.health.healthy_panel import LINES, NODES, NOISE, REAL, laws, usual_watch
 

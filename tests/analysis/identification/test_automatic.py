@@ -6,8 +6,7 @@ import pytest
 from analysis.identification.automatic import identify, refine
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
-from analysis.identification.pole_residue import synthesis
-from analysis.identification.residual_terms import REAL_E_F, choices_for
+from analysis.identification.pole_residue import REAL_E_F, choices_for, synthesis
 from analysis.identification.settings import Settings
 from analysis.identification.synthetic import SyntheticFrf, r10
 

@@ -3,9 +3,8 @@ import pytest
 
 from analysis.identification.averaging import averaged, roughness
 from analysis.identification.lines import Lines
-from analysis.identification.pole_residue import synthesis
+from analysis.identification.pole_residue import NONE, synthesis
 from analysis.identification.pole_search import fit
-from analysis.identification.residual_terms import NONE
 
 FREQUENCY = np.arange(100.0, 500.0, 0.1)
 NOTHING = np.zeros((1, 0), complex)

@@ -9,8 +9,7 @@ from analysis.identification.averaging import averaged
 from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
-from analysis.identification.parameters import to_parameters, to_poles
-from analysis.identification.residual_terms import REAL_E_F
+from analysis.identification.pole_residue import REAL_E_F, to_parameters, to_poles
 from analysis.identification.synthetic import crowded, r10
 from analysis.identification.variable_projection import project
 

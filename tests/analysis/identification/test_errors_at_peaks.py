@@ -9,9 +9,8 @@ from analysis.identification.finishing import variance_factors
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import residual
-from analysis.identification.pole_residue import synthesis
+from analysis.identification.pole_residue import NONE, synthesis
 from analysis.identification.pole_search import fit
-from analysis.identification.residual_terms import NONE
 
 F = np.array([120.0, 180.0, 290.0])
 ZETA = 0.005

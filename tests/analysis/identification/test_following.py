@@ -4,11 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.measured import Measured
-from analysis.identification.parameters import BAND_MARGIN, to_parameters
-from analysis.identification.pole_residue import synthesis
-from analysis.identification.residual_terms import NONE, REAL_E
+from analysis.identification.over_temperature.tracks_without_twin import Followed, follow
+from analysis.identification.pole_residue import BAND_MARGIN, NONE, REAL_E, synthesis, to_parameters
 from analysis.identification.settings import Settings
-from analysis.identification.tracks_without_twin import Followed, follow
 
 FREQUENCY = np.arange(100.0, 900.0, 0.5)
 AT_ZERO = np.array([170.0, 240.0, 310.0, 455.0, 560.0, 700.0])

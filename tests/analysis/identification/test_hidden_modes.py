@@ -5,13 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from analysis.identification.hidden_modes import HiddenModes, add_hidden_modes, find_hidden_modes
-from analysis.identification.joint_fit import JointFit, fit_together
 from analysis.identification.lines import Lines
-from analysis.identification.parameters import to_parameters
-from analysis.identification.pole_residue import synthesis
-from analysis.identification.residual_terms import COMPLEX_E_F, NONE
-from analysis.identification.smooth_tracks import SmoothTracks
+from analysis.identification.over_temperature.joint_fit import JointFit, fit_together
+from analysis.identification.over_temperature.smooth_tracks import SmoothTracks
+from analysis.identification.over_temperature.sweep_fits import HiddenModes, add_hidden_modes, find_hidden_modes
+from analysis.identification.pole_residue import COMPLEX_E_F, NONE, synthesis, to_parameters
 
 FREQUENCY = np.arange(80.0, 620.0, 1.5)
 TEMPERATURE = np.linspace(0.0, 60.0, 9)

@@ -4,8 +4,8 @@ import pytest
 from analysis.identification.averaging import averaged
 from analysis.identification.lines import Lines
 from analysis.identification.missing import add_missing, gains, matched, residual
+from analysis.identification.pole_residue import REAL_E_F
 from analysis.identification.pole_search import fit
-from analysis.identification.residual_terms import REAL_E_F
 from analysis.identification.synthetic import r10
 from analysis.identification.variable_projection import misfit_at
 

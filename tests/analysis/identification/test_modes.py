@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from analysis.identification.modes import Modes, Rejected
-from analysis.identification.residual_terms import REAL_E
-from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
+from analysis.identification.pole_residue import REAL_E
 
 
 def modes(f: float = 100.0) -> Modes:

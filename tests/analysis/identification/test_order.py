@@ -13,8 +13,8 @@ from analysis.identification.order import (
     pole_penalty,
     support,
 )
+from analysis.identification.pole_residue import COMPLEX_E_F_G, NONE, REAL_E_F
 from analysis.identification.pole_search import fit
-from analysis.identification.residual_terms import COMPLEX_E_F_G, NONE, REAL_E_F
 from analysis.identification.synthetic import SyntheticFrf, r10
 
 

@@ -4,8 +4,7 @@ import pytest
 from analysis.identification.automatic import identify
 from analysis.identification.measured import Measured
 from analysis.identification.peak_picking import identify_by_peaks
-from analysis.identification.pole_residue import synthesis
-from analysis.identification.residual_terms import REAL_E_F
+from analysis.identification.pole_residue import REAL_E_F, synthesis
 
 FREQUENCY = np.arange(100.0, 1000.0, 0.5)
 

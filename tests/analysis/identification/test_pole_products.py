@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from analysis.identification.lines import WeightedLines
 from analysis.identification.pole_residue import fill_columns
-from analysis.identification.weighted_lines import WeightedLines
 
 RNG = np.random.default_rng(11)
 W = 2 * np.pi * np.arange(100.0, 400.0, 0.5)

@@ -1,7 +1,6 @@
 import numpy as np
 
-from analysis.identification.pole_residue import fill_columns, pole_columns, synthesis
-from analysis.identification.residual_terms import NONE, REAL_E_F
+from analysis.identification.pole_residue import NONE, REAL_E_F, fill_columns, pole_columns, synthesis
 
 
 def test_synthesis_is_the_receptance_of_a_single_oscillator() -> None:

@@ -5,12 +5,10 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.identification.automatic import identify
-from analysis.identification.confirmation import confirmed
-from analysis.identification.measured import Measured
+from analysis.identification.judgement.confirmation import confirmed
+from analysis.identification.measured import MANY, PRINCIPAL_FRFS, Measured, principal_frfs
 from analysis.identification.modes import Modes
-from analysis.identification.pole_residue import synthesis
-from analysis.identification.principal_frfs import MANY, PRINCIPAL_FRFS, principal_frfs
-from analysis.identification.residual_terms import REAL_E_F
+from analysis.identification.pole_residue import REAL_E_F, synthesis
 from analysis.identification.settings import Settings
 
 SPACING = 0.25

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from analysis.identification.parameters import to_parameters, to_poles
-from analysis.identification.reading import read_poles
+from analysis.identification.modes import read_poles
+from analysis.identification.pole_residue import to_parameters, to_poles
 
 
 def test_hysteretic_reading_gives_back_stiffness_and_loss_factor() -> None:

@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 from analysis.identification.automatic import identify
-from analysis.identification.harmonics import tones
+from analysis.identification.judgement.harmonics import tones
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured, correlation, deviation_from_residual
 from analysis.identification.order import covariance
-from analysis.identification.pole_residue import synthesis
+from analysis.identification.pole_residue import EVERY_CHOICE, NONE, synthesis
 from analysis.identification.pole_search import fit
-from analysis.identification.residual_terms import EVERY_CHOICE, NONE
 from analysis.identification.settings import Settings
 from analysis.identification.synthetic import SyntheticFrf, crowded, pairs, r10, rippled, shared_noise
 from tests.analysis.identification.test_automatic import Score, score

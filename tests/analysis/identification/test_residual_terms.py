@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.identification.residual_terms import CHOICES, EVERY_CHOICE, choices_for, named
+from analysis.identification.pole_residue import CHOICES, EVERY_CHOICE, choices_for, named
 
 
 @pytest.mark.parametrize("terms", EVERY_CHOICE)

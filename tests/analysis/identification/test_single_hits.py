@@ -7,11 +7,10 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.identification.automatic import identify
-from analysis.identification.confirmation import confirmed
+from analysis.identification.judgement.confirmation import WithoutHit, confirmed, confirmed_by_hits
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.settings import Settings
-from analysis.identification.single_hits import WithoutHit, confirmed_by_hits
 
 LINES = np.arange(50.0, 350.0, 0.5)
 FREQUENCIES, DAMPING = np.array([80.0, 131.0, 190.0, 262.0, 301.0]), 0.008

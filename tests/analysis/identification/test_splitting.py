@@ -6,9 +6,8 @@ from analysis.identification.averaging import averaged
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import split
-from analysis.identification.pole_residue import synthesis
+from analysis.identification.pole_residue import NONE, REAL_E_F, synthesis
 from analysis.identification.pole_search import fit
-from analysis.identification.residual_terms import NONE, REAL_E_F
 from analysis.identification.synthetic import pairs, r10
 
 FREQUENCY = np.arange(100.0, 500.0, 0.25)

@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
-from analysis.identification import hidden_modes
-from analysis.identification.hidden_modes import remove_superfluous
-from analysis.identification.joint_fit import JointFit, fit_together
 from analysis.identification.lines import Lines
-from analysis.identification.parameters import to_parameters
-from analysis.identification.pole_residue import synthesis
-from analysis.identification.residual_terms import COMPLEX_E_F, NONE
-from analysis.identification.smooth_tracks import SmoothTracks
+from analysis.identification.over_temperature import sweep_fits
+from analysis.identification.over_temperature.joint_fit import JointFit, fit_together
+from analysis.identification.over_temperature.smooth_tracks import SmoothTracks
+from analysis.identification.over_temperature.sweep_fits import remove_superfluous
+from analysis.identification.pole_residue import COMPLEX_E_F, NONE, synthesis, to_parameters
 
 FREQUENCY = np.arange(80.0, 620.0, 1.0)
 TEMPERATURE = np.linspace(0.0, 60.0, 9)
@@ -65,5 +63,5 @@ def test_a_track_that_no_sweep_needs_takes_part_in_none() -> None:
 
 
 def test_what_surely_does_not_pay_goes_though_no_trial_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(hidden_modes, "MOST_TRIALS", 0)
+    monkeypatch.setattr(sweep_fits, "MOST_TRIALS", 0)
     assert len(left([330.0], 0)) == len(AT_COLD)

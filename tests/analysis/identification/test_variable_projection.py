@@ -2,10 +2,17 @@ import numpy as np
 import pytest
 
 from analysis.identification.lines import Lines
-from analysis.identification.parameters import to_parameters, to_poles
-from analysis.identification.pole_residue import synthesis
+from analysis.identification.pole_residue import (
+    COMPLEX_E_F_G,
+    EVERY_CHOICE,
+    NONE,
+    REAL_E_F,
+    ResidualTerms,
+    synthesis,
+    to_parameters,
+    to_poles,
+)
 from analysis.identification.pole_search import fit
-from analysis.identification.residual_terms import COMPLEX_E_F_G, EVERY_CHOICE, NONE, REAL_E_F, ResidualTerms
 from analysis.identification.variable_projection import misfit_at, project
 
 RNG = np.random.default_rng(5)

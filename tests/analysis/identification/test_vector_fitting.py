@@ -1,7 +1,7 @@
 import numpy as np
 
 from analysis.identification.lines import Lines
-from analysis.identification.residual_terms import COMPLEX_E_F_G
+from analysis.identification.pole_residue import COMPLEX_E_F_G
 from analysis.identification.synthetic import r10
 from analysis.identification.vector_fitting import Relocation, start_poles
 

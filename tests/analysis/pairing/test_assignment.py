@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.pairing.assignment import ModePairs, agreement_of, pair_modes
-from analysis.pairing.mode_list import ModeList
+from analysis.pairing.assignment import ModeList, ModePairs, agreement_of, pair_modes
 
 BAND = (50.0, 1000.0)
 F = np.array([100.0, 180.0, 300.0, 460.0, 700.0])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from analysis.identification.modes import Modes
-from analysis.identification.residual_terms import NONE
-from analysis.pairing.mode_list import ModeList
+from analysis.identification.pole_residue import NONE
+from analysis.pairing.assignment import ModeList
 
 
 def pole(f: float, zeta: float) -> complex:

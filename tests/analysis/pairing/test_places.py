@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.pairing.places import LEAST_RANK, KnownShapes, fitting_places, represented, words
+from analysis.pairing.points import LEAST_RANK, KnownShapes, fitting_places, represented, words
 from tests.analysis.pairing.test_points import FREQUENCY, NAMES, ORDERS, X, Y
 
 STEP = 0.025

@@ -6,8 +6,8 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from analysis.campaign import Sweep
-from analysis.plate_temperature.air_and_plate import doubtful_sweeps, offset_change
+from analysis.plate_temperature.label_check import doubtful_sweeps, offset_change
+from analysis.recordings.campaign import Sweep
 
 
 def sweep(step: int, direction: Literal["up", "down"], plate: float, lag: float = 2.5) -> Sweep:

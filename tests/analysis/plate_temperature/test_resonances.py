@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from analysis.arrays import Complex, Real
-from analysis.frf import Frf
 from analysis.plate_temperature.resonances import FrfThermometer, log_spectrum, shift, unlike_resonances
+from analysis.recordings.frf import Frf
 
 FREQUENCY = np.arange(100.0, 800.0, 0.5)
 Law = Callable[[float], float]

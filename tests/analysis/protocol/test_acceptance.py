@@ -6,11 +6,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt
 
-from analysis.campaign import Sweep
 from analysis.protocol.acceptance import faults
-from analysis.protocol.drive import drive_signal
 from analysis.protocol.drive_comparison import compare_drive, stretched
 from analysis.protocol.protocol import AcquisitionProtocol
+from analysis.protocol.sweep import drive_signal
+from analysis.recordings.campaign import Sweep
 
 RATE = 51_200.0 / 6.0
 QUIET = np.zeros(2, dtype=bool)

@@ -3,8 +3,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from analysis.protocol.drive import drive_signal
-from analysis.protocol.sweep import SweepSettings
+from analysis.protocol.sweep import SweepSettings, drive_signal
 
 RATE = 51_200.0 / 6.0
 

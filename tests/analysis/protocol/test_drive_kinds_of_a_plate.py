@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from analysis.arrays import Real
-from analysis.h1 import h1
-from analysis.protocol.drive import drive_signal
-from analysis.protocol.sweep import SweepSettings
+from analysis.protocol.sweep import SweepSettings, drive_signal
+from analysis.recordings.h1 import h1
 
 RATE = 51_200.0 / 6.0
 MODES = np.array([140.0, 310.0, 620.0, 990.0, 1330.0])

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from analysis.protocol.drive import drive_signal
 from analysis.protocol.shot import input_levels, shot_of
-from analysis.protocol.sweep import SweepSettings
+from analysis.protocol.sweep import SweepSettings, drive_signal
 
 RATE = 51_200.0 / 6.0
 LONG = SweepSettings(

@@ -1,7 +1,7 @@
 import numpy as np
 
+from analysis.radiation.measures import driven_variance, power_error, pressure_sigma
 from analysis.radiation.radiator import Radiator
-from analysis.radiation.scan_error import driven_variance, power_error, pressure_sigma
 
 
 def test_stated_errors_are_those_of_many_noisy_scans(rng):

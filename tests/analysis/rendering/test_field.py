@@ -5,7 +5,7 @@ import pytest
 
 from analysis.focusing.energy import EnergyForms
 from analysis.rendering.field import field_contrast, power_spectrum
-from analysis.rendering.programme import TemperatureProgramme
+from analysis.rendering.following import TemperatureProgramme
 
 LINES = np.arange(100.0, 301.0, 10.0)
 

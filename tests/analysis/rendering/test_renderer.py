@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lfilter, sosfiltfilt
 
-from analysis.rendering.convolution import Past, partitions
 from analysis.rendering.following import FADE_TIME, TEMPERATURE_STEP, FollowingBank, raised_cosine
-from analysis.rendering.renderer import Renderer
+from analysis.rendering.renderer import Past, Renderer, partitions
 
 KNOTS = np.arange(0.0, 61.0, 5.0)
 

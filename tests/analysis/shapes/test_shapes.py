@@ -7,12 +7,11 @@ from numpy.typing import NDArray
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.automatic import identify
 from analysis.identification.measured import Measured
-from analysis.identification.residual_terms import NONE
+from analysis.identification.pole_residue import NONE
 from analysis.identification.settings import Settings
 from analysis.shapes.assurance import mac, mpc
-from analysis.shapes.indicator import cmif
 from analysis.shapes.participation import mode_shapes, residue_deviation
-from analysis.shapes.stabilization import stabilization_chart
+from analysis.shapes.stabilization import cmif, stabilization_chart
 
 F = np.arange(20.0, 400.0, 0.25)
 S = 2j * np.pi * F

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.thermometry.listening import ThermometerReading
-from analysis.thermometry.tracking import Track
+from analysis.thermometry.listening import ThermometerReading, Track
 
 REFUSED = ThermometerReading(np.nan, np.nan, np.nan, 0.0, "silence")
 

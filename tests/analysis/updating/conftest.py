@@ -8,10 +8,10 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.effect_card import EffectCard
-from analysis.frf import Frf
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Linearisation
 
 

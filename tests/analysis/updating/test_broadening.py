@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from analysis.updating.broadening import broadened
 from analysis.updating.normal_equations import SweepData
+from analysis.updating.start import broadened
 
 
 @pytest.mark.parametrize("more", [0.004, 0.012])

@@ -8,8 +8,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from analysis.experiment import Protocol
-from analysis.frf import Frf
 from analysis.material import Material, laws_through
+from analysis.recordings.frf import Frf
 from analysis.updating.drift import sweep_laws, to_first_order
 from analysis.updating.laws import fit_laws
 from analysis.updating.update import update

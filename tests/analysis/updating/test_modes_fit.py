@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from analysis.effect_card import EffectCard, Parameter
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.measured_modes import ModesAtTemperature
+from analysis.recordings.measured_modes import ModesAtTemperature
 from analysis.scatter import scatter_of
 from analysis.twin_model import Effects
 from analysis.updating.modes_fit import fit_modes

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from analysis.frf import Frf
 from analysis.material import Material
+from analysis.recordings.frf import Frf
 from analysis.updated import Updated
 from analysis.updating.update import outlier_sweeps
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.frf import Frf
+from analysis.recordings.frf import Frf
 from analysis.updating.polarity import polarity_corrected
 from analysis.updating.update import update
 

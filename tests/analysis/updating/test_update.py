@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.frf import Frf
+from analysis.recordings.frf import Frf
 from analysis.updated import Updated
 from analysis.updating.normal_equations import SweepData, normal_equations
 from analysis.updating.update import update

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.weather.warm_panel import WarmAnswer
+from analysis.weather.family import WarmAnswer
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,13 @@ from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.experiments import draw_experiments
 from app.blind_trial.plates import PlateKind, draw_plate
 from app.blind_trial.specimen import Specimen
-from app.files.experiment_toml import AcquiredExperiment
+from app.files.declarations.experiment import AcquiredExperiment
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.effect_reduction import reduce_with_effects
-from simulation.reduction.reduce import reduce
 from simulation.reduction.reduced_model import ReducedModel
+from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness
 

@@ -5,10 +5,9 @@ import copy
 import numpy as np
 import pytest
 
-from app.blind_trial.as_built import CAREFUL, LEAST_AREA, as_built, as_it_is, as_read
 from app.blind_trial.experiments import draw_experiments
 from app.blind_trial.making import NUISANCES, draw_nuisances
-from app.blind_trial.plates import PlateKind, draw_plate
+from app.blind_trial.plates import CAREFUL, LEAST_AREA, PlateKind, as_built, as_it_is, as_read, draw_plate
 from app.blind_trial.specimen import Specimen
 
 

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from analysis.effect_card import Values
-from analysis.frf import Frf
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.description.described import Description
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
+from analysis.recordings.frf import Frf
 from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.specimen import Specimen
-from app.files.experiment_toml import AcquiredExperiment
-from app.stages.compared import Compared
-from app.stages.description import description
+from app.files.declarations.experiment import AcquiredExperiment
+from app.stages.comparison.compared import Compared
+from app.stages.gap import description
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.tolerances import tolerances
 

@@ -9,7 +9,7 @@ from analysis.gap.thresholds import MODEL_ERROR, MODEL_ERROR_ALONG
 from app.blind_trial.draw_effects import answered, of_size
 from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.plates import PlateKind
-from app.files.experiment_toml import AcquiredExperiment
+from app.files.declarations.experiment import AcquiredExperiment
 from simulation.reduction.effect_operators import EffectOperators
 
 

@@ -8,21 +8,19 @@ import numpy as np
 import pytest
 
 from analysis.effect_card import Values
-from analysis.frf import Frf
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.plan.measurement import Reach
-from analysis.gap.plan.question import Question
 from analysis.gap.plan.ranking import Expected, Plan
-from analysis.gap.plan.separation import ENOUGH
+from analysis.gap.plan.separation import ENOUGH, Question
 from analysis.held_effects import HeldEffects
-from app.blind_trial.effect_size import EffectSize
-from app.blind_trial.expected_frf import expected_frf
+from analysis.recordings.frf import Frf
+from app.blind_trial.effect_size import EffectSize, expected_frf
 from app.blind_trial.experiments import draw_experiments
 from app.blind_trial.planned import CASES, summary
 from app.blind_trial.plates import PlateKind
 from app.blind_trial.specimen import Specimen
-from app.stages.compared import Compared
-from app.stages.plan import plan
+from app.stages.comparison.compared import Compared
+from app.stages.comparison.plan import plan
 from simulation.effects.library import LIBRARY
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.tolerances import tolerances

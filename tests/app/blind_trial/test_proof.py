@@ -5,9 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.blind_trial.calibration import claims, likeliest_confidence, reliability
 from app.blind_trial.outcome import Named, TrialOutcome, outcome
-from app.blind_trial.proof import figures, share
+from app.blind_trial.proof import claims, figures, likeliest_confidence, reliability, share
 from app.blind_trial.proof_figure import confusion, proof_figure
 from app.commands.blind_trial import confusion_table, figures_table
 

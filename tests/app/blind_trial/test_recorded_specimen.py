@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.frf import campaign_frf
-from analysis.sweep_point import SweepPoint
-from app.blind_trial.expected_frf import expected_frf
+from analysis.recordings.frf import campaign_frf
+from analysis.recordings.sweep_point import SweepPoint
+from app.blind_trial.effect_size import expected_frf
 from app.blind_trial.experiments import any_declaration, draw_experiments
 from app.blind_trial.making import record_on_rig
 from app.blind_trial.plates import Driven, draw_plate
 from app.blind_trial.specimen import Specimen
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from simulation.reduction.effect_reduction import reduce_with_effects
 
 from .conftest import BAND, BOX, COARSE, ROUGH

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from app.blind_trial.specimen import Specimen
-from app.files.experiment_toml import AcquiredExperiment
+from app.files.declarations.experiment import AcquiredExperiment
 from simulation.reduction.effect_operators import EffectOperators
 
 LINES = np.linspace(100.0, 250.0, 301)

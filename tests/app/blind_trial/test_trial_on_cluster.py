@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from app.blind_trial.judging import is_judged
+from app.blind_trial.outcome import is_judged
 from app.blind_trial.trial import Trial, begin, run_trial
 from app.commands.blind_trial import _proven
 from app.files.bad_file import ResultFileError

@@ -4,11 +4,11 @@ import h5py
 import numpy as np
 import pytest
 
-import simulation.reduction.footprint_reduction
+import simulation.reduction.plate_basis
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from app.files.basis_cache import ARRAYS, cache_folder, cached_reduction, load_basis, save_basis
-from app.files.hdf5_bytes import BLOCK, sealed
+from app.files.hdf5_file import BLOCK, sealed
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.fineness import Fineness
@@ -98,13 +98,13 @@ def test_folder_follows_the_environment(tmp_path, monkeypatch):
 def test_second_time_is_read_and_a_damaged_file_made_again(tmp_path, monkeypatch):
     monkeypatch.setenv("FLEXURA_CACHE", str(tmp_path))
     made = []
-    true_reduce = simulation.reduction.footprint_reduction.reduce
+    true_reduce = simulation.reduction.plate_basis.reduce
 
     def counted(*args, **kwargs):
         made.append(1)
         return true_reduce(*args, **kwargs)
 
-    monkeypatch.setattr(simulation.reduction.footprint_reduction, "reduce", counted)
+    monkeypatch.setattr(simulation.reduction.plate_basis, "reduce", counted)
     first = cached_reduction(PLATE, PATCHES, BOX, BAND, points=[(0.06, 0.05)], fineness=COARSE)
     assert same(cached_reduction(PLATE, PATCHES, BOX, BAND, points=[(0.06, 0.05)], fineness=COARSE), first)
     assert len(made) == 1

@@ -3,10 +3,10 @@
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from analysis.declared import LONGEST_NAME, FileName
-from app.files.drawing import Drawing, MeshFile
-from app.files.modal_test_toml import RecordOfTest
-from app.files.plate_toml import FrfsOfPlate, ModesOfPlate
+from analysis.declaration.strict import LONGEST_NAME, FileName
+from app.files.declarations.modal_test import RecordOfTest
+from app.files.declarations.plate import FrfsOfPlate, ModesOfPlate
+from app.files.drawings.drawing import Drawing, MeshFile
 
 
 @pytest.mark.parametrize("name", ["a.uff", "frfs/*.uff", "é" * 127 + "e", "/".join(["a" * 200] * 4)])

@@ -15,10 +15,10 @@ from tests.disk_faults import needs_compiler, with_faults
 CAMPAIGN = """
 import numpy as np
 from pathlib import Path
-from app.files.campaign_folder import SWEEPS, remove_unfinished, write_index
-from app.files.running_campaign import LatestRepeat, load_latest, save_latest
-from app.files.sweep_file import Source, read_sweep_file, write_sweep
-from analysis.campaign import Sweep
+from app.files.campaigns.folder import SWEEPS, remove_unfinished, write_index
+from app.files.acquisition.running_campaign import LatestRepeat, load_latest, save_latest
+from app.files.campaigns.sweep_file import Source, read_sweep_file, write_sweep
+from analysis.recordings.campaign import Sweep
 
 folder, every = Path(sys.argv[1]), int(sys.argv[2])
 (folder / SWEEPS).mkdir(parents=True)

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from analysis.foreign_mesh import ForeignMesh
+from analysis.declaration.patch import Patch
+from analysis.declaration.plate import ForeignMesh, Plate
 from analysis.geometry import shapes
 from analysis.geometry.fault import GeometryError
-from analysis.patch import Patch
-from analysis.plate import Plate
-from app.files.drawing import DrawingError, mesh_of_file, with_drawings
+from app.files.drawings.drawing import DrawingError, mesh_of_file, with_drawings
 from simulation.meshing.foreign import foreign_mesh as mesh_of
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.plate_mesh import CURVE_DEGREE

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from app.files import running_campaign
+from app.files.acquisition import running_campaign
+from app.files.acquisition.events import read_events
 from app.files.campaign_error import CampaignFileError
-from app.files.events import read_events
 from app.files.parsed_text import DEEPEST_NESTING, LARGEST_DECLARATION, parse_json, parse_toml, read_text
 from app.files.settings_toml import read_table
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.files.tdms_sweep import faults, flat_topped
+from app.files.campaigns.tdms_sweep import faults, flat_topped
 from drivers.ni.modules import NI_9234
 
 RATE = 51_200.0 / 6

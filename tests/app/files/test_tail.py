@@ -3,8 +3,15 @@ from pathlib import Path
 
 import pytest
 
-from app.files.events import Tail
-from app.files.running_campaign import CONTROL, ReadingLine, append_reading, parse_reading, request, requested
+from app.files.acquisition.events import Tail
+from app.files.acquisition.running_campaign import (
+    CONTROL,
+    ReadingLine,
+    append_reading,
+    parse_reading,
+    request,
+    requested,
+)
 
 
 def test_only_whole_new_lines_are_told_once(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ import tomllib
 
 import pytest
 
-from analysis.plate import Plate
+from analysis.declaration.plate import Plate
 from app.files.toml_text import toml_text
 
 

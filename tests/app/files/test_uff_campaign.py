@@ -6,10 +6,10 @@ import numpy as np
 import pyuff
 
 from analysis.experiment import Experiment
-from analysis.frf import Frf
-from app.files.campaign_export import campaign_frfs, campaign_points
-from app.files.uff58 import read_frfs, write_frfs
-from app.files.uff_geometry import read_nodes
+from analysis.recordings.frf import Frf
+from app.files.campaigns.export import campaign_frfs, campaign_points
+from app.files.uff.frfs import read_frfs, write_frfs
+from app.files.uff.geometry import read_nodes
 
 FREQUENCY = 100.0 + 0.5 * np.arange(40)
 

@@ -9,8 +9,8 @@ import pytest
 from analysis.material import Material, MaterialSigma
 from analysis.updated import Updated
 from analysis.updating.laws import fit_laws
-from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance
+from app.files.results.laws_file import TwinFrf, save_laws
 
 TEMPERATURES = np.arange(0.0, 61.0, 5.0)
 NOISE = 0.002

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.files.laws_file import load_laws, load_updated, save_laws
 from app.files.provenance import provenance
+from app.files.results.laws_file import load_laws, load_updated, save_laws
 from app.fleet.exchange import USABLE_LOSS, exchanged
 from tests.app.chain.conftest import RunOnce, campaign_of_four, typed, whole
 

@@ -8,8 +8,7 @@ import pytest
 
 from app.fleet.fleet_run import RunMember
 from app.fleet.laws_beside import laws_beside
-from app.fleet.page import fleet_page, scatter_rows
-from app.fleet.record import fleet_record, summary_of
+from app.fleet.page import fleet_page, fleet_record, scatter_rows, summary_of
 from tests.app.fleet.conftest import piece, true_modulus
 
 Fleet = tuple[dict[str, Path], np.ndarray]

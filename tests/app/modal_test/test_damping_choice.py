@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from analysis.estimation.transfer import MeasuredTransfer
-from app.files.modes_file import load_modes
-from app.files.uff58 import write_frfs
+from app.files.results.modes_file import load_modes
+from app.files.uff.frfs import write_frfs
 from app.modal_test.edits import add_mode, drop_mode
 from app.report.modal_test import sections_of_test
 from app.report.page import PageTable, Paragraph

@@ -10,8 +10,8 @@ import pytest
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.settings import Settings
 from app.files.bad_file import ResultFileError
-from app.files.modes_file import load_modes
-from app.files.uff58 import write_frfs
+from app.files.results.modes_file import load_modes
+from app.files.uff.frfs import write_frfs
 from app.modal_test import edit_journal
 from app.modal_test.edits import add_mode, drop_mode, edits_of, redo_edit, undo_edit
 from app.modal_test.frf_set import FrfSet

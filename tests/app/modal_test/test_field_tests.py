@@ -10,8 +10,8 @@ from scipy.io import savemat
 
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.bad_file import ResultFileError
-from app.files.modal_test_toml import read_modal_test
-from app.files.uff58 import write_frfs
+from app.files.declarations.modal_test import read_modal_test
+from app.files.uff.frfs import write_frfs
 from app.modal_test.declared_test import declared_frfs
 from app.modal_test.frf_set import FrfSet, said_of_reference
 from tests.app.modal_test.conftest import RATE, Beam, blows

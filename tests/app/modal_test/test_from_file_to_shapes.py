@@ -10,11 +10,10 @@ from scipy.io import savemat, wavfile
 
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.shapes.assurance import mac
-from app.files.uff58 import read_frfs
+from app.files.uff.frfs import read_frfs
 from app.modal_test.declared_test import declared_frfs
 from app.modal_test.frf_set import FrfSet
-from app.modal_test.modes_of_test import load_test
-from app.modal_test.saved import load_stabilization
+from app.modal_test.modes_of_test import load_stabilization, load_test
 from app.modal_test.without_windows import rebuilt
 from tests.app.modal_test.conftest import ETA, POINTS, RATE, SHAPES, Beam, F, blows, hammer_files, typed
 

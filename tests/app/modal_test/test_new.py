@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from nptdms import ChannelObject, RootObject, TdmsWriter
 
-from app.files.campaign_channels import RecorderLayout
-from app.files.campaign_toml import read_experiment
-from app.files.modal_test_toml import read_modal_test
+from app.files.campaigns.channels import RecorderLayout
+from app.files.campaigns.declaration import read_experiment
+from app.files.declarations.modal_test import read_modal_test
 from tests.app.modal_test.conftest import Beam, hammer_files
 
 Flexura = Callable[..., tuple[int, str, str]]

@@ -9,7 +9,7 @@ from nptdms import ChannelObject, TdmsWriter
 from pyuff import UFF
 from pyuff.datasets.dataset_58 import prepare_58
 
-from app.files.modal_test_toml import read_modal_test
+from app.files.declarations.modal_test import read_modal_test
 from app.modal_test.declared_test import declared_frfs
 from tests.app.modal_test.conftest import RATE, Beam, blows
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from app.files.modal_test_toml import read_modal_test
+from app.files.declarations.modal_test import read_modal_test
 from app.modal_test.new_declaration import of_points
 from tests.app.modal_test.conftest import Beam, hammer_files
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.files.modal_test_toml import read_modal_test
+from app.files.declarations.modal_test import read_modal_test
 from app.modal_test.modes_of_test import load_test
 from tests.app.modal_test.conftest import ETA, RATE, Beam, F, typed
 

@@ -11,11 +11,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.io import netcdf_file
 
-from analysis.frf import Frf, campaign_frf
-from analysis.frf_campaign import FrfCampaign
-from app.files.campaign import load_campaign
+from analysis.recordings.frf import Frf, campaign_frf
+from analysis.recordings.frf_campaign import FrfCampaign
 from app.files.campaign_error import CampaignFileError
-from app.files.campaign_export import averages, export_frfs, stated_coherence
+from app.files.campaigns.export import averages, export_frfs, stated_coherence
+from app.files.campaigns.loading import load_campaign
 
 Run = Callable[..., tuple[int, str, str]]
 

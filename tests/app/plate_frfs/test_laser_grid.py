@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
-from app.files.plate_toml import read_plate_measurement
-from app.files.uff58 import write_frfs
+from analysis.recordings.sweep_point import SweepPoint
+from app.files.declarations.plate import read_plate_measurement
+from app.files.uff.frfs import write_frfs
 from app.plate_frfs.given_campaign import declared_experiment
 from simulation.effects.library import library
 from simulation.reduction.effect_reduction import reduce_with_effects

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import flexura
-from analysis.identification.reading import Damping, read_poles
+from analysis.identification.modes import Damping, read_poles
 from app.files.bad_file import ResultFileError
 from app.plate_frfs.modes_table import modes_of_table
 

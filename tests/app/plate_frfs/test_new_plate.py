@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.frf import campaign_frf
-from analysis.frf_campaign import FrfCampaign
-from app.files.campaign import load_campaign
-from app.files.campaign_export import export_frfs
-from app.files.uff58 import write_frfs
+from analysis.recordings.frf import campaign_frf
+from analysis.recordings.frf_campaign import FrfCampaign
+from app.files.campaigns.export import export_frfs
+from app.files.campaigns.loading import load_campaign
+from app.files.uff.frfs import write_frfs
 
 Run = Callable[..., tuple[int, str, str]]
 LINES = np.arange(50.0, 1000.0, 0.5)

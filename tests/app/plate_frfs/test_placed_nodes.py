@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.plate_frfs.placed_nodes import placed_nodes
+from app.plate_frfs.new_plate import placed_nodes
 
 SIDES = (0.3, 0.2)
 X, Y = np.meshgrid(np.linspace(0.02, 0.28, 5), np.linspace(0.03, 0.17, 4))

@@ -11,14 +11,14 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.frf_campaign import FrfCampaign
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
-from app.files.campaign import load_campaign
+from analysis.recordings.frf_campaign import FrfCampaign
+from analysis.recordings.sweep_point import SweepPoint
 from app.files.campaign_error import CampaignFileError
-from app.files.plate_toml import read_plate_measurement
-from app.files.uff58 import read_frfs, write_frfs
+from app.files.campaigns.loading import load_campaign
+from app.files.declarations.plate import read_plate_measurement
+from app.files.uff.frfs import read_frfs, write_frfs
 from app.plate_frfs.given_campaign import declared_experiment
 from simulation.effects.library import library
 from simulation.reduction.effect_reduction import reduce_with_effects

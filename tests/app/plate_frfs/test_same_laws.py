@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from analysis.frf import campaign_frf
+from analysis.recordings.frf import campaign_frf
 from analysis.updated import Updated
-from app.files.campaign import load_campaign
-from app.files.campaign_export import export_frfs
+from app.files.campaigns.export import export_frfs
+from app.files.campaigns.loading import load_campaign
 from app.stages import update
-from app.stages.comparison_request import UpdateRequest
+from app.stages.comparison.request import UpdateRequest
 
 Run = Callable[..., tuple[int, str, str]]
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "data" / "campaigns" / "pp-plate-nominal"

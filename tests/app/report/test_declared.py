@@ -4,12 +4,11 @@ from typing import Any
 
 import pytest
 
-from analysis.patch import Patch
-from analysis.plate import Plate
-from analysis.transducers import Drive, Sensor
+from analysis.declaration.patch import Patch
+from analysis.declaration.plate import Plate
+from analysis.declaration.transducers import Drive, Sensor
 from app.files.bad_file import Misplaced
-from app.report.declared import picture, pieces_of, pieces_of_experiment, plate_words
-from app.report.refused import pieces_declared
+from app.report.declared import picture, pieces_declared, pieces_of, pieces_of_experiment, plate_words
 
 DECLARED: dict[str, Any] = {
     "plate": {

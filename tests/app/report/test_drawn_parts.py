@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from app.report.drawn_parts import DrawnParts
-from app.report.written import write_report
+from app.report.written import DrawnParts, write_report
 from tests.app.conftest import TinyCampaign
 
 Run = Callable[..., tuple[int, str, str]]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from analysis.estimation.transfer import MeasuredTransfer
-from app.files.uff58 import write_frfs
+from app.files.uff.frfs import write_frfs
 from tests.app.corrected_run import write_run
 from tests.app.modal_test.conftest import Beam
 from tests.browser import Browser, opened_browser

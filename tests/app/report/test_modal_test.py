@@ -7,7 +7,7 @@ import pytest
 
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.modes import Modes
-from analysis.identification.residual_terms import NONE
+from analysis.identification.pole_residue import NONE
 from analysis.shapes.participation import mode_shapes
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.records import MODE_HEADINGS, mode_rows

@@ -7,8 +7,8 @@ import pytest
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.provenance import provenance, sha256, stamp
-from app.report.origin import origin, outdated, stamps
 from app.report.page import Folded, Listing, PageTable
+from app.report.summary import origin, outdated, stamps
 
 PANEL = {"plate": {"length_x": 0.24}, "patch": [{"id": "A1"}]}
 

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Plate
-from analysis.pairing.assignment import pair_modes
-from analysis.pairing.mode_list import ModeList
+from analysis.pairing.assignment import ModeList, pair_modes
 from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
 from analysis.pairing.points import compare_points
-from app.files.pairing_json import pairing_record, shown
+from app.files.results.pairing_json import pairing_record, shown
 from app.report.page import PageTable, Picture, VerdictBox
 from app.report.pairing import pairing_figure, pairing_items, points_figure
 from app.report.style import drawing

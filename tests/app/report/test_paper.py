@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from analysis.declaration.plate import Plate
 from analysis.focusing.methods import MethodComparison
-from analysis.plate import Plate
 from app.report.paper import is_the_papers, method_rows
 
 

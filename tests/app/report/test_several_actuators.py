@@ -5,11 +5,11 @@ import pytest
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from analysis.frf import Frf
 from analysis.material import Material
+from analysis.recordings.frf import Frf
 from analysis.updated import Updated
-from app.files.laws_file import TwinFrf
-from app.report import measured, updated
+from app.files.results.laws_file import TwinFrf
+from app.report import measured
 
 TEMPERATURE = np.repeat([0.0, 10.0, 20.0, 30.0, 40.0], 2)
 SOURCE = np.tile([0, 1], 5)
@@ -45,7 +45,7 @@ def drawn(figure: Figure, axes: int, label: str) -> NDArray[np.float64]:
 @pytest.mark.parametrize(("source", "label"), [(0, "S1/A1 [V/V]"), (1, "S1/hammer [V/N]")])
 def test_overlays_and_waterfall_are_of_one_input(frf: Frf, estimates: Updated, source: int, label: str) -> None:
     twin = TwinFrf(FREQUENCY, 1.01 * frf.h, 1e-4, 950.0)
-    figure = updated.overlays(frf, twin, estimates, source=source)
+    figure = measured.overlays(frf, twin, estimates, source=source)
     for column, temperature in enumerate((0.0, 20.0, 40.0)):
         (row,) = np.flatnonzero((temperature == TEMPERATURE) & (source == SOURCE))
         np.testing.assert_array_equal(drawn(figure, column, "measured"), np.abs(frf.h[row, 0]))
@@ -57,7 +57,7 @@ def test_overlays_and_waterfall_are_of_one_input(frf: Frf, estimates: Updated, s
 
 
 def test_misfit_has_a_line_for_each_input(frf: Frf, estimates: Updated) -> None:
-    figure = updated.misfit(estimates, frf)
+    figure = measured.misfit(estimates, frf)
     for source, name in enumerate(("A1", "hammer")):
         own = source == SOURCE
         np.testing.assert_array_equal(

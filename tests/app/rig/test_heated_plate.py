@@ -6,11 +6,11 @@ import re
 import numpy as np
 import pytest
 
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from app.files.campaign_error import CampaignFileError
-from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
+from app.files.declarations.experiment import AcquiredExperiment, read_acquired_experiment
+from app.files.declarations.simulation_section import HeatInOven
 from app.files.shipped import shipped
-from app.files.simulation_section import HeatInOven
 from app.rig import simulated_rig
 from app.rig.simulated_rig import PlateBehindAir
 from simulation.state.plate_state import Circumstances, PlateState

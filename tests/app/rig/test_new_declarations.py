@@ -7,8 +7,8 @@ import pytest
 
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
-from app.files.experiment_toml import read_acquired_experiment
-from app.files.panel_file import read_panel
+from app.files.declarations.experiment import read_acquired_experiment
+from app.files.declarations.panel import read_panel
 from app.rig import new_declarations
 from app.rig.new_declarations import NewExperiment, new_experiment, new_panel
 from drivers.ni.connection import Device

@@ -10,19 +10,18 @@ from numpy.typing import NDArray
 from analysis.arrays import Real
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Patch, Plate, Protocol
 from analysis.material import Material, MaterialBox, laws_through
-from analysis.protocol.drive import drive_signal
-from analysis.protocol.sweep import SweepSettings
-from analysis.sweep_point import SweepPoint
+from analysis.protocol.sweep import SweepSettings, drive_signal
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Effects
 from app.files.campaign_error import CampaignFileError
-from app.files.experiment_toml import read_acquired_experiment
-from app.files.simulation_section import Laws
+from app.files.declarations.experiment import read_acquired_experiment
+from app.files.declarations.simulation_section import Laws
 from app.rig import simulated_rig as rig
 from app.rig.simulated_plate import TwinPlate, TwinTransfer
 from simulation.effects.library import LIBRARY
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.effect_reduction import reduce_with_effects
-from simulation.reduction.reduce import reduce
+from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness
 from simulation.twin.declared_plate import DeclaredPlate

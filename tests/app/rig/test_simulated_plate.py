@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from analysis.material import Material, laws_through
-from analysis.protocol.drive import drive_signal
-from analysis.protocol.sweep import SweepSettings
-from analysis.sweep_point import SweepPoint
+from analysis.protocol.sweep import SweepSettings, drive_signal
+from analysis.recordings.sweep_point import SweepPoint
 from app.rig.simulated_plate import Followed, TwinPlate
 
 RATE = 51_200.0 / 6.0

@@ -14,9 +14,9 @@ from scipy.io import wavfile
 import flexura as library
 from analysis.rendering.field import FieldContrast
 from app.files.bad_file import ResultFileError
-from app.files.compensation_file import load_compensation
-from app.files.filter_files import load_panel
-from app.files.laws_file import load_laws
+from app.files.results.compensation_file import load_compensation
+from app.files.results.filter_files import load_panel
+from app.files.results.laws_file import load_laws
 from app.main import flexura
 from app.report.panel_sections import players
 from app.report.sound import along_the_way

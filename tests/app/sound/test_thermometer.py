@@ -10,7 +10,7 @@ from click.testing import CliRunner
 import flexura as library
 from app.files.bad_file import ResultFileError
 from app.main import flexura
-from app.sound.listening_panel import ListeningPanel
+from app.sound.listening import ListeningPanel
 
 soundfile = pytest.importorskip("soundfile")
 RATE = 4_000
@@ -61,8 +61,8 @@ def test_a_simulated_panel_tells_its_temperature(small_run, sound, tmp_path):
 
 def test_a_recording_with_any_gain_is_read(small_run, tmp_path):
     """Made here with the twin's own patch-to-patch response, as a long convolution at one temperature."""
-    from app.files.filter_files import load_panel
-    from app.stages.panel_laws import laws_for
+    from app.files.results.filter_files import load_panel
+    from app.stages.panel.laws import laws_for
     from app.twins.panel_twin import panel_twin
 
     declared = load_panel(small_run.folder / "filters.h5")

@@ -6,7 +6,7 @@ from analysis.experiment import Protocol
 from analysis.material import Material
 from analysis.updated import Updated
 from analysis.updating.laws import fit_laws
-from app.stages.drift_notes import drift_notes
+from app.stages.comparison.temperature_notes import drift_notes
 
 TEMPERATURE = np.array([15.0, 25.0, 35.0, 45.0])
 MATERIAL = Material(2.5e9 * np.exp(-0.019 * (TEMPERATURE - 15.0)), np.full(4, 0.37), np.full(4, 0.07))

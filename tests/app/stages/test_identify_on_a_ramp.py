@@ -8,10 +8,10 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from analysis.campaign import Campaign
 from analysis.experiment import Protocol
 from analysis.identification.settings import Settings
-from app.files.modes_file import load_modes, save_modes, write_table
+from analysis.recordings.campaign import Campaign
+from app.files.results.modes_file import load_modes, save_modes, write_table
 from app.stages import identify
 from app.stages.identify_options import Wanted
 from tests.sweeps_on_a_ramp import PROTOCOL, modes_at, on_a_ramp

@@ -6,18 +6,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from analysis.declaration.plate_material import material_box
 from analysis.experiment import Experiment
-from analysis.frf import campaign_frf
 from analysis.identification.automatic import identify
-from analysis.identification.residual_terms import COMPLEX_E_F_G
+from analysis.identification.over_temperature.tracking import sweep_measured
+from analysis.identification.pole_residue import COMPLEX_E_F_G
 from analysis.identification.settings import Settings
-from analysis.identification.tracking import sweep_measured
 from analysis.material import MaterialBox
+from analysis.pairing.assignment import ModeList
 from analysis.pairing.coarse_trial import SweepModes, tried
-from analysis.pairing.mode_list import ModeList
-from analysis.plate_material import material_box
-from app.files.campaign import load_campaign
-from app.stages.likely_reason import exchanged_channels, likely_reason
+from analysis.recordings.frf import campaign_frf
+from app.files.campaigns.loading import load_campaign
+from app.stages.comparison.declaration_check import exchanged_channels, likely_reason
 from simulation.reduction.coarse_plate import CoarsePlate
 
 HAMMER = Path(__file__).parents[3] / "examples" / "hammer-plate"

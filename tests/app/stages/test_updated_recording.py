@@ -8,8 +8,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from analysis.tolerances import Tolerances
-from app.files.campaign import load_campaign
+from analysis.declaration.tolerances import Tolerances
+from app.files.campaigns.loading import load_campaign
 from app.stages.update import updated_twin
 
 FOLDER = Path(__file__).parents[4] / "shared" / "data" / "campaigns" / "pp-plate-nominal"

@@ -7,8 +7,8 @@ import pytest
 
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Attachment
-from app.files.best_twin import BestTwin, best_twin
-from app.files.gap_json import _effect
+from app.files.results.best_twin import BestTwin, best_twin
+from app.files.results.gap_json import _effect
 from app.summaries.briefing import Briefing, Worth, briefing
 from app.summaries.gap import found_words, in_words
 from app.summaries.numbers import FIXED, roughly

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from analysis.focusing.grid import Grid
+from analysis.focusing.energy import Grid
 from analysis.material import MaterialBox
-from app.files.panel_file import SECTION_2, read_panel
+from app.files.declarations.panel import SECTION_2, read_panel
 from app.twins.panel_twin import PanelTwin
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.in_plane import plane_stress_moduli

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from analysis.experiment import Experiment
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from app.twins.campaign_twin import FAR_MOVED, offset_wanted, placed
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "pp-plate"

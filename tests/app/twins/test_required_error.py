@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from analysis.declaration.plate_material import material_box
 from analysis.experiment import Experiment
 from analysis.material import Material, MaterialSigma
-from analysis.plate_material import material_box
 from analysis.updated import Updated
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
 from app.files.effect_cache import operators_key
 from app.twins import campaign_twin
-from app.twins.campaign_model import required_error
+from app.twins.campaign_twin import required_error
 from simulation.reduction.plate_basis import PlateBasis
 from simulation.reduction.sufficient_fineness import RequiredError
 from simulation.shell.fineness import Fineness

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Acquisition, Experiment, OvenDeclaration, Patch, Plate, Protocol
-from analysis.frf import Frf
 from analysis.identification.modes import Modes
-from analysis.identification.residual_terms import NONE
-from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
+from analysis.identification.pole_residue import NONE
 from analysis.material import Material, MaterialSigma
+from analysis.recordings.frf import Frf
 from analysis.updated import Updated
 from analysis.updating.laws import fit_laws
-from app.files.frf_file import save_frf
-from app.files.laws_file import TwinFrf, save_laws
-from app.files.modes_file import save_modes
 from app.files.provenance import provenance
+from app.files.results.frf_file import save_frf
+from app.files.results.laws_file import TwinFrf, save_laws
+from app.files.results.modes_file import save_modes
 from app.twins.campaign_twin import shape_points
 
 TEMPERATURE = np.array([0.0, 10.0, 20.0, 30.0, 40.0])
@@ -159,7 +159,7 @@ def _plate_of_sines(monkeypatch: pytest.MonkeyPatch) -> None:
     """Spare the windows the reduction of a real plate."""
     monkeypatch.setattr("app.twins.campaign_twin.campaign_reduction", lambda *_: SinePlate())
     monkeypatch.setattr(
-        "simulation.reduction.lowest_modes.lowest_modes", lambda plate, *asked: plate.modes(*asked)
+        "simulation.reduction.reduced_model.lowest_modes", lambda plate, *asked: plate.modes(*asked)
     )
 
 

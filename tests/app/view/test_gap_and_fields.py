@@ -18,18 +18,17 @@ from PySide6.QtCore import QPointF, Qt
 
 from analysis.estimates import FittedLaws
 from analysis.experiment import Plate
-from analysis.focusing.energy import EnergyForms, FieldSpace
-from analysis.focusing.grid import Grid
+from analysis.focusing.energy import EnergyForms, FieldSpace, Grid
 from analysis.focusing.methods import compare
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import PanelModes
 from analysis.focusing.performance import Aim
-from analysis.gap.search.signatures import Signature
-from app.files.filter_files import save_focusing
-from app.files.gap_file import GapFigures, GapMap, save_gap
-from app.files.laws_file import load_laws
+from analysis.gap.fitting.residual_map import Signature
 from app.files.provenance import provenance
+from app.files.results.filter_files import save_focusing
+from app.files.results.gap_file import GapFigures, GapMap, save_gap
+from app.files.results.laws_file import load_laws
 from app.twins.campaign_twin import shape_points
 from app.view.application import application
 from app.view.chart import Map

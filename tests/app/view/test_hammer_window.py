@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
 
-from app.files.events import append_event, read_events
+from app.files.acquisition.events import append_event, read_events
 from app.view.application import application
 from app.view.folder import viewed
 from app.view.live.hammer_window import HammerWindow

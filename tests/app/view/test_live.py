@@ -17,12 +17,12 @@ pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox
 
-from app.files.acquired_campaign import campaign_log
-from app.files.campaign import load_campaign
-from app.files.campaign_folder import sweep_paths
-from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
-from app.files.running_campaign import LatestRepeat, requested, save_latest
-from app.files.sweep_file import Source
+from app.files.acquisition.campaign_folder import campaign_log
+from app.files.acquisition.running_campaign import LatestRepeat, requested, save_latest
+from app.files.campaigns.folder import sweep_paths
+from app.files.campaigns.loading import load_campaign
+from app.files.campaigns.sweep_file import Source
+from app.files.declarations.experiment import AcquiredExperiment, read_acquired_experiment
 from app.stages.acquire import acquire_campaign
 from app.view.application import application
 from app.view.folder import Viewed

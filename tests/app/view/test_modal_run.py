@@ -15,13 +15,13 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QMessageBox
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from app.files.bad_file import ResultFileError
-from app.files.campaign_inputs import origin_of_result
-from app.files.laws_file import load_laws, load_updated, save_laws
-from app.files.modes_file import load_modes, load_shapes, save_modes
+from app.files.campaigns.inputs import origin_of_result
 from app.files.provenance import provenance
-from app.files.uff58 import write_frfs
+from app.files.results.laws_file import load_laws, load_updated, save_laws
+from app.files.results.modes_file import load_modes, load_shapes, save_modes
+from app.files.uff.frfs import write_frfs
 from app.modal_test.edits import edits_of
 from app.modal_test.records import MODE_HEADINGS
 from app.view.application import application

@@ -18,9 +18,9 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QImage
 from PySide6.QtWidgets import QLabel
 
-from analysis.campaign import CampaignExtent
-from app.files.frf_file import load_frf, save_frf
+from analysis.recordings.campaign import CampaignExtent
 from app.files.provenance import provenance, sha256
+from app.files.results.frf_file import load_frf, save_frf
 from app.view.application import application
 from app.view.chart import Chart
 from app.view.folder import viewed

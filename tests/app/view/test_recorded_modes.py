@@ -12,10 +12,10 @@ pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type
 
 from PySide6.QtCore import Qt
 
-from analysis.frf import Frf
-from app.files.frf_file import save_frf
-from app.files.modes_file import load_modes, save_modes
-from app.report.identified import over_temperature
+from analysis.recordings.frf import Frf
+from app.files.results.frf_file import save_frf
+from app.files.results.modes_file import load_modes, save_modes
+from app.report.measured import over_temperature
 from app.view.application import application
 from app.view.chart import Chart
 from app.view.folder import viewed

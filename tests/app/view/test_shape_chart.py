@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
 
 from app.view.application import application
-from app.view.test_run.shape_chart import ARROW_LENGTH, ShapeChart
+from app.view.test_run.modes_page import ARROW_LENGTH, ShapeChart
 from app.view.theme import LIGHT
 
 WIDE = 0.3

@@ -13,11 +13,10 @@ pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 
-from analysis.pairing.assignment import pair_modes
-from analysis.pairing.mode_list import ModeList
+from analysis.pairing.assignment import ModeList, pair_modes
 from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
-from app.files.laws_file import load_laws, load_updated, save_laws
-from app.files.pairing_json import pairing_record
+from app.files.results.laws_file import load_laws, load_updated, save_laws
+from app.files.results.pairing_json import pairing_record
 from app.view.application import application
 from app.view.folder import viewed
 from app.view.recorded.window import RecordedWindow

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from app.files.acquired_campaign import campaign_log
-from app.files.experiment_toml import read_acquired_experiment
-from app.files.sweep_file import Source
+from app.files.acquisition.campaign_folder import campaign_log
+from app.files.campaigns.sweep_file import Source
+from app.files.declarations.experiment import read_acquired_experiment
 from app.stages.acquire import acquire_campaign
 from drivers.ni.modules import NI_9211, NI_9234, NI_9260
 from drivers.rig.campaign import unobserved

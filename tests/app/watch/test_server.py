@@ -12,8 +12,7 @@ from pathlib import Path
 import pytest
 
 from app.watch import server as serving
-from app.watch.metrics import metrics
-from app.watch.server import NoPortError, Published, WatchServer, is_loopback, open_server
+from app.watch.server import NoPortError, Published, WatchServer, is_loopback, metrics, open_server
 from app.watch.watcher import Watcher
 
 TOKEN = "a-token-of-23-characters"  # noqa: S105

@@ -120,7 +120,7 @@ def test_the_watchdog_has_the_last_word_on_the_oven(campaign: Campaign) -> None:
     folder = campaign("watchdog")
     protocol = json.loads((folder / "protocol.json").read_text())
     protocol["acquired"]["rig"] = "real"
-    from app.files.campaign_folder import _digest
+    from app.files.campaigns.folder import _digest
 
     del protocol["sha256"]
     (folder / "protocol.json").write_text(json.dumps(protocol | {"sha256": _digest(protocol)}))

@@ -5,10 +5,10 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from app.files.events import read_events
+from app.files.acquisition.events import read_events
+from app.files.acquisition.hammer_folder import said_of_missing_hits
+from app.files.declarations.hammer_experiment import HammerExperiment, read_hammer_experiment
 from app.files.folder_lock import folder_lock
-from app.files.hammer_experiment import HammerExperiment, read_hammer_experiment
-from app.files.hammer_folder import said_of_missing_hits
 from app.watch.news import NewsOfCampaign
 from app.watch.status import CampaignStatus
 from app.watch.watcher import WatchedFolder, Watcher

@@ -16,9 +16,9 @@ from typing import Any
 
 import pytest
 
-from app.files.campaign import load_campaign
+from app.files.campaigns.loading import load_campaign
+from app.files.campaigns.sweep_file import digest
 from app.files.folder_lock import folder_lock
-from app.files.sweep_file import digest
 from app.watch.watched import Watched
 from tests.app.hammer_bench import acquire as acquire_hits
 from tests.app.hammer_bench import experiment as hammer_experiment
@@ -32,7 +32,7 @@ ACQUIRE = """
 import sys, time
 from pathlib import Path
 from tests.app import test_kill_acquire
-from app.files.experiment_toml import read_acquired_experiment
+from app.files.declarations.experiment import read_acquired_experiment
 made = test_kill_acquire.plate
 def slowly(*asked):
     time.sleep(float(sys.argv[2]))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from app.files.campaign_error import CampaignFileError
-from app.files.instruments_toml import declared_instruments
+from app.files.declarations.instruments import declared_instruments
 from drivers.checks import cards as trials
 from drivers.checks.cards import check_cards, check_real_cards
 from drivers.checks.instruments import NoCounterpart

@@ -23,4 +23,4 @@ def test_imports_nothing_posix_when_imported(path):
 
 
 def test_all_files_are_looked_at():
-    assert {"line", "serial_port", "served", "espec"} <= {path.stem for path in FILES}
+    assert {"line", "line_settings", "served", "espec"} <= {path.stem for path in FILES}

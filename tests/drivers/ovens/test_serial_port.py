@@ -7,7 +7,7 @@ import pytest
 
 from drivers.clock import VirtualClock
 from drivers.ovens.error import Fault, OvenError
-from drivers.ovens.serial_port import SerialPort
+from drivers.ovens.line_settings import SerialPort
 from drivers.ovens.settings import open_oven, oven_settings
 from drivers.ovens.simulated.controller import LineController
 from drivers.ovens.simulated.disturbance import (

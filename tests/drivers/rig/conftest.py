@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt, sosfreqz
 
 from analysis.arrays import Real
-from analysis.campaign import Sweep
-from analysis.h1 import h1
-from analysis.protocol.limits import Limits
-from analysis.protocol.protocol import AcquisitionProtocol, Programme, Settling, SweepSetPoint
+from analysis.protocol.protocol import AcquisitionProtocol, Limits, Programme, Settling, SweepSetPoint
 from analysis.protocol.sweep import SweepSettings
+from analysis.recordings.campaign import Sweep
+from analysis.recordings.h1 import h1
 from drivers.ni.cards import Record, go_on
 from drivers.ni.modules import NI_9211, NI_9234, NI_9260
 from drivers.ni.simulated.surroundings import Module

@@ -7,7 +7,7 @@ import pytest
 
 from analysis.experiment import Experiment, Patch
 from analysis.local_laws import LocalLaws
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from simulation.state.plate_state import Circumstances, PlateState
 
 Trial = Callable[..., tuple[Circumstances, PlateState]]

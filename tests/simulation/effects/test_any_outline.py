@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from analysis.declaration.outline import CircleOutline, PolygonOutline
 from analysis.experiment import Experiment, Plate
-from analysis.outline import CircleOutline, PolygonOutline
 from simulation.effects.library import LIBRARY
 from simulation.effects.local_damage import RADIUS
 from simulation.effects.sensor_offset import LARGEST_OFFSET

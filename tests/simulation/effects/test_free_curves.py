@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.files.experiment_toml import read_acquired_experiment
+from app.files.declarations.experiment import read_acquired_experiment
 from simulation.effects.effect import Effect
 from simulation.effects.free_curves import FORMS, GAIN, LOAD, MODULUS, free_effects, hats, knots
 from simulation.effects.library import LIBRARY

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.declaration.plate_material import PlateMaterial
 from analysis.material import MaterialBox
-from analysis.plate_material import PlateMaterial
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.basis_key import basis_key
 from simulation.reduction.basis_training import BasisTraining

@@ -11,8 +11,8 @@ from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.coarse_plate import CoarsePlate
 from simulation.shell.assembly import assemble
 from simulation.shell.electric_load import ElectricLoad
-from simulation.shell.factors import factorize
 from simulation.shell.shell_model import ShellModel
+from simulation.shell.unknowns import factorize
 
 
 @pytest.fixture(scope="module")

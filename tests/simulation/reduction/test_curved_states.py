@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from analysis.declaration.plate import Curvature
 from analysis.experiment import Experiment, Patch
 from analysis.material import MaterialBox
-from analysis.plate import Curvature
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.composition import Coefficients, composed
 from simulation.reduction.effect_operators import BENDING_DEGREE

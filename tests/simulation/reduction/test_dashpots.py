@@ -10,17 +10,17 @@ from analysis.channel import Footprint
 from analysis.experiment import Plate
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from simulation.effects.library import library
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.dashpots import MOST_COLUMNS, columns, few_columns
 from simulation.reduction.effect_reduction import reduce_with_effects
-from simulation.reduction.footprint_reduction import reduce_with_footprints
-from simulation.reduction.lowest_modes import lowest_modes
+from simulation.reduction.plate_basis import reduce_with_footprints
+from simulation.reduction.reduced_model import lowest_modes
 from simulation.shell.assembly import assemble
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.fineness import Fineness
-from simulation.shell.footprints import footprint_points
+from simulation.shell.points import footprint_points
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.instruments import Instruments

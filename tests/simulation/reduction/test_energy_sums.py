@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from simulation.reduction.energy_sums import EnergySums
+from simulation.reduction.damped_modes import EnergySums
 from simulation.reduction.modal_form import ModalForm
 
 F = np.linspace(5.0, 60.0, 200)

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from analysis.material import MaterialBox
-from simulation.reduction.certification import MATERIALS_DRAWN, held_out
+from simulation.reduction.vectors.certification import MATERIALS_DRAWN, held_out
 
 BOX = MaterialBox((0.8e9, 4e9), (0.3, 0.49), (0.005, 0.15))
 

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from simulation.reduction.modal_form import ModalForm
-from simulation.reduction.modal_slopes import ModalSlopes
+from simulation.reduction.modal_form import ModalForm, ModalSlopes
 
 F = np.linspace(5.0, 60.0, 200)
 

@@ -8,16 +8,16 @@ import pytest
 
 from analysis.arrays import Complex
 from analysis.channel import Footprint
+from analysis.declaration.plate_material import KINDS
 from analysis.experiment import Plate
 from analysis.gap.data.numerical_floor import NumericalFloor, allowed_error
-from analysis.plate_material import KINDS
 from simulation.reduction import sufficient_fineness as module
 from simulation.reduction.effect_operators import truncation_error
 from simulation.reduction.sufficient_fineness import RequiredError, sufficient_fineness
 from simulation.shell.assembly import assemble_for
-from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
 from simulation.shell.shell_model import ShellModel
+from simulation.shell.unknowns import factorize
 
 CORNERS = [[0.0, 0.0], [0.40, 0.0], [0.40, 0.14], [0.18, 0.14], [0.18, 0.30], [0.0, 0.30]]
 HOLE = {"kind": "circle", "center": [0.30, 0.07], "radius": 0.03}

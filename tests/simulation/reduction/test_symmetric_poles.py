@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from simulation.reduction.modal_form import ModalForm
-from simulation.reduction.symmetric_poles import symmetric_poles
+from simulation.reduction.modal_form import ModalForm, symmetric_poles
 
 
 def coupled(rng, size=40, patches=0.1, loss=0.08):

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from analysis.arrays import Real
+from analysis.declaration.outline import CircleOutline
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
-from analysis.outline import CircleOutline
 from simulation.meshing.plate_mesh import BorderEdges, PlateMesh, edges_of
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble, assemble_for
@@ -18,7 +18,7 @@ from simulation.shell.shell_model import ShellModel
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns
-from simulation.verification.exact_rectangles import HardRectangle, LevyPlate
+from simulation.verification.exact_plates import HardRectangle, LevyPlate
 
 HARD = ({"kind": "hard-simple", "edge": "all"},)
 E, NU = 2e9, 0.35

@@ -10,9 +10,9 @@ from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble, assemble_for
-from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
 from simulation.shell.shell_model import ShellModel
+from simulation.shell.unknowns import factorize
 
 PLATE = Plate(length_x=0.12, length_y=0.1, thickness=0.003, mass=0.0342)
 PATCHES = [

@@ -5,11 +5,10 @@ import pytest
 
 from analysis.experiment import Patch, Plate
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.condensation import ResponseProblem, first_inside, without_insides
-from simulation.shell.factors import factorize
+from simulation.shell.assembly import ResponseProblem, first_inside, without_insides
 from simulation.shell.in_plane import moduli
 from simulation.shell.shell_plate import ShellPlate
-from simulation.shell.unknowns import Unknowns, elimination_order
+from simulation.shell.unknowns import Unknowns, elimination_order, factorize
 
 MESH = MeshRecipe(spacing=0.15, edge_strip=3.0, growth=2.0, grading=0.0)
 

@@ -5,8 +5,7 @@ import pytest
 
 from analysis.arrays import Real
 from analysis.experiment import Plate
-from simulation.shell.curved_surface import CurvedSurface
-from simulation.shell.rigidity import THX, THY, U, V, W
+from simulation.shell.rigidity import THX, THY, CurvedSurface, U, V, W
 
 SIDES = (0.3, 0.2)
 POINTS = np.random.default_rng(3).uniform(0.02, 0.18, (40, 2))

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from analysis.channel import Footprint
+from analysis.declaration.plate_material import KINDS
 from analysis.experiment import Plate
 from analysis.material import MaterialBox
-from analysis.plate_material import KINDS
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble_for
-from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
+from simulation.shell.unknowns import factorize
 
 MESH = MeshRecipe(spacing=0.08, grading=0.0, pieces=1)
 

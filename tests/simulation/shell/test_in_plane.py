@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.sheet_orthotropy import Orthotropy
+from analysis.declaration.plate_material import Orthotropy
 from simulation.shell.in_plane import matrix, moduli, plane_stress_moduli, transverse
 
 

@@ -9,11 +9,11 @@ from analysis.experiment import Plate
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble, assemble_for
-from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
-from simulation.shell.footprints import footprint_points
+from simulation.shell.points import footprint_points
 from simulation.shell.shell_model import ShellModel
-from simulation.verification.exact_discs import ExactDisc
+from simulation.shell.unknowns import factorize
+from simulation.verification.exact_plates import ExactDisc
 
 E, NU = 2e9, 0.35
 POINT, RADIUS, STIFFNESS = (0.05, 0.04), 0.002, 3e3

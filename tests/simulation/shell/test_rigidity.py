@@ -6,9 +6,8 @@ from scipy.sparse.linalg import spsolve
 
 from analysis.experiment import Patch, Plate
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.curved_surface import CurvedSurface
 from simulation.shell.in_plane import moduli
-from simulation.shell.rigidity import THX, THY, CellMatrices, Rigidity, U, V, W, laminate
+from simulation.shell.rigidity import THX, THY, CellMatrices, CurvedSurface, Rigidity, U, V, W, laminate
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns

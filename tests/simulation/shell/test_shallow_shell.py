@@ -9,8 +9,7 @@ import pytest
 from analysis.experiment import Plate
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble
-from simulation.shell.rigidity import U, V
-from simulation.shell.shear_factor import SHEAR_FACTOR
+from simulation.shell.rigidity import SHEAR_FACTOR, U, V
 from simulation.shell.shell_model import ShellModel
 from simulation.shell.unknowns import Unknowns
 

@@ -9,10 +9,10 @@ from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble, assemble_for
-from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
 from simulation.shell.piezo_material import NCE51, VACUUM_PERMITTIVITY
 from simulation.shell.shell_model import ShellModel
+from simulation.shell.unknowns import factorize
 
 
 def rigid(model: ShellModel, field: int, factor: Real | float = 1.0) -> Real:

@@ -10,7 +10,7 @@ from analysis.arrays import Real
 from analysis.experiment import Patch, Plate
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble
-from simulation.shell.shear_factor import SHEAR_FACTOR
+from simulation.shell.rigidity import SHEAR_FACTOR
 from simulation.shell.shell_model import ShellModel
 from simulation.shell.unknowns import Unknowns
 

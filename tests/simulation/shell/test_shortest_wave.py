@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from analysis.declaration.outline import CircleOutline
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
-from analysis.outline import CircleOutline
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness, shortest_wave
-from simulation.verification.waves import PlateWaves
+from simulation.verification.exact_plates import PlateWaves
 
 BOX = MaterialBox((0.8e9, 4e9), (0.30, 0.49), (0.02, 0.15))
 DISC = CircleOutline(kind="circle", center=(0.0, 0.0), radius=0.1)

@@ -6,10 +6,9 @@ import pytest
 from analysis.experiment import Plate
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble
-from simulation.shell.factors import factorize
 from simulation.shell.rigidity import Block
 from simulation.shell.shell_model import ShellModel
-from simulation.shell.unknowns import Unknowns, elimination_order
+from simulation.shell.unknowns import Unknowns, elimination_order, factorize
 
 
 def test_every_function_stands_in_the_order_once(coarse_model: ShellModel) -> None:

@@ -9,8 +9,8 @@ from scipy.sparse.linalg import eigsh
 from analysis.experiment import Plate
 from analysis.local_laws import LocalLaws
 from simulation.shell.assembly import assemble
-from simulation.shell.factors import factorize
 from simulation.shell.in_plane import plane_stress_moduli
+from simulation.shell.unknowns import factorize
 from simulation.state.plate_state import PlateState
 from simulation.state.state_matrices import FullPlate
 

@@ -9,20 +9,19 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Attachment
-from analysis.frf import Frf
 from analysis.gap.gap import find_gap
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox, MaterialSigma
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.frf import Frf
+from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated
 from simulation.effects.library import LIBRARY, library
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.effect_reduction import reduce_with_effects
-from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
-from simulation.shell.footprints import attached_discs
-from simulation.shell.points import footprint_rows
+from simulation.shell.points import attached_discs, footprint_rows
 from simulation.shell.rigidity import W
+from simulation.shell.unknowns import factorize
 from simulation.state.plate_state import Circumstances, PlateState
 from simulation.tolerances import tolerances
 from simulation.twin.effect_plate import EffectPlate

@@ -9,10 +9,10 @@ from analysis.channel import Footprint
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
-from simulation.reduction.footprint_reduction import reduce_with_footprints
+from analysis.recordings.sweep_point import SweepPoint
+from simulation.reduction.plate_basis import reduce_with_footprints
 from simulation.shell.electric_load import ElectricLoad
-from simulation.shell.factors import factorize
+from simulation.shell.unknowns import factorize
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.instruments import Instruments, Pickup
 from simulation.twin.twin import Twin

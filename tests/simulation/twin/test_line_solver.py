@@ -10,9 +10,9 @@ from analysis.local_laws import LocalLaws
 from simulation.reduction.composition import Composite
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.plate_state import PlateState
-from simulation.twin import line_solver
-from simulation.twin.line_solver import LineSolver, solved_by_lines
+from simulation.twin import local_solution
 from simulation.twin.local_plate import LocalPlate
+from simulation.twin.local_solution import LineSolver, solved_by_lines
 
 SIZE = 12
 LINES = np.linspace(100.0, 700.0, 61)
@@ -87,7 +87,7 @@ def test_every_line_is_solved_to_rounding(
 def test_every_port_is_solved_at_all_lines_in_parts(
     amount: float, one_loss: bool, dashpots: Callable[[float], Real], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(line_solver, "LINES_OF_ONE_MEAN", 25)
+    monkeypatch.setattr(local_solution, "LINES_OF_ONE_MEAN", 25)
     rng = np.random.default_rng(7)
     local, damping = plate(rng, one_loss), dashpots(3.0 * amount)
     state = varying_state(amount, rng)

@@ -7,7 +7,7 @@ from analysis.identification.automatic import identify
 from analysis.identification.measured import Measured
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from simulation.reduction.reduce import reduce
+from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.electric_load import ElectricLoad
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.instruments import Instruments

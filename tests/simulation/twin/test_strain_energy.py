@@ -11,7 +11,7 @@ from scipy.sparse.linalg import eigsh
 from analysis.effect_card import EffectCard, Parameter
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.sweep_point import SweepPoint
+from analysis.recordings.sweep_point import SweepPoint
 from simulation.effects.effect import Effect
 from simulation.effects.library import library
 from simulation.reduction.composition import Coefficients, Composite, composed

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from simulation.verification.exact_rectangles import HardRectangle, LevyPlate
-from simulation.verification.waves import PlateWaves
+from simulation.verification.exact_plates import HardRectangle, LevyPlate, PlateWaves
 
 
 @pytest.mark.parametrize(("m", "n"), [(1, 1), (2, 1), (3, 4)])

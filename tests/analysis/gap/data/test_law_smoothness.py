@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.gap.data.law_smoothness import LawSmoothness
+from analysis.gap.data.groups import LawSmoothness
 
 
 def smooth(t, value):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from analysis.gap.data.preparation import prepare
-from analysis.h1 import repeats_dof
-from analysis.noise_power import noise_power
+from analysis.recordings.h1 import repeats_dof
+from analysis.recordings.noise_power import noise_power
 
 
 @pytest.mark.parametrize("stated", [0.7, 1.5])

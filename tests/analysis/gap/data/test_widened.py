@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.data.preparation import prepare
-from analysis.gap.data.widened import cauchy_kernel, widened
+from analysis.gap.data.sweeps import cauchy_kernel, widened
 from analysis.gap.fitting.normal_equations import linearise_all
 from analysis.gap.fitting.state import starting_state
 

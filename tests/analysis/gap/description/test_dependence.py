@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.data.preparation import prepare
-from analysis.gap.description.dependence import dependences
+from analysis.gap.description.describing import dependences
 from analysis.gap.fitting.fit import fit_gap
 
 TEMPERATURES = (2.0, 14.0, 26.0, 38.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.fitting.fit import fit_gap
-from analysis.gap.fitting.whiteness import neighbours
+from analysis.gap.fitting.residual_map import neighbours
 from analysis.gap.gap import find_gap
 from analysis.gap.search.held_out import splits
 

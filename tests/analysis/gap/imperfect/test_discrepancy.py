@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.gap.data.line_weights import LineWeights
+from analysis.gap.data.sweeps import LineWeights
 from analysis.gap.fitting.normal_equations import whiten_all
 from analysis.gap.imperfect.discrepancy import SMALLEST, Discrepancy, DiscrepancyShape
 

@@ -10,7 +10,7 @@ from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import starting_state
 from analysis.gap.search.context import SearchContext
-from analysis.gap.search.relocation import best_image, relocated
+from analysis.gap.search.stepwise import best_image, relocated
 
 TRUE = {"damage": {"loss": 0.3, "x": 0.33}, "stretch": {"delta_e": 0.02, "delta_g": -0.01}}
 

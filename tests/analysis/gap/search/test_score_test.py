@@ -8,12 +8,10 @@ import pytest
 
 from analysis.effect_card import Parameter
 from analysis.gap.fitting.fit import fit_gap
-from analysis.gap.search.candidate import Column, solve_inside
-from analysis.gap.search.confounding import signal_cosine, tangent_cosines
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.drop_and_swap import relative_evidence
-from analysis.gap.search.observability import observability
-from analysis.gap.search.score_test import ScoreTest, score_test
+from analysis.gap.search.observability import observability, signal_cosine, tangent_cosines
+from analysis.gap.search.score_test import Column, ScoreTest, score_test, solve_inside
 
 TEMPERATURES = (10.0, 14.0, 18.0, 22.0, 26.0)
 

@@ -5,8 +5,8 @@ import pytest
 
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.residual_map import cell_sigma, residual_map
+from analysis.gap.gap import signatures
 from analysis.gap.search.context import SearchContext
-from analysis.gap.search.signatures import signatures
 from analysis.gap.search.stepwise import stepwise_search
 
 

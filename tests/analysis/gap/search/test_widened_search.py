@@ -7,7 +7,7 @@ from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.state import starting_state
 from analysis.gap.search import stepwise
 from analysis.gap.search.context import SearchContext
-from analysis.gap.search.widened_search import widened_starts
+from analysis.gap.search.stepwise import widened_starts
 
 FEW = (5.0, 20.0, 35.0, 50.0)
 

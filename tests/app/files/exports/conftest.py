@@ -6,8 +6,8 @@ import pytest
 from analysis.compensation.network import InputMap, NetworkBank
 from analysis.focusing.fir import FirBank
 from analysis.rendering.following import FollowingBank
+from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.exports.shipment import Shipment
-from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import provenance
 
 RATE, DELAY = 8_000.0, 12

@@ -11,10 +11,10 @@ import pytest
 from scipy.io import wavfile
 
 from analysis.rendering.fixed_point import FixedPoint
+from analysis.rendering.following import TiltBank
 from analysis.rendering.renderer import Renderer
-from analysis.rendering.tilt_bank import TiltBank
 from analysis.weather.family import TiltFamily
-from analysis.weather.judgement import WeatherJudgement
+from analysis.weather.judged import WeatherJudgement
 from analysis.weather.knowledge import plane
 from app.files.exports.c_code import SAMPLES_AT_ONCE, c_texts, write_c
 from app.files.exports.cost import Cost

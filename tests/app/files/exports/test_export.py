@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from app.files.compensation_file import load_compensation
-from app.files.filter_files import load_focusing
-from app.files.hdf5_bytes import BLOCK, sealed
+from app.files.hdf5_file import BLOCK, sealed
 from app.files.provenance import sha256
+from app.files.results.compensation_file import load_compensation
+from app.files.results.filter_files import load_focusing
 from app.main import flexura
 
 

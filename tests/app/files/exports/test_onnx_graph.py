@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from app.files.exports.onnx_graph import NAME, write_onnx
+from app.files.exports.written_filters import NAME, write_onnx
 
 onnxruntime = pytest.importorskip("onnxruntime")
 WANTED = np.array([-40.0, 0.0, 3.3, 5.0, 20.0, 41.7, 57.5, 60.0, 300.0])

@@ -14,12 +14,12 @@ from pyuff.datasets.dataset_58 import prepare_58
 from scipy.io import netcdf_file, savemat
 
 from app.files.bad_file import ResultFileError
+from app.files.campaigns.channels import sweeps_of
+from app.files.campaigns.tdms_file import start_of
 from app.files.measurements import hdf5, lvm, matlab, numpy_archive, tdms, text, uff_time
 from app.files.measurements.guarded import read_columns
-from app.files.one_actuator import sweeps_of
-from app.files.tdms_file import start_of
-from app.files.uff58 import read_frfs
-from app.files.uff_geometry import read_nodes
+from app.files.uff.frfs import read_frfs
+from app.files.uff.geometry import read_nodes
 
 RATE = 1024.0
 N = 400

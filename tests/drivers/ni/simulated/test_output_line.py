@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from drivers.ni.modules import NI_9260, NI_9263
-from drivers.ni.simulated.output_line import OutputLine
+from drivers.ni.simulated.chassis import OutputLine
 
 
 def test_holds_the_last_value() -> None:

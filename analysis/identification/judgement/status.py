@@ -1,0 +1,164 @@
+"""Which poles of a model are modes of the plate, and why the others are not."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.judgement.harmonics import needle_hum
+from analysis.identification.judgement.resolution import heights, unresolved
+from analysis.identification.lines import Lines
+from analysis.identification.order import pole_penalty, support
+from analysis.identification.pole_search import PoleFit
+
+MOST_DAMPED = 0.2
+"""Damping ratio above which a pole is background; the lossiest plate polymers stay near 0.05."""
+
+WEAK_DAMPING = 0.3
+"""Relative standard deviation of the damping ratio from which a mode is called weak."""
+
+UNRESOLVED = "too close to a taller peak for the lines to separate them, or its leakage"
+
+POSSIBLY_TWO = "{:.2g} times the damping of the modes around it: possibly two unresolved modes"
+
+NOT_ONE_POLE = "; {:.2g} times the noise is left at its peak: more than one mode, or one that changed meanwhile"
+
+LEFT_AT_PEAK, FEWEST_AT_PEAK = 2.0, 5
+"""Residual within the half-power bandwidth, in standard deviations of the noise, from which one pole does not
+describe a peak, and values needed to say so. Noise alone reaches it in five values with a probability of 1e-5, and
+three repeats tell its standard deviation within a tenth."""
+
+OUTSTANDING_DAMPING = 8.0
+"""Damping ratio, in multiples of the median of all poles in the band, above which a pole is background too."""
+
+OUTSTANDING_GAIN = 10.0
+"""Support by BIC, in penalties of one pole, from which a pole narrower than the lines is not a stray line."""
+
+SMALLEST_SHARE = (1e-3, 1e-2)
+"""Limits of the smallest peak that counts as a mode, relative to |h| there: between them it is the relative noise
+of the lines; a smaller peak cannot be distinguished from curvature of the background."""
+
+
+def judge(
+    lines: Lines,
+    fitted: PoleFit,
+    mains: float | None,
+    spread: NDArray[np.float64],
+    left: NDArray[np.complex128],
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Status and reason of every pole of a fit.
+
+    Parameters
+    ----------
+    lines : Lines
+        All lines the fit was made on.
+    fitted : PoleFit
+        Converged.
+    mains : float or None
+        Mains frequency, Hz.
+    spread : (J, 2, 2) ndarray
+        Covariance of every pole's log |pole| and log damping ratio.
+    left : (K, F) complex ndarray
+        Residual of the fit.
+
+    Returns
+    -------
+    status, reason : tuple of str
+        One per pole.
+    """
+    gain = support(fitted, lines)
+    share, least = _shares(lines, fitted)
+    lesser = unresolved(lines, fitted.poles, fitted.projection.residues)
+    limit = _damping_limit(lines, fitted)
+    remark = _said_of_peaks(lines, fitted.poles, left)
+    shared = np.zeros(len(gain)) if lines.damping is None else lines.damping.shared(fitted.poles)
+    verdicts = [
+        _verdict(lines, pole, bool(fitted.stuck[j]), mains, limit, gain[j])
+        or (("computational", UNRESOLVED) if lesser[j] else None)
+        or _weakness(lines, pole, gain[j], float(np.sqrt(spread[j, 1, 1])), share[j] / least[j])
+        or (("weak", POSSIBLY_TWO.format(shared[j])) if shared[j] else None)
+        or ("kept", f"BIC would rise by {gain[j]:.0f} without it{remark[j]}")
+        for j, pole in enumerate(fitted.poles)
+    ]
+    return tuple(status for status, _ in verdicts), tuple(reason for _, reason in verdicts)
+
+
+def _damping_limit(lines: Lines, fitted: PoleFit) -> float:
+    """Damping ratio above which a pole of this FRF is background."""
+    place = fitted.poles.imag / (2.0 * np.pi)
+    inside = (place >= lines.frequency[0]) & (place <= lines.frequency[-1])
+    inside &= -fitted.poles.real > 0.4 * np.pi * lines.spacing_at(place)  # a stray line gives no damping
+    if inside.sum() < 3:
+        return MOST_DAMPED
+    zeta = (-fitted.poles.real / np.abs(fitted.poles))[inside]
+    return min(MOST_DAMPED, OUTSTANDING_DAMPING * float(np.median(zeta)))
+
+
+def _shares(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Height of every peak over rms |h| near it, infinite without a line there, and the smallest that counts."""
+    height = heights(fitted.poles, fitted.projection.residues)
+    share, least = np.full(len(fitted.poles), np.inf), np.full(len(fitted.poles), SMALLEST_SHARE[1])
+    for j, pole in enumerate(fitted.poles):
+        place = pole.imag / (2.0 * np.pi)
+        reach = max(-pole.real / (2.0 * np.pi), 2.0 * float(lines.spacing_at(place)))
+        near = np.abs(lines.frequency - place) <= reach
+        if near.any():
+            size = np.sqrt((np.abs(lines.h[:, near]) ** 2).sum(0).mean())
+            share[j] = height[j] / size
+            noise = np.sqrt((lines.deviation[:, near] ** 2).sum(0).mean()) / size
+            least[j] = np.clip(noise, *SMALLEST_SHARE)
+    return share, least
+
+
+def _said_of_peaks(lines: Lines, poles: NDArray[np.complex128], left: NDArray[np.complex128]) -> list[str]:
+    """Remark on every peak where the residual is larger than noise may be, else nothing."""
+    said = []
+    for pole in poles:
+        band = (pole.imag + pole.real * np.array([1.0, -1.0])) / (2.0 * np.pi)
+        near = slice(*np.searchsorted(lines.frequency, band))
+        ratio = np.abs(left[:, near] / lines.deviation[:, near])
+        excess = float(np.sqrt(np.mean(ratio**2))) if ratio.size >= FEWEST_AT_PEAK else 0.0
+        said.append(NOT_ONE_POLE.format(excess) if excess > LEFT_AT_PEAK else "")
+    return said
+
+
+def _verdict(
+    lines: Lines, pole: complex, stuck: bool, mains: float | None, limit: float, gain: float
+) -> tuple[str, str] | None:
+    """Status and reason of a pole that cannot be a mode of the plate, else None."""
+    f, zeta, width = pole.imag / (2.0 * np.pi), -pole.real / abs(pole), -pole.real / (2.0 * np.pi)
+    low, high, spacing = lines.frequency[0], lines.frequency[-1], float(lines.spacing_at(f))
+    if not low <= f <= high:
+        return "computational", f"outside the band, {low:g} to {high:g} Hz: stands for the modes there"
+    if mains and (hum := needle_hum(pole, mains, lines.spacing, spacing)):
+        return "harmonic", f"a line at {hum[0]} x {hum[1]:g} Hz mains"
+    if zeta > limit:
+        return "computational", f"damping ratio {zeta:.2g} is above {limit:.2g}: a slope of the background"
+    if width < 0.2 * spacing and gain > OUTSTANDING_GAIN * pole_penalty(lines):
+        return "weak", "narrower than a fifth of the lines' spacing: its damping is not known"
+    if width < 0.2 * spacing:
+        return "computational", "narrower than a fifth of the lines' spacing: one stray line"
+    if stuck:
+        return "computational", "stuck at a bound of the search"
+    return None
+
+
+def _weakness(lines: Lines, pole: complex, gain: float, spread: float, share: float) -> tuple[str, str] | None:
+    """Status and reason of a mode in the band that is not reliable, else None."""
+    f, width = pole.imag / (2.0 * np.pi), -pole.real / (2.0 * np.pi)
+    if share < 1.0:
+        return (
+            "computational",
+            f"its peak is {share:.2g} of the residual of its lines: curvature of the background",
+        )
+    if spread > 1.0:
+        return "computational", "its damping ratio is not determined by the data"
+    if spread > WEAK_DAMPING:
+        return "weak", f"its damping ratio is known to {100 * spread:.0f} % only"
+    if gain < 0.25 * pole_penalty(lines):
+        word = "rise by only" if gain > 0.0 else "fall by"
+        return "weak", f"BIC would {word} {abs(gain):.0f} without it"
+    if np.isinf(share):
+        return "weak", "no line at its peak, where lines are left out: known from its flanks alone"
+    edge = min(f - lines.frequency[0], lines.frequency[-1] - f)
+    if edge < 0.5 * width:
+        return "weak", f"{edge:.3g} Hz from the edge of the band: only half its peak was seen"
+    return None

@@ -1,0 +1,292 @@
+"""A recorded campaign becomes a campaign folder: whole, or not there; a killed import is taken up again.
+
+The folder is built under the name ``OUT.part`` and renamed when it is finished. A kill leaves the
+``.part`` folder; the same import then keeps every sweep in it that is whole, and the result is the
+same, bit by bit, as that of an undisturbed one. Where more sweeps have come since an import, the new
+folder takes the place of the old one, which is renamed ``OUT.old.part`` and removed.
+"""
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from analysis.progress import Progress
+from app.files.acquisition import events
+from app.files.atomic import PARTIAL, force_folder_to_disk
+from app.files.bad_file import quoted
+from app.files.campaign_error import CampaignFileError, Problem
+from app.files.campaigns.coverage import place_of
+from app.files.campaigns.folder import (
+    INDEX,
+    SWEEPS,
+    frozen_protocol,
+    read_campaign_folder,
+    read_protocol,
+    remove_unfinished,
+    sweep_paths,
+    write_index,
+    write_protocol,
+)
+from app.files.campaigns.joined import read_joined
+from app.files.campaigns.kind import PROTOCOL, is_campaign_folder, is_recorded_campaign
+from app.files.campaigns.loading import not_a_campaign
+from app.files.campaigns.recorded import Recording, read_recording
+from app.files.campaigns.sweep_file import Source, digest, file_name, read_sweep_file, write_sweep
+from app.files.disk_room import RESULTS, UnwrittenFileError, require_room
+from app.files.folder_lock import folder_lock
+
+OUR_NAMES = {PROTOCOL, SWEEPS, events.NAME, INDEX}
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What an import came to.
+
+    Attributes
+    ----------
+    folder : Path
+        The campaign folder.
+    recording : Recording
+        What was read.
+    state : str
+        ``imported``, ``completed`` (a killed one was taken up again), ``renewed`` (more sweeps had come since) or
+        ``unchanged`` (it was there already).
+    """
+
+    folder: Path
+    recording: Recording
+    state: Literal["imported", "completed", "renewed", "unchanged"]
+
+
+def import_recording(
+    folder: Path,
+    out: Path | None = None,
+    allow_missing: bool = False,
+    report: Progress = lambda stage, share: None,
+    actuator: str | None = None,
+) -> Imported:
+    """Import a recorded campaign.
+
+    Parameters
+    ----------
+    folder : Path
+        In the format ``recorded-campaign/1``.
+    out : Path, optional
+        The campaign folder to make; by default ``FOLDER-campaign`` beside `folder`, of one of several actuators
+        ``FOLDER-ACTUATOR-campaign``.
+    allow_missing : bool
+        Take what is there where the protocol asks for more, leave out sweeps that are no
+        measurement, and note both.
+    report : callable, optional
+        Called with the stage's name and the share of it done.
+    actuator : str, optional
+        See `read_recording`.
+
+    Returns
+    -------
+    Imported
+        The folder, what was read, and what was done.
+
+    Raises
+    ------
+    CampaignFileError
+        For everything wrong with `folder`, or because `out` is taken or cannot be written.
+    """
+    if not is_recorded_campaign(folder):
+        raise _already_one(folder) if is_campaign_folder(folder) else not_a_campaign(folder)
+    recording = read_recording(folder, allow_missing, report, actuator)
+    source = folder.resolve()
+    which = "" if actuator is None else f"-{actuator}"
+    target = (out or source.with_name(f"{source.name}{which}-campaign")).resolve()
+    return _into(target, recording, [folder], report)
+
+
+def import_read(recording: Recording, folder: Path, out: Path, report: Progress) -> Imported:
+    """Import a recorded campaign that was read already.
+
+    Parameters
+    ----------
+    folder : Path
+        It was read from.
+    out : Path
+        The campaign folder to make.
+    report : callable
+        Called with the stage's name and the share of it done.
+
+    Raises
+    ------
+    CampaignFileError
+        Where `out` is taken or cannot be written.
+    """
+    return _into(out.resolve(), recording, [folder], report)
+
+
+def import_joined(
+    folders: Sequence[Path], out: Path, allow_missing: bool = False, report: Progress = lambda stage, share: None
+) -> Imported:
+    """Import campaigns that differ in who drove the plate as one.
+
+    Parameters
+    ----------
+    folders : sequence of Path
+        Recorded, imported or acquired campaigns.
+    out : Path
+        The campaign folder to make.
+    allow_missing : bool
+        As of `import_recording`.
+
+    Raises
+    ------
+    CampaignFileError
+        For everything wrong with them, and where they do not belong together.
+    """
+    return _into(out.resolve(), read_joined(folders, allow_missing, report), folders, report)
+
+
+def _into(target: Path, recording: Recording, folders: Sequence[Path], report: Progress) -> Imported:
+    """Make the campaign folder."""
+    for source in (folder.resolve() for folder in folders):
+        if target == source or source in target.parents:
+            raise CampaignFileError(
+                target, [Problem("", "--out", str(target), f"a folder outside the recording {source.name}")]
+            )
+    read = recording.campaign
+    protocol = frozen_protocol(read.name, read.experiment, read.hashes, level_units=read.level_units)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with folder_lock(target):
+            if _is_there(target, protocol):
+                return Imported(target, recording, "unchanged")
+            samples = sum(sweep.drive.nbytes + sweep.responses.nbytes for sweep in read.sweeps)
+            require_room(target, samples + RESULTS, "--out")
+            return Imported(target, recording, _build(target, protocol, recording, report))
+    except UnwrittenFileError:
+        raise
+    except OSError as error:
+        seen = f"cannot be written: {error.strerror or error}"
+        raise CampaignFileError(
+            target, [Problem("", "", seen, "a folder on a writable disk", "use --out")]
+        ) from error
+
+
+def _already_one(folder: Path) -> CampaignFileError:
+    remedy = f"complete or not, the other verbs take it: flexura identify {quoted(folder)}"
+    return CampaignFileError(folder, [Problem("", "", "a campaign folder already", "a recorded campaign", remedy)])
+
+
+def _is_there(target: Path, protocol: dict[str, Any]) -> bool:
+    """Whether the very same campaign is in place; CampaignFileError if something else is."""
+    if not target.exists():
+        return False
+    if target.is_dir() and not any(target.iterdir()):
+        target.rmdir()  # an empty folder made beforehand; the finished one takes its name
+        return False
+    if target.is_dir() and is_campaign_folder(target):
+        there, _ = read_protocol(target)
+        if there["sha256"] == protocol["sha256"]:
+            read_campaign_folder(target)  # raises if it was damaged since
+            return True
+        if _has_grown(there, protocol):
+            return False
+        seen = f"holds another campaign ({there['name']!r}, protocol {there['sha256'][:12]})"
+    else:
+        seen = "exists and is no campaign"
+    remedy = "choose another with --out, or remove it"
+    raise CampaignFileError(target, [Problem("", "", seen, "a new folder, or this same campaign", remedy)])
+
+
+def _has_grown(there: dict[str, Any], protocol: dict[str, Any]) -> bool:
+    """Whether an import was of this same campaign when it had fewer sweeps: its files are all among those now."""
+    same = all(there.get(key) == protocol.get(key) for key in ("name", "experiment", "level_units"))
+    return same and "acquired" not in there and dict(there["source"]).items() <= protocol["source"].items()
+
+
+def _build(
+    target: Path, protocol: dict[str, Any], recording: Recording, report: Progress
+) -> Literal["imported", "completed", "renewed"]:
+    partial, old = (target.with_name(target.name + ending) for ending in (PARTIAL, f".old{PARTIAL}"))
+    resumed = _prepare(partial, protocol)
+    try:
+        (partial / SWEEPS).mkdir(exist_ok=True)
+        _write_sweeps(partial, recording, report)
+        _note(partial, recording)
+        write_index(partial)
+        force_folder_to_disk(partial)
+        renewed = target.exists()
+        if renewed:  # no system exchanges two folders in one step; the recordings are there, whatever happens
+            shutil.rmtree(old, ignore_errors=True)
+            target.rename(old)
+        partial.rename(target)
+    except BaseException:
+        shutil.rmtree(partial, ignore_errors=True)
+        if old.exists() and not target.exists():
+            old.rename(target)
+        raise
+    force_folder_to_disk(target.parent)
+    shutil.rmtree(old, ignore_errors=True)
+    return "renewed" if renewed else "completed" if resumed else "imported"
+
+
+def _prepare(partial: Path, protocol: dict[str, Any]) -> bool:
+    """Make the unfinished folder ready; True if a killed import of this same recording is taken up."""
+    if partial.exists():
+        strangers = sorted(
+            child.name for child in partial.iterdir() if child.name.removesuffix(PARTIAL) not in OUR_NAMES
+        )
+        if strangers:
+            seen = f"exists already and holds {', '.join(strangers[:4])}"
+            raise CampaignFileError(partial, [Problem("", "", seen, "nothing of this name", "move it away")])
+        if _frozen_in(partial) == protocol["sha256"]:
+            remove_unfinished(partial)
+            return True
+        shutil.rmtree(partial)
+    partial.mkdir()
+    try:
+        write_protocol(partial, protocol)
+    except BaseException:  # the file may be there: the disk can refuse as late as when its name is forced to it
+        shutil.rmtree(partial, ignore_errors=True)
+        raise
+    return False
+
+
+def _frozen_in(partial: Path) -> str:
+    try:
+        return str(read_protocol(partial)[0]["sha256"])
+    except CampaignFileError:
+        return ""
+
+
+def _write_sweeps(partial: Path, recording: Recording, report: Progress) -> None:
+    campaign = recording.campaign
+    outputs = campaign.experiment.outputs
+    sensors = tuple(output.id for output in outputs)
+    units = tuple(output.unit for output in outputs)
+    wanted = set()
+    for done, sweep in enumerate(campaign.sweeps):
+        report("writing", done / len(campaign.sweeps))
+        place = place_of(campaign.experiment.protocol, sweep)
+        assert place is not None  # noqa: S101 (a recording with a sweep out of place was refused)
+        path = partial / SWEEPS / file_name(sweep, place)
+        wanted.add(path)
+        finished, _ = read_sweep_file(path, path.name) if path.exists() else (None, None)
+        if finished is None or digest(finished) != digest(sweep):
+            source = recording.files[sweep.step]
+            drive = campaign.experiment.inputs[sweep.source].unit
+            write_sweep(path, sweep, sensors, Source(source, campaign.hashes[source]), units=(drive, *units))
+    for path in sweep_paths(partial):
+        if path not in wanted:
+            path.unlink()
+    report("writing", 1.0)
+
+
+def _note(partial: Path, recording: Recording) -> None:
+    """Record what was imported, left out and missing, each once however often the import was killed."""
+    happened: list[dict[str, Any]] = [{"event": "imported", "sweeps": len(recording.campaign.sweeps)}]
+    happened += [{"event": "left out", "why": str(problem)} for problem in recording.left_out]
+    happened += [{"event": "missing", "place": str(place)} for place in recording.missing]
+    known = events.read_events(partial)
+    for event in happened:
+        if event not in known:
+            events.append_event(partial, event)
