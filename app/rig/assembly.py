@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.progress import Progress
-from analysis.protocol.protocol import Limits
+from analysis.protocol.limits import Limits
 from app.files.declarations.experiment import AcquiredExperiment, RigKind
 from app.files.declarations.hammer_experiment import HammerExperiment
 from app.files.declarations.instrument_sections import OvenSection

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from analysis.checked_fields import check_shapes
-from analysis.protocol.protocol import AcquisitionProtocol, Limits, Programme
+from analysis.protocol.limits import Limits
+from analysis.protocol.protocol import AcquisitionProtocol, Programme
 from analysis.protocol.sweep import SweepSettings
 from analysis.recordings.h1 import h1
 from app.files.acquisition import events, running_campaign

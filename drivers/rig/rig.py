@@ -6,7 +6,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from analysis.protocol.protocol import Limits
+from analysis.protocol.limits import Limits
 from drivers.clock import Clock
 from drivers.ni.cards import Cards
 from drivers.ovens.oven import Oven

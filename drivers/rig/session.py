@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.protocol.protocol import Limits
+from analysis.protocol.limits import Limits
 from drivers.interruptions import held_back
 from drivers.ni.cards import Cards, go_on
 from drivers.ni.errors import DaqError

@@ -11,7 +11,7 @@ from typing import Annotated, Any, BinaryIO
 from pydantic import Field
 
 from analysis.declaration.strict import Declared
-from analysis.protocol.protocol import Limits
+from analysis.protocol.limits import Limits
 from drivers.ovens.error import Fault, OvenError
 from drivers.rig.errors import RigStopped
 from drivers.watchdog.rest_watch import RestRule

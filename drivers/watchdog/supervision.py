@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from typing import TypeVar
 
-from analysis.protocol.protocol import Limits
+from analysis.protocol.limits import Limits
 from drivers.clock import Clock, Stop
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.expiry import Expiring

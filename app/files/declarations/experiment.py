@@ -12,8 +12,9 @@ from analysis.declaration.strict import Declared, Sparse
 from analysis.declaration.tolerances import Tolerances
 from analysis.declaration.transducers import Drive, Sensor
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Plate
+from analysis.protocol.limits import Limits
 from analysis.protocol.objections import Hardware, objections
-from analysis.protocol.protocol import AcquisitionProtocol, Limits, Programme
+from analysis.protocol.protocol import AcquisitionProtocol, Programme
 from analysis.protocol.sweep import SweepSettings
 from analysis.recordings.campaign import Sensitivities, Sensitivity
 from app.files.bad_file import quoted

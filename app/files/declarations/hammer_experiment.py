@@ -11,7 +11,8 @@ from analysis.declaration.tolerances import Tolerances
 from analysis.declaration.transducers import MOST_POINTS, Drive, Name, Radius, Side
 from analysis.estimation.impacts import HammerTest
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Plate, Protocol
-from analysis.protocol.protocol import AcquisitionProtocol, Limits, Programme, Rate, Settling
+from analysis.protocol.limits import Limits
+from analysis.protocol.protocol import AcquisitionProtocol, Programme, Rate, Settling
 from analysis.protocol.sweep import SweepSettings
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.declarations.experiment import AcquiredSensor, RigKind, far_limits

@@ -5,8 +5,9 @@ from typing import Any
 
 import pytest
 
+from analysis.protocol.limits import Limits
 from analysis.protocol.objections import Hardware
-from analysis.protocol.protocol import AcquisitionProtocol, Limits, Programme
+from analysis.protocol.protocol import AcquisitionProtocol, Programme
 from analysis.protocol.sweep import SweepSettings
 
 SWEEP: dict[str, Any] = {

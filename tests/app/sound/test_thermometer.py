@@ -145,7 +145,7 @@ def test_the_library_reads_what_the_verb_reads(small_run, sound, tmp_path):
     assert ours.file.read_bytes() == (tmp_path / "theirs" / "thermometer.csv").read_bytes()
     assert ours.record()["temperature_c"] == json.loads(result.stdout)["temperature_c"]
     assert repr(ours).startswith("20.")
-    with pytest.raises(ResultFileError, match="name --drive and --response"):
+    with pytest.raises(ResultFileError, match="name drive and response"):
         library.thermometer(small_run.folder, drive=sound)
-    with pytest.raises(ResultFileError, match=r"--stretch 0\.1: allowed are 0\.25 to 30"):
+    with pytest.raises(ResultFileError, match=r"^stretch 0\.1: allowed are 0\.25 to 30"):
         library.thermometer(small_run.folder, simulate=sound, temperature=20, stretch=0.1)

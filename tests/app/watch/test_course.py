@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from analysis.protocol.protocol import AcquisitionProtocol, Limits, Programme, Settling
+from analysis.protocol.limits import Limits
+from analysis.protocol.protocol import AcquisitionProtocol, Programme, Settling
 from analysis.protocol.sweep import SweepSettings
 from app.watch.course import course, set_point_line
 

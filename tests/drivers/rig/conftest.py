@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt, sosfreqz
 
 from analysis.arrays import Real
-from analysis.protocol.protocol import AcquisitionProtocol, Limits, Programme, Settling, SweepSetPoint
+from analysis.protocol.limits import Limits
+from analysis.protocol.protocol import AcquisitionProtocol, Programme, Settling, SweepSetPoint
 from analysis.protocol.sweep import SweepSettings
 from analysis.recordings.campaign import Sweep
 from analysis.recordings.h1 import h1

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.protocol.protocol import Limits
+from analysis.protocol.limits import Limits
 from drivers.clock import SystemClock
 from drivers.interruptions import ENDING
 from drivers.ovens.settings import open_oven, oven_settings
