@@ -14,9 +14,14 @@ from analysis.arrays import Real
 from analysis.drawn_curves import in_lines
 from app.view.theme import Color, Theme
 
-Style = Literal["line", "dash", "dot"]
+Style = Literal["line", "dash", "dot", "none"]
 Side = Literal["bottom", "left"]
-STYLES = {"line": Qt.PenStyle.SolidLine, "dash": Qt.PenStyle.DashLine, "dot": Qt.PenStyle.DotLine}
+STYLES = {
+    "line": Qt.PenStyle.SolidLine,
+    "dash": Qt.PenStyle.DashLine,
+    "dot": Qt.PenStyle.DotLine,
+    "none": Qt.PenStyle.NoPen,
+}
 
 
 MOST_DOTS = 4000
@@ -214,7 +219,7 @@ class Chart(pyqtgraph.PlotWidget):
         width : float
             Dots.
         style : str
-            ``line``, ``dash`` or ``dot``.
+            ``line``, ``dash`` or ``dot``; ``none`` for points alone.
         named : bool
             Whether `label` stands in the legend, too.
         points : bool

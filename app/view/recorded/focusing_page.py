@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QWidg
 from analysis.arrays import Real
 from analysis.compensation.outcome import Compensation
 from analysis.focusing.over_temperature import Focusing
+from analysis.focusing.pareto import ParetoCurve
 from analysis.focusing.performance import Aim
 from app.view.chart import Chart, Map
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors
@@ -15,10 +16,14 @@ from app.view.theme import Theme, one_sided
 CONTRAST, SPOT = "contrast", "spot error [% of Lx]"
 TOP_OF_CONTRAST_AXIS = 1.3
 """Upper end of the axis of contrast: the names of the curves stand above 1, where there is no curve."""
+ROOM_FOR_NAMES = 0.8
+"""Of the designs' span of contrast, above them."""
 
 
 class FocusingPage(QWidget):
     """Maps of contrast and spot error, cut at the temperature cursor, and what is left over the band.
+
+    Of filters whose aim is heard, also contrast against evenness of the sound.
 
     Parameters
     ----------
@@ -26,10 +31,16 @@ class FocusingPage(QWidget):
     compensation : Compensation or None
     cursors : Cursors
     theme : Theme
+    pareto : ParetoCurve, optional
     """
 
     def __init__(
-        self, focusing: Focusing, compensation: Compensation | None, cursors: Cursors, theme: Theme
+        self,
+        focusing: Focusing,
+        compensation: Compensation | None,
+        cursors: Cursors,
+        theme: Theme,
+        pareto: ParetoCurve | None = None,
     ) -> None:
         super().__init__()
         self._cursors, self._theme = cursors, theme
@@ -48,6 +59,7 @@ class FocusingPage(QWidget):
         self._mean = Chart(
             "contrast-over-temperature", "what temperature costs", TEMPERATURE, "mean contrast", theme
         )
+        self._tradeoff = None if pareto is None else _tradeoff(pareto, theme)
         self._lay_out()
         self._draw()
         self._choice.currentIndexChanged.connect(self._choose)
@@ -65,7 +77,11 @@ class FocusingPage(QWidget):
         for column in (0, 1):
             grid.addWidget(self._maps[column], 1, column)
             grid.addWidget(self._cuts[column], 2, column)
-        grid.addWidget(self._mean, 3, 0, 1, 2)
+        if self._tradeoff is None:
+            grid.addWidget(self._mean, 3, 0, 1, 2)
+        else:
+            grid.addWidget(self._mean, 3, 0)
+            grid.addWidget(self._tradeoff, 3, 1)
         for row, share in ((1, 5), (2, 4), (3, 3)):
             grid.setRowStretch(row, share)
 
@@ -127,6 +143,24 @@ class FocusingPage(QWidget):
                 curve.opts["label"] = elsewhere.get(name, name)
         for chart, what in zip(self._cuts, ("contrast", "spot error"), strict=True):
             chart.setTitle("; ".join([f"{what} at {nearest:g} °C", *elsewhere.values()]))
+
+
+def _tradeoff(curve: ParetoCurve, theme: Theme) -> Chart:
+    """Draw contrast against ripple of the sound: all designs, those not beaten, and the recommended one."""
+    title = f"contrast against evenness, {curve.temperature:g} °C"
+    chart = Chart("contrast-against-evenness", title, "third-octave ripple [± dB]", "mean contrast", theme)
+    chart.legend(columns=3, offset=(8, 2))
+    order = np.argsort(curve.ripple)
+    front = order[curve.front[order]]
+    best = slice(curve.recommended, curve.recommended + 1)
+    designs, unbeaten, recommended = (theme.series(number) for number in range(3))
+    chart.curve(curve.ripple[order], curve.contrast[order], "designs", designs, style="none", points=True)
+    chart.curve(curve.ripple[front], curve.contrast[front], "not beaten by another", unbeaten, points=True)
+    chart.curve(curve.ripple[best], curve.contrast[best], "recommended", recommended, style="none", points=True)
+    chart.fit()
+    low, high = np.min(curve.contrast), np.max(curve.contrast)
+    chart.setYRange(low, high + ROOM_FOR_NAMES * (high - low))
+    return chart
 
 
 def _aims(focusing: Focusing, compensation: Compensation | None) -> dict[str, tuple[Real, Real, Aim]]:

@@ -15,6 +15,7 @@ from analysis.experiment import Experiment
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
+from analysis.focusing.pareto import ParetoCurve
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
 from analysis.recordings.campaign import CampaignExtent
@@ -27,7 +28,7 @@ from app.files.campaigns.inputs import OF_CAMPAIGN, origin_of_result, said_of_mo
 from app.files.campaigns.loading import load_campaign
 from app.files.results.best_twin import CORRECTED, PLAIN, BestTwin, TwinOfRun, best_twin
 from app.files.results.compensation_file import load_compensation
-from app.files.results.filter_files import load_focusing
+from app.files.results.filter_files import load_focusing, load_pareto
 from app.files.results.frf_file import load_frf
 from app.files.results.laws_file import TwinFrf, load_pairing
 from app.files.results.modes_file import load_modes
@@ -156,6 +157,11 @@ class Results:
     def focusing(self) -> tuple[Panel, Focusing, MethodComparison] | None:
         """Filters and what they reach."""
         return self._read("filters.h5", load_focusing)
+
+    @cached_property
+    def pareto(self) -> ParetoCurve | None:
+        """Contrast against evenness of the sound; None where the aim is the field."""
+        return self._read("filters.h5", load_pareto)
 
     @cached_property
     def compensation(self) -> Compensation | None:

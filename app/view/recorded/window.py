@@ -128,7 +128,8 @@ class RecordedWindow(Window):
         held = self.results.focusing
         if held is None:
             return None
-        return FocusingPage(held[1], self.results.compensation, self.cursors, self.theme)
+        results = self.results
+        return FocusingPage(held[1], results.compensation, self.cursors, self.theme, results.pareto)
 
     def _fields_page(self) -> QWidget | None:
         held, laws = self.results.focusing, self.results.panel_laws

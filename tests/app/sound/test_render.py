@@ -310,5 +310,5 @@ def test_the_library_writes_what_the_verb_writes(small_run, sound, tmp_path):
     assert "contrast" in repr(ours)
     with pytest.raises(ResultFileError, match="one of temperature and weather"):
         library.render(sound, small_run.folder)
-    with pytest.raises(ResultFileError, match="^block 8: allowed are 16 to 65536 samples"):
+    with pytest.raises(ResultFileError, match=r"^block 8: allowed are 16 to 65536 samples"):
         library.render(sound, small_run.folder, temperature=20, block=8)

@@ -23,6 +23,7 @@ from analysis.focusing.methods import compare
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import PanelModes
+from analysis.focusing.pareto import ParetoCurve
 from analysis.focusing.performance import Aim
 from analysis.gap.fitting.residual_map import Signature
 from app.files.provenance import provenance
@@ -149,6 +150,22 @@ def test_maps_and_cuts_of_contrast_follow_choice_and_cursor(
     np.testing.assert_array_equal(shown.value, found.direct.contrast)
     cuts = {label: y for label, _, y in page._cuts[1].curves}
     np.testing.assert_allclose(cuts["of 20 °C everywhere"], 100 * found.fixed.spot_error[2])
+
+
+def test_what_an_even_sound_costs_is_shown_where_the_aim_is_heard(
+    opened: Callable[[Path], RecordedWindow], focused_run: Path
+) -> None:
+    window = opened(focused_run)
+    assert window.results.focusing is not None
+    assert window.results.pareto is None
+    ripple, contrast = np.array([4.0, 0.8, 2.0, 3.0]), np.array([0.9, 0.7, 0.8, 0.75])
+    curve = ParetoCurve(20.0, *(np.zeros(4) for _ in range(2)), contrast, contrast, ripple, *np.zeros((2, 4)))
+    page = FocusingPage(window.results.focusing[1], None, window.cursors, LIGHT, curve)
+    assert page._tradeoff is not None
+    drawn = {label: (x.tolist(), y.tolist()) for label, x, y in page._tradeoff.curves}
+    assert drawn["not beaten by another"] == ([0.8, 2.0, 4.0], [0.7, 0.8, 0.9])
+    assert drawn["recommended"] == ([0.8], [0.7])
+    assert len(drawn["designs"][0]) == 4
 
 
 def test_cuts_of_contrast_name_the_temperature_of_every_curve(
