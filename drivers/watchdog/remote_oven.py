@@ -32,6 +32,8 @@ ANSWER_WITHIN = 180.0
 """Longest time of one command, s: a slow line with all its repetitions."""
 LEAVE_WITHIN = 5.0
 """Longest time that the watchdog may take to let go, s."""
+SAYS_WHY = 2.0
+"""Longest time from a pipe that is closed until the thread that hears has said what became of the process, s."""
 
 log = logging.getLogger(__name__)
 
@@ -224,6 +226,8 @@ class RemoteOven:
         deadline = time.monotonic() + within
         try:
             sent = self._lines.send(do=verb, number=number, **{"with": values})
+            if not sent:
+                self._lost.wait(SAYS_WHY)  # the pipe is closed: what became of the process is known in a moment
             while sent and not self._lost.is_set() and time.monotonic() < deadline:
                 try:
                     answer = answers.get(timeout=0.5)
