@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.arrays import Mask, Real
 from analysis.checked_fields import check_shapes
@@ -61,6 +62,12 @@ class ParetoCurve:
         better = (self.contrast[None] >= self.contrast[:, None]) & (self.ripple[None] <= self.ripple[:, None])
         strictly = (self.contrast[None] > self.contrast[:, None]) | (self.ripple[None] < self.ripple[:, None])
         return np.asarray(~(better & strictly).any(axis=1))
+
+    @property
+    def unbeaten(self) -> NDArray[np.int_]:
+        """Places of these designs, the most even one first."""
+        order = np.argsort(self.ripple)
+        return np.asarray(order[self.front[order]])
 
     @property
     def recommended(self) -> int:

@@ -98,8 +98,7 @@ def tradeoff(curve: ParetoCurve) -> Figure:
     figure, axes = panels(1, 1, height=3.6)
     axes.axvspan(0.0, FAIR_RIPPLE, color=MEASURED, alpha=0.08, lw=0)
     axes.plot(curve.ripple, curve.contrast, "o", color=MEASURED, ms=3.0, alpha=0.6, label="designs")
-    order = np.argsort(curve.ripple)
-    front = order[curve.front[order]]
+    front = curve.unbeaten
     axes.plot(curve.ripple[front], curve.contrast[front], "o-", color=BAND, ms=4.0, label="not beaten by another")
     best = curve.recommended
     axes.plot(curve.ripple[best], curve.contrast[best], "*", color=MODEL, ms=13.0, label="recommended")

@@ -10,6 +10,8 @@ from html import escape
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from app.report.style import lay_out
+
 POLICY = "default-src 'none'; img-src data:; media-src data:; style-src 'unsafe-inline'"
 """What browsers hold the page to: it can fetch nothing, nor run anything."""
 LARGEST_SVG = 500_000
@@ -135,7 +137,7 @@ class Picture:
     def drawn(self, *, png: bool = False) -> DrawnPicture:
         """Draw it, as a PNG file too if that is wanted; the same figure gives the same bytes."""
         stream = io.BytesIO()
-        self._lay_out()
+        lay_out(self.figure)
         if png:
             self.figure.savefig(stream, format="png", dpi=100, metadata={"Software": None})
         return DrawnPicture(self.name, self.question, self.html(), stream.getvalue())
@@ -151,18 +153,10 @@ class Picture:
         name = escape(self.name)
         return f'<figure id="{name}"><h3>{question}</h3>{image}<figcaption>{caption}</figcaption></figure>'
 
-    def _lay_out(self) -> None:
-        """Place axes and texts once: with a layout engine, every `savefig` draws the figure twice."""
-        engine = self.figure.get_layout_engine()
-        if engine is not None:
-            engine.execute(self.figure)
-            with mpl.rc_context({"figure.constrained_layout.use": False}):
-                self.figure.set_layout_engine(None)
-
     def _drawn(self) -> tuple[str, str]:
         """Kind of image and its base64."""
         stream = io.BytesIO()
-        self._lay_out()
+        lay_out(self.figure)
         with mpl.rc_context({"svg.hashsalt": self.name}):
             self.figure.savefig(stream, format="svg", metadata={"Date": None})
         kind = "svg+xml"

@@ -37,10 +37,21 @@ def drawing() -> AbstractContextManager[None]:
     return mpl.rc_context(SETTINGS)
 
 
+def lay_out(figure: Figure) -> None:
+    """Place axes and texts of a finished figure once: with a layout engine, every `savefig` draws it twice."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        with mpl.rc_context({"figure.constrained_layout.use": False}):
+            figure.set_layout_engine(None)
+
+
 def saved(target: Path, draw: Callable[[], Figure]) -> None:
     """Write what `draw` makes in this style as PNG, whole or not at all; the same figure gives the same bytes."""
     with drawing(), atomic_path(target) as path:
-        draw().savefig(path, format="png", dpi=100, metadata={"Software": None})
+        figure = draw()
+        lay_out(figure)
+        figure.savefig(path, format="png", dpi=100, metadata={"Software": None})
 
 
 class DrawnFigure(Figure):

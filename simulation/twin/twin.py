@@ -7,7 +7,7 @@ small share of the moves apart. Without it a fit that moves patches by tenths of
 are wrong by some per cent, takes three times the steps, and ends beside its minimum.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Self
 
@@ -31,8 +31,6 @@ MOVE_SHARE = 1e-4
 it. With 1e-2 derivatives were wrong by 0.4 %, and fits ended beside their minimum."""
 
 Step = tuple[str | int, ...]
-MOVES: Step = ("moves",)
-"""Key of the step along all moves of patches."""
 
 
 @dataclass(frozen=True)
@@ -135,25 +133,31 @@ class Vicinity:
 
     def state(self, energy: NDArray[np.generic]) -> PlateState:
         """Return the plate's state at relative strain energies (F,)."""
-        step = self.step if energy is self.energy else None
-        found = None if step is None else self.known.get(step)
-        if found is None:
-            found = self.states.at(self.point, self.laws, self.effects, self.frequency, energy)
-            if step is not None:
-                self.known[step] = found
+        found = self._once(
+            energy,
+            self.step,
+            lambda: self.states.at(self.point, self.laws, self.effects, self.frequency, energy),
+        )
         if not (self.moves_held and found.departures.stepped_moves):
             return found
         return found.with_(departures=found.departures.without_steps_of_moves())
 
     def along_moves(self, energy: NDArray[np.generic]) -> PlateState:
         """Return the state with an imaginary step along the moves of its patches."""
-        known = self.known.get(MOVES) if energy is self.energy else None
-        if known is None:
-            state = self.state(energy)
-            known = state.with_(departures=state.departures.along_moves(1j * COMPLEX_STEP))
-            if energy is self.energy:
-                self.known[MOVES] = known
-        return known
+        state = self.state(energy)
+        return self._once(
+            energy,
+            None if self.step is None else (*self.step, "moves"),
+            lambda: state.with_(departures=state.departures.along_moves(1j * COMPLEX_STEP)),
+        )
+
+    def _once(self, energy: NDArray[np.generic], step: Step | None, make: Callable[[], PlateState]) -> PlateState:
+        """Make a state; only once where it will be asked for again."""
+        if step is None or energy is not self.energy:
+            return make()
+        if step not in self.known:
+            self.known[step] = make()
+        return self.known[step]
 
     def along(
         self, plain: Linearisation, here: Derivatives, moved: Derivatives, tangents: Sequence[Tangent]

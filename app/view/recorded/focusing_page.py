@@ -150,11 +150,9 @@ def _tradeoff(curve: ParetoCurve, theme: Theme) -> Chart:
     title = f"contrast against evenness, {curve.temperature:g} °C"
     chart = Chart("contrast-against-evenness", title, "third-octave ripple [± dB]", "mean contrast", theme)
     chart.legend(columns=3, offset=(8, 2))
-    order = np.argsort(curve.ripple)
-    front = order[curve.front[order]]
-    best = slice(curve.recommended, curve.recommended + 1)
+    front, best = curve.unbeaten, slice(curve.recommended, curve.recommended + 1)
     designs, unbeaten, recommended = (theme.series(number) for number in range(3))
-    chart.curve(curve.ripple[order], curve.contrast[order], "designs", designs, style="none", points=True)
+    chart.curve(curve.ripple, curve.contrast, "designs", designs, style="none", points=True)
     chart.curve(curve.ripple[front], curve.contrast[front], "not beaten by another", unbeaten, points=True)
     chart.curve(curve.ripple[best], curve.contrast[best], "recommended", recommended, style="none", points=True)
     chart.fit()
