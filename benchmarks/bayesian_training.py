@@ -1,12 +1,13 @@
 """Bayesian-regularised training: the exact block-arrow algorithm against the plain dense one.
 
-Usage: python benchmarks/bayesian_training.py [--epochs N] [--results FILE]
+Usage: python benchmarks/bayesian_training.py [--epochs N] [--device NAME] [--results FILE]
 
 Three cases, 13 temperatures in and 16, 64 or 512 taps out, started from the same weights. The two small ones are
 followed for 30 and 10 steps and compared digit by digit; the paper's own, 1-10-512 with 5652 parameters, is
 timed over a few dense epochs (each builds a 6656 x 5652 Jacobian, its normal matrix, a factorization and an
 inverse) and the outputs after them are compared. Last, as many networks as `compensate` trains to leave each
-temperature out: as one batch, and one after the other.
+temperature out: as one batch, and one after the other. With --device (torch's name, such as cuda) batches of 66,
+660 and 3300 networks are trained there too, and must give the processor's outputs.
 """
 
 import argparse
@@ -27,7 +28,7 @@ from dense_bayesian import network, train_dense
 from analysis.compensation.bayesian import train
 from analysis.compensation.linearised import predict
 from analysis.compensation.settings import Training
-from analysis.compensation.training import prepare
+from analysis.compensation.training import outputs_at, prepare
 
 RESULTS = Path(__file__).resolve().parent / "results" / "bayesian_training.json"
 
@@ -101,10 +102,37 @@ def side_by_side(count: int, epochs: int) -> dict[str, Any]:
     }
 
 
+def on_another(device: str, count: int, epochs: int) -> dict[str, Any]:
+    """Train `count` networks 1-10-512 as one batch here and on `device`; wall time, first use left out."""
+    inputs, targets = np.linspace(-1.0, 1.0, 13), np.repeat(filters(512)[None], count, axis=0)
+    settings, used = Training(start="random"), np.ones((count, 13))
+
+    def trained(where: str) -> tuple[np.ndarray, float]:
+        batch = prepare(inputs, targets, used, settings, np.random.default_rng(0), where)
+        started = time.perf_counter()
+        fit = train(batch.problem, batch.start, epochs, tolerance=0.0)
+        taps = outputs_at(batch, fit.weights, inputs)
+        return taps, time.perf_counter() - started
+
+    trained(device)
+    (here, here_seconds), (there, there_seconds) = trained("cpu"), trained(device)
+    differences = np.abs(here - there).max(axis=(1, 2)) / np.abs(targets).max()
+    return {
+        "device": device,
+        "networks": count,
+        "seconds_on_the_processor": here_seconds,
+        "seconds_on_the_device": there_seconds,
+        "ratio": here_seconds / there_seconds,
+        "largest_difference_of_outputs": float(differences.max()),
+        "median_difference_of_outputs": float(np.median(differences)),
+    }
+
+
 def main() -> None:
     """Run the cases, print them, write JSON; exit 1 where results or ratio fall short."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--epochs", type=int, default=2, help="dense epochs of the full case")
+    parser.add_argument("--device", help="train batches there too: torch's name, such as cuda")
     parser.add_argument("--results", type=Path, default=RESULTS)
     options = parser.parse_args()
     with threadpool_limits(1):
@@ -115,10 +143,17 @@ def main() -> None:
             case(10, 512, options.epochs, "random"),
         ]
         batched = side_by_side(66, 40)
+        elsewhere = [on_another(options.device, n, 40) for n in (66, 660, 3300)] if options.device else []
     print(
         f"{batched['networks']} networks as one batch: {batched['seconds_together']:.3g} s, one after the other "
         f"{batched['networks'] * batched['seconds_alone']:.3g} s, ratio {batched['ratio']:.1f}"
     )
+    for found in elsewhere:
+        print(
+            f"{found['networks']} networks on {found['device']}: {found['seconds_on_the_device']:.3g} s, on the "
+            f"processor {found['seconds_on_the_processor']:.3g} s, ratio {found['ratio']:.2g}; outputs differ by "
+            f"{found['largest_difference_of_outputs']:.1e} (median {found['median_difference_of_outputs']:.1e})"
+        )
     full = cases[-1]
     for found in cases:
         dense, arrow = found["dense_seconds_per_epoch"], found["arrow_seconds_per_epoch"]
@@ -133,12 +168,14 @@ def main() -> None:
         found["parameters_determined"] < found["parameters"] and max(found[name] for name in differences) < 1e-10
         for found in cases
     )
+    good = good and all(found["largest_difference_of_outputs"] < 1e-8 for found in elsewhere)
     options.results.parent.mkdir(parents=True, exist_ok=True)
     record = {
         "machine": platform.platform(),
         "numpy": np.__version__,
         "cases": cases,
         "batched": batched,
+        "elsewhere": elsewhere,
         "good": good,
     }
     options.results.write_text(json.dumps(record, indent=1) + "\n")

@@ -125,10 +125,11 @@ def reestimate(
 
 def _maximised(problem: TrainingProblem, weights: Weights, at: Linearised, gamma: Tensor) -> tuple[Tensor, Tensor]:
     """Return α and β (B,) of highest evidence where the data determine `gamma` (B,) parameters."""
-    # An exact fit would send beta to infinity; the floor is far below any rounding of the errors.
-    xp = namespace(problem.inputs)
-    squares = xp.clip(squared_error(at.error), 1e-30 * float(problem.outputs), None)
-    return gamma / (2.0 * weights.squares()), xp.clip(problem.error_count - gamma, 1e-3, None) / (2.0 * squares)
+    # An exact fit would send beta to infinity, weights that are all zero alpha; the floor is far below rounding.
+    xp, least = namespace(problem.inputs), 1e-30 * float(problem.outputs)
+    squares = xp.clip(squared_error(at.error), least, None)
+    sizes = xp.clip(weights.squares(), least, None)
+    return gamma / (2.0 * sizes), xp.clip(problem.error_count - gamma, 1e-3, None) / (2.0 * squares)
 
 
 def determined(problem: TrainingProblem, weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor) -> Tensor:

@@ -86,6 +86,8 @@ def prepare(
     low, high = np.nanmin(seen, axis=1), np.nanmax(seen, axis=1)
     offset, half = 0.5 * (high + low), 0.5 * (high - low)
     largest = half.max(axis=1, keepdims=True)
+    # Filters of a plate whose laws do not change with temperature are equal to the last digit.
+    largest = np.where(largest > 0.0, largest, 1.0)
     # A tap that is the same at all temperatures has no scale of its own: only its offset is learnt.
     own: Real = np.where(half > 1e-12 * largest, half, largest)
     scale: Real = own if settings.scale == "tap" else np.broadcast_to(largest, half.shape)

@@ -55,6 +55,17 @@ def test_a_tap_that_never_moves_is_learnt_as_a_constant(thirteen):
     np.testing.assert_allclose(trained.networks.taps(WANTED)[:, :, 7], 4e-4, rtol=1e-6)
 
 
+@pytest.mark.parametrize("options", [{}, {"scale": "tap"}, {"start": "random", "restarts": 2}])
+def test_filters_that_never_move_are_learnt_as_constants(thirteen, options):
+    """Of a plate whose laws are the same at all temperatures: equal to the last digit."""
+    still = replace(thirteen, taps=np.repeat(thirteen.taps[:1], 13, axis=0))
+    settings = Training(nodes=6, **options)
+    trained = train_networks(still, settings)
+    wanted = np.broadcast_to(still.taps[0], trained.networks.taps(WANTED).shape)
+    np.testing.assert_allclose(trained.networks.taps(WANTED), wanted, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(left_out_networks(still, trained, settings), still.taps[1:-1], rtol=0, atol=1e-12)
+
+
 def test_matlab_s_split_leaves_two_of_thirteen_out_and_differs_between_networks(rng):
     used = split(40, 13, "matlab", rng)
     np.testing.assert_array_equal(used.sum(axis=1), 11.0)
