@@ -1,7 +1,7 @@
 """The gap workflow from FRFs to a report, and the verdict on what its search found."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -22,7 +22,7 @@ from analysis.gap.fitting.residual_map import Signature, cell_sigma, residual_ma
 from analysis.gap.fitting.schur_complement import schur_complement
 from analysis.gap.fitting.state import starting_state
 from analysis.gap.imperfect.discrepancy import Discrepancy
-from analysis.gap.imperfect.naming import BesideDiscrepancy, Surety, beside_discrepancy
+from analysis.gap.imperfect.naming import BesideDiscrepancy, Surety, beside_discrepancy, doubted
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect, PlainTwin, Verdict
 from analysis.gap.search.confidence import against, equivalents, probability
 from analysis.gap.search.context import SearchContext, explained
@@ -108,12 +108,22 @@ def find_gap(
             report("held-out data", done / len(ways))
             tried.append(held_out(model, sweeps, split, baseline, found.fit, executor, significant))
     judgement = judge(context, found, tried[0] if tried else None)
-    conclusion = _concluded(context, found, tried, judgement)
+    claimed = found.effects if judgement.verdict == "explained" else ()
+    sure = {name: _surety(context, found, name) for name in claimed}
+    doubt = doubted(sure)
+    if doubt:
+        judgement = Judgement("unknown", doubt)
+    conclusion = _concluded(context, found, tried, judgement, sure)
     if judgement.verdict == "unknown":
         most = context.far(baseline) and explained(context, baseline, found.fit) >= EXPLAINED
         known = found.fit if most and tried and tried[0].holds else None
         conclusion = _beside(context, baseline, beside_discrepancy(context, baseline, known))
-    notes = [*noise.notes, *(floor.notes if floor is not None else ()), conclusion.reason]
+    notes = [
+        *noise.notes,
+        *(floor.notes if floor is not None else ()),
+        *([doubt] if doubt else []),
+        conclusion.reason,
+    ]
     if float(np.exp(conclusion.final.state.laws[:, 2].min())) < sharpest(updated.material):
         notes.append("some resonances are sharper than the nodes resolve; the residual may show it")
     notes += doubts(conclusion.final.declared_quantities(model.tolerance_cards))
@@ -142,13 +152,17 @@ class _Conclusion:
 
 
 def _concluded(
-    context: SearchContext, found: SearchResult, tried: Sequence[HeldOut], judgement: Judgement
+    context: SearchContext,
+    found: SearchResult,
+    tried: Sequence[HeldOut],
+    judgement: Judgement,
+    sure: Mapping[str, Surety],
 ) -> _Conclusion:
     """Conclude from a search beside noise alone."""
     if judgement.verdict != "explained":
         plain = found.baseline
         return _Conclusion(judgement.verdict, judgement.reason, plain, plain, plain, (), ())
-    effects = tuple(_named(context, found.fit, name, _surety(context, found, name)) for name in found.effects)
+    effects = tuple(_named(context, found.fit, name, one) for name, one in sure.items())
     return _Conclusion(
         "explained", judgement.reason, found.baseline, found.fit, found.baseline, effects, tuple(tried)
     )

@@ -1,7 +1,8 @@
 """Size of a hidden effect in a campaign, in sigma, from the FRFs that are predicted for it.
 
 Sigma is that of the gap workflow: noise together with the error of the twin that judges, estimated for this plate
-and common to all lines.
+and common to all lines. What declared quantities can do as well within their tolerances is no part of a size,
+because nobody could tell it from them.
 """
 
 from collections.abc import Mapping
@@ -17,9 +18,9 @@ from analysis.gap.data.preparation import prepare
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
-from analysis.gap.fitting.normal_equations import linearise_all
+from analysis.gap.fitting.normal_equations import WhitenedSweep, linearise_all, whiten_all
 from analysis.gap.fitting.schur_complement import schur_complement
-from analysis.gap.fitting.state import GapState, starting_state
+from analysis.gap.fitting.state import FreeParameters, GapState, starting_state
 from analysis.gap.imperfect.discrepancy import Discrepancy, DiscrepancyShape
 from analysis.gap.search.score_test import score_test
 from analysis.material import MaterialSigma
@@ -30,7 +31,8 @@ from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated
 from app.blind_trial.specimen import Specimen
 from simulation.effects.library import LIBRARY
-from simulation.reduction.effect_operators import EffectOperators
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
 
 MAINS = 50.0
 """Hz."""
@@ -51,6 +53,10 @@ class EffectSize:
     noise : float
         V rms on every input.
     executor : Executor
+    declared : FreeParameters
+        Quantities that are declared with a tolerance.
+    columns : list of WhitenedSweep
+        Derivatives by laws, temperatures, gains and them, of the twin that judges, for weights of 1.
     """
 
     specimen: Specimen
@@ -58,12 +64,14 @@ class EffectSize:
     state: GapState
     noise: float
     executor: Executor
+    declared: FreeParameters
+    columns: list[WhitenedSweep]
 
     @classmethod
     def of(
         cls,
         specimen: Specimen,
-        judging: EffectOperators,
+        judging: Twin[EffectPlate],
         share: float,
         rng: np.random.Generator,
         executor: Executor,
@@ -73,8 +81,8 @@ class EffectSize:
         Parameters
         ----------
         specimen : Specimen
-        judging : EffectOperators
-            Of the twin that judges the campaign.
+        judging : Twin
+            That judges the campaign.
         share : float
             0.01 is 1 % of the response on a line.
         rng : numpy.random.Generator
@@ -89,9 +97,14 @@ class EffectSize:
         frf, noise = expected_frf(specimen, share, rng)
         updated = true_updating(specimen, frf)
         sweeps = prepare(frf, specimen.declared.protocol, updated)[0]
-        error = judging.numerical_error(float(updated.material.loss_factor.min()))
+        error = judging.plate.operators.numerical_error(float(updated.material.loss_factor.min()))
         sweeps = replace(sweeps, twin_error=carried_error(error))
-        return cls(specimen, sweeps, starting_state(updated, sweeps.groups), noise, executor)
+        state, cards = starting_state(updated, sweeps.groups), judging.tolerance_cards
+        known = replace(FreeParameters.of({}, (), cards), trusted=sweeps.overstated)
+        there = state.with_tolerances(cards)
+        tangents = [(name, parameter, there.declared[name]) for name, parameter in known.names]
+        columns = whiten_all(judging, sweeps, there, tangents, executor)
+        return cls(specimen, sweeps, state, noise, executor, known, columns)
 
     @property
     def sigma(self) -> float:
@@ -108,13 +121,25 @@ class EffectSize:
         return np.asarray(self.sweeps.nodes.coefficients(added))
 
     def size(self, signal: Complex) -> float:
-        """Size of a signal, in sigma, with laws, readings and gain eliminated, to first order."""
-        seen = self._with(signal)
-        equations = linearise_all(self.specimen.twin, seen, self.state, (), self.executor)
-        head = schur_complement(seen, equations, self.state)
-        by_gains = float(head.gradient @ np.linalg.solve(head.matrix, head.gradient))
-        chi2 = sum(e.chi2 for e in equations) - head.predicted_decrease - by_gains
-        return float(np.sqrt(max(chi2, 0.0))) / self.sigma
+        """Size of a signal, in sigma: what laws, readings, gain and declared quantities leave, to first order."""
+        seen = [
+            self.sweeps.rows[k] * self.sweeps.weights.weigh(one.whitened(own), k)
+            for k, (one, own) in enumerate(zip(self.sweeps.compressed, signal, strict=True))
+        ]
+        total = float((np.abs(seen) ** 2).sum())
+        return float(np.sqrt(max(total - self._absorbed(np.array(seen)), 0.0))) / self.sigma
+
+    def _absorbed(self, residual: Complex) -> float:
+        """Decrease of chi2 by all that may differ without any effect, for a whitened residual (T, K, n)."""
+        weights = self.sweeps.weights
+        equations = [
+            replace(one, white=np.concatenate([weights.weigh(one.white[:-1], k), own[None]])).equations()
+            for k, (one, own) in enumerate(zip(self.columns, residual, strict=True))
+        ]
+        head = schur_complement(self.sweeps, equations, self.state)
+        priors = np.concatenate([np.zeros(head.gains), self.declared.precision])
+        step = np.linalg.solve(head.matrix + np.diag(priors), head.gradient)
+        return head.predicted_decrease + float(head.gradient @ step)
 
     def scatter(self, effects: Mapping[str, Values]) -> float | None:
         """Scatter of the resonances that `effects` make, frequency and half loss factor together, relative.
@@ -147,8 +172,12 @@ class EffectSize:
         return shape, quiet.scatter(self.sweeps, QUIETER_NOISE_FACTOR * fit.residual, fit.determined)
 
     def left(self, signal: Complex) -> float:
-        """Return the size of a signal, in sigma, after a full fit of laws, readings and gain to it."""
-        return float(np.sqrt(self._fitted(self._with(signal)).total)) / self.sigma
+        """Return the size of a signal, in sigma, after a full fit of laws, readings and gain to it.
+
+        Declared quantities take their part of what that leaves, to first order.
+        """
+        fit = self._fitted(self._with(signal))
+        return float(np.sqrt(max(fit.total - self._absorbed(fit.residual), 0.0))) / self.sigma
 
     def _fitted(self, seen: GapSweeps) -> GapFit:
         return fit_gap(self.specimen.twin, seen, self.state, (), self.executor)

@@ -215,7 +215,7 @@ def make_campaign(
     specimen = _specimen(kind, built, rng, f"trial {assignment.name}", legs, levels)
     experiments = specimen.experiments
     share = float(np.exp(rng.uniform(*np.log(NOISE_RANGE))))
-    judging = effect_twin(declared(experiments), lambda stage, share: None).plate.operators
+    judging = effect_twin(declared(experiments), lambda stage, share: None)
     with ThreadPoolExecutor(1) as executor:
         yard = EffectSize.of(specimen, judging, share, rng, executor)
         untold = Nuisances()

@@ -158,7 +158,7 @@ def _hidden(
     specimen: Specimen, kind: PlateKind, case: HiddenCase, rng: np.random.Generator, executor: Executor
 ) -> tuple[dict[str, Values], float]:
     """Draw the values of the hidden effect, and the noise, V rms."""
-    judging = effect_twin(any_declaration(kind), SILENT).plate.operators
+    judging = effect_twin(any_declaration(kind), SILENT)
     yard = EffectSize.of(specimen, judging, LINE_NOISE, rng, executor)
     if not case.blind:
         size = float(np.exp(rng.uniform(*np.log(SIZE))))

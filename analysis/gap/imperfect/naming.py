@@ -16,7 +16,7 @@ from analysis.gap.search.context import SearchContext
 from analysis.gap.search.held_out import LEAST_TEMPERATURES, HeldOut, Split, fit_and_try
 from analysis.gap.search.observability import signal_cosine
 from analysis.gap.search.refit import at_few_temperatures
-from analysis.gap.thresholds import NAMED_SHARE
+from analysis.gap.thresholds import LEAST_PROBABILITY, NAMED_SHARE
 
 BLOCKS, EVERY = 18, 3
 """Number of blocks of the band, some two modes each, and how many of them there are for each that is held out."""
@@ -125,12 +125,13 @@ def beside_discrepancy(context: SearchContext, baseline: GapFit, known: GapFit |
         return BesideDiscrepancy(found, before, before, (), {}, False, _said(found, "no effect stands out of it"))
     after = over_all_sweeps(context, baseline.state, found.final)
     tried = tried_elsewhere(few, found)
-    claimed, reason = _decided(context, found, before, after, tried)
-    return BesideDiscrepancy(found, before, after, tried, _sure(found), claimed, _said(found, reason))
+    sure = _sure(found)
+    claimed, reason = _decided(context, sure, before, after, tried)
+    return BesideDiscrepancy(found, before, after, tried, sure, claimed, _said(found, reason))
 
 
 def _decided(
-    context: SearchContext, found: ImperfectResult, before: GapFit, after: GapFit, tried: Sequence[HeldOut]
+    context: SearchContext, sure: Mapping[str, Surety], before: GapFit, after: GapFit, tried: Sequence[HeldOut]
 ) -> tuple[bool, str]:
     share = _explained(context, before, after)
     failed = next((one for one in tried if one.gain is None or one.gain <= 0.0), None)
@@ -138,7 +139,19 @@ def _decided(
         return False, f"what was found does not hold on {failed.what}, which was left out"
     if share < NAMED_SHARE:
         return False, f"the best effects explain {100 * share:.0f} % of the gap only"
+    doubt = doubted(sure)
+    if doubt:
+        return False, doubt
     return True, f"{100 * share:.0f} % of the gap is explained"
+
+
+def doubted(sure: Mapping[str, Surety]) -> str:
+    """Say which of some effects are less probable than a name has to be; empty where none is."""
+    unsure = [(one.probability, name) for name, one in sure.items() if one.probability < LEAST_PROBABILITY]
+    if not unsure:
+        return ""
+    said = ", ".join(f"{name} {share:.2f}" for share, name in sorted(unsure, reverse=True))
+    return f"hints, not names: their probability is below {LEAST_PROBABILITY:g} ({said})"
 
 
 def _explained(context: SearchContext, before: GapFit, after: GapFit) -> float:

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from analysis.gap.gap import judge
+from analysis.gap.imperfect.naming import Surety, doubted
 from analysis.gap.search.held_out import HeldOut
 
 GAP, NOISE = 1000.0, 10.0
@@ -82,3 +83,10 @@ def test_a_rest_with_a_shape_is_not_noise_however_small(judged):
 def test_the_twins_own_error_may_have_any_shape(judged):
     assert judged(1, 5.0, rest=100.0, allowed=4.0) == "unknown"
     assert judged(1, 5.0, rest=100.0, allowed=6.0) == "explained"
+
+
+def test_an_effect_that_is_hardly_likelier_than_others_is_a_hint_and_no_name():
+    """Two springs in place of a soft foundation that the library lacked brought a twin down to the noise."""
+    sure, unsure, less = (Surety(7.0, {}, (), p) for p in (0.94, 0.74, 0.67))
+    assert doubted({"mass_at_place": sure}) == doubted({}) == ""
+    assert "spring 0.74, second 0.67)" in doubted({"second": less, "mass": sure, "spring": unsure})

@@ -52,7 +52,7 @@ def operators(experiment: AcquiredExperiment) -> EffectOperators:
 def yard(experiment: AcquiredExperiment, operators: EffectOperators) -> Iterator[EffectSize]:
     with ThreadPoolExecutor(1) as executor:
         specimen = Specimen.of([experiment], operators)
-        yield EffectSize.of(specimen, operators, 0.02, np.random.default_rng(0), executor)
+        yield EffectSize.of(specimen, specimen.twin, 0.02, np.random.default_rng(0), executor)
 
 
 @pytest.fixture(scope="session")

@@ -68,7 +68,7 @@ UNKNOWN: GapReport = Unknown()  # type: ignore[assignment]
 def bench(experiment: AcquiredExperiment, operators: EffectOperators) -> Iterator[Bench]:
     with ThreadPoolExecutor(1) as executor:
         specimen = Specimen.of([experiment], operators)
-        yard = EffectSize.of(specimen, operators, SHARE, np.random.default_rng(2), executor)
+        yard = EffectSize.of(specimen, specimen.twin, SHARE, np.random.default_rng(2), executor)
         yield Bench(yard, operators)
 
 

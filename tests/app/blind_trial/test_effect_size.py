@@ -11,6 +11,8 @@ from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.plates import PlateKind
 from app.files.declarations.experiment import AcquiredExperiment
 from simulation.reduction.effect_operators import EffectOperators
+from simulation.tolerances import tolerances
+from simulation.twin.effect_plate import EffectPlate
 
 
 def white(yard: EffectSize, signal: np.ndarray) -> float:
@@ -32,6 +34,26 @@ def test_a_feedthrough_keeps_nearly_all_of_its_size(yard: EffectSize):
     assert 0.5 < kept <= 1.0
 
 
+def test_what_a_tolerance_can_do_has_no_size(yard: EffectSize, operators: EffectOperators):
+    """A plate longer by 0.2 mm is some sigma of noise, and one standard deviation of what is declared."""
+    twin = yard.specimen.twin
+    judging = replace(twin, tolerances=tolerances(yard.specimen.declared, operators.movable))
+    other = EffectSize.of(yard.specimen, judging, 0.02, np.random.default_rng(0), yard.executor)
+    (place,) = [k for k, (name, _) in enumerate(other.declared.names) if name == "plate_length_x"]
+    laws = yard.sweeps.smoothness.laws(yard.state.laws)
+    tangent = (*other.declared.names[place], judging.tolerance_cards["plate_length_x"].zero())
+    moved = []
+    for sweep, point in enumerate(yard.sweeps.points):
+        here = laws[yard.sweeps.groups.of_sweep[sweep]]
+        line = judging.linearise(here, yard.sweeps.nodes.frequency, {}, point, [tangent])
+        moved.append(np.exp(yard.state.log_gain[0]) * line.by_parameter[0])
+    signal = other.declared.sigma[place] * yard.sweeps.nodes.coefficients(np.array(moved))
+    assert yard.size(signal) > 3.0
+    assert other.size(signal) < 1.0
+    feedthrough = yard.signal({"feedthrough": {"gain": 2e-4}})
+    assert 0.3 * yard.size(feedthrough) < other.size(feedthrough) <= yard.size(feedthrough)
+
+
 def test_a_less_accurate_twin_makes_the_same_signal_smaller(
     yard: EffectSize, experiment: AcquiredExperiment, kind: PlateKind, operators: EffectOperators
 ):
@@ -39,7 +61,8 @@ def test_a_less_accurate_twin_makes_the_same_signal_smaller(
     rough = replace(operators, plain_error=operators.plain_error + 3e-3)
     loss_factor = float(yard.specimen.laws.at(yard.sweeps.groups.reference).loss_factor.min())
     signal = yard.signal({"feedthrough": {"gain": 2e-4}})
-    other = EffectSize.of(yard.specimen, rough, 0.02, np.random.default_rng(0), yard.executor)
+    judging = replace(yard.specimen.twin, plate=EffectPlate(rough))
+    other = EffectSize.of(yard.specimen, judging, 0.02, np.random.default_rng(0), yard.executor)
     assert other.sweeps.twin_error == pytest.approx(
         np.hypot(rough.numerical_error(loss_factor), MODEL_ERROR), rel=1e-2
     )

@@ -55,7 +55,7 @@ def bench(kind: PlateKind, operators: EffectOperators) -> Iterator[Bench]:
     experiment = draw_experiments(np.random.default_rng(4), kind, "plate", ("up",), (1.0,))[0]
     with ThreadPoolExecutor(1) as executor:
         specimen = Specimen.of([experiment], operators)
-        yard = EffectSize.of(specimen, operators, NOISE, np.random.default_rng(0), executor)
+        yard = EffectSize.of(specimen, specimen.twin, NOISE, np.random.default_rng(0), executor)
         frf, _ = expected_frf(specimen, NOISE, np.random.default_rng(0))
         yield Bench(yard, frf, operators)
 
