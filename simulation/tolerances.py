@@ -323,7 +323,9 @@ def _quantity(name: str, words: str, wanted: dict[str, tuple[str, float]], chang
 
 def _card(name: str, words: str, wanted: dict[str, tuple[str, float]]) -> EffectCard | None:
     parameters = tuple(
-        Parameter(key, unit, -RANGE_IN_TOLERANCES * tolerance, RANGE_IN_TOLERANCES * tolerance, tolerance)
+        Parameter(
+            key, unit, -RANGE_IN_TOLERANCES * tolerance, RANGE_IN_TOLERANCES * tolerance, tolerance, declared=True
+        )
         for key, (unit, tolerance) in wanted.items()
         if tolerance > 0.0
     )
@@ -442,7 +444,7 @@ def _sheet_quantity(
     if not all(tolerance > 0.0 for tolerance in wanted.values()):
         return
     parameters = tuple(
-        Parameter(key, "log", -reach, reach, tolerance)
+        Parameter(key, "log", -reach, reach, tolerance, declared=True)
         for key, tolerance in wanted.items()
         for reach in (min(farthest, RANGE_IN_TOLERANCES * tolerance),)
     )

@@ -126,7 +126,7 @@ def find_gap(
     ]
     if float(np.exp(conclusion.final.state.laws[:, 2].min())) < sharpest(updated.material):
         notes.append("some resonances are sharper than the nodes resolve; the residual may show it")
-    notes += doubts(conclusion.final.declared_quantities(model.tolerance_cards))
+    notes += doubts(conclusion.issued.declared_quantities(model.tolerance_cards))
     unseen = [o.effect for o in found.seen if not o.observable]  # `observability` says what each needs
     notes += [f"not observable with this data: {', '.join(unseen)}"] if unseen else []
     alone = () if judgement.verdict == "none" else signatures(context, found)
@@ -149,6 +149,11 @@ class _Conclusion:
     effects: tuple[NamedEffect, ...]
     held_out: tuple[HeldOut, ...]
     scatter: tuple[Discrepancy, Discrepancy] | None = None
+
+    @property
+    def issued(self) -> GapFit:
+        """The twin that is issued: beside noise alone, declared quantities would follow what is not named."""
+        return self.plain if self.verdict == "unknown" else self.final
 
 
 def _concluded(
@@ -253,7 +258,7 @@ def _report(
         noise=noise,
         notes=notes,
         seconds=seconds,
-        declared=final.declared_quantities(cards),
+        declared=conclusion.issued.declared_quantities(cards),
         titles={name: card.said for name, card in context.model.cards.items()},
         scatter=conclusion.scatter,
     )

@@ -137,7 +137,7 @@ class EffectSize:
             for k, (one, own) in enumerate(zip(self.columns, residual, strict=True))
         ]
         head = schur_complement(self.sweeps, equations, self.state)
-        priors = np.concatenate([np.zeros(head.gains), self.declared.precision])
+        priors = np.concatenate([np.zeros(head.gains), self.declared.precision(self.declared.centre)])
         step = np.linalg.solve(head.matrix + np.diag(priors), head.gradient)
         return head.predicted_decrease + float(head.gradient @ step)
 

@@ -424,7 +424,7 @@ class _Step:
     ) -> "_Step":
         head = schur_complement(sweeps, at.equations, at.state, damping=damping, frozen=not laws_free)
         values, gains = free.read(at.state.on), np.zeros(head.gains)
-        precision = np.concatenate([gains, free.precision])
+        precision = np.concatenate([gains, free.precision(values)])
         matrix = head.matrix + np.diag(precision)
         gradient = head.gradient - precision * np.concatenate([gains, values - free.centre])
         reach = np.where(free.shapes, SHAPE_STEP * free.sigma, np.inf)

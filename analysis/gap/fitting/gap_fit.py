@@ -190,7 +190,7 @@ class GapFit:
     @property
     def determined(self) -> float:
         """Number of the campaign's unknowns that data determine, rather than priors; 4 of them laws and gain."""
-        shares = np.linalg.solve(self.information + np.diag(self.free.precision), self.information)
+        shares = np.linalg.solve(self.information + np.diag(self._precision), self.information)
         return 4.0 + float(np.trace(shares))
 
     @property
@@ -206,9 +206,15 @@ class GapFit:
         )
 
     @property
+    def _precision(self) -> Real:
+        """Of the priors, at the values found."""
+        return self.free.precision(self.free.read(self.state.on))
+
+    @property
     def log_evidence(self) -> float:
         """Laplace's approximation, up to a constant common to all sets of effects on the same sweeps."""
-        scaled = np.eye(len(self.information)) + self.information / self.free.precision[:, None]
+        prior = self.free.precision(self.free.centre)
+        scaled = (self.information + np.diag(self._precision)) / prior[:, None]
         occam = float(np.linalg.slogdet(scaled)[1]) if len(self.information) else 0.0
         return -0.5 * (self.objective + occam)
 

@@ -256,7 +256,7 @@ class FreeParameters:
     @property
     def centre(self) -> NDArray[np.float64]:
         """Means of the priors, (P,)."""
-        return np.array([p.typical if p.shape else 0.0 for p in self.cards])
+        return np.array([p.centre for p in self.cards])
 
     @property
     def sigma(self) -> NDArray[np.float64]:
@@ -264,10 +264,14 @@ class FreeParameters:
         return np.array([p.sigma for p in self.cards])
 
     @property
-    def precision(self) -> NDArray[np.float64]:
-        """Inverse variances with which the priors act on the data's chi2, (P,)."""
-        weight = np.repeat([1.0, self.trusted], [self.effects, self.tolerances])
-        return weight / self.sigma**2
+    def trust(self) -> NDArray[np.float64]:
+        """Weights of the priors, (P,)."""
+        return np.array([1.0] * self.effects + [self.trusted] * self.tolerances)
+
+    def precision(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Inverse variances with which the priors act at `values` (P,) on the data's chi2, (P,)."""
+        each = [p.precision(value) for p, value in zip(self.cards, values.tolist(), strict=True)]
+        return np.asarray(self.trust * np.array(each))
 
     @property
     def low(self) -> NDArray[np.float64]:
@@ -324,5 +328,5 @@ class FreeParameters:
 
     def penalties(self, values: NDArray[np.float64]) -> tuple[float, float]:
         """Return minus twice the log priors of `values` (P,), up to constants: of effects, of what is declared."""
-        each = (values - self.centre) ** 2 * self.precision
+        each = self.trust * np.array([p.penalty(v) for p, v in zip(self.cards, values.tolist(), strict=True)])
         return float(each[: self.effects].sum()), float(each[self.effects :].sum())

@@ -19,6 +19,9 @@ from analysis.gap.fitting.normal_equations import linearise_all
 from analysis.gap.fitting.schur_complement import schur_complement
 from analysis.twin_model import Tangent, TwinModel
 
+REWEIGHTED = 4
+"""Largest number of times that a step is solved with the prior's width where the last one ended."""
+
 
 @dataclass(frozen=True)
 class Column:
@@ -119,10 +122,11 @@ class ScoreTest:
         known = [i for name in effects for i in self.of(name)]
         if not known:
             return matrix, gradient
-        sigma = np.array([self.columns[i].card.sigma for i in known])
+        sigma = np.array([self.columns[i].card.precision(self.columns[i].at) ** -0.5 for i in known])
         block = matrix[np.ix_(known, known)] * sigma[:, None] * sigma + np.eye(len(known))
         cross = sigma[:, None] * matrix[known]
-        pull = sigma * gradient[known] - np.array([_prior_offset(self.columns[i]) for i in known])
+        away = np.array([self.columns[i].at - self.columns[i].card.centre for i in known])
+        pull = sigma * gradient[known] - away / sigma
         solved = np.linalg.solve(block, np.column_stack([cross, pull]))
         left = matrix - cross.T @ solved[:, :-1]
         return 0.5 * (left + left.T), gradient - cross.T @ solved[:, -1]
@@ -195,22 +199,26 @@ class ScoreTest:
         Candidate
         """
         places = list(columns)
-        sigma = np.array([self.columns[i].card.sigma for i in places])
-        inner = matrix[np.ix_(places, places)]
-        scaled = inner * sigma[:, None] * sigma + np.eye(len(places))
-        pull = sigma * gradient[places]
-        low = np.array([(self.columns[i].card.low - self.columns[i].at) for i in places]) / sigma
-        high = np.array([(self.columns[i].card.high - self.columns[i].at) for i in places]) / sigma
-        step = solve_inside(scaled, pull, low, high)
-        gain = pull @ step - 0.5 * step @ scaled @ step - 0.5 * float(np.linalg.slogdet(scaled)[1])
-        natural = sigma * step
+        cards = [self.columns[i].card for i in places]
+        inner, pull = matrix[np.ix_(places, places)], gradient[places]
+        low = np.array([card.low - self.columns[i].at for i, card in zip(places, cards, strict=True)])
+        high = np.array([card.high - self.columns[i].at for i, card in zip(places, cards, strict=True)])
+        natural, sigma = np.zeros(len(places)), np.zeros(len(places))
+        for _ in range(REWEIGHTED):
+            before = sigma
+            sigma = np.array(
+                [card.precision(at) ** -0.5 for card, at in zip(cards, natural.tolist(), strict=True)]
+            )
+            if np.array_equal(sigma, before):
+                break
+            scaled = inner * sigma[:, None] * sigma + np.eye(len(places))
+            natural = sigma * solve_inside(scaled, sigma * pull, low / sigma, high / sigma)
         size = float(np.sqrt(max(float(natural @ inner @ natural), 0.0)))
-        fit = float(gradient[places] @ natural) - 0.5 * size**2
+        fit = float(pull @ natural) - 0.5 * size**2
+        prior = sum(card.penalty(at) for card, at in zip(cards, natural.tolist(), strict=True))
+        wider = sum(2.0 * np.log(wide / card.sigma) for wide, card in zip(sigma, cards, strict=True))
+        gain = fit - 0.5 * (prior + float(np.linalg.slogdet(scaled)[1]) - wider)
         return Candidate(effects, float(gain - np.log(sites)), tuple(natural.tolist()), tuple(places), size, fit)
-
-
-def _prior_offset(column: Column) -> float:
-    return (column.at - (column.card.typical if column.card.shape else 0.0)) / column.card.sigma
 
 
 def score_test(
