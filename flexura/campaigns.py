@@ -1,7 +1,6 @@
 """A plate over temperature: recordings, FRFs, modes, material laws, and what its twin lacks."""
 
 from collections.abc import Mapping
-from os import PathLike
 from pathlib import Path
 from time import perf_counter
 
@@ -9,6 +8,7 @@ from analysis.identification.modes import Damping
 from analysis.identification.settings import Settings
 from analysis.recordings.frf import Frf, campaign_frf
 from analysis.recordings.frf_campaign import AnyCampaign
+from analysis.recordings.grid_frequency import require_mains
 from app.files.campaigns.loading import load_campaign
 from app.files.results.next_experiment import rig_table
 from app.files.results.run_folder import writable_folder
@@ -35,8 +35,10 @@ def load(campaign: File) -> AnyCampaign:
 def frf(campaign: File | AnyCampaign, *, mains: float = 50.0) -> Frf:
     """H1 of every sweep and sensor, with variance and coherence, inside the protocol's band.
 
-    Lines at harmonics of `mains` (Hz) are marked as excluded. Raises ValueError for sweeps of different lengths.
+    Lines at harmonics of `mains` (Hz) are marked as excluded. Raises ValueError for sweeps of different lengths,
+    and for a frequency that no mains have.
     """
+    require_mains(mains)
     return campaign_frf(_loaded(campaign), mains=mains)
 
 
@@ -125,6 +127,7 @@ def update(
     app.files.bad_file.ResultFileError
         For a campaign that cannot be judged, with the reason.
     """
+    require_mains(mains)
     request = UpdateRequest(_loaded(campaign), twin=_path(twin), effects=_path(effects), mains=mains)
     run = _run(out)
     with computing(shown=progress) as report:
@@ -176,6 +179,7 @@ def gap(
     app.files.bad_file.ResultFileError
         For a campaign that cannot be judged, with the reason.
     """
+    require_mains(mains)
     rig = None
     if experiment is not None or (plan and not isinstance(campaign, AnyCampaign)):
         rig = rig_table(Path() if isinstance(campaign, AnyCampaign) else as_path(campaign), _path(experiment))
@@ -230,19 +234,7 @@ def update_modes(
 
 
 def _loaded(campaign: File | AnyCampaign) -> AnyCampaign:
-    if isinstance(campaign, AnyCampaign):
-        return campaign
-    if isinstance(campaign, Frf):
-        raise TypeError(
-            "an Frf does not know its plate: give frf.on(experiment), where flexura.load(folder).experiment "
-            "declares the plate and its transducers"
-        )
-    if not isinstance(campaign, str | PathLike):
-        raise TypeError(
-            f"takes a campaign, as flexura.load(folder) gives it, or its folder, not {type(campaign).__name__}: "
-            "the plate and how it was measured stand there only; FRFs of other programs: plate.toml"
-        )
-    return load(campaign)
+    return campaign if isinstance(campaign, AnyCampaign) else load(campaign)
 
 
 def _path(file: File | None) -> Path | None:

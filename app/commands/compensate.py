@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import click
 from click.core import ParameterSource
 
-from analysis.compensation.settings import Training
+from analysis.compensation.settings import ACROSS, PLACES, SPACINGS, Training
 from app.commands.bad_input import bad_input
 from app.commands.options import (
     FOCUSING_METHODS,
@@ -125,19 +125,19 @@ def typed(option: str) -> bool:
 @click.option("--panel", type=PANEL, help="Panel file (default: that of RUN's filters.h5).")
 @click.option(
     "--spacing",
-    type=click.FloatRange(0.5, 30.0),
+    type=click.FloatRange(*SPACINGS),
     default=5.0,
     show_default=True,
     help="°C between training temperatures.",
 )
 @click.option(
     "--place",
-    type=click.IntRange(4, 40),
+    type=click.IntRange(*PLACES),
     help="Place so many training temperatures where the filters need them, instead of every SPACING.",
 )
 @click.option(
     "--across",
-    type=click.FloatRange(0.1, 60.0),
+    type=click.FloatRange(*ACROSS),
     multiple=True,
     help="Loss of contrast for this difference between two sides of the panel, K; repeat for more.",
 )
