@@ -10,6 +10,7 @@ from analysis.recordings.frf import Frf, campaign_frf
 from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.recordings.grid_frequency import require_mains
 from app.files.campaigns.loading import load_campaign
+from app.files.campaigns.of_run import remember_campaign
 from app.files.results.next_experiment import rig_table
 from app.files.results.run_folder import writable_folder
 from app.plate_frfs.plate_of_modes import read_plate_of_modes
@@ -84,11 +85,12 @@ def identify(
         For a campaign, a band or a run folder that cannot be used.
     """
     wanted = Wanted(Settings(mains=mains), damping, method, band, actuator)
-    campaign, run = _loaded(campaign), _run(out)
+    given, campaign, run = campaign, _loaded(campaign), _run(out)
     with computing(shown=progress) as report:
         found = identify_stage.compute(campaign, wanted, report, None if twin is None else as_path(twin))
     if run is not None:
         identify_stage.save(run, campaign, found, wanted)
+        _remember(run, given)
     return found
 
 
@@ -134,6 +136,7 @@ def update(
         found = update_stage.compute(request, report, run=run)
     if run is not None:
         update_stage.save(run, request, found)
+        _remember(run, campaign)
     return found
 
 
@@ -198,6 +201,7 @@ def gap(
         found = gap_stage.compute(request, report, run=run)
     if run is not None:
         gap_stage.save(run, request, found, perf_counter() - began)
+        _remember(run, campaign)
     return found
 
 
@@ -235,6 +239,12 @@ def update_modes(
 
 def _loaded(campaign: File | AnyCampaign) -> AnyCampaign:
     return campaign if isinstance(campaign, AnyCampaign) else load(campaign)
+
+
+def _remember(run: Path, campaign: File | AnyCampaign) -> None:
+    """Keep where the campaign of a run folder is, for commands on its report; not known of one in memory."""
+    if not isinstance(campaign, AnyCampaign):
+        remember_campaign(run, as_path(campaign))
 
 
 def _path(file: File | None) -> Path | None:

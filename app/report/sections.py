@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.progress import Progress
+from app.files.campaigns.of_run import campaign_of
 from app.files.results.best_twin import PLAIN, best_twin, load_gap_record
 from app.files.results.frf_file import load_frf
 from app.files.results.run_folder import MADE_BY, is_test_run, run_file
@@ -151,7 +152,7 @@ def _words(run: Path) -> list[Item]:
         return []
     best = best_twin(run, "report")
     record = load_gap_record(run / "gap.h5") if (run / "gap.h5").is_file() else None
-    said = briefing(best, record, worth=worth_of(run))
+    said = briefing(best, record, campaign_of(run), worth_of(run))
     return [Words(said.headline, said.settled, said.first, said.parts)]
 
 

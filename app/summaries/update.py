@@ -197,8 +197,10 @@ def too_few(updated: Updated) -> str:
     )
 
 
-def notes(updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None = None) -> list[str]:
-    """Say what has to be known before the estimates are trusted."""
+def notes(
+    updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None = None, campaign: str = ""
+) -> list[str]:
+    """Say what has to be known before the estimates are trusted; `campaign` as a command names it, if known."""
     if pairing is not None and not pairing.fits:
         return [pairing.said, *filter(None, [pairing.likely])]
     said = [] if pairing is None else list(pairing.wrong_points)
@@ -212,7 +214,7 @@ def notes(updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None =
     elif (updated.misfit / updated.noise_floor).max() > GOOD_MISFIT:
         said.append(
             "the twin lacks an effect that the plate has: the constants above absorb part of it. "
-            "To find it: flexura gap"
+            f"To find it: flexura gap {campaign}".rstrip()
         )
     said += doubts(updated.declared)
     if updated.sheet is not None:
