@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from os import PathLike
+from pathlib import Path
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
 from app.stages import health as health_stage
 from app.stages import study as study_stage
-from app.stages.panel.inputs import checked_device, measured_panel, weather_for
+from app.stages.panel.inputs import checked_device, measured_panel, require_same_filters, weather_for
 from app.stages.panel.laws import range_of, within
 from app.summaries import compensation as compensate_words
 from app.summaries import focusing as focus_words
@@ -186,6 +187,7 @@ def compensate(
         scan, beside = as_path(transfers), folder_of(laws, as_path(transfers))
         declared, file, followed = panel_followed(panel, method, beside, scanned=True)
         measured = measured_panel(declared, scan, ())
+        _require_folder(out, beside, declared, followed, file)
         run, inputs = kept(out, scan, file)
         checked_device(device)
         with computing(shown=progress) as report:
@@ -196,9 +198,11 @@ def compensate(
         given = laws_read(laws, twin, "compensate")
         extent = given.extent
         declared, file, followed = panel_followed(panel, method, given.folder)
-        run, inputs = kept(out, given.path, file)
         range_of(declared, given.laws, given.origin, extent)
-        declared, notes = given.on(declared)
+        on_plate, notes = given.on(declared)
+        _require_folder(out, given.folder, on_plate, followed, file)
+        run, inputs = kept(out, given.path, file)
+        declared = on_plate
         around = None
         if weather is not None:
             around = weather_for(as_path(weather), declared, followed), str(weather)
@@ -224,6 +228,14 @@ def compensate(
             given.remember(run)
     said = compensate_words.notes(found.compensation, training or Training())
     return replace(found, notes=(*found.notes, *said))
+
+
+def _require_folder(
+    out: File | None, beside: Path | None, panel: Panel, method: Method, file: Path | None
+) -> None:
+    """Refuse a folder with filters of another panel; laws or a panel of no file are refused for that."""
+    if out is not None and beside is not None and file is not None:
+        require_same_filters(as_path(out), beside, panel, method, file)
 
 
 def _require_none(**options: object) -> None:

@@ -38,9 +38,10 @@ def _require_finite(options: Mapping[str, object]) -> None:
             _require_finite(value)
         for number in value if isinstance(value, tuple | list) else (value,):
             if isinstance(number, float) and not math.isfinite(number):
-                raise click.BadParameter(
-                    f"{number}; allowed: a finite number", param_hint=f"'--{name.replace('_', '-')}'"
-                )
+                context = click.get_current_context(silent=True)
+                known = [] if context is None else context.command.params
+                option = next((one.opts[0] for one in known if one.name == name), f"--{name.replace('_', '-')}")
+                raise click.BadParameter(f"{number}; allowed: a finite number", param_hint=f"'{option}'")
 
 
 def _target(source: Path, out: object) -> Path:

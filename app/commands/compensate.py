@@ -225,6 +225,8 @@ def command(
         weather=weather,
     )
     task = wanted.task()
+    if out is not None:
+        task.require_folder(out)
 
     from app.files.results.run_folder import run_folder
     from app.stages import compensate
@@ -247,7 +249,7 @@ def command(
     output.result(lambda: record(found, seconds) | extent_record(task.extent), lambda: show(tables(found)))
     for note in [*task.notes, *notes(found, task.training)]:
         output.note(note)
-    output.summary(f"{led(task.extent)}{summary(found, target, seconds)}")
+    output.summary(f"{led(task.extent)}panel {task.panel.title!r}, {summary(found, target, seconds)}")
     if found.largest_loss[0] > compensate.GOOD_LOSS:
         raise click.exceptions.Exit(1)
 

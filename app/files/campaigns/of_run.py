@@ -11,10 +11,11 @@ from pathlib import Path
 
 from app.files.atomic import write_json
 from app.files.bad_file import quoted
+from app.files.campaigns.inputs import OF_CAMPAIGN
 from app.files.campaigns.kind import is_campaign_folder, is_recorded_campaign
 from app.files.declarations.plate import declares_plate
 from app.files.parsed_text import parse_json, read_text
-from app.files.results.run_folder import beside
+from app.files.results.run_folder import MADE_BY, beside
 
 POINTER = "campaign.json"
 
@@ -47,6 +48,12 @@ def campaign_of(run: Path) -> str:
         if is_campaign_folder(campaign) or is_recorded_campaign(campaign) or declares_plate(campaign):
             return campaign_typed(campaign, run)
     return f"CAMPAIGN --out {quoted(run)}"
+
+
+def made_by(run: Path, name: str) -> str:
+    """Return the command that makes a result of a run folder again, without ``flexura``."""
+    verb = MADE_BY[name].split(" or ")[0]
+    return f"{verb} {campaign_of(run) if name in OF_CAMPAIGN else quoted(run.resolve())}"
 
 
 def _candidates(run: Path) -> Iterator[Path]:
