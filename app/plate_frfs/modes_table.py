@@ -102,7 +102,7 @@ def modes_of_table(path: Path) -> list[ModesAtTemperature]:
             if decimal and "." in text:
                 raise ResultFileError(
                     f"{path}: row {number}: {names[place].strip()} = {text!r}; others of its numbers have a "
-                    "decimal comma: write all of them with a point, or all with a comma, and none with marks of thousands"
+                    "decimal comma: write all of them in one way, without marks of thousands"
                 )
             row[name] = _value(path, number, names[place], text.replace(decimal, ".") if decimal else text)
             row[name] *= factors[name]
