@@ -2,6 +2,7 @@
 
 import difflib
 import os
+import re
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -96,11 +97,26 @@ def main(arguments: Sequence[str] | None = None) -> None:
             status = flexura.main(arguments, prog_name="flexura", standalone_mode=False, color=color)
         except click.ClickException as error:
             error.show()
+            for line in _decimal_comma(error.message, sys.argv[1:] if arguments is None else arguments):
+                click.echo(line, err=True)
             sys.exit(2)
         except (click.Abort, KeyboardInterrupt):
             click.echo("stopped", err=True)
             sys.exit(ends.status)
     sys.exit(_of_output(status if isinstance(status, int) else 0))
+
+
+DECIMAL_COMMA = r"(?<![\w.,])[+-]?(?:\d+,(?P<parts>\d+)|,\d+)(?![\w.,])"
+
+
+def _decimal_comma(message: str, arguments: Sequence[str]) -> list[str]:
+    """Say how a refused number with a decimal comma is written; with three digits it may be one of thousands."""
+    for found in (one for typed in arguments for one in re.finditer(DECIMAL_COMMA, typed)):
+        number, parts = found[0], found["parts"] or ""
+        if number in message:
+            thousands = f" (or {number.replace(',', '')}, if that is meant)" if len(parts) == 3 else ""
+            return [f"Write {number.replace(',', '.')}{thousands}, with a point."]
+    return []
 
 
 def _of_output(status: int) -> int:

@@ -17,6 +17,7 @@ when it is first asked for, so that ``import flexura`` costs little. See ``docs/
 ``panel_files``       laws, twin files, panels and run folders that `focus` and `compensate` take
 ``figures``           `plot`: figures of all these results
 ``shipped_examples``  `example`: those that come with it
+``argument_kinds``    arguments are of the kind that their annotation says, or refused by keyword and value
 ``keywords``          errors name keywords, where those of a verb name options
 ``own_packages``      Flexura's own packages are imported, not others of the same name
 ====================  ==============================================================

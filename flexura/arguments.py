@@ -9,21 +9,22 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from analysis.progress import Progress
+from app.files.bad_file import UnsuitedOptionError
 from app.terminal.progress import progress as bars
 
 File = str | PathLike[str]
 
 
 def as_path(file: File) -> Path:
-    """Path of a file or folder; TypeError for what is none, with what to do for a result in memory."""
-    try:
-        return Path(file)
-    except TypeError as error:
-        kind = type(file)
-        made = (
-            "; write it with out=FOLDER, and name that folder" if kind.__module__.startswith("app.stages") else ""
-        )
-        raise TypeError(f"a path is wanted (str or pathlib.Path), not {kind.__name__}{made}") from error
+    """Path of a file or folder."""
+    return Path(file)
+
+
+def require_range(keyword: str, values: Sequence[float], low: float, high: float, unit: str = "") -> None:
+    """Raise UnsuitedOptionError for a number outside of what an argument allows, as the verb does."""
+    for value in values:
+        if not low <= value <= high:
+            raise UnsuitedOptionError(f"{keyword} {value:g}{unit}: allowed is {low:g} to {high:g}{unit}")
 
 
 def numbers(values: float | Sequence[float]) -> tuple[float, ...]:

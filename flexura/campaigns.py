@@ -1,7 +1,6 @@
 """A plate over temperature: recordings, FRFs, modes, material laws, and what its twin lacks."""
 
 from collections.abc import Mapping
-from os import PathLike
 from pathlib import Path
 from time import perf_counter
 
@@ -9,7 +8,9 @@ from analysis.identification.modes import Damping
 from analysis.identification.settings import Settings
 from analysis.recordings.frf import Frf, campaign_frf
 from analysis.recordings.frf_campaign import AnyCampaign
+from analysis.recordings.grid_frequency import require_mains
 from app.files.campaigns.loading import load_campaign
+from app.files.campaigns.of_run import remember_campaign
 from app.files.results.next_experiment import rig_table
 from app.files.results.run_folder import writable_folder
 from app.plate_frfs.plate_of_modes import read_plate_of_modes
@@ -35,8 +36,10 @@ def load(campaign: File) -> AnyCampaign:
 def frf(campaign: File | AnyCampaign, *, mains: float = 50.0) -> Frf:
     """H1 of every sweep and sensor, with variance and coherence, inside the protocol's band.
 
-    Lines at harmonics of `mains` (Hz) are marked as excluded. Raises ValueError for sweeps of different lengths.
+    Lines at harmonics of `mains` (Hz) are marked as excluded. Raises ValueError for sweeps of different lengths,
+    and for a frequency that no mains have.
     """
+    require_mains(mains)
     return campaign_frf(_loaded(campaign), mains=mains)
 
 
@@ -82,11 +85,12 @@ def identify(
         For a campaign, a band or a run folder that cannot be used.
     """
     wanted = Wanted(Settings(mains=mains), damping, method, band, actuator)
-    campaign, run = _loaded(campaign), _run(out)
+    given, campaign, run = campaign, _loaded(campaign), _run(out)
     with computing(shown=progress) as report:
         found = identify_stage.compute(campaign, wanted, report, None if twin is None else as_path(twin))
     if run is not None:
         identify_stage.save(run, campaign, found, wanted)
+        _remember(run, given)
     return found
 
 
@@ -125,12 +129,14 @@ def update(
     app.files.bad_file.ResultFileError
         For a campaign that cannot be judged, with the reason.
     """
+    require_mains(mains)
     request = UpdateRequest(_loaded(campaign), twin=_path(twin), effects=_path(effects), mains=mains)
     run = _run(out)
     with computing(shown=progress) as report:
         found = update_stage.compute(request, report, run=run)
     if run is not None:
         update_stage.save(run, request, found)
+        _remember(run, campaign)
     return found
 
 
@@ -176,6 +182,7 @@ def gap(
     app.files.bad_file.ResultFileError
         For a campaign that cannot be judged, with the reason.
     """
+    require_mains(mains)
     rig = None
     if experiment is not None or (plan and not isinstance(campaign, AnyCampaign)):
         rig = rig_table(Path() if isinstance(campaign, AnyCampaign) else as_path(campaign), _path(experiment))
@@ -194,6 +201,7 @@ def gap(
         found = gap_stage.compute(request, report, run=run)
     if run is not None:
         gap_stage.save(run, request, found, perf_counter() - began)
+        _remember(run, campaign)
     return found
 
 
@@ -230,19 +238,13 @@ def update_modes(
 
 
 def _loaded(campaign: File | AnyCampaign) -> AnyCampaign:
-    if isinstance(campaign, AnyCampaign):
-        return campaign
-    if isinstance(campaign, Frf):
-        raise TypeError(
-            "an Frf does not know its plate: give frf.on(experiment), where flexura.load(folder).experiment "
-            "declares the plate and its transducers"
-        )
-    if not isinstance(campaign, str | PathLike):
-        raise TypeError(
-            f"takes a campaign, as flexura.load(folder) gives it, or its folder, not {type(campaign).__name__}: "
-            "the plate and how it was measured stand there only; FRFs of other programs: plate.toml"
-        )
-    return load(campaign)
+    return campaign if isinstance(campaign, AnyCampaign) else load(campaign)
+
+
+def _remember(run: Path, campaign: File | AnyCampaign) -> None:
+    """Keep where the campaign of a run folder is, for commands on its report; not known of one in memory."""
+    if not isinstance(campaign, AnyCampaign):
+        remember_campaign(run, as_path(campaign))
 
 
 def _path(file: File | None) -> Path | None:

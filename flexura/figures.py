@@ -22,6 +22,7 @@ from app.stages.radiation import RadiatingPanel
 from app.stages.study import FIGURES as STUDIED
 from app.stages.study import StudiedPanel
 from app.stages.update import Updating
+from flexura.argument_kinds import ArgumentKindError
 
 
 def plot(value: Any, kind: str | None = None, *, channel: int | None = None) -> Figure:
@@ -44,14 +45,14 @@ def plot(value: Any, kind: str | None = None, *, channel: int | None = None) -> 
 
     Raises
     ------
-    TypeError
+    ArgumentKindError
         For a value that has no figures.
     ValueError
         For a kind of figure that the value does not have, and a sensor that the figure does not show.
     """
     if type(value) not in FIGURES:
         known = ", ".join(sorted(one.__name__ for one in FIGURES))
-        raise TypeError(f"{type(value).__name__} has no figures; these have: {known}")
+        raise ArgumentKindError(f"value: {type(value).__name__} has no figures; these have: {known}")
     kinds = FIGURES[type(value)]
     if kind is not None and kind not in kinds:
         raise ValueError(f"{type(value).__name__} has no figure {kind!r}; it has {', '.join(kinds)}")

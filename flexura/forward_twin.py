@@ -25,6 +25,7 @@ from app.files.settings_toml import read_table
 from app.stages.panel.laws import laws_of_twin
 from app.twins.campaign_twin import effect_twin
 from flexura.arguments import File, as_path, computing
+from flexura.keywords import keyworded
 from simulation.state.attached import deflection_at
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.instruments import ports
@@ -146,6 +147,7 @@ class ForwardTwin:
     def _cards(self) -> Mapping[str, EffectCard]:
         return {**self.model.tolerance_cards, **self.model.cards}
 
+    @keyworded
     def frf(
         self,
         frequency: ArrayLike,
@@ -185,6 +187,7 @@ class ForwardTwin:
         laws, on, point = self._asked(material, effects, temperature, level, actuator)
         return self._referred(laws, on).frf(laws, _given(frequency), on, point)
 
+    @keyworded
     def derivatives(
         self,
         frequency: ArrayLike,
@@ -229,6 +232,7 @@ class ForwardTwin:
         rows = [of_material[MATERIAL.index(name)] if name in MATERIAL else next(others) for name in by]
         return found.transfer, np.array(rows).reshape(len(rows), *found.transfer.shape)
 
+    @keyworded
     def modes(
         self,
         material: Material | None = None,
@@ -268,6 +272,7 @@ class ForwardTwin:
         largest = shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])]
         return TwinModes(loaded.poles[inside], wanted, shapes / largest)
 
+    @keyworded
     def matrices(
         self,
         material: Material | None = None,
@@ -326,8 +331,6 @@ class ForwardTwin:
         """Return all parameters of the effects that are on; ValueError for one that does not exist."""
         if effects is None:
             return NO_EFFECTS if self.given is None else {**self.given.departures, **self.given.effects}
-        if not (isinstance(effects, Mapping) and all(isinstance(values, Mapping) for values in effects.values())):
-            raise TypeError('effects: values by effect and parameter, {"point_mass": {"mass": 1e-3}}, are wanted')
         cards, complete = self._cards, {}
         for name, values in effects.items():
             if name not in cards:

@@ -1,52 +1,54 @@
-"""Errors name what was typed: options where a verb was called, keywords where a function was.
+"""What the library says names what was typed: keywords of a function, where a verb names its options.
 
-The stages serve both and name options, ``--weather``. What a function of the library raises passes here, as what a
-verb raises passes `app.commands.bad_input`.
+What a function raises and the notes of what it returns pass here, as what a verb raises passes
+`app.commands.bad_input`.
 """
 
 import functools
-import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass, replace
 from inspect import signature
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
+
+from app.summaries.keywords import in_keywords
+from flexura.argument_kinds import checked_arguments
 
 Words = ParamSpec("Words")
 Result = TypeVar("Result")
 
-OTHERWISE: Mapping[str, str] = {"from": "first", "until": "last", "set": "options"}
-"""Keywords that are not called like their option: ``from`` is a word of Python's own."""
-COMMAND = r"\b(?:flexura|start\.py|pip install) .*?(?=[;)\n]|[,.]\s|$)"
-"""To be typed in a shell, as far as the next pause of the sentence."""
-OPTION = r"(?<![\w-])--(?P<option>[a-z][a-z-]*)"
-
-
-def in_keywords(message: str, keywords: Collection[str]) -> str:
-    """Return a message with the keywords of a function in place of the options of the verb.
-
-    Commands in it keep their options, and so do options that the function does not have.
-    """
-
-    def said(found: re.Match[str]) -> str:
-        option = found["option"]
-        if option is None:
-            return found[0]
-        keyword = OTHERWISE.get(option, option.replace("-", "_"))
-        return keyword if keyword in keywords else found[0]
-
-    return re.sub(f"{COMMAND}|{OPTION}", said, message)
+NOTED = ("frf", "frfs", "tracked", "report")
+"""Fields of results that hold notes of their own."""
 
 
 def keyworded(function: Callable[Words, Result]) -> Callable[Words, Result]:
-    """Let the errors of a function name its keywords: the same errors, with their class and what they hold."""
-    keywords = signature(function).parameters
+    """Let a function refuse arguments of another kind, and its errors and notes name its keywords.
+
+    Errors stay the same ones, with their class and what they hold.
+    """
+    keywords = tuple(signature(function).parameters)
 
     @functools.wraps(function)
     def called(*args: Words.args, **options: Words.kwargs) -> Result:
         try:
-            return function(*args, **options)
+            given = checked_arguments(function, args, options)
+            return cast("Result", _noted(function(*given.args, **given.kwargs)))
         except (ValueError, TypeError) as error:
             if error.args and isinstance(error.args[0], str):
                 error.args = (in_keywords(error.args[0], keywords), *error.args[1:])
             raise
 
     return called
+
+
+def _noted(found: Any, deeper: tuple[str, ...] = NOTED) -> Any:
+    """Return a result whose notes name keywords; the same one where they do already."""
+    if not is_dataclass(found) or isinstance(found, type):
+        return found
+    held = {field.name: getattr(found, field.name) for field in fields(found) if field.init}
+    said = {name: _noted(held[name], ()) for name in deeper if name in held}
+    if isinstance(held.get("notes"), tuple):
+        said["notes"] = tuple(in_keywords(note) for note in held["notes"])
+    changed = {name: value for name, value in said.items() if value is not held[name] and name != "notes"}
+    if said.get("notes", ()) != held.get("notes", ()):
+        changed["notes"] = said["notes"]
+    return replace(found, **changed) if changed else found

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from os import PathLike
 from pathlib import Path
 
 from analysis.focusing.methods import Method
@@ -99,11 +98,6 @@ def laws_read(laws: Laws | None, twin: File | None, verb: str) -> GivenLaws:
             of = laws.plain if isinstance(laws, GapComparison) else laws
             raise ValueError(too_few(of.updated))
         return GivenLaws(found)
-    if not (laws is None or isinstance(laws, str | PathLike)):
-        raise TypeError(
-            "laws: a run folder of flexura.update, laws.h5, what flexura.update or flexura.gap returned, or "
-            f"MaterialLaws are wanted, not {type(laws).__name__}"
-        )
     read = laws_for(path_of(laws), path_of(twin), verb)
     return GivenLaws(read.laws, read)
 

@@ -1,13 +1,16 @@
 """Filters of a panel that follow the temperature, the paper's figures, and what has changed since a baseline."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from os import PathLike
+from pathlib import Path
 
 import numpy as np
 
-from analysis.compensation.settings import Training
+from analysis.compensation.settings import ACROSS, PLACES, SPACINGS, Training
 from analysis.focusing.methods import METHODS, Method
 from analysis.focusing.panel import Panel
+from analysis.recordings.grid_frequency import require_mains
 from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.provenance import sha256
 from app.files.results.run_folder import writable_folder
@@ -15,9 +18,11 @@ from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
 from app.stages import health as health_stage
 from app.stages import study as study_stage
-from app.stages.panel.inputs import checked_device, measured_panel, weather_for
+from app.stages.panel.inputs import checked_device, measured_panel, require_same_filters, weather_for
 from app.stages.panel.laws import range_of, within
-from flexura.arguments import File, as_path, computing, numbers
+from app.summaries import compensation as compensate_words
+from app.summaries import focusing as focus_words
+from flexura.arguments import File, as_path, computing, numbers, require_range
 from flexura.panel_files import Laws, folder_of, kept, laws_read, panel_followed
 
 
@@ -100,7 +105,9 @@ def focus(
         focus_stage.save(run, found, inputs, extent)
         if given is not None:
             given.remember(run)
-    return found
+    said = (*focus_words.notes(found.panel, found.focusing), *focus_words.tradeoff(found.panel, found.pareto))
+    worth = focus_words.correction(found.focusing, found.uncorrected)
+    return replace(found, notes=(*said, *found.notes, *worth))
 
 
 def compensate(
@@ -171,14 +178,16 @@ def compensate(
     """
     if method is not None:
         _require_method(method)
-    if spacing is not None and not spacing > 0.0:
-        raise ValueError(f"spacing {spacing:g} K: it must be above 0")
+    require_range("spacing", () if spacing is None else (spacing,), *SPACINGS, " K")
+    require_range("place", () if place is None else (place,), *PLACES)
+    require_range("across", numbers(across), *ACROSS, " K")
     extent, given = None, None
     if transfers is not None:
         _require_none(twin=twin, spacing=spacing, place=place, across=numbers(across) or None, weather=weather)
         scan, beside = as_path(transfers), folder_of(laws, as_path(transfers))
         declared, file, followed = panel_followed(panel, method, beside, scanned=True)
         measured = measured_panel(declared, scan, ())
+        _require_folder(out, beside, declared, followed, file)
         run, inputs = kept(out, scan, file)
         checked_device(device)
         with computing(shown=progress) as report:
@@ -189,9 +198,11 @@ def compensate(
         given = laws_read(laws, twin, "compensate")
         extent = given.extent
         declared, file, followed = panel_followed(panel, method, given.folder)
-        run, inputs = kept(out, given.path, file)
         range_of(declared, given.laws, given.origin, extent)
-        declared, notes = given.on(declared)
+        on_plate, notes = given.on(declared)
+        _require_folder(out, given.folder, on_plate, followed, file)
+        run, inputs = kept(out, given.path, file)
+        declared = on_plate
         around = None
         if weather is not None:
             around = weather_for(as_path(weather), declared, followed), str(weather)
@@ -215,7 +226,16 @@ def compensate(
         compensate_stage.save(run, found, inputs, extent)
         if given is not None:
             given.remember(run)
-    return found
+    said = compensate_words.notes(found.compensation, training or Training())
+    return replace(found, notes=(*found.notes, *said))
+
+
+def _require_folder(
+    out: File | None, beside: Path | None, panel: Panel, method: Method, file: Path | None
+) -> None:
+    """Refuse a folder with filters of another panel; laws or a panel of no file are refused for that."""
+    if out is not None and beside is not None and file is not None:
+        require_same_filters(as_path(out), beside, panel, method, file)
 
 
 def _require_none(**options: object) -> None:
@@ -261,6 +281,7 @@ def health(
         For a rate outside what is allowed, no dates, a baseline that is none, a date of another panel, and what
         cannot be read.
     """
+    require_mains(mains)
     those = [dates] if isinstance(dates, str | PathLike) else dates
     request = health_stage.HealthRequest(
         baseline=as_path(baseline), dates=tuple(as_path(one) for one in those), rate=rate, mains=mains

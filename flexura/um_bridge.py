@@ -19,6 +19,7 @@ from pydantic import BaseModel, Field, ValidationError
 from analysis.arrays import Complex, Real
 from analysis.effect_card import Values
 from app.watch.server import is_loopback
+from flexura.arguments import require_range
 from flexura.forward_twin import MATERIAL, ForwardTwin, Material
 
 NAME = "twin"
@@ -132,6 +133,7 @@ def serve(
     OSError
         Where the port is not free.
     """
+    require_range("port", (port,), 0, 65_535)
     lines = np.atleast_1d(np.asarray(frequency, float))
     asked = TwinQuestion(twin, lines, tuple(parameters), material, effects or {}, temperature)
     twin.frf(lines[:1], material, effects=effects or {}, temperature=temperature)

@@ -5,6 +5,13 @@ from dataclasses import dataclass, replace
 FEWEST_TRAINING_TEMPERATURES = 4
 """Fewest training temperatures: one is left out to find the error, and a curve needs three."""
 
+SPACINGS = (0.5, 30.0)
+"""K between training temperatures."""
+PLACES = (4, 40)
+"""Training temperatures that are placed by need."""
+ACROSS = (0.1, 60.0)
+"""K between two sides of a panel, at which filters are tried."""
+
 
 @dataclass(frozen=True)
 class Training:
@@ -47,6 +54,8 @@ class Training:
 
     def __post_init__(self) -> None:
         for name, low, high in (("nodes", 1, 100), ("restarts", 1, 1000), ("epochs", 1, 1_000_000)):
+            if type(getattr(self, name)) is not int:
+                raise TypeError(f"{name} {getattr(self, name)!r}: an integer is wanted")
             if not low <= getattr(self, name) <= high:
                 raise ValueError(f"{name} {getattr(self, name)} is outside {low} to {high}")
         for name, choices in (
@@ -57,6 +66,10 @@ class Training:
         ):
             if getattr(self, name) not in choices:
                 raise ValueError(f"{name} {getattr(self, name)!r}: {' or '.join(choices)}")
+        if type(self.seed) is not int or self.seed < 0:
+            raise ValueError(f"seed {self.seed!r}: an integer from 0 on is wanted")
+        if not isinstance(self.largest_error, int | float):
+            raise TypeError(f"largest_error {self.largest_error!r}: a number is wanted")
         if not 0.0 < self.largest_error <= 100.0:
             raise ValueError(f"largest_error {self.largest_error:g} % is outside 0 to 100 %")
 

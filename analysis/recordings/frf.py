@@ -201,7 +201,16 @@ class Frf(Labelled):
             )
 
     def without(self, sweeps: Sequence[int], why: str) -> "Frf":
-        """Return the FRFs without some sweeps, and a note for each, which `why` goes on."""
+        """Return the FRFs without some sweeps, and a note for each, which `why` goes on.
+
+        Raises ValueError for a sweep that is not there, and where none would be left.
+        """
+        count = len(self.temperature)
+        wrong = [s for s in sweeps if not 0 <= s < count]
+        if wrong or len(set(sweeps)) == count:
+            raise ValueError(
+                f"sweeps {', '.join(map(str, wrong or sweeps))}: 0 to {count - 1}, not all, are allowed"
+            )
         kept = np.setdiff1d(np.arange(len(self.temperature)), sweeps)
         left_out = (
             f"sweep at {self.temperature[s]:.1f} °C ({self.direction[s]}, {self.drive(int(s))}) left out: {why}"

@@ -9,6 +9,7 @@ from analysis.progress import Progress
 from app.chain.input_files import campaign_hashes, effect_hashes, file_hashes
 from app.chain.models_ahead import EFFECTS, PANEL, PLATE
 from app.chain.work import Made, Work
+from app.files.campaigns.of_run import campaign_typed
 from app.files.declarations.panel import SECTION_2
 from app.files.declarations.run_settings import Stage
 from app.files.results.run_folder import MADE_BY
@@ -138,7 +139,8 @@ def do_update(work: Work, report: Progress) -> Made:
         update.save(work.run, request, found)
     inputs = campaign.experiment.inputs
     gains = (f"gains: {gains_text(found.updated, inputs)}",) if len(inputs) > 1 else ()
-    told = (*gains, *found.frf.notes, *notes(found.updated, found.laws, found.pairing))
+    said = notes(found.updated, found.laws, found.pairing, campaign_typed(work.folder, work.run))
+    told = (*gains, *found.frf.notes, *said)
     good = bool(found.updated.settled.all()) and (found.pairing is None or found.pairing.fits)
     return Made(headline(found.updated), told, good)
 

@@ -12,8 +12,9 @@ from analysis.progress import Progress
 from app.chain.links import LINKS, Link
 from app.chain.request import RunRequest
 from app.chain.work import Made, Work
-from app.files.bad_file import ResultFileError, quoted
+from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
+from app.files.campaigns.of_run import campaign_typed, remember_campaign
 from app.files.declarations.run_settings import Stage
 from app.files.disk_room import room_of, told
 from app.files.results.run_folder import run_folder
@@ -123,7 +124,7 @@ class _Chain:
         if made or not self._record.found:
             from app.chain.found import found_rows
 
-            found = found_rows(self._work.run, f"{quoted(self._work.folder)} --out {quoted(self._work.run)}")
+            found = found_rows(self._work.run, campaign_typed(self._work.folder, self._work.run))
             self._record = replace(self._record, found=found)
             write_run_record(self._work.run, self._record)
         return replace(self._record, stages={**self._record.stages, **self._states})
@@ -157,6 +158,8 @@ class _Chain:
         try:
             with self._listener.progress() as report, _faults():
                 made = link.make(work, report)
+                if stage in ("identify", "update", "gap"):
+                    remember_campaign(work.run, work.folder)
         except _StageError as error:
             work.broken.add(stage)
             self._note(stage, StageRecord("failed", str(error), good=False, seconds=time.perf_counter() - started))

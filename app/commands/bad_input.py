@@ -1,6 +1,7 @@
 """Bad input ends a verb with one message on stderr and exit status 2, never with a traceback."""
 
 import functools
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import ParamSpec, TypeVar
@@ -30,6 +31,19 @@ def fault_picture(wrong: Misplaced, options: Mapping[str, object]) -> str:
     return f"picture: {target}"
 
 
+def _require_finite(options: Mapping[str, object]) -> None:
+    """Refuse nan and inf: Python reads them as numbers, and no range of click's keeps nan out."""
+    for name, value in options.items():
+        if isinstance(value, Mapping):  # options that several verbs share are handed on as one
+            _require_finite(value)
+        for number in value if isinstance(value, tuple | list) else (value,):
+            if isinstance(number, float) and not math.isfinite(number):
+                context = click.get_current_context(silent=True)
+                known = [] if context is None else context.command.params
+                option = next((one.opts[0] for one in known if one.name == name), f"--{name.replace('_', '-')}")
+                raise click.BadParameter(f"{number}; allowed: a finite number", param_hint=f"'{option}'")
+
+
 def _target(source: Path, out: object) -> Path:
     from app.files.campaigns.kind import DECLARATION
 
@@ -49,6 +63,7 @@ def bad_input(verb: Callable[Words, Result]) -> Callable[Words, Result]:
 
     @functools.wraps(verb)
     def checked(*args: Words.args, **options: Words.kwargs) -> Result:
+        _require_finite(options)
         try:
             return verb(*args, **options)
         except UnsuitedOptionError as error:  # what was typed is wrong, not a file

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import click
 from click.core import ParameterSource
 
-from analysis.compensation.settings import Training
+from analysis.compensation.settings import ACROSS, PLACES, SPACINGS, Training
 from app.commands.bad_input import bad_input
 from app.commands.options import (
     FOCUSING_METHODS,
@@ -125,19 +125,19 @@ def typed(option: str) -> bool:
 @click.option("--panel", type=PANEL, help="Panel file (default: that of RUN's filters.h5).")
 @click.option(
     "--spacing",
-    type=click.FloatRange(0.5, 30.0),
+    type=click.FloatRange(*SPACINGS),
     default=5.0,
     show_default=True,
     help="°C between training temperatures.",
 )
 @click.option(
     "--place",
-    type=click.IntRange(4, 40),
+    type=click.IntRange(*PLACES),
     help="Place so many training temperatures where the filters need them, instead of every SPACING.",
 )
 @click.option(
     "--across",
-    type=click.FloatRange(0.1, 60.0),
+    type=click.FloatRange(*ACROSS),
     multiple=True,
     help="Loss of contrast for this difference between two sides of the panel, K; repeat for more.",
 )
@@ -225,6 +225,8 @@ def command(
         weather=weather,
     )
     task = wanted.task()
+    if out is not None:
+        task.require_folder(out)
 
     from app.files.results.run_folder import run_folder
     from app.stages import compensate
@@ -247,7 +249,7 @@ def command(
     output.result(lambda: record(found, seconds) | extent_record(task.extent), lambda: show(tables(found)))
     for note in [*task.notes, *notes(found, task.training)]:
         output.note(note)
-    output.summary(f"{led(task.extent)}{summary(found, target, seconds)}")
+    output.summary(f"{led(task.extent)}panel {task.panel.title!r}, {summary(found, target, seconds)}")
     if found.largest_loss[0] > compensate.GOOD_LOSS:
         raise click.exceptions.Exit(1)
 

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from analysis.focusing.panel import Panel
+
 EXAMPLES = """\b
 Examples:
   flexura focus plate-run
@@ -103,7 +105,7 @@ def command(
     with run_folder(task.beside, out or task.beside) as folder, output.progress() as report:
         found = task.compute(report)
         focusing, lost = found.focusing, found.uncorrected
-        gone = replaced(folder / focus.FILTERS, focusing.temperature)
+        gone = [*replaced(folder / focus.FILTERS, focusing.temperature), *_overtaken(folder, found.panel)]
         target = focus.save(folder, found, task.hashes(), task.extent)
         task.remember(folder)
     seconds = time.perf_counter() - started
@@ -118,6 +120,25 @@ def command(
     for note in (*said, *task.notes, *correction(focusing, lost), *gone):
         output.note(note)
     output.summary(f"{led(task.extent)}{summary(found.panel, focusing, target, seconds)}")
+
+
+def _overtaken(folder: Path, panel: "Panel") -> list[str]:
+    """Return a note where compensated filters beside the new ones are of another panel."""
+    from app.files.bad_file import ResultFileError, quoted
+    from app.files.results.compensation_file import load_compensation
+
+    if not (folder / "compensation.h5").is_file():
+        return []
+    try:
+        before = load_compensation(folder / "compensation.h5")[0]
+    except ResultFileError:
+        return []
+    if before == panel:
+        return []
+    return [
+        f"compensation.h5 there follows other filters ({before.title!r} before, {panel.title!r} now); make it "
+        f"again: flexura compensate {quoted(folder)}"
+    ]
 
 
 def replaced(target: Path, temperature: "NDArray[np.float64]") -> list[str]:

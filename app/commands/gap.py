@@ -93,8 +93,8 @@ def command(
     CAMPAIGN may be running or interrupted: its finished sweeps are taken, and the result says how many of how many
     they are. Do the same again when more are there: laws.h5 of fewer sweeps is then made again, too.
     """
-    from app.files.bad_file import quoted
     from app.files.campaigns.loading import load_campaign
+    from app.files.campaigns.of_run import campaign_typed, remember_campaign
     from app.files.disk_room import room_of
     from app.files.results.best_twin import best_twin
     from app.files.results.run_folder import run_folder
@@ -120,7 +120,8 @@ def command(
     with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
         found = gap.compute(request, report, run=run)
         record = gap.save(run, request, found, time.perf_counter() - started)
-    words = briefing(best_twin(run, "gap"), record, quoted(campaign)).lines()
+        remember_campaign(run, campaign)
+    words = briefing(best_twin(run, "gap"), record, campaign_typed(campaign, out)).lines()
     output.result(lambda: record, lambda: show(tables(record), words))
     planned = record["plan"]["notes"] if plan else ()
     for note in (*found.frf.notes, *record["notes"], *planned):

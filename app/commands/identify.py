@@ -171,6 +171,7 @@ def _campaign(
         run_file(twin, "laws.h5", "update")
     loaded = load_campaign(campaign)
 
+    from app.files.campaigns.of_run import remember_campaign
     from app.stages import identify
     from app.summaries.modes import campaign_record, summary, tables
     from app.summaries.numbers import extent_record, led
@@ -184,6 +185,7 @@ def _campaign(
     with run_folder(campaign, out, room_of(campaign)) as run, output.progress() as report:
         found = identify.compute(loaded, wanted, report, twin)
         identify.save(run, loaded, found, wanted, export)
+        remember_campaign(run, campaign)
     tracked = found.tracked
     seconds = time.perf_counter() - started
     record = campaign_record(tracked, seconds) | extent_record(loaded.extent)

@@ -170,6 +170,7 @@ def command(
         _by_modes(*modes, out, output, told=twin or effects)
         return
     from app.files.campaigns.loading import load_campaign
+    from app.files.campaigns.of_run import campaign_typed, remember_campaign
     from app.files.disk_room import room_of
     from app.files.results.best_twin import best_twin
     from app.files.results.pairing_json import pairing_record
@@ -190,6 +191,7 @@ def command(
         found = update.compute(request, report, run=run)
         replaced = other_effects(run / "laws.h5", {} if start is None else start.twin.effects)
         update.save(run, request, found)
+        remember_campaign(run, campaign)
     updated, seconds = found.updated, time.perf_counter() - started
     inputs, best = loaded.experiment.inputs, best_twin(run, "update")
     pairs = pairing_record(found.pairing)
@@ -204,7 +206,7 @@ def command(
     )
     if len(inputs) > 1:
         output.note(f"gains: {gains_text(updated, inputs)}")
-    for note in (*found.frf.notes, *notes(updated, found.laws, found.pairing)):
+    for note in (*found.frf.notes, *notes(updated, found.laws, found.pairing, campaign_typed(campaign, out))):
         output.note(note)
     if start is not None:
         on = ", ".join(start.twin.effects) or "no effect"

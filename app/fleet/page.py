@@ -250,7 +250,7 @@ def law_figure(laws: FleetLaws) -> "Figure":
 
 def _exchange(exchange: Exchange | None) -> list[Item]:
     if exchange is None:
-        return [Absent("No two panels have filters; make them: flexura run ... --until focus")]
+        return [Absent("No two panels have filters; make them: the same flexura run with --until focus")]
     rows = [
         [name, *("" if np.isnan(lost) else f"{lost:.3f}" for lost in exchange.loss[row])]
         for row, name in enumerate(exchange.names)

@@ -1,18 +1,21 @@
 """FRFs of one structure, with the places of their ends and what they came from."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.channel import UNITS, Quantity
 from analysis.estimation.coherence import without_information
-from analysis.estimation.quantities import frf_label, frf_name
+from analysis.estimation.quantities import frf_label, frf_name, frf_unit
 from analysis.estimation.segments import Segments
 from analysis.estimation.transfer import MeasuredTransfer, turns_backward
 from analysis.identification.judgement.confirmation import WithoutHit
 from analysis.identification.settings import lines_inside
+from analysis.labelled import Labelled, LabelledArrays
 from app.files.bad_file import ResultFileError
 
 Position = tuple[float, float, float]
@@ -22,7 +25,7 @@ LARGEST_FRF = 1e50
 
 
 @dataclass(frozen=True)
-class FrfSet:
+class FrfSet(Labelled):
     """FRFs that share their lines.
 
     Attributes
@@ -100,6 +103,48 @@ class FrfSet:
         """E|h - H|^2, (L, F), where it is known of all."""
         known = [one.variance for one in self.transfers if one.variance is not None]
         return np.array(known) if len(known) == len(self.transfers) else None
+
+    def labelled(self) -> LabelledArrays:
+        """FRFs over transfer and frequency, variance and coherence where known; x, y, z are of the responses."""
+        lines = ("transfer", "frequency")
+        fields: dict[str, tuple[tuple[str, ...], NDArray[Any]]] = {"h": (lines, self.h)}
+        for name in ("variance", "coherence"):
+            known = [getattr(one, name) for one in self.transfers]
+            if any(one is not None for one in known):
+                unknown = np.full(len(self.frequency), np.nan)
+                fields[name] = lines, np.array([unknown if one is None else one for one in known])
+        of_each = {
+            name: (("transfer",), np.array([getattr(one, name) for one in self.transfers]))
+            for name in ("name", "response", "reference", "quantity", "reference_quantity")
+        }
+        units = [self.unit(number) for number in range(len(self.transfers))]
+        places = np.array([self._place(one.response) for one in self.transfers])
+        return LabelledArrays(
+            fields,
+            {
+                **of_each,
+                "unit": (("transfer",), np.array(units)),
+                **{axis: (("transfer",), places[:, k]) for k, axis in enumerate("xyz")},
+                "frequency": (("frequency",), self.frequency),
+            },
+            {"h": " or ".join(dict.fromkeys(units)), "frequency": "Hz", **dict.fromkeys("xyz", "m")},
+            self.notes,
+        )
+
+    def _place(self, end: str) -> Position:
+        """Return where an end of an FRF is, m; NaN where its node is at no known place."""
+        node = end.partition(":")[0]
+        nowhere = (math.nan, math.nan, math.nan)
+        return self.points.get(int(node), nowhere) if node.isdecimal() else nowhere
+
+    def unit(self, number: int) -> str:
+        """Return the unit of an FRF: that of its file, SI where that says none, ``?`` where neither is known."""
+        one = self.transfers[number]
+        if any(one.units):
+            return f"{one.units[0] or '?'}/{one.units[1] or '?'}"
+        if one.quantity in UNITS and one.reference_quantity in UNITS:
+            return frf_unit(one.quantity, one.reference_quantity)
+        return "?"
 
     def label(self, number: int) -> str:
         """Name an FRF's axis.

@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,8 @@ from analysis.declaration.strict import TEMPERATURES
 from analysis.recordings.measured_modes import ModesAtTemperature
 from app.files.bad_file import ResultFileError
 from app.files.declarations.plate import ModesOfPlate
-from app.files.parsed_text import read_text
+from app.files.measurements.text import decoded
+from app.files.parsed_text import read_bytes
 
 COLUMNS = {
     "sigma_frequency": r"(sigma|std|σ|unc\w*|err\w*|u)[\W_]*(of[\W_]*)?f(req\w*)?(?![a-z])",
@@ -38,6 +39,8 @@ UNITS = {
     "1": 1.0,
 }
 """Of columns, in square brackets or as the last word of the name; °C, Hz and shares where a name has none."""
+OTHER_UNITS = r"k|°f|degf|f|mhz|rpm|1/min|s|ms"
+"""That a name in round brackets is no remark: such numbers would be taken for °C and Hz."""
 NEEDED = ("temperature", "frequency")
 SURE = ("", "kept", "confirmed")
 """Words in a column of status with which a mode counts; others are weak."""
@@ -69,18 +72,21 @@ def modes_of_table(path: Path) -> list[ModesAtTemperature]:
     if not path.is_file():
         raise ResultFileError(f"{path}: no such file; a table of modes is wanted, as CSV")
     try:
-        lines = [
-            line for line in read_text(path, LARGEST_TABLE).splitlines() if line.strip() and line.strip()[0] != "#"
-        ]
+        content = read_bytes(path, LARGEST_TABLE)
     except (OSError, ValueError) as error:
         raise ResultFileError(f"{path}: not readable as a table of modes ({error})") from error
+    if content.startswith(b"PK"):
+        raise ResultFileError(f"{path}: a workbook, no text; save its sheet as CSV")
+    lines = _lines(decoded(content))
     if len(lines) < 2:
         raise ResultFileError(f"{path}: {len(lines)} lines; a line with names and one for each mode are wanted")
     separator = max(";\t,", key=lines[0].count)
     names, *rows = csv.reader(lines, delimiter=separator)
     places = _places(path, names)
     factors = {name: _factor(path, names[place]) for name, place in places.items()}
-    decimal = "," if separator != "," else ""
+    _require_cells(path, names, rows)
+    commas = separator != "," and any(re.search(r"\d,\d", cell) for row in rows for cell in row)
+    decimal = "," if commas else ""
     # flexura identify numbers the modes that it found, not those that there are
     unused = ("status", "mode") if "status" in places else ()
     found = []
@@ -93,6 +99,11 @@ def modes_of_table(path: Path) -> list[ModesAtTemperature]:
             text = _cell(cells, place).strip()
             if name in unused or not text or text.lower() in ("nan", "-", "–"):
                 continue
+            if decimal and "." in text:
+                raise ResultFileError(
+                    f"{path}: row {number}: {names[place].strip()} = {text!r}; others of its numbers have a "
+                    "decimal comma: write all of them in one way, without marks of thousands"
+                )
             row[name] = _value(path, number, names[place], text.replace(decimal, ".") if decimal else text)
             row[name] *= factors[name]
         lacking = [name for name in NEEDED if name not in row]
@@ -107,6 +118,20 @@ def modes_of_table(path: Path) -> list[ModesAtTemperature]:
         return _by_temperature(found, _are_viscous(found))
     except ValueError as error:
         raise ResultFileError(f"{path}: {error}") from error
+
+
+def _lines(text: str) -> list[str]:
+    return [line for line in text.splitlines() if line.strip() and line.strip()[0] != "#"]
+
+
+def _require_cells(path: Path, names: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Refuse rows with more values than there are names: with a decimal comma the next value would be taken."""
+    for number, cells in enumerate(rows, start=2):
+        if any(cell.strip() for cell in cells[len(names) :]):
+            raise ResultFileError(
+                f"{path}: row {number}: {len(cells)} values below {len(names)} names. If commas are decimal marks "
+                "and stand between the values, too, put semicolons between them"
+            )
 
 
 def _are_viscous(rows: list[Row]) -> bool:
@@ -130,10 +155,8 @@ def is_table_of_modes(path: Path) -> bool:
     if path.suffix.lower() not in (".csv", ".txt", ".tsv"):
         return False
     try:
-        first = next(
-            line for line in read_text(path, LARGEST_TABLE).splitlines() if line.strip() and line.strip()[0] != "#"
-        )
-    except (OSError, ValueError, StopIteration):
+        first = _lines(decoded(read_bytes(path, LARGEST_TABLE)))[0]
+    except (OSError, ValueError, IndexError):
         return False
     names = [name.strip().lower() for name in first.split(max(";\t,", key=first.count))]
     told = [any(re.match(COLUMNS[key], name) for name in names) for key in NEEDED]
@@ -178,9 +201,16 @@ def _factor(path: Path, name: str) -> float:
     """Return what a column's numbers are multiplied with; ResultFileError for a unit that is not known."""
     plain = name.strip().lower()
     bracket = re.search(r"\[([^\]]*)\]", plain)
+    round_one = re.search(rf"\((?:{OTHER_UNITS})\)", plain)
+    if bracket is None and round_one is not None:
+        bracket = re.search(r"\(([^)]*)\)", plain)
     if bracket is None:
         return 0.01 if "%" in plain else 1e3 if "khz" in plain else UNITS["rad/s"] if "rad/s" in plain else 1.0
     unit = bracket[1].strip()
+    if unit in ("k", "°f", "degf", "f"):
+        raise ResultFileError(
+            f"{path}: column {name.strip()!r}: temperatures in °C are wanted: K - 273.15, or (°F - 32) / 1.8"
+        )
     if unit and unit not in UNITS:
         raise ResultFileError(
             f"{path}: column {name.strip()!r}: unit {unit!r}; allowed: °C, Hz, kHz, rad/s, % and none"

@@ -12,6 +12,7 @@ from analysis.recordings.chosen_actuator import sweeps_of_modes
 from analysis.recordings.frf import Frf
 from analysis.sheet_material import SheetMaterial
 from analysis.updated import GOOD_MISFIT, Updated
+from app.files.campaigns.of_run import campaign_of
 from app.files.declarations.plate import NOT_STATED
 from app.files.results.best_twin import best_twin
 from app.files.results.laws_file import TwinFrf, load_pairing
@@ -133,11 +134,12 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
     if best.said:
         text = f"{best.said[0].upper()}{best.said[1:]}. {text}"
     if worst > GOOD_MISFIT and not (run / "gap.h5").is_file():
-        text += " It lacks an effect that the plate has; to find it: flexura gap CAMPAIGN."
+        text += f" It lacks an effect that the plate has; to find it: flexura gap {campaign_of(run)}"
     same = np.array_equal(frf.temperature, estimates.temperature)
     if not same:
         text += (
-            " frf.h5 holds other sweeps than laws.h5, so that they are not compared; make both: flexura update."
+            " frf.h5 holds other sweeps than laws.h5, so that they are not compared; make both: "
+            f"flexura update {campaign_of(run)}"
         )
     return [
         Paragraph(text),

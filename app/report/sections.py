@@ -5,9 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.progress import Progress
+from app.files.campaigns.of_run import campaign_of, made_by
 from app.files.results.best_twin import PLAIN, best_twin, load_gap_record
+from app.files.results.filter_files import load_panel
 from app.files.results.frf_file import load_frf
-from app.files.results.run_folder import MADE_BY, is_test_run, run_file
+from app.files.results.run_folder import is_test_run, run_file
 from app.report import paper, studies
 from app.report.gap_section import gap_section
 from app.report.modal_test import sections_of_test
@@ -119,12 +121,12 @@ def sections(run: Path, report: Progress, part: Callable[[Path, str], Part] = pa
             rows.extend(figures)
             made.append(Section(title, items))
         elif name not in OPTIONAL:
-            made.append(Section(title, [Absent(f"not run yet; make it with: flexura {MADE_BY[name]}")]))
+            made.append(Section(title, [Absent(f"not run yet; make it with: flexura {made_by(run, name)}")]))
     if paper.is_the_papers(experiment.plate):
         made.append(Section("Beside the paper", [paper.beside_paper(rows)]))
     found = stamps(run, list(PARTS))
     made.append(Section("Provenance", origin(found)))
-    old = [*outdated(run, found), *_overtaken(run, found)]
+    old = [*outdated(run, found), *_overtaken(run, found), *_of_two_panels(run)]
     if old:
         lead += 1
         made.insert(
@@ -151,8 +153,22 @@ def _words(run: Path) -> list[Item]:
         return []
     best = best_twin(run, "report")
     record = load_gap_record(run / "gap.h5") if (run / "gap.h5").is_file() else None
-    said = briefing(best, record, worth=worth_of(run))
+    said = briefing(best, record, campaign_of(run), worth_of(run))
     return [Words(said.headline, said.settled, said.first, said.parts)]
+
+
+def _of_two_panels(run: Path) -> list[str]:
+    """Say that compensated filters are not those of filters.h5 beside them, but of another panel."""
+    if not all((run / name).is_file() for name in ("filters.h5", "compensation.h5")):
+        return []
+    design, followed = load_panel(run / "filters.h5"), load_panel(run / "compensation.h5")
+    if design == followed:
+        return []
+    which = "another panel than" if design.title != followed.title else "other settings of the panel than"
+    return [
+        f"compensation.h5 is of {which} filters.h5 beside it ({followed.title!r}, {design.title!r}); "
+        f"make it again: flexura {made_by(run, 'compensation.h5')}"
+    ]
 
 
 def _overtaken(run: Path, found: Stamps) -> list[str]:
@@ -160,7 +176,7 @@ def _overtaken(run: Path, found: Stamps) -> list[str]:
     if not (run / PLAIN).is_file() or best_twin(run, "report").uncorrected is None:
         return []
     return [
-        f"{name} was made with the uncorrected laws of {PLAIN}; make it again: flexura {MADE_BY[name]}"
+        f"{name} was made with the uncorrected laws of {PLAIN}; make it again: flexura {made_by(run, name)}"
         for name in PANEL_RESULTS
         if PLAIN in found.get(name, {}).get("inputs", {})
     ]

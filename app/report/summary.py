@@ -9,6 +9,7 @@ from analysis.compensation.outcome import NETWORK
 from analysis.recordings.campaign import CampaignExtent
 from analysis.updated import Updated
 from app.files.campaigns.inputs import OF_CAMPAIGN, has_other_sweeps, said_of_more_sweeps, stored_extent, sweeps_of
+from app.files.campaigns.of_run import made_by
 from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp, sha256
 from app.files.results.best_twin import best_twin, load_gap_record
@@ -154,7 +155,7 @@ def outdated(run: Path, found: Stamps) -> list[str]:
             if here.get(made_from, digest) != digest:
                 said.append(
                     f"{name} was made from another {made_from} than the one that is here now; "
-                    f"make it again: flexura {MADE_BY[name]}"
+                    f"make it again: flexura {made_by(run, name)}"
                 )
                 continue
             other, theirs = first.setdefault(made_from, (name, digest))
@@ -174,7 +175,7 @@ def _of_fewer_sweeps(run: Path, found: Stamps, told: Collection[str]) -> list[st
         if said[name] is None and has_other_sweeps(inputs, own[most]):
             said[name] = (
                 f"made from {len(sweeps_of(inputs))} sweeps of a campaign, and {most} from "
-                f"{len(sweeps_of(own[most]))}; make it again: flexura {MADE_BY[name]}"
+                f"{len(sweeps_of(own[most]))}; make it again: flexura {made_by(run, name)}"
             )
     return [f"{name} was {sentence}" for name, sentence in said.items() if sentence is not None]
 

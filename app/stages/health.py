@@ -219,7 +219,7 @@ def compute(request: HealthRequest, report: Progress) -> WatchedPanel:
     watch = HealthWatch(
         baseline, self_check(baseline, twins), request.rate, baseline, [baseline.completed(one) for one in twins]
     )
-    notes = list(best.notes)
+    notes = [*best.notes, *same_sweeps(later, frf)]
     for number, one in enumerate(later):
         report("dates", number / len(later))
         if isinstance(one, LaterDate):
@@ -232,6 +232,21 @@ def compute(request: HealthRequest, report: Progress) -> WatchedPanel:
     for one in later:
         hashes |= one.inputs
     return WatchedPanel(watch.report(), tuple(dict.fromkeys(notes)), hashes)
+
+
+def same_sweeps(later: Sequence[LaterDate | LaterSound], frf: Frf) -> list[str]:
+    """Say which dates have sweeps of the baseline, or of an earlier date, which then have not changed."""
+    known = {sweep.tobytes(): "the baseline" for sweep in frf.h}
+    said = []
+    for one in later:
+        if not isinstance(one, LaterDate):
+            continue
+        own = [sweep.tobytes() for sweep in one.frf.h]
+        others = dict.fromkeys(known[sweep] for sweep in own if sweep in known)
+        if others:
+            said.append(f"{one.name}: has sweeps of {' and '.join(others)}: no change of these says nothing")
+        known |= {sweep: one.name for sweep in own if sweep not in known}
+    return said
 
 
 def save(run: Path, found: WatchedPanel) -> dict[str, Any]:

@@ -42,7 +42,7 @@ from app.stages.comparison.request import UpdateRequest
 from app.stages.comparison.temperature_notes import drift_notes, label_notes, recorded_notes
 from app.summaries.pairing import pairing_tables
 from app.summaries.table import as_html, as_text
-from app.summaries.update import headline, notes, tables_of
+from app.summaries.update import gain_notes, headline, notes, tables_of
 from app.twins.campaign_twin import (
     WORKERS,
     Start,
@@ -174,7 +174,8 @@ def updated_twin(campaign: AnyCampaign, mains: float, report: Progress, run: Pat
     seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
     older = () if run is None else said_of_older_modes(run / "modes.h5", campaign)
     of_temperatures = (*recorded_notes(campaign), *label_notes(campaign, frf, updated))
-    frf = replace(frf, notes=(*frf.notes, *of_temperatures, *drift_notes(protocol, updated, laws), *older))
+    gains = gain_notes(updated, campaign.experiment.inputs)
+    frf = replace(frf, notes=(*frf.notes, *gains, *of_temperatures, *drift_notes(protocol, updated, laws), *older))
     measured = measured_sweeps(campaign, frf, updated, report, run=run, mains=mains)
     pairs = paired_sweeps(campaign.experiment, frf, updated, measured, twin, local, seen.h, found)
     return Updating(frf, updated, laws, seen, measured, Pairing.of(pairs))

@@ -2,6 +2,7 @@
 
 =======================  ===============================================================
 ``table``                a table of words, as a value; a result as scripts and notebooks show it
+``keywords``             the library's keywords in place of the verbs' options, in messages and notes
 ``modes``                modes as JSON, as tables, as rows of words and in one line
 ``numbers``              numbers in words: with standard deviation, times, how many sweeps
 ``update``               estimates of model updating as JSON, as a table and in one line

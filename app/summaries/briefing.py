@@ -69,9 +69,7 @@ class Briefing:
         return found
 
 
-def briefing(
-    best: BestTwin, record: Record | None, campaign: str = "CAMPAIGN", worth: Worth | None = None
-) -> Briefing:
+def briefing(best: BestTwin, record: Record | None, campaign: str, worth: Worth | None = None) -> Briefing:
     """Say in words what a run found.
 
     Parameters

@@ -7,7 +7,7 @@ from analysis.arrays import Real
 from analysis.focusing.design import peak_drive
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
-from analysis.focusing.panel import Panel
+from analysis.focusing.panel import Panel, PanelSound
 from analysis.focusing.pareto import ParetoCurve
 from analysis.focusing.performance import Aim, area_normalised, decibels
 from analysis.radiation.measures import ripple
@@ -131,7 +131,8 @@ def notes(panel: Panel, focusing: Focusing) -> list[str]:
             f"actuator {actuator + 1} is held at its limit of {limits[actuator]:g} V (rated field times "
             "thickness): level or contrast is lost; ask for less displacement, or declare the patch's rated_field"
         )
-    return [*found, *_unfocused(focusing)]
+    given_up = panel.filters.aim != "field" and panel.sound.field_weight < PanelSound().field_weight
+    return [*found, *([] if given_up else _unfocused(focusing))]
 
 
 def _unfocused(focusing: Focusing) -> list[str]:

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 
+from app.summaries.keywords import in_keywords
+
 
 @dataclass(frozen=True)
 class Table:
@@ -39,13 +41,13 @@ class Table:
 
 
 def as_text(headline: str, notes: Sequence[str] = ()) -> str:
-    """Return a line in angle brackets, and notes indented below it."""
-    return "\n".join([f"<{headline}>", *(f"  {note}" for note in notes)])
+    """Return a line in angle brackets, and notes indented below it, in the library's keywords."""
+    return "\n".join([f"<{headline}>", *(f"  {in_keywords(note)}" for note in notes)])
 
 
 def as_html(headline: str, tables: Iterable[Table], notes: Sequence[str] = ()) -> str:
-    """Return a line, tables, and a paragraph for every note as HTML."""
-    paragraphs = (f"<p>{escape(note)}</p>" for note in notes)
+    """Return a line, tables, and a paragraph for every note as HTML, in the library's keywords."""
+    paragraphs = (f"<p>{escape(in_keywords(note))}</p>" for note in notes)
     return "".join([f"<p>{escape(headline)}</p>", *map(_table, tables), *paragraphs])
 
 
@@ -54,12 +56,12 @@ def _table(table: Table) -> str:
 
     def row(tag: str, cells: Sequence[str]) -> str:
         shown = (
-            f'<{tag} style="text-align:{side};white-space:pre-line">{escape(cell)}</{tag}>'
+            f'<{tag} style="text-align:{side};white-space:pre-line">{escape(in_keywords(cell))}</{tag}>'
             for side, cell in zip(sides, cells, strict=True)
         )
         return f"<tr>{''.join(shown)}</tr>"
 
     body = "".join(row("td", cells) for cells in table.rows)
-    below = f"<p>{escape(table.caption)}</p>" if table.caption else ""
+    below = f"<p>{escape(in_keywords(table.caption))}</p>" if table.caption else ""
     title = f'<caption style="text-align:left">{escape(table.title)}</caption>'
     return f"<table>{title}<thead>{row('th', table.headings)}</thead><tbody>{body}</tbody></table>{below}"

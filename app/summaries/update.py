@@ -36,6 +36,40 @@ def gains_text(updated: Updated, inputs: Sequence[Channel]) -> str:
     )
 
 
+UNLIKELY_GAIN = 2.0
+"""Factor either way from 1 by which a measured force is not off: hammers and shakers are calibrated to a few
+percent, piezoelectric constants of a patch that answers known to tens of percent."""
+MISTAKEN_UNITS = {
+    1000.0: "m and mm, or V and mV",
+    9.80665: "g and m/s2",
+    4.4482: "lbf and N",
+    25.4: "inch and mm",
+    39.37: "inch and m",
+}
+"""Factors between units that are taken for each other."""
+SAME_FACTOR = 1.1
+"""Factor either way by which a gain is one of them: the calibration comes on top."""
+
+
+def gain_notes(updated: Updated, inputs: Sequence[Channel]) -> list[str]:
+    """Say which measured forces are not those that the twin needs for its FRFs: a unit, or a sensitivity."""
+    said = []
+    for one, gain in zip(inputs, np.abs(updated.gains).tolist(), strict=True):
+        off = max(gain, 1.0 / gain) if gain > 0.0 else np.inf
+        if one.quantity != "force" or off < UNLIKELY_GAIN:
+            continue
+        known = [
+            words for factor, words in MISTAKEN_UNITS.items() if off / SAME_FACTOR < factor < off * SAME_FACTOR
+        ]
+        like = f" ({known[0]} are that much apart)" if known else ""
+        said.append(
+            f"{one.id}: gain {gain:.3g} {one.gain_unit}, and a measured force has 1: the FRFs are {off:.3g} times "
+            f"too {'large' if gain > 1.0 else 'small'}{like}. Correct units or sensitivity; the frequencies, and "
+            "so E, ν and η, do not depend on it"
+        )
+    return said
+
+
 def record(updated: Updated, seconds: float, inputs: Sequence[Channel], source: Sequence[int]) -> dict[str, Any]:
     """Return what ``--json`` prints: SI units, one entry per sweep in the order recorded.
 
@@ -197,8 +231,10 @@ def too_few(updated: Updated) -> str:
     )
 
 
-def notes(updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None = None) -> list[str]:
-    """Say what has to be known before the estimates are trusted."""
+def notes(
+    updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None = None, campaign: str = ""
+) -> list[str]:
+    """Say what has to be known before the estimates are trusted; `campaign` as a command names it, if known."""
     if pairing is not None and not pairing.fits:
         return [pairing.said, *filter(None, [pairing.likely])]
     said = [] if pairing is None else list(pairing.wrong_points)
@@ -212,7 +248,7 @@ def notes(updated: Updated, laws: MaterialLaws | None, pairing: Pairing | None =
     elif (updated.misfit / updated.noise_floor).max() > GOOD_MISFIT:
         said.append(
             "the twin lacks an effect that the plate has: the constants above absorb part of it. "
-            "To find it: flexura gap"
+            f"To find it: flexura gap {campaign}".rstrip()
         )
     said += doubts(updated.declared)
     if updated.sheet is not None:

@@ -7,6 +7,8 @@ from app.files.results.run_record import RunRecord, StageRecord
 
 TABLE_COLUMNS = 110
 """Columns of the table: sentences in longer lines are hard to read."""
+TO_COPY = ("report", "next")
+"""What holds commands and paths: below the table, where no line of it is broken."""
 
 
 def stage_line(stage: str, state: StageRecord) -> str:
@@ -31,7 +33,8 @@ def show(record: RunRecord) -> None:
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
     for what, said in record.found:
-        table.add_row(Text(what), Text(said))
+        if what not in TO_COPY:
+            table.add_row(Text(what), Text(said))
     missing = [
         f"{stage}: {one.said}" for stage, one in record.stages.items() if one.state in ("failed", "not run")
     ]
@@ -39,6 +42,10 @@ def show(record: RunRecord) -> None:
         table.add_row(Text("not made"), Text("\n".join(missing)))
     if table.row_count:
         console.print(table)
+    for what, said in record.found:
+        if what in TO_COPY:
+            for line in said.splitlines():
+                console.print(f"{what}: {line}", highlight=False, markup=False, soft_wrap=True)
 
 
 def closing_line(states: Mapping[str, StageRecord], run: Path, seconds: float) -> str:

@@ -91,3 +91,12 @@ def test_a_package_that_is_missing_is_named_with_its_extra(frf: Frf, monkeypatch
         frf.to_xarray()
     with pytest.raises(ImportError, match="needs the package pandas"):
         replace(frf).to_pandas()
+
+
+@pytest.mark.parametrize("sweeps", [[-1], [2], [0, 5], [0, 1]])
+def test_a_sweep_that_is_not_there_is_not_said_to_be_left_out(frf: Frf, sweeps: list[int]) -> None:
+    with pytest.raises(ValueError, match=r"sweeps .*: 0 to 1, not all, are allowed"):
+        frf.without(sweeps, "why not")
+    left = frf.without([0], "too cold")
+    assert left.temperature.tolist() == [30.0]
+    assert left.notes[-1] == "sweep at 10.0 °C (up, 1 N at near) left out: too cold"

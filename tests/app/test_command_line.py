@@ -7,7 +7,7 @@ import shlex
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -91,6 +91,49 @@ def test_the_examples_of_help_can_be_typed(verb: str, monkeypatch: pytest.Monkey
         name, *words = shlex.split(re.split(r" [|>]", line)[0])
         assert name == verb
         command.make_context(verb, words)  # raises for a word the verb does not take
+
+
+def _numeric() -> Iterator[tuple[str, str, int]]:
+    """Yield every option that takes numbers, and how many."""
+    for verb in VERBS:
+        for name, option in options_of(verb).items():
+            if isinstance(option.type, click.types.FloatParamType | click.types.IntParamType):
+                yield verb, name, option.nargs
+
+
+@pytest.mark.parametrize(("verb", "option", "count"), list(_numeric()))
+def test_a_decimal_comma_is_told_with_the_number_to_write(
+    run_flexura: Flexura, verb: str, option: str, count: int
+) -> None:
+    status, _, said = run_flexura(verb, option, *["21,5"] * count)
+    assert status == 2
+    assert "Write 21.5, with a point" in said, said
+
+
+def test_three_digits_behind_a_comma_may_be_thousands(run_flexura: Flexura) -> None:
+    assert "Write 1.000 (or 1000, if that is meant)" in run_flexura("focus", "--sample-rate", "1,000")[2]
+    assert "with a point" not in run_flexura("focus", "--temperature", "0,20,5")[2]
+    assert "with a point" not in run_flexura("gap", "plate,1")[2]
+
+
+@pytest.mark.parametrize(
+    ("verb", "option", "count"), [case for case in _numeric() if case[:2] != ("new", "--plate")]
+)
+def test_nan_is_no_number(
+    run_flexura: Flexura, verb: str, option: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ranges let it through, for it is neither below nor above."""
+    monkeypatch.setattr(Existing, "convert", click.Path.convert)
+    words: list[str] = []
+    for one in verb_command(verb).params:
+        value = str(one.type.choices[0]) if isinstance(one.type, click.Choice) else str(tmp_path)
+        if isinstance(one, click.Argument):
+            words.append(value)
+        elif one.required and option not in one.opts:
+            words += [one.opts[0], "1" if isinstance(one.type, click.types.IntParamType) else value]
+    status, _, said = run_flexura(verb, option, *["nan"] * count, *words)
+    assert status == 2
+    assert option in said, said
 
 
 def test_the_version_is_that_of_the_code_that_runs(run_flexura: Flexura) -> None:

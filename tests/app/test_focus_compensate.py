@@ -20,7 +20,7 @@ from analysis.focusing.over_temperature import focus
 from analysis.focusing.responses import responses
 from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.provenance import provenance, read_stamp, sha256, stamp
 from app.files.results.compensation_file import load_compensation
@@ -196,6 +196,12 @@ def test_filters_in_a_folder_of_their_own_go_on_with_the_laws_of_the_run(run, pa
     assert result.exit_code in (0, 1), result.output
     assert load_compensation(right / "compensation.h5")[0].title == "right seat"
     assert not (run / "compensation.h5").exists()
+    mixed = flex("compensate", run, "--out", right)
+    assert mixed.exit_code == 2
+    said = f"--out {right}: holds filters of 'right seat'; those to be followed are of 'two patches', from {run}"
+    assert said in mixed.output
+    assert f"follow the filters there: flexura compensate {right}" in mixed.output
+    assert "panel 'right seat', " in result.output
     again = tmp_path / "again"
     assert flex("focus", right, "--panel", other, "--temperature", 20, "--out", again).exit_code == 0
     assert json.loads((again / "laws.json").read_text()) == {"laws": "../run"}  # where they are, not a way there
@@ -213,7 +219,7 @@ def test_a_damaged_place_of_laws_is_told(tmp_path, text):
     (tmp_path / "laws.json").write_text(text)
     result = flex("compensate", tmp_path)
     assert "laws.json: " in result.output
-    assert "flexura focus RUN --out FOLDER" in " ".join(result.output.split())
+    assert f"with the run folder of the laws and --out {tmp_path}" in " ".join(result.output.split())
 
 
 def test_laws_that_end_early_are_used_as_far_as_they_go_and_it_is_said(tmp_path, panel):
@@ -232,7 +238,7 @@ def test_laws_that_end_early_are_used_as_far_as_they_go_and_it_is_said(tmp_path,
     ("words", "said"),
     [
         (("--temperature", 61), "--temperature 61 °C is outside the laws' range, 0 to 60 °C"),
-        (("--temperature", "nan"), "--temperature nan °C is outside the laws' range, 0 to 60 °C"),
+        (("--temperature", "nan"), "'--temperature': nan; allowed: a finite number"),
         (("--tolerance", 2), "filters.tolerance"),
         (("--delay", 64), "filters: delay 64 samples must lie inside the 64 taps; leave it out, or take 0 to 63"),
         (("--taps", 400), "transform_length 512 must be at least twice taps"),
@@ -633,13 +639,46 @@ def test_the_library_follows_the_filters_of_the_run_as_the_verb(run, panel, monk
 
     def noted(declared, _laws, _report, **options):
         asked.update(options, panel=declared)
+        raise KeyboardInterrupt
 
     monkeypatch.setattr(compensate_stage, "compute", noted)
-    library.compensate(run, place=6, across=10.0)
+    with pytest.raises(KeyboardInterrupt):
+        library.compensate(run, place=6, across=10.0)
     assert (asked["panel"], asked["method"]) == (read_panel(panel), "time-reversal")
     assert (asked["place"], asked["across"]) == (6, (10.0,))
-    library.compensate(run, SECTION_2)
+    with pytest.raises(KeyboardInterrupt):
+        library.compensate(run, SECTION_2)
     assert (asked["panel"], asked["method"]) == (read_panel(SECTION_2), "stif")
+
+
+def test_results_of_two_panels_come_into_no_folder_of_their_own(run, panel, tmp_path):
+    import flexura as library
+
+    other = tmp_path / "other.toml"
+    other.write_text(PANEL.replace("two patches", "right seat"), encoding="utf-8")
+    right = tmp_path / "right seat"
+    library.focus(run, other, temperature=20.0, out=right)
+    with pytest.raises(UnsuitedOptionError, match=r"^out .*: holds filters of 'right seat'") as no:
+        library.compensate(run, panel, out=right)
+    assert f"flexura compensate '{right}'" in str(no.value)
+    assert not (right / "compensation.h5").exists()
+    with pytest.raises(UnsuitedOptionError, match="holds filters of other settings of this panel"):
+        library.compensate(run, other, method="time-reversal", out=right)
+
+
+def test_a_report_says_where_compensation_and_filters_are_of_two_panels(run, panel, tmp_path):
+    from app.report.sections import _of_two_panels
+
+    other = tmp_path / "other.toml"
+    other.write_text(PANEL.replace("two patches", "right seat"), encoding="utf-8")
+    assert flex("focus", run, "--panel", panel, "--temperature", 20).exit_code == 0
+    assert _of_two_panels(run) == []
+    assert flex("compensate", run, "--panel", other).exit_code in (0, 1)
+    (said,) = _of_two_panels(run)
+    assert said.startswith("compensation.h5 is of another panel than filters.h5 beside it ('right seat', 'two pat")
+    assert said.endswith(f"make it again: flexura compensate {run}")
+    after = flex("focus", run, "--panel", panel, "--temperature", 20)
+    assert "compensation.h5 there follows other filters ('right seat'" in after.output
 
 
 def test_few_placed_temperatures_get_few_hidden_nodes(panel, monkeypatch):

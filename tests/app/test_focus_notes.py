@@ -18,7 +18,7 @@ from app.terminal.tables import show
 def lossy(design: str) -> tuple[Any, Any]:
     """Return filters whose taps lose 0.3 of contrast on the worst line."""
     panel = SimpleNamespace(
-        filters=SimpleNamespace(reference_temperature=20.0, design=design), limits=np.array([np.inf])
+        filters=SimpleNamespace(reference_temperature=20.0, design=design, aim="field"), limits=np.array([np.inf])
     )
     focusing = SimpleNamespace(
         reference_temperature=20.0,

@@ -91,7 +91,7 @@ def test_the_file_of_the_rig_must_be_an_experiment(tiny: Any, tmp_path: Path, ru
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (None, "holds no plan; make it with: flexura gap CAMPAIGN --plan"),
+        (None, "holds no plan; make it with: flexura gap CAMPAIGN --out"),
         ("{", "holds no plan"),
         ('{"plan": null}', "holds no plan"),
         ('{"plan": {"questions": [], "next": null}}', "has no questions"),

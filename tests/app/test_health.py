@@ -13,12 +13,14 @@ import flexura
 from analysis.health.candidates import ChangeCandidate, change_candidates
 from analysis.health.health_report import HealthDate, HealthReport, NamedChange
 from analysis.health.refined import RefinedChange
+from analysis.recordings.frf import Frf
 from app.files.bad_file import ResultFileError
 from app.files.provenance import provenance
 from app.files.results.frf_file import save_frf
 from app.report.health import trend
 from app.report.style import drawing
 from app.sound.played_dates import played_signals
+from app.stages.health import LaterDate, same_sweeps
 from app.summaries.health import change_words, headline, health_record, tables
 from simulation.effects.library import library
 from tests.app.corrected_run import write_run
@@ -79,6 +81,19 @@ def test_a_folder_that_is_no_baseline_is_refused(run_flexura: Flexura, tmp_path:
     status, _, err = run_flexura("health", write_run(tmp_path / "week"), "--baseline", tmp_path / "empty")
     assert status == 2
     assert "empty: holds no laws.h5; make it with: flexura update" in err
+
+
+def test_a_date_that_is_the_baseline_or_comes_twice_is_told() -> None:
+    measured, new = frf(), replace(frf(), h=2.0 * frf().h)
+
+    def date(name: str, of: Frf) -> LaterDate:
+        return LaterDate(name, Path(name), experiment(), of, "plate.toml", {})
+
+    said = same_sweeps([date("run", measured), date("week 1", new), date("week 2", new)], measured)
+    assert said == [
+        "run: has sweeps of the baseline: no change of these says nothing",
+        "week 2: has sweeps of week 1: no change of these says nothing",
+    ]
 
 
 def test_one_date_of_the_library_need_not_be_in_a_list(monkeypatch: pytest.MonkeyPatch) -> None:

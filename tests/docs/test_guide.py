@@ -43,6 +43,7 @@ LONG = {
     "frfs-of-other-programs.md",
     "hammer-test.md",
     "health.md",
+    "listening.md",
     "modal-test.md",
     "real-hardware.md",
     "recorded-campaign.md",

@@ -46,6 +46,30 @@ def test_frfs_are_values_that_may_be_changed(declared: Path) -> None:
     assert len(alone.frfs.transfers) == 2
 
 
+def test_frfs_have_named_axes_and_units(declared: Path) -> None:
+    pytest.importorskip("xarray")
+    frfs = flexura.frfs_of_test(declared, progress=False)
+    made = frfs.to_xarray()
+    assert made.h.dims == ("transfer", "frequency")
+    np.testing.assert_array_equal(made.h.values, frfs.h)
+    assert made.h.attrs["units"] == "m/s2/N"
+    assert made.frequency.attrs["units"] == "Hz"
+    assert made.response.values.tolist() == [one.response for one in frfs.transfers]
+    node = int(frfs.transfers[1].response.partition(":")[0])
+    assert float(made.x[1]) == frfs.points[node][0]
+    assert made.x.attrs["units"] == "m"
+    first = replace(frfs.transfers[0], units=("g", "lbf"), coherence=None)
+    mixed = replace(frfs, transfers=(first, *frfs.transfers[1:]), points={}, notes=("a note",))
+    other = mixed.to_xarray()
+    assert other.h.attrs["units"] == "g/lbf or m/s2/N"
+    assert other.unit.values.tolist()[:2] == ["g/lbf", "m/s2/N"]
+    assert np.isnan(other.coherence.values[0]).all()
+    assert np.isnan(other.x.values).all()
+    assert other.attrs["notes"] == "a note"
+    table = mixed.to_pandas()
+    assert len(table) == frfs.h.size
+
+
 def test_it_prints_in_a_line_and_as_a_table(declared: Path) -> None:
     pytest.importorskip("pandas")
     found = flexura.identify_test(declared, band=(40.0, 700.0), progress=False)

@@ -146,22 +146,27 @@ def test_the_laws_of_a_twin_file_and_those_without_its_effects_reach_the_stage(
     """Handed over as `flexura focus RUN --twin` hands them; the panel's own twin is not made for that."""
     asked: dict[str, Any] = {}
 
-    def compute(declared: Any, laws: Any, report: Any, **options: Any) -> str:
+    class HandedOverError(Exception):
+        pass
+
+    def compute(declared: Any, laws: Any, report: Any, **options: Any) -> None:
         asked.update(options, panel=declared, laws=laws)
-        return "filters"
+        raise HandedOverError
 
     monkeypatch.setattr(focus_stage, "compute", compute)
     plain = laws_of_twin(read_twin(twin), twin)
     monkeypatch.setattr(panel_laws, "uncorrected_laws", lambda run: {tmp_path / "run": plain}.get(run))
     (tmp_path / "run").mkdir()
-    assert flexura.focus(tmp_path / "run", panel, twin=twin) == "filters"
+    with pytest.raises(HandedOverError):
+        flexura.focus(tmp_path / "run", panel, twin=twin)
     at = np.linspace(0.0, 30.0, 7)
     np.testing.assert_array_equal(
         asked["laws"].at(at).youngs_modulus, laws_of_twin(read_twin(twin), twin).at(at).youngs_modulus
     )
     assert asked["temperature"] is None
     assert asked["uncorrected"] is plain
-    flexura.focus(None, panel, twin=twin, temperature=[20.0])
+    with pytest.raises(HandedOverError):
+        flexura.focus(None, panel, twin=twin, temperature=[20.0])
     assert asked["temperature"].tolist() == [20.0]
     assert asked["uncorrected"] is None
 

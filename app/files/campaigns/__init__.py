@@ -11,6 +11,7 @@
 ``tdms_file``         what npTDMS only logs, or believes of a file beside; groups, channels and lengths against
                       those declared
 ``joined``            campaigns with an actuator each put together
+``of_run``            which campaign a run folder belongs to, as commands name it
 ``import_recording``  from a recorded campaign to a folder, surviving a kill
 ``folder``            one in Flexura's own form, which survives a kill at any moment
 ``sweep_file``        one finished sweep

@@ -20,6 +20,7 @@ ALIKE = 3
 """Lines of as many numbers in a row that are a table."""
 COMMENT = re.compile(r"\s*(?:[#%!*]+|//)\s*")
 """Begins a line of the head in some programs' files; it belongs to no name."""
+COMMAS = "; if its commas are decimal marks, put semicolons between the numbers"
 IN_BRACKETS = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))")
 """A name, perhaps an empty one, and its unit."""
 
@@ -47,6 +48,11 @@ def read(path: Path) -> Columns:
 def of_lines(lines: list[str]) -> Columns:
     """Read a table from the lines of a text; ValueError as `read`."""
     first, delimiter, comma, count = _table(lines)
+    commas = delimiter == "," and not any("." in line for line in lines[first : first + ALIKE])
+    if commas and first and count == 2 * len(_split(lines[first - 1].strip(), ",")):
+        raise ValueError(
+            f"line {first + 1}: {lines[first][:60]!r}; {count} numbers below {count // 2} names{COMMAS}"
+        )
     rows = [number for number in range(first, len(lines)) if lines[number].strip()]
     values: NDArray[Any] = np.empty((len(rows), count))
     for place, number in enumerate(rows):
@@ -54,7 +60,7 @@ def of_lines(lines: list[str]) -> Columns:
         if row is None or len(row) != count:
             raise ValueError(
                 f"line {number + 1}: {lines[number][:60]!r}; {count} numbers wanted, as in the lines before: "
-                "complete or remove this line"
+                f"complete or remove this line{COMMAS if commas else ''}"
             )
         try:
             values[place] = row

@@ -36,7 +36,7 @@ def write_described_effect(run: Path, description: Description) -> Path:
 
 HEAD = '''"""{words}, as `flexura gap` described it.
 
-Change it, give it its name, and compare again: flexura gap CAMPAIGN --effects FOLDER.
+Change it, give it its name, and compare again: flexura gap, with --effects and the folder of this file.
 """
 
 from collections.abc import Mapping

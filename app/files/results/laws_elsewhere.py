@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from app.files.atomic import write_json
-from app.files.bad_file import ResultFileError
+from app.files.bad_file import ResultFileError, quoted
 from app.files.parsed_text import parse_json, read_text
 
 POINTER, OWN = "laws.json", "laws.h5"
@@ -65,7 +65,7 @@ def laws_elsewhere(folder: Path) -> LawsElsewhere | None:
     file = folder / POINTER
     if (folder / OWN).is_file() or not file.is_file():
         return None
-    again = "make the filters again: flexura focus RUN --out FOLDER"
+    again = f"make the filters again: flexura focus, with the run folder of the laws and --out {quoted(folder)}"
     try:
         (key, there), *more = parse_json(read_text(file)).items()
         found = folder / there

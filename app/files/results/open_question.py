@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from analysis.gap.plan.measurement import OVEN_FIXED
-from app.files.bad_file import ResultFileError, quoted
+from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
+from app.files.campaigns.of_run import campaign_of
 from app.files.parsed_text import parse_json, read_text
 
 TURNED = "turned_plate"
@@ -41,7 +42,7 @@ def open_before(run: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
         names = [name for one in plan["questions"] for name in (one["effect"], one["rival"]) if name]
         chosen = plan["next"] or {}
     except (OSError, CampaignFileError, ValueError, KeyError, TypeError) as error:
-        wanted = f"make it with: flexura gap CAMPAIGN --plan --out {quoted(run)}"
+        wanted = f"make it with: flexura gap {campaign_of(run)} --plan"
         raise ResultFileError(f"{file}: holds no plan; {wanted}") from error
     if not names:
         raise ResultFileError(f"{file}: its plan has no questions; nothing was open that could be decided")

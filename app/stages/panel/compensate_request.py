@@ -7,11 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 from analysis.compensation.settings import FEWEST_TRAINING_TEMPERATURES, Training, suited_nodes
 from analysis.focusing.methods import Method
+from analysis.focusing.panel import Panel
 from analysis.focusing.responses import spaced
 from analysis.progress import Progress
 from analysis.recordings.campaign import CampaignExtent
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
-from app.stages.panel.inputs import PanelTask, method_for, panel_for, require_aim, scanned_panel, weather_for
+from app.stages.panel.inputs import (
+    PanelTask,
+    method_for,
+    panel_for,
+    require_aim,
+    require_same_filters,
+    scanned_panel,
+    weather_for,
+)
 from app.stages.panel.laws import laws_for, range_of, said_of_range
 
 if TYPE_CHECKING:
@@ -28,10 +37,22 @@ class CompensateTask(PanelTask):
         Trains and compares; called with a progress callable and a device. The stage is imported when it is called.
     training : Training
         With the hidden nodes that suit the temperatures, unless they were chosen.
+    panel : Panel
+    method : str
+        How its filters are designed.
+    origin : Path
+        File that the panel comes from.
     """
 
     compute: Callable[[Progress, str], "CompensatedPanel"]
     training: Training
+    panel: Panel
+    method: Method
+    origin: Path
+
+    def require_folder(self, folder: Path) -> None:
+        """Refuse a folder that holds filters of another panel, see `require_same_filters`."""
+        require_same_filters(folder, self.beside, self.panel, self.method, self.origin)
 
 
 @dataclass(frozen=True)
@@ -118,6 +139,9 @@ class CompensateRequest:
             notes=notes,
             extent=found.extent,
             laws=found,
+            panel=panel,
+            method=method,
+            origin=panel_path,
         )
 
     def _training(self, suited: int | None) -> Training:
@@ -174,4 +198,7 @@ class CompensateRequest:
             inputs=(*transfer_files(transfers), panel_path),
             beside=beside,
             notes=[],
+            panel=declared,
+            method=method,
+            origin=panel_path,
         )

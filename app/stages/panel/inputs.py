@@ -15,7 +15,7 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.sound_aim import SoundAim
 from analysis.recordings.campaign import CampaignExtent
 from analysis.weather.declared_weather import Weather
-from app.files.bad_file import ResultFileError, UnsuitedOptionError
+from app.files.bad_file import ResultFileError, UnsuitedOptionError, quoted
 from app.files.declarations.panel import SECTION_2, panel_of_text, read_panel
 from app.files.provenance import sha256
 from app.files.results.filter_files import load_method, load_panel, made_from_transfers
@@ -54,6 +54,37 @@ class PanelTask:
     def hashes(self) -> dict[str, str]:
         """SHA-256 of the files that the filters are made from, by name."""
         return {path.name: sha256(path) for path in self.inputs}
+
+
+def require_same_filters(folder: Path, beside: Path, panel: Panel, method: Method, origin: Path) -> None:
+    """Refuse results beside filters of another panel, or of other settings of it, in a folder of their own.
+
+    Parameters
+    ----------
+    folder : Path
+        For the results.
+    beside : Path
+        Run folder that they follow from; filters in it are replaced by its own.
+    panel : Panel
+        That the results are of.
+    origin : Path
+        File that the panel comes from.
+
+    Raises
+    ------
+    UnsuitedOptionError
+        With the command that follows the filters that are there.
+    """
+    made = folder / "filters.h5"
+    if folder.resolve() == beside.resolve() or not made.is_file():
+        return
+    there, other = load_panel(made), load_method(made)
+    if (there, other) != (panel, method):
+        which = f"of {there.title!r}" if there.title != panel.title else "of other settings of this panel"
+        raise UnsuitedOptionError(
+            f"--out {folder}: holds filters {which}; those to be followed are of {panel.title!r}, from {origin}. "
+            f"To follow the filters there: flexura compensate {quoted(folder)}; or name another folder with --out"
+        )
 
 
 def panel_of(path: Path | None, changes: Mapping[str, Any]) -> tuple[Panel, Path]:

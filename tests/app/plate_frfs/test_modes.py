@@ -135,13 +135,40 @@ HEAD = "temperature,frequency,damping_ratio\n"
         (HEAD + "20,100,2.5\n", "damping_ratio 2.5; below 0.7 is allowed: % stands in the name"),
         (HEAD + "20,100,-0.1\n", "damping at 20 °C must be above 0"),
         ("temperature,frequency,status\n20,100,weak\n", "all its modes are weak"),
-        ("temperature [K],frequency\n293,100\n", "column 'temperature [K]': unit 'k'; allowed: °C, Hz"),
+        ("temperature [K],frequency\n293,100\n", "column 'temperature [K]': temperatures in °C are wanted"),
     ],
 )
 def test_what_is_wrong_with_a_table_is_said(text: str, message: str, tmp_path: Path) -> None:
     path = write(tmp_path / "modes.csv", text)
     with pytest.raises(ResultFileError, match=re.escape(message)):
         modes_of_table(path)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"temperature,frequency\n20,36,864\n", "row 2: 3 values below 2 names. If commas are decimal marks"),
+        (b"temperature;frequency\n20,0;1.036\n", r"row 2: frequency = '1.036'; others .* decimal comma"),
+        (b"temperature (K);frequency\n293,15;36,8\n", "temperatures in °C are wanted: K - 273.15"),
+        ("temperature (°F);frequency\n68;36,8\n".encode(), "temperatures in °C are wanted: "),
+        (b"temperature;frequency (mHz)\n20;36800\n", "unit 'mhz'; allowed: "),
+        (b"PK\x03\x04whatever", "a workbook, no text; save its sheet as CSV"),
+    ],
+)
+def test_numbers_that_would_be_taken_for_others_are_refused(content: bytes, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "modes.csv"
+    path.write_bytes(content)
+    with pytest.raises(ResultFileError, match=message):
+        modes_of_table(path)
+
+
+def test_a_table_of_western_windows_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "modes.csv"
+    path.write_bytes("Temperatur [°C];Frequenz [Hz];Dämpfung [%]\n20,0;36,864;0,1\n".encode("cp1252"))
+    (one,) = modes_of_table(path)
+    assert one.temperature == 20.0
+    assert one.frequency[0] == pytest.approx(36.864, rel=1e-5)
+    assert one.loss_factor[0] == pytest.approx(2e-3, rel=1e-3)
 
 
 def test_units_decimal_commas_and_viscous_modes_are_understood(tmp_path: Path) -> None:

@@ -40,7 +40,8 @@ def test_a_result_older_than_what_it_was_made_from_is_told_of(run: Path) -> None
     write(run / "laws.h5", {f"sweeps/{n}.tdms": f"{n:064x}" for n in range(3)}, mains=60.0)
     (said,) = outdated(run, stamps(run, NAMES))
     assert said == (
-        "filters.h5 was made from another laws.h5 than the one that is here now; make it again: flexura focus"
+        "filters.h5 was made from another laws.h5 than the one that is here now; "
+        f"make it again: flexura focus {run}"
     )
 
 
@@ -51,7 +52,7 @@ def test_a_result_that_is_told_to_be_made_again_is_not_held_against_newer_ones(r
     said = outdated(run, stamps(run, (*NAMES, "studies.h5")))
     assert said == [
         "compensation.h5 was made from another filters.h5 than the one that is here now; "
-        "make it again: flexura compensate"
+        f"make it again: flexura compensate {run}"
     ]
 
 

@@ -112,14 +112,14 @@ def test_before_a_comparison_the_plate_is_described_and_the_next_step_named(tmp_
     assert found.settled  # it misses no more than the noise
     plain = best_twin(run, "test").uncorrected
     assert plain is not None
-    assert "it lacks something that the plate has" in briefing(BestTwin(plain), None).headline
+    assert "it lacks something that the plate has" in briefing(BestTwin(plain), None, "plate").headline
 
 
 def test_at_too_few_temperatures_for_laws_the_estimates_are_said(tmp_path: Path) -> None:
     run = write_run(tmp_path / "run")
     best = BestTwin(best_twin(run, "test").twin)
     best.twin.__dict__["laws"] = None
-    found, said = best.twin.updated, words(briefing(best, None))
+    found, said = best.twin.updated, words(briefing(best, None, "plate"))
     for n in range(3):
         modulus = f"At {found.temperature[n]:.0f} °C: E {found.material.youngs_modulus[n] / 1e9:.2f}"
         assert modulus in said
@@ -134,7 +134,7 @@ def test_doubtful_declarations_are_among_what_is_known(tmp_path: Path) -> None:
     (thickness, *others) = best.twin.declared
     far = replace(best.twin.updated, declared=(replace(thickness, value=0.03), *others))
     best.twin.__dict__["_estimates"] = (far, best.twin.answers)
-    said = words(briefing(best, record()))
+    said = words(briefing(best, record(), "plate"))
     assert "The declaration is doubtful: thickness of the plate: +3 ± 0.1 % from its declaration" in said
     assert "confirmed" not in said
 

@@ -205,3 +205,22 @@ def test_objects_of_python_are_refused_with_the_way_on(tmp_path: Path) -> None:
     np.savez(tmp_path / "a.npz", y=np.arange(9.0), note=np.array([{}], dtype=object))
     with pytest.raises(ValueError, match="Python objects, which are not read; save arrays of numbers only"):
         numpy_archive.read(tmp_path / "a.npz")
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (
+            ["0,0000,1,10", "0,0001,1,12", "0,0002,1,15", "0,0003,1,17"],
+            "4 numbers below 2 names; if its commas",
+        ),
+        (["0,1,1,10", "0,2,1,12", "0,3,1,15", "0,4,2"], "4 numbers wanted.*; if its commas are decimal marks"),
+    ],
+)
+def test_decimal_commas_between_commas_are_told(tmp_path: Path, rows: list[str], said: str) -> None:
+    """A table of 2 columns was read as one of 4, whose names were lost."""
+    path = tmp_path / "x.csv"
+    names = "Time,Acc" if len(rows[-1]) > 6 else "t,a,b,c"
+    path.write_text("\n".join([names, *rows]), encoding="utf-8")
+    with pytest.raises(ValueError, match=said):
+        text.read(path)

@@ -1,0 +1,38 @@
+"""A force that was measured needs no gain: where the twin wants one, a unit or a sensitivity is wrong."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.channel import Channel, Quantity
+from app.summaries.update import gain_notes
+
+
+def said(gain: float, quantity: Quantity = "force") -> list[str]:
+    found: Any = SimpleNamespace(gains=np.array([gain]))
+    return gain_notes(found, [Channel("hammer", quantity, patch=0)])
+
+
+@pytest.mark.parametrize("gain", [1.0, 0.6, 1.8, -1.01])
+def test_a_calibrated_hammer_is_not_doubted(gain: float) -> None:
+    assert said(gain) == []
+
+
+@pytest.mark.parametrize(
+    ("gain", "words"),
+    [
+        (0.00101, "990 times too small (m and mm, or V and mV are that much apart)"),
+        (9.93, "9.93 times too large (g and m/s2 are that much apart)"),
+        (4.5, "(lbf and N are that much apart)"),
+        (3.0, "the FRFs are 3 times too large. Correct units or sensitivity"),
+    ],
+)
+def test_a_wrong_unit_is_told_and_named(gain: float, words: str) -> None:
+    (note,) = said(gain)
+    assert words in note
+
+
+def test_an_amplifier_may_have_any_gain() -> None:
+    assert said(16.5, "voltage") == []
