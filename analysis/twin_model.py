@@ -7,8 +7,7 @@ from typing import Protocol, Self
 
 from analysis.arrays import Complex, Real
 from analysis.effect_card import EffectCard, Values
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.sweep_point import SweepPoint
 
 Effects = Mapping[str, Values]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.checked_fields import check_finite, check_shapes
-from analysis.declared_quantity import DeclaredQuantity
+from analysis.estimates import DeclaredQuantity
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.material import Material, MaterialSigma
 from analysis.sheet_material import SheetMaterial

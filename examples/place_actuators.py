@@ -26,7 +26,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.linalg import eigh
 
-from analysis.declaration.patch import Patch
+from analysis.declaration.transducers import Patch
 from analysis.focusing.energy import EnergyForms, Grid
 from analysis.focusing.methods import invert
 from analysis.focusing.panel import Panel

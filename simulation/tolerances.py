@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.declaration.patch import Patch
-from analysis.declaration.transducers import Drive, Sensor
+from analysis.declaration.transducers import Drive, Patch, Sensor
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
 from analysis.sheet_material import LOSS, MODULI, TRANSVERSE

@@ -14,9 +14,7 @@ from pydantic import Field, model_validator
 
 from analysis.declaration.strict import Coordinate, Declared, Degrees, Point, Thickness
 from analysis.geometry import shapes
-from analysis.geometry.curves import Arc, Cubic, Curve, Segment
-from analysis.geometry.fault import GeometryError, at
-from analysis.geometry.loop import Loop
+from analysis.geometry.loop import Arc, Cubic, Curve, GeometryError, Loop, Segment, at
 from analysis.geometry.relations import TOUCH, gap, leaves, overlap, self_crossing
 
 Extent = Annotated[float, Field(ge=0.001, le=5.0, description="m")]

@@ -9,8 +9,7 @@ from pydantic import ConfigDict, Field, model_validator
 
 from analysis.declaration.outline import check_disc
 from analysis.declaration.strict import Point, Sparse
-from analysis.geometry.fault import GeometryError, at
-from analysis.geometry.loop import Loop
+from analysis.geometry.loop import GeometryError, Loop, at
 
 SupportKind = Literal["free", "soft-simple", "hard-simple", "clamped", "elastic"]
 Stiffness = Annotated[float, Field(ge=0.0, le=1e12)]

@@ -8,13 +8,13 @@
 ``windows``                windows over segments, force and exponential windows, and what those do to poles
 ``segments``               what windowed segments make of a resonance
 ``spectra``                auto and cross spectra of all channels, from segments or blocks
-``estimators``             H1, H2 and Hv with coherence and variance, of one drive or several
+``estimators``             H1, H2 and Hv with coherence and variance, of one drive or several; a variance from the
+                           coherence that came with an FRF
 ``impacts``                blows found in a recording, and why some of them do not count
 ``agreement``              whether runs, and weak and strong drives, that are averaged measured one and the same
                            FRF
 ``ringing``                responses that still ring where their record ends
 ``transfer``               one FRF between two places
-``coherence``              a variance from the coherence that came with an FRF
 =========================  ==================================================================
 
 The sweeps of a campaign are estimated by ``analysis.recordings.h1``: periodic, without window or leakage.

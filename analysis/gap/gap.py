@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.declared_quantity import doubts
-from analysis.estimates import Estimate, FittedLaws
+from analysis.estimates import Estimate, FittedLaws, doubts
 from analysis.experiment import Protocol
-from analysis.gap.data.noise import NoiseCheck
-from analysis.gap.data.numerical_floor import NumericalFloor
+from analysis.gap.data.noise import NoiseCheck, NumericalFloor
 from analysis.gap.data.preparation import prepare, sharpest
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit, fitted_sheet, relative_misfit

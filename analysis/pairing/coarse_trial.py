@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Complex, Real
 from analysis.identification.lines import Lines
 from analysis.identification.pole_residue import ResidualTerms
-from analysis.identification.variable_projection import project
+from analysis.identification.pole_search import project
 from analysis.material import MaterialBox
 from analysis.pairing.assignment import ModeList, ModePairs, pair_modes
 from analysis.updating.modulus_scan import STEP, levels, scan_grid, smoothed

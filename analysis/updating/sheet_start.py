@@ -15,7 +15,7 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.effect_card import EffectCard
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf
 from analysis.sheet_material import ACROSS, LOSS, MODULI, RATIOS, TRANSVERSE

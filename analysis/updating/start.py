@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from analysis.twin_model import TwinModel
-from analysis.updating.normal_equations import SweepData, best_gain
-from analysis.updating.sweep_fit import fit_sweep
+from analysis.updating.normal_equations import SweepData, best_gain, fit_sweep
 
 PER_WIDTH = 3.0
 """Number of lines within the half-power width of a broadened resonance."""

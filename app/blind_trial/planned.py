@@ -19,9 +19,8 @@ import numpy as np
 
 from analysis.effect_card import Values
 from analysis.gap.fitting.fit import fit_gap
-from analysis.gap.plan.decision import NOTHING, Told, decided, told
+from analysis.gap.plan.decision import NOTHING, Plan, Told, decided, told
 from analysis.gap.plan.measurement import Measurement
-from analysis.gap.plan.ranking import Plan
 from analysis.gap.plan.separation import ENOUGH, Question
 from app.blind_trial.draw_effects import of_size
 from app.blind_trial.effect_size import EffectSize

@@ -184,7 +184,7 @@ def _run(
 
 
 def _advise(declared: "AcquiredExperiment", kind: "RigKind", output: Output) -> None:
-    from analysis.protocol.advice import change_within_sweep
+    from analysis.protocol.objections import change_within_sweep
 
     if kind != "simulated" and not declared.oven.expires:
         output.note("this oven continues if the computer fails: see docs/guide/real-hardware.md on oven.program")

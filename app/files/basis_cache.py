@@ -17,7 +17,7 @@ from platformdirs import user_cache_path
 
 from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
-from analysis.geometry.fault import GeometryError
+from analysis.geometry.loop import GeometryError
 from analysis.material import MaterialBox
 from analysis.progress import Progress
 from app.files.atomic import atomic_hdf5

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.channel import UNITS
-from analysis.estimation.coherence import coherence_variance
+from analysis.estimation.estimators import coherence_variance
 from analysis.estimation.quantities import FREQUENCIES, Calibration, axis_scale, calibration, frf_name
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.declarations.modal_test import PARTS, ModalTest, RecordOfTest, dof

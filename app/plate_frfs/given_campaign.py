@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.estimation.coherence import coherence_variance
+from analysis.estimation.estimators import coherence_variance
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import LEAST_LINES, Experiment, OvenDeclaration, Protocol
 from analysis.recordings.frf_campaign import FrfCampaign, FrfSweep, Noise

@@ -9,7 +9,7 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.declaration.strict import TEMPERATURES
-from analysis.recordings.measured_modes import ModesAtTemperature
+from analysis.recordings.frf_campaign import ModesAtTemperature
 from app.files.bad_file import ResultFileError
 from app.files.declarations.plate import ModesOfPlate
 from app.files.parsed_text import read_text

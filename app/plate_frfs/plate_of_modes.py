@@ -9,8 +9,8 @@ import numpy as np
 
 from analysis.declaration.transducers import Drive
 from analysis.experiment import Experiment, OvenDeclaration, Protocol
-from analysis.geometry.fault import GeometryError
-from analysis.recordings.measured_modes import ModesAtTemperature
+from analysis.geometry.loop import GeometryError
+from analysis.recordings.frf_campaign import ModesAtTemperature
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.declarations.plate import NAME, plate_file, read_plate_measurement

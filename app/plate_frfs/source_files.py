@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.arrays import Numbers, Real
-from analysis.estimation.coherence import without_information
+from analysis.estimation.estimators import without_information
 from analysis.estimation.quantities import frf_name
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.bad_file import ResultFileError, quoted

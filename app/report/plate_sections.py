@@ -8,8 +8,7 @@ import numpy as np
 from analysis.declaration.plate import Plate
 from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
-from analysis.recordings.chosen_actuator import sweeps_of_modes
-from analysis.recordings.frf import Frf
+from analysis.recordings.frf import Frf, sweeps_of_modes
 from analysis.sheet_material import SheetMaterial
 from analysis.updated import GOOD_MISFIT, Updated
 from app.files.declarations.plate import NOT_STATED

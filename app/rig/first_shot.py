@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from analysis.protocol.shot import DURATION, InputLevels
+from analysis.protocol.acceptance import DURATION, InputLevels
 from app.files.declarations.experiment import AcquiredExperiment, RigKind
 from app.rig.assembly import rig_places
 from app.rig.doctor import look_at_disk

@@ -10,8 +10,8 @@ from analysis.arrays import Real
 from analysis.focusing.panel import Panel
 from analysis.focusing.responses import constants_at
 from analysis.material import MaterialLaws
-from analysis.rendering.field import FieldContrast, field_contrast, power_spectrum
 from analysis.rendering.following import FollowingBank
+from analysis.rendering.heard import FieldContrast, field_contrast, power_spectrum
 from app.sound.weather_of_panel import WeatherOfPanel
 from app.twins.panel_twin import PanelTwin
 

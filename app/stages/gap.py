@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from analysis.estimates import Estimate
-from analysis.gap.data.numerical_floor import NumericalFloor
+from analysis.gap.data.noise import NumericalFloor
 from analysis.gap.description.described import Description
 from analysis.gap.description.describing import Vocabulary, describe
 from analysis.gap.gap import find_gap
-from analysis.gap.plan.decision import Decision
-from analysis.gap.plan.ranking import Plan
+from analysis.gap.plan.decision import Decision, Plan
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
 from analysis.labelled import Labelled, LabelledArrays

@@ -15,8 +15,7 @@ from analysis.identification.over_temperature.tracking import sweep_measured, tr
 from analysis.identification.pole_residue import choices_for
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.progress import Progress
-from analysis.recordings.chosen_actuator import sweeps_of_actuator
-from analysis.recordings.frf import Frf, campaign_frf
+from analysis.recordings.frf import Frf, campaign_frf, sweeps_of_actuator
 from analysis.recordings.frf_campaign import AnyCampaign
 from app.files.bad_file import ResultFileError
 from app.files.campaigns.export import export_frfs, nearest_sweep, sweep_name

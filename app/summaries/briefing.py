@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.declared_quantity import DeclaredQuantity, doubts
+from analysis.estimates import DeclaredQuantity, doubts
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updated import GOOD_MISFIT
 from app.files.results.best_twin import BestTwin, TwinOfRun

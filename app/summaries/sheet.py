@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analysis.declared_quantity import DeclaredQuantity, budget
+from analysis.estimates import DeclaredQuantity, budget
 from analysis.sheet_material import SheetConstants, SheetMaterial
 from analysis.updated import Updated
 from app.summaries.table import Table

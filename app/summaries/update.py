@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from analysis.channel import Channel
-from analysis.declared_quantity import budget, doubts
+from analysis.estimates import budget, doubts
 from analysis.gap.data.groups import FEWEST, distinct_temperatures
 from analysis.material import MaterialLaws
 from analysis.pairing.paired_sweeps import Pairing

@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.declaration.plate_material import material_box
-from analysis.declared_quantity import TOLERANCES
 from analysis.effect_card import EffectCard, Values
-from analysis.estimates import Estimate
+from analysis.estimates import TOLERANCES, Estimate
 from analysis.experiment import Experiment, Patch, Plate
 from analysis.gap.data.groups import LawSmoothness, TemperatureGroups, mean_laws
-from analysis.gap.data.numerical_floor import allowed_error
+from analysis.gap.data.noise import allowed_error
 from analysis.progress import Progress
 from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.sheet_material import ACROSS, MODULI, RATIOS

@@ -1,7 +1,7 @@
 """Physical effects of real plates and rigs that a twin without effects lacks, one per file.
 
 `effect` defines the class, `library` lists all effects in the order of application, `user_folder` loads a user's
-own and `verification` checks the requirements on every effect. By what they change:
+own and checks the requirements on every effect. By what they change:
 
 - temperature over the plate: `thermal_lag`, `thermal_gradient`, `thermal_crown`, `draught_gradient`
 - shape: `thickness_taper`, `thickness_crown`, `sensor_offset`

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Mask
 from analysis.experiment import Experiment, Plate, Point
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from analysis.recordings.sweep_point import SweepPoint
 from simulation.state.departures import AS_DECLARED, Departures
 

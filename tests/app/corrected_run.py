@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.declared_quantity import DeclaredQuantity
-from analysis.estimates import FittedLaws
+from analysis.estimates import DeclaredQuantity, FittedLaws
 from analysis.material import Material, MaterialLaws
 from analysis.updated import Updated
 from analysis.updating.laws import fit_laws

@@ -33,8 +33,7 @@ from analysis.identification.order import (
     support,
 )
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
-from analysis.identification.pole_search import PoleFit, fit
-from analysis.identification.variable_projection import project
+from analysis.identification.pole_search import PoleFit, fit, project
 
 SHIFT_OF_BAND = 0.05
 """Share of the band that is cut off at its lower, then at its upper end."""

@@ -7,10 +7,9 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, create_model, model_validator
 
 from analysis.channel import UNITS, Motion
-from analysis.declaration.patch import Patch
 from analysis.declaration.strict import Declared, Sparse
 from analysis.declaration.tolerances import Tolerances
-from analysis.declaration.transducers import Drive, Sensor
+from analysis.declaration.transducers import Drive, Patch, Sensor
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Plate
 from analysis.protocol.limits import Limits
 from analysis.protocol.objections import Hardware, objections

@@ -15,9 +15,7 @@ from pydantic import Field, ValidationError
 
 from analysis.declaration.outline import MOST_POINTS, row_of
 from analysis.declaration.strict import Declared, FileName
-from analysis.geometry.curves import Curve, moved
-from analysis.geometry.fault import GeometryError
-from analysis.geometry.loop import Loop, closed_loops
+from analysis.geometry.loop import Curve, GeometryError, Loop, closed_loops, moved
 from app.files.allowed_values import allowed_at
 from app.files.drawings.exodus_mesh import ENDINGS as EXODUS
 from app.files.isolation import run_isolated

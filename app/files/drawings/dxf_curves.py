@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.geometry.curves import Arc, Cubic, Curve, Point, Segment
+from analysis.geometry.loop import Arc, Cubic, Curve, Point, Segment
 
 METRES = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 9: 2.54e-5, 10: 0.9144, 13: 1e-6, 14: 0.1}
 """Metres in a unit, by the file's ``$INSUNITS``: inch, foot, mm, cm, m, mil, yard, µm, dm."""

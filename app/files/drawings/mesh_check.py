@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 from app.files.bad_file import Misplaced
 
 if TYPE_CHECKING:
-    from analysis.declaration.patch import Patch
     from analysis.declaration.plate import Plate
-    from simulation.meshing.recipe import MeshRecipe
+    from analysis.declaration.transducers import Patch
+    from simulation.meshing.plate_mesh import MeshRecipe
 
 BANDS = ("sweep.band", "protocol.band", "filters.edges")
 """Where an experiment, a campaign and a panel declare the frequencies they need."""
@@ -55,8 +55,8 @@ def mesh_fault(
     passed = _passed(plate, patches, band)
     if passed.is_file():
         return None
-    from analysis.geometry.fault import GeometryError
-    from simulation.shell.plate_borders import mesh_of
+    from analysis.geometry.loop import GeometryError
+    from simulation.shell.shell_plate import mesh_of
 
     try:
         recipe = None if plate.mesh else _recipe(plate, band)
@@ -85,7 +85,7 @@ def _recipe(plate: "Plate", band: Any) -> "MeshRecipe | None":
     if band is None:
         return None
     from analysis.declaration.plate_material import material_box
-    from analysis.geometry.fault import GeometryError
+    from analysis.geometry.loop import GeometryError
     from simulation.shell.fineness import Fineness, shortest_wave
 
     box = material_box(plate.material)

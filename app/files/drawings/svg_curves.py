@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.geometry.curves import Arc, Cubic, Curve, Segment
+from analysis.geometry.loop import Arc, Cubic, Curve, Segment
 from app.files.drawings.dxf_curves import quarters
 
 METRES = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "pt": 0.0254 / 72.0, "pc": 0.0254 / 6.0, "px": 0.0254 / 96.0}

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.rendering.fixed_point import FixedPoint
-from analysis.rendering.following import FADE_TIME, TEMPERATURE_STEP, TanhWeights, TiltBank
+from analysis.rendering.following import FADE_TIME, TEMPERATURE_STEP, FixedPoint, TanhWeights, TiltBank
 from analysis.weather.knowledge import plane_weights
 from app.files.exports.destination import written_together
 from app.files.exports.shipment import Shipment

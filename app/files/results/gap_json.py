@@ -11,9 +11,8 @@ from analysis.estimates import Estimate, FittedLaws
 from analysis.gap.description.described import Curve, Dependence, Description, Form
 from analysis.gap.description.place_map import KINDS, UNITS, PlaceMap
 from analysis.gap.fitting.residual_map import Region
-from analysis.gap.plan.decision import Decision
+from analysis.gap.plan.decision import Decision, Expected, Plan
 from analysis.gap.plan.measurement import Measurement
-from analysis.gap.plan.ranking import Expected, Plan
 from analysis.gap.plan.separation import ENOUGH, Question
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect
 from analysis.gap.search.held_out import HeldOut

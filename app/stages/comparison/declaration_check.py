@@ -10,7 +10,7 @@ from analysis.arrays import Real
 from analysis.channel import Channel
 from analysis.declaration.plate_material import KINDS, DeclaredOrthotropy, material_box
 from analysis.experiment import Experiment, check_patches
-from analysis.geometry.fault import GeometryError
+from analysis.geometry.loop import GeometryError
 from analysis.material import MaterialBox
 from analysis.pairing.assignment import ModeList
 from analysis.pairing.coarse_trial import CoarseTrial, SweepModes, scanned_materials, tried

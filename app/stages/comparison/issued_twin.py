@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 import analysis
 from analysis.declaration.plate_material import material_box
-from analysis.declared_quantity import DeclaredQuantity
+from analysis.estimates import DeclaredQuantity
 from analysis.gap.report import Verdict
 from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.updating.corrected_twin import CorrectedTwin, material_of

@@ -12,8 +12,7 @@ from analysis.gap.data.preparation import prepare
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import starting_state
-from analysis.gap.plan.decision import Decision, decided, told
-from analysis.gap.plan.information import Information, LinearisedCampaign
+from analysis.gap.plan.decision import Decision, Expected, Plan, decided, ranked, told, weights
 from analysis.gap.plan.measurement import (
     Measurement,
     Reach,
@@ -23,8 +22,7 @@ from analysis.gap.plan.measurement import (
     planned_sweeps,
     with_noise_of,
 )
-from analysis.gap.plan.ranking import Expected, Plan, ranked, weights
-from analysis.gap.plan.separation import Question, open_questions, separation
+from analysis.gap.plan.separation import Information, LinearisedCampaign, Question, open_questions, separation
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress

@@ -10,9 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from analysis.declaration.patch import Patch
-from analysis.declared_quantity import DeclaredQuantity
-from analysis.estimates import Estimate
+from analysis.declaration.transducers import Patch
+from analysis.estimates import DeclaredQuantity, Estimate
 from analysis.experiment import Experiment
 from analysis.focusing.panel import Load, Panel
 from app.files.results.best_twin import BestTwin

@@ -12,8 +12,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QL
 
 from analysis.arrays import Real
 from analysis.identification.modes import Modes
-from analysis.recordings.chosen_actuator import sweeps_of_modes
-from analysis.recordings.frf import Frf
+from analysis.recordings.frf import Frf, sweeps_of_modes
 from app.view.chart import Chart, Map
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors, FrequencyAxis
 from app.view.map_chart import MapChart

@@ -19,8 +19,7 @@ from analysis.focusing.pareto import ParetoCurve
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
 from analysis.recordings.campaign import CampaignExtent
-from analysis.recordings.chosen_actuator import sweeps_of_modes
-from analysis.recordings.frf import Frf, campaign_frf
+from analysis.recordings.frf import Frf, campaign_frf, sweeps_of_modes
 from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.updated import Updated
 from app.files.campaign_error import CampaignFileError

@@ -10,8 +10,8 @@ from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.pole_residue import REAL_E_F, to_parameters, to_poles
+from analysis.identification.pole_search import project
 from analysis.identification.synthetic import crowded, r10
-from analysis.identification.variable_projection import project
 
 BAND = (2 * np.pi * 100.0, 2 * np.pi * 1500.0)
 

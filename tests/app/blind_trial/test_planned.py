@@ -9,8 +9,8 @@ import pytest
 
 from analysis.effect_card import Values
 from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.plan.decision import Expected, Plan
 from analysis.gap.plan.measurement import Reach
-from analysis.gap.plan.ranking import Expected, Plan
 from analysis.gap.plan.separation import ENOUGH, Question
 from analysis.held_effects import HeldEffects
 from analysis.recordings.frf import Frf

@@ -12,7 +12,7 @@ from matplotlib.cbook import STEP_LOOKUP_MAP
 from scipy.io import wavfile
 
 import flexura as library
-from analysis.rendering.field import FieldContrast
+from analysis.rendering.heard import FieldContrast
 from app.files.bad_file import ResultFileError
 from app.files.results.compensation_file import load_compensation
 from app.files.results.filter_files import load_panel

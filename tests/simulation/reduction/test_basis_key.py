@@ -5,7 +5,7 @@ import pytest
 
 from analysis.declaration.plate_material import PlateMaterial
 from analysis.material import MaterialBox
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.basis_key import basis_key
 from simulation.reduction.basis_training import BasisTraining
 from simulation.shell.fineness import Fineness

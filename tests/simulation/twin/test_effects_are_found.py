@@ -10,8 +10,7 @@ import pytest
 
 from analysis.experiment import Attachment
 from analysis.gap.gap import find_gap
-from analysis.local_laws import LocalLaws
-from analysis.material import Material, MaterialBox, MaterialSigma
+from analysis.material import LocalLaws, Material, MaterialBox, MaterialSigma
 from analysis.recordings.frf import Frf
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.recordings.chosen_actuator import sweeps_of_actuator, sweeps_of_modes
-from analysis.recordings.frf import campaign_frf
+from analysis.recordings.frf import campaign_frf, sweeps_of_actuator, sweeps_of_modes
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.channels import driven_by
 from app.files.campaigns.export import campaign_frfs

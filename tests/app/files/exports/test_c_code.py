@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from scipy.io import wavfile
 
-from analysis.rendering.fixed_point import FixedPoint
-from analysis.rendering.following import TiltBank
+from analysis.rendering.following import FixedPoint, TiltBank
 from analysis.rendering.renderer import Renderer
 from analysis.weather.family import TiltFamily
 from analysis.weather.judged import WeatherJudgement
