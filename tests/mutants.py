@@ -57,7 +57,7 @@ CORE: dict[str, tuple[Sequence[str], Sequence[str]]] = {
         ("analysis/focusing/test_fir.py", "analysis/focusing/test_field_fir.py"),
     ),
     "rest": (
-        ("drivers/watchdog/guard.py", "drivers/watchdog/rest_watch.py", "drivers/watchdog/supervision.py"),
+        ("drivers/watchdog/guard.py", "drivers/watchdog/supervision.py"),
         (
             "drivers/watchdog/test_guard.py",
             "drivers/watchdog/test_rest_watch.py",

@@ -18,8 +18,7 @@ from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank, inverse_fft, suited_delay, taper
 from analysis.focusing.methods import Method, designer
 from analysis.focusing.panel import Filters, Panel
-from analysis.focusing.panel_model import PanelModel
-from analysis.focusing.responses import constants_at, reference_temperature
+from analysis.focusing.panel_model import PanelModel, constants_at, reference_temperature
 from analysis.material import MaterialLaws
 
 OUT_OF_BAND_WEIGHT = 3e-4

@@ -22,18 +22,16 @@ from analysis.gap.fitting.state import starting_state
 from analysis.gap.imperfect.discrepancy import Discrepancy
 from analysis.gap.imperfect.naming import BesideDiscrepancy, Surety, beside_discrepancy
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect, PlainTwin, Verdict
-from analysis.gap.search.confidence import against, equivalents, probability
+from analysis.gap.search.confidence import against, equivalents, noise_evidence, probability, unknown_evidence
 from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.held_out import HeldOut, held_out, splits
 from analysis.gap.search.observability import signal_cosine, tangent_cosines
 from analysis.gap.search.score_test import Candidate
 from analysis.gap.search.stepwise import SearchResult, stepwise_search
-from analysis.gap.search.unknown import noise_evidence, unknown_evidence
 from analysis.gap.thresholds import EXPLAINED, Z_FLOOR
-from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf
-from analysis.twin_model import Remade, Tangent, TwinModel
+from analysis.twin_model import HeldEffects, Remade, Tangent, TwinModel
 from analysis.updated import Updated
 
 

@@ -6,7 +6,7 @@
 ``settings``               limits of the search, band, residual terms, mains frequency
 ``finishing``              final model order by `order`, last fit on all lines, errors at the peaks, status
 ``modes``                  poles, residues and residual terms of one sweep, frequency and damping of a pole;
-                           synthesis of its FRFs
+                           synthesis of its FRFs; distribution of the modes' damping ratios, used as a prior
 ``judgement``              which poles are modes of the plate
 ``over_temperature``       modes of all sweeps, followed over temperature
 ``pole_residue``           the model: columns, derivatives, synthesis; terms for modes outside the band; poles as
@@ -16,7 +16,6 @@
 ``lines``                  measured lines with their weights, and sums over them
 ``averaging``              fewer lines for the search
 ``running_median``         a running median along frequency
-``damping_prior``          distribution of the modes' damping ratios, used as a prior
 ``pole_search``            least squares over the poles alone, residues eliminated: misfit, gradient, Hessian; the
                            triangular factor; the search
 ``vector_fitting``         start poles without an initial guess

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.linalg.lapack import dpotrf, dtrtri
 
-from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.lines import Lines
+from analysis.identification.modes import DampingPrior
 from analysis.identification.pole_residue import (
     Bounds,
     ResidualTerms,

@@ -3,8 +3,8 @@
 =======================  =======================================================================
 ``normal_equations``     weighted misfit of one sweep, its gradient and curvature; E, nu, eta and gain of one
                          sweep, Levenberg-Marquardt
-``modulus_scan``         rough modulus from one sweep's resonances, before a twin is built
-``start``                start values from a grid, to avoid wrong local minima; of data transformed to more damping
+``start``                rough modulus from one sweep's resonances, before a twin is built; start values from a
+                         grid, to avoid wrong local minima; of data transformed to more damping
 ``sheet_start``          start values of an orthotropic sheet's moduli and losses
 ``update``               all sweeps of a campaign, by the estimator of `analysis.gap.fitting`; channels recorded
                          with the wrong sign

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from analysis.declaration.plate_material import Orthotropy
 from analysis.effect_card import Values
+from analysis.estimates import LOSS, MODULI, TRANSVERSE
 from analysis.experiment import Protocol
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.preparation import apart
@@ -31,7 +32,6 @@ from analysis.gap.search.context import SearchContext
 from analysis.material import LocalLaws, Material, MaterialBox, MaterialSigma
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf
-from analysis.sheet_material import LOSS, MODULI, TRANSVERSE
 from analysis.twin_model import Remade, TwinModel
 from analysis.updated import Updated
 from analysis.updating.drift import sweep_laws, to_first_order

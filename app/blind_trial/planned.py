@@ -37,8 +37,7 @@ from app.files.results.next_experiment import NAME, reach_of, write_next_experim
 from app.stages.acquire import acquire_campaign
 from app.stages.comparison.compared import Compared
 from app.stages.comparison.plan import compared_plainly, plan
-from app.twins.campaign_twin import effect_twin
-from app.twins.scouting_twin import known_mass
+from app.twins.campaign_twin import effect_twin, known_mass
 from drivers.rig.campaign import unobserved
 from drivers.rig.session import Session
 

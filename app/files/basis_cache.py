@@ -26,7 +26,7 @@ from app.files.disk_room import UnwrittenFileError
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
 
 if TYPE_CHECKING:
-    from simulation.reduction.basis_training import BasisTraining
+    from simulation.reduction.basis_key import BasisTraining
     from simulation.reduction.plate_basis import PlateBasis
     from simulation.reduction.reduced_model import ReducedModel
     from simulation.shell.fineness import Fineness

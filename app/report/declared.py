@@ -17,10 +17,10 @@ from analysis.declaration.outline import (
     PolygonOutline,
     RectangleOutline,
     SplineOutline,
+    Support,
     curve_of,
 )
 from analysis.declaration.plate import Plate
-from analysis.declaration.support import Support
 from analysis.declaration.transducers import Patch
 from analysis.experiment import Experiment
 from analysis.geometry.loop import Curve, Loop, Point

@@ -5,11 +5,11 @@ A plate over a range of materials:
 =========================  ================================================================
 ``damped_modes``           transfers by real modes, a fast approximation for training; energies as sums over poles;
                            frequency lines, including those on narrow resonances
-``basis_training``         settings: training materials and tolerance
 ``reduced_model``          the reduced model: small matrices for the whole range; its natural modes
 ``modal_form``             poles of a reduced plate at one set of constants, transfers as sums over them,
                            derivatives by stiffness; viscous supports, added to a plate without them
-``basis_key``              cache key of a reduced model, from all its inputs
+``basis_key``              settings of the reduction: training materials and tolerance; cache key of a reduced
+                           model, from all its inputs
 ``plate_basis``            declaration to reduced model, with forces and measured motions beside the patches
 ``vectors``                the vectors of a reduced model, chosen among candidates, and their certified error
 ``coarse_plate``           coarse model, made in a second: transfers to every place, shapes of its modes

@@ -35,7 +35,7 @@ FORCES = 4
 
 @dataclass(frozen=True)
 class CoarsePlate:
-    """Approximate transfer from the input to the outputs of a plate, for `analysis.updating.modulus_scan`.
+    """Approximate transfer from the input to the outputs of a plate, for `analysis.updating.start`.
 
     Attributes
     ----------

@@ -17,16 +17,16 @@ from analysis.material import LocalLaws, MaterialBox
 from simulation.reduction.composition import Coefficients, composed
 from simulation.reduction.effect_operators import BENDING_DEGREE, EffectOperators
 from simulation.shell.unknowns import factorize
-from simulation.state.departures import (
+from simulation.state.field_basis import field_basis
+from simulation.state.plate_state import (
     CERTIFIED,
     CERTIFIED_NEAR,
     Departures,
+    PlateState,
     Sheet,
     departed_moduli,
     departed_transverse,
 )
-from simulation.state.field_basis import field_basis
-from simulation.state.plate_state import PlateState
 from simulation.state.state_matrices import FullPlate
 from simulation.twin.local_solution import LocalSolution
 
@@ -246,7 +246,7 @@ def departed_sheet(state: PlateState, sheet: Orthotropy, away: Sheet) -> PlateSt
     sheet : Orthotropy
         As declared.
     away : (4,) tuple of float
-        Logarithms, see `simulation.state.departures`.
+        Logarithms, see `simulation.state.plate_state`.
     """
     ratio, shear, *across = away
     factors = departed_moduli(sheet, ratio, shear)

@@ -17,7 +17,7 @@ from analysis.channel import Footprint
 from analysis.experiment import Experiment
 from analysis.material import MaterialBox
 from analysis.progress import Progress
-from simulation.reduction.basis_training import BasisTraining
+from simulation.reduction.basis_key import BasisTraining
 from simulation.reduction.effect_certification import (
     SLIP,
     SOFT,
@@ -47,7 +47,6 @@ from simulation.shell.fineness import Fineness, relative_loss
 from simulation.shell.points import attached_discs
 from simulation.shell.shell_model import ShellModel
 from simulation.shell.shell_plate import ShellPlate
-from simulation.state.departures import ABOUT, SHEETS, Sheet
 from simulation.state.patch_departures import (
     OFFSET_RANGE,
     can_move,
@@ -58,7 +57,7 @@ from simulation.state.patch_departures import (
     shift_slopes,
     unmoved,
 )
-from simulation.state.plate_state import PlateState
+from simulation.state.plate_state import ABOUT, SHEETS, PlateState, Sheet
 from simulation.state.state_matrices import FullPlate
 
 STAGE = "reducing the plate with its effects"
@@ -95,7 +94,7 @@ def reduce_with_effects(
         triangulation), it is computed with `training`.
     near : (4,) tuple of float, optional
         Logarithms of an orthotropic sheet's moduli about which the operators are made, see
-        `simulation.state.departures`; about the declared ones, and less exact, unless given.
+        `simulation.state.plate_state`; about the declared ones, and less exact, unless given.
     exact : bool
         Whether patches are exactly as declared; how their places change a plate takes half of the time.
     offset : bool

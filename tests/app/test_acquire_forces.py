@@ -19,7 +19,7 @@ from app.files.acquisition.events import append_event
 from app.files.campaigns.loading import load_campaign
 from app.files.campaigns.sweep_file import digest
 from app.files.declarations.experiment import AcquiredExperiment, read_acquired_experiment
-from app.files.results.frf_file import load_frf, save_frf
+from app.files.results.modes_file import load_frf, save_frf
 from app.main import flexura
 from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.plate_basis import reduce_with_footprints

@@ -15,7 +15,7 @@ from analysis.material import LocalLaws, MaterialBox
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.kind import DECLARATION
 from app.files.campaigns.recorded import read_recorded_campaign
-from app.files.toml_text import toml_text
+from app.files.settings_toml import toml_text
 from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.plate_basis import reduce_with_footprints
 from simulation.shell.assembly import assemble

@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
-from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.judgement.resolution import COINCIDENT_DISTANCE
 from analysis.identification.lines import Lines
 from analysis.identification.measured import MANY, Measured, principal_frfs
-from analysis.identification.modes import Modes
+from analysis.identification.modes import DampingPrior, Modes
 from analysis.identification.order import (
     ROUGH_FALL_OF_MISFIT,
     attempt,

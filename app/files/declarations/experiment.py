@@ -18,7 +18,7 @@ from analysis.protocol.sweep import SweepSettings
 from analysis.recordings.campaign import Sensitivities, Sensitivity
 from app.files.bad_file import quoted
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.campaigns.declaration import FORMAT
+from app.files.campaigns.channels import FORMAT
 from app.files.campaigns.kind import DECLARATION
 from app.files.declarations.instrument_sections import OvenSection, UnknownInstrument, instrument_sections
 from app.files.declarations.simulation_section import Simulation

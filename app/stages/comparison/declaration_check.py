@@ -17,7 +17,7 @@ from analysis.pairing.coarse_trial import CoarseTrial, SweepModes, scanned_mater
 from analysis.pairing.paired_sweeps import LEAST_SHARE
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf
-from analysis.updating.modulus_scan import ModulusScan, levels, scan_grid, scan_modulus, scanned_box, smoothed
+from analysis.updating.start import ModulusScan, levels, scan_grid, scan_modulus, scanned_box, smoothed
 from analysis.updating.update import middle_sweep
 from app.files.bad_file import ResultFileError
 from simulation.reduction.coarse_plate import CoarsePlaces, CoarsePlate

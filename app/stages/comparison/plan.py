@@ -24,16 +24,14 @@ from analysis.gap.plan.measurement import (
 )
 from analysis.gap.plan.separation import Information, LinearisedCampaign, Question, open_questions, separation
 from analysis.gap.report import GapReport
-from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
 from analysis.recordings.frf_campaign import AnyCampaign
-from analysis.twin_model import NO_EFFECTS, Effects
+from analysis.twin_model import NO_EFFECTS, Effects, HeldEffects
 from analysis.updating.drift import to_first_order
-from app.files.results.open_question import open_before
 from app.stages.comparison.compared import Compared
+from app.stages.comparison.request import open_before
 from app.stages.update import updated_twin
-from app.twins.campaign_twin import WORKERS, campaign_model, judging
-from app.twins.scouting_twin import KNOWN_MASS, known_mass, with_sensors
+from app.twins.campaign_twin import KNOWN_MASS, WORKERS, campaign_model, judging, known_mass, with_sensors
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 

@@ -15,9 +15,8 @@ from analysis.identification.modes import Modes
 from analysis.recordings.frf import Frf, sweeps_of_modes
 from app.view.chart import Chart, Map
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors, FrequencyAxis
+from app.view.frf_plots import LEFT_AXIS_WIDTH, NyquistChart, PartsChoice, around, decibels
 from app.view.map_chart import MapChart
-from app.view.nyquist import LEFT_AXIS_WIDTH, NyquistChart, around
-from app.view.parts import PartsChoice, decibels
 from app.view.recorded.results import Answer, Computed, Identified, Results, answers
 from app.view.theme import Theme, one_sided
 

@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 from analysis.arrays import Real
 from analysis.material import MaterialBox
 from analysis.progress import Progress
-from simulation.reduction.basis_training import BasisTraining
+from simulation.reduction.basis_key import BasisTraining
 from simulation.reduction.modal_form import columns, few_columns
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.reduction.vectors.certification import measured_error, mode_corrections

@@ -6,9 +6,9 @@ from scipy.optimize import linear_sum_assignment
 
 from analysis.identification.automatic import identify
 from analysis.identification.averaging import averaged
-from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
+from analysis.identification.modes import DampingPrior
 from analysis.identification.pole_residue import REAL_E_F, to_parameters, to_poles
 from analysis.identification.pole_search import project
 from analysis.identification.synthetic import crowded, r10

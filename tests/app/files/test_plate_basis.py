@@ -10,7 +10,7 @@ from analysis.experiment import Acquisition, Experiment, OvenDeclaration, Patch,
 from analysis.material import MaterialBox
 from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
 from simulation.meshing.plate_mesh import MeshRecipe
-from simulation.reduction.basis_training import BasisTraining
+from simulation.reduction.basis_key import BasisTraining
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.reduction.plate_basis import PlateBasis
 from simulation.shell.fineness import Fineness

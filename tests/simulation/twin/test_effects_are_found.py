@@ -15,7 +15,7 @@ from analysis.recordings.frf import Frf
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated
 from simulation.effects.library import LIBRARY, library
-from simulation.reduction.basis_training import BasisTraining
+from simulation.reduction.basis_key import BasisTraining
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.fineness import Fineness
 from simulation.shell.points import attached_discs, footprint_rows

@@ -13,7 +13,7 @@ from analysis.declaration.transducers import Patch
 from analysis.geometry.loop import GeometryError
 from app.commands.bad_input import fault_picture
 from app.files.campaign_error import CampaignFileError
-from app.files.drawings.mesh_check import mesh_fault
+from app.files.drawings.drawing import mesh_fault
 from app.files.settings_toml import checked
 from app.report.declared import pieces_declared
 

@@ -8,7 +8,7 @@ import pytest
 
 from analysis.estimates import Estimate
 from analysis.experiment import Experiment
-from analysis.gap.description.described import Curve, Dependence, Description, Form
+from analysis.gap.description.describing import Curve, Dependence, Description, Form
 from analysis.gap.description.place_map import PlaceMap
 from analysis.material import LocalLaws
 from analysis.recordings.sweep_point import SweepPoint

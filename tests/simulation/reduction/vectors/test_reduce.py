@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.material import MaterialBox
-from simulation.reduction.basis_training import BasisTraining
+from simulation.reduction.basis_key import BasisTraining
 from simulation.reduction.damped_modes import relative_error, root_mean_square
 from simulation.reduction.reduced_model import lowest_modes
 from simulation.reduction.vectors.energy_decomposition import mass_orthonormal
