@@ -3,21 +3,18 @@
 =====================  ============================================================================
 ``experiment``         the plate, its patches, the electronics and the protocol, as declared
 ``declaration``        its parts: plate, patches, supports, materials, tolerances
-``declared_quantity``  what a fit found about what is declared, and the budget of a standard deviation
-``sheet_material``     moduli and losses of an orthotropic sheet by direction, as estimated
 ``geometry``           curves and closed loops
 ``channel``            inputs and outputs, their names and units
 ``recordings``         recorded sweeps, FRFs made of them and their noise
 ``estimation``         H1, H2, Hv and hammer tests: signals of any test to FRFs
 ``labelled``           arrays with named axes, for xarray and pandas
 ``drawn_curves``       curves as they can be drawn: the phase of an FRF, lines with gaps
-``material``           E(T), nu(T), eta(T) with their bands; laws through a table of values
-``estimates``          a parameter or laws with standard deviations
+``material``           E(T), nu(T), eta(T) with their bands, through a table of values, and near one temperature
+``estimates``          what a fit found, with standard deviations: a parameter, laws, a sheet's moduli and losses
+                       by direction, what is declared
 ``updated``            result of model updating
-``local_laws``         the same near one temperature
 ``effect_card``        a physical effect without any physics: parameters, ranges, priors
-``twin_model``         what a twin must offer to be fitted to data
-``held_effects``       a twin with some effects switched on for good
+``twin_model``         what a twin must offer to be fitted to data; one with some effects switched on for good
 ``plate_temperature``  whether the temperatures of a plate in an oven can be true
 ``protocol``           what is to be measured, and what a good measurement is
 ``identification``     poles and residues of FRFs, tracked over temperature

@@ -15,12 +15,11 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from analysis.channel import Channel, Footprint, transfer_label
-from analysis.declaration.patch import Patch
 from analysis.declaration.plate import Plate
 from analysis.declaration.strict import Declared, Point, Sparse, Temperature
 from analysis.declaration.tolerances import Tolerances
-from analysis.declaration.transducers import MOST_POINTS, Drive, Sensor
-from analysis.geometry.fault import GeometryError, at
+from analysis.declaration.transducers import MOST_POINTS, Drive, Patch, Sensor
+from analysis.geometry.loop import GeometryError, at
 from analysis.geometry.relations import leaves, overlap
 from analysis.protocol.sweep import DriveKind, SweepTiming, sweep_timing
 

@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.checked_fields import check_finite, check_shapes
-from analysis.declared_quantity import DeclaredQuantity
+from analysis.estimates import DeclaredQuantity, SheetMaterial
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.material import Material, MaterialSigma
-from analysis.sheet_material import SheetMaterial
 
 GOOD_MISFIT = 1.3
 """Misfit over the noise floor up to which a twin explains the data."""

@@ -22,8 +22,7 @@ from analysis.compensation.network import InputMap, NetworkBank
 from analysis.focusing.fir import FirBank
 from analysis.rendering.following import FollowingBank
 from app.files.declarations.panel import SECTION_2, read_panel
-from app.files.exports.c_code import SAMPLES_AT_ONCE, write_c
-from app.files.exports.cost import Cost
+from app.files.exports.c_code import SAMPLES_AT_ONCE, Cost, write_c
 from app.files.exports.shipment import Shipment
 from app.files.provenance import provenance
 

@@ -20,13 +20,13 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, toeplitz
 
 from analysis.compensation.direct_filters import direct_filters
+from analysis.focusing.design import OUT_OF_BAND_WEIGHT, FieldFit, FieldProblem
 from analysis.focusing.energy import EnergyForms
-from analysis.focusing.field_fir import OUT_OF_BAND_WEIGHT, FieldFit, FieldProblem
 from analysis.focusing.fir import taper
 from analysis.focusing.methods import invert
 from analysis.focusing.panel import Filters
+from analysis.focusing.panel_model import responses
 from analysis.focusing.performance import contrast
-from analysis.focusing.responses import responses
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updating.laws import fit_laws
 from app.files.declarations.panel import SECTION_2, read_panel

@@ -31,7 +31,7 @@ from analysis.gap.fitting.state import GapState, starting_state
 from analysis.gap.gap import find_gap
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.refit import absent
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from analysis.recordings.frf import Frf
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated

@@ -39,8 +39,8 @@ from analysis.identification.pole_residue import (
     to_parameters,
     to_poles,
 )
+from analysis.identification.pole_search import project
 from analysis.identification.synthetic import SyntheticFrf, crowded, pairs, r10, rippled, shared_noise
-from analysis.identification.variable_projection import project
 from analysis.identification.vector_fitting import start_poles
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -16,10 +16,9 @@ from analysis.identification.finishing import finish, settle
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.pole_residue import COMPLEX_E_F, REAL_E_F
-from analysis.identification.pole_search import fit
+from analysis.identification.pole_search import fit, project
 from analysis.identification.settings import Settings
 from analysis.identification.synthetic import SyntheticFrf
-from analysis.identification.variable_projection import project
 
 Found = tuple[NDArray[np.complex128], NDArray[np.float64] | None]
 

@@ -17,8 +17,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from analysis.experiment import Patch, Plate
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad

@@ -21,9 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
-from app.files.results.compensation_file import load_compensation
-from app.files.results.filter_files import load_focusing
 from app.files.results.laws_file import load_laws
+from app.files.results.panel_files import load_compensation, load_focusing
 
 ROOT = Path(__file__).resolve().parents[1]
 

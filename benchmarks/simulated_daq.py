@@ -22,9 +22,7 @@ from numpy.typing import NDArray
 
 from drivers.ni.connection import MESSAGE_LIMITS
 from drivers.ni.daqmx import DaqmxCards
-from drivers.ni.simulated.in_process import InProcessChannel
-from drivers.ni.simulated.loopback import serving
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq, serving
 from drivers.ni.simulated.surroundings import Surroundings
 from drivers.ni.wiring import Wiring
 

@@ -26,7 +26,7 @@ from analysis.focusing.panel import PanelSound, SoundListener
 from analysis.rendering.heard import SAMPLES_BEFORE_ZERO, impulse_responses
 from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.results.laws_file import load_laws
-from app.sound.listeners import ListenersOfPanel
+from app.sound.rendering import ListenersOfPanel
 from app.twins.panel_twin import panel_twin
 
 MOST = 1.5

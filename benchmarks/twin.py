@@ -19,9 +19,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Patch, Plate, Protocol
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
-from simulation.reduction.basis_training import BasisTraining
+from analysis.material import LocalLaws, MaterialBox
+from simulation.reduction.basis_key import BasisTraining
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.assembly import assemble_for

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from analysis.recordings.frf import Frf, campaign_frf
 from analysis.updated import Updated
 from analysis.updating.normal_equations import SweepData

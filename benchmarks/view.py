@@ -32,11 +32,10 @@ from analysis.identification.pole_residue import NONE  # noqa: E402
 from analysis.recordings.frf import Frf  # noqa: E402
 from app.files.declarations.experiment import read_acquired_experiment  # noqa: E402
 from app.files.provenance import provenance  # noqa: E402
-from app.files.results.frf_file import load_frf, save_frf  # noqa: E402
-from app.files.results.modes_file import load_modes, save_modes  # noqa: E402
+from app.files.results.modes_file import load_frf, load_modes, save_frf, save_modes  # noqa: E402  # noqa: E402
 from app.view.application import application  # noqa: E402
 from app.view.folder import viewed  # noqa: E402
-from app.view.parts import decibels  # noqa: E402
+from app.view.frf_plots import decibels  # noqa: E402
 from app.view.recorded.window import RecordedWindow  # noqa: E402
 from app.view.surface import SurfaceChart  # noqa: E402
 from app.view.theme import LIGHT  # noqa: E402

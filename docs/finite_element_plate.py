@@ -7,12 +7,10 @@ from scipy.spatial import cKDTree
 
 from analysis.arrays import Real, Whole
 from simulation.meshing.mesher import Border, mesh_plate
-from simulation.meshing.plate_mesh import PlateMesh
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe, PlateMesh
 from simulation.shell.edges import line_blocks, straight_edges
-from simulation.shell.mapping import map_cells
 from simulation.shell.rigidity import SHEAR_FACTOR, THX, THY, CellMatrices, Rigidity, W, laminate
-from simulation.shell.shape_functions import quad_functions, triangle_functions
+from simulation.shell.shape_functions import map_cells, quad_functions, triangle_functions
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns, factorize
 from simulation.verification.case import Case

@@ -14,10 +14,9 @@ from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
 from analysis.arrays import Real
 from analysis.experiment import Experiment
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
-from app.files.campaigns.declaration import read_experiment
-from simulation.meshing.recipe import MeshRecipe
+from analysis.material import LocalLaws, MaterialBox
+from app.files.campaigns.channels import read_experiment
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.plate_basis import reduce_with_footprints
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness

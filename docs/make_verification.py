@@ -15,9 +15,8 @@ from solid_comparison import section as solids
 from verification_pictures import draw_mesh, draw_modes
 
 from analysis.arrays import Real
-from simulation.verification.case import Case
+from simulation.verification.case import Case, CaseComparison, compare_all, left_out, section, summary
 from simulation.verification.cases import CASES
-from simulation.verification.report import CaseComparison, compare_all, left_out, section, summary
 
 DOCS = Path(__file__).resolve().parent
 PAGE = DOCS / "verification.md"

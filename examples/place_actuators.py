@@ -26,7 +26,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.linalg import eigh
 
-from analysis.declaration.patch import Patch
+from analysis.declaration.transducers import Patch
 from analysis.focusing.energy import EnergyForms, Grid
 from analysis.focusing.methods import invert
 from analysis.focusing.panel import Panel
@@ -34,7 +34,7 @@ from analysis.focusing.performance import best_contrast, contrast
 from analysis.focusing.placement import clearance, exchange, refined
 from app.files.bad_file import ResultFileError
 from app.files.declarations.panel import SECTION_2, read_panel
-from app.files.toml_text import toml_text
+from app.files.settings_toml import toml_text
 from app.stages.panel.laws import laws_for
 from simulation.shell.piezo_material import PIEZO_MATERIALS
 

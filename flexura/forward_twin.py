@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from analysis.arrays import Complex, Real
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects, Tangent

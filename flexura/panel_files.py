@@ -10,7 +10,7 @@ from analysis.material import MaterialLaws
 from analysis.recordings.campaign import CampaignExtent
 from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.provenance import sha256
-from app.files.results.laws_elsewhere import remember_laws
+from app.files.results.laws_file import remember_laws
 from app.files.results.run_folder import writable_folder
 from app.files.results.transfers_file import transfer_files
 from app.stages.gap import GapComparison

@@ -6,8 +6,8 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from app.chain.request import RunRequest, chosen_stages
 from app.chain.run_chain import RunListener, run_chain
+from app.chain.work import RunRequest, chosen_stages
 from app.files.campaigns.kind import is_campaign_folder, is_recorded_campaign
 from app.files.campaigns.loading import not_a_campaign
 from app.files.declarations.plate import declares_plate

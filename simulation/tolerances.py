@@ -13,23 +13,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.declaration.patch import Patch
-from analysis.declaration.transducers import Drive, Sensor
+from analysis.declaration.transducers import Drive, Patch, Sensor
 from analysis.effect_card import EffectCard, Parameter, Values
+from analysis.estimates import LOSS, MODULI, TRANSVERSE
 from analysis.experiment import Experiment
-from analysis.sheet_material import LOSS, MODULI, TRANSVERSE
 from analysis.twin_model import NO_EFFECTS, Effects
 from simulation.effects.effect import Effect, isotropic
-from simulation.state.departures import (
+from simulation.state.plate_state import (
     FARTHEST_LOSS,
     FARTHEST_MODULI,
     FARTHEST_SHEAR,
+    Circumstances,
     Departures,
+    PlateState,
     departed_loss,
     departed_moduli,
     departed_transverse,
 )
-from simulation.state.plate_state import Circumstances, PlateState
 
 RANGE_IN_TOLERANCES = 8.0
 """Range of every quantity, in tolerances: far enough to see that a declaration is wrong."""
@@ -400,7 +400,7 @@ twentieth, those of laminates are a half to one of the shear modulus in the plan
 def sheet_tolerances(experiment: Experiment) -> Iterator[Effect]:
     """Yield the quantities of a declared orthotropic sheet that are not exact; none for an isotropic one.
 
-    All are natural logarithms of ratios, see `simulation.state.departures`.
+    All are natural logarithms of ratios, see `simulation.state.plate_state`.
     """
     material, given = experiment.plate.material, experiment.tolerances
     sheet = None if material is None else material.departure

@@ -17,8 +17,7 @@ from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
 from analysis.focusing.methods import Method, designer
 from analysis.focusing.panel import Panel
-from analysis.focusing.panel_model import Constants, PanelModel
-from analysis.focusing.responses import constants_at, design_forms
+from analysis.focusing.panel_model import Constants, PanelModel, constants_at, design_forms
 from analysis.focusing.sound_aim import SoundAim
 from analysis.material import MaterialLaws
 from analysis.progress import Progress

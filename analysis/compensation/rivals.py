@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Complex, Real
 from analysis.compensation.network import LowRankBank
 from analysis.compensation.outcome import LINEAR, LOW_RANK, REDUCED_FREQUENCY, RIGIDITY_SPLINE, SPLINE
-from analysis.focusing.design import fitted
-from analysis.focusing.field_fir import FieldFit
+from analysis.focusing.design import FieldFit, fitted
 from analysis.focusing.fir import FirBank
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws

@@ -20,9 +20,8 @@ from analysis.focusing.design import peak_drive
 from analysis.focusing.fir import FirBank
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
-from analysis.focusing.panel_model import PanelModel
+from analysis.focusing.panel_model import PanelModel, constants_at, covered, spaced
 from analysis.focusing.performance import Aim, Aimed, aim, contrast, joined, mean_response
-from analysis.focusing.responses import constants_at, covered, spaced
 from analysis.focusing.sound_aim import SoundAim
 from analysis.material import MaterialLaws
 from analysis.progress import Progress

@@ -9,16 +9,23 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from analysis.arrays import Real
-from analysis.declaration.outline import AnyOutline, AnyZone, RectangleOutline, check_parts
+from analysis.declaration.outline import (
+    AnyOutline,
+    AnyZone,
+    Piece,
+    RectangleOutline,
+    Support,
+    SupportedEdge,
+    check_parts,
+    check_supports,
+    supported_edges,
+)
 from analysis.declaration.plate_material import PlateMaterial, density_range
 from analysis.declaration.strict import TEMPERATURES, Declared, Length, Point, Sparse, Temperature, Thickness
-from analysis.declaration.support import Piece, Support, SupportedEdge, check_supports, supported_edges
 from analysis.geometry import shapes
-from analysis.geometry.fault import GeometryError, at
-from analysis.geometry.loop import Loop
+from analysis.geometry.loop import GeometryError, Loop, at
 from analysis.geometry.relations import TOUCH, just_inside
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox, MaterialLaws
+from analysis.material import LocalLaws, MaterialBox, MaterialLaws
 
 MOST_POINTS = 5000
 """Points of a mesh: functions of high degree need a few hundred."""

@@ -1,14 +1,20 @@
-"""H1, H2 and Hv of one drive or several, with coherence and variance (Bendat and Piersol, Random Data, 2010)."""
+"""H1, H2 and Hv of one drive or several, with coherence and variance (Bendat and Piersol, Random Data, 2010).
+
+The variance of an FRF from the coherence that came with it.
+
+Windowed segments of a stationary signal, and what they make of a resonance.
+"""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.checked_fields import check_range, check_shapes
 from analysis.estimation.spectra import Spectra
-from analysis.recordings.noise_power import noise_parts, noise_power
+from analysis.estimation.windows import Shape, segment_window
+from analysis.recordings.noise_power import noise_parts, noise_power, single_repeat_power
 
 Estimator = Literal["h1", "h2", "hv"]
 
@@ -16,7 +22,7 @@ DEPENDENT_EIGENVALUE = 1e-9
 """Smallest over largest eigenvalue of the drives' coherence below which they move as one."""
 
 LEAST_COHERENCE = 1e-6
-"""Coherence below which the variances of H2 and Hv grow no further."""
+"""Coherence below which the variances of H2 and Hv grow no further, and a line given with one weighs nothing."""
 
 ENOUGH_AVERAGES = 30.0
 """Averages from which each line's own noise is known well enough; below, that of neighbouring lines counts too."""
@@ -192,3 +198,113 @@ def _variance(
     variance: NDArray[np.float64] = noise[:, None] * own / freedom
     floored: NDArray[np.float64] = np.maximum(variance, 1e-24 * (np.abs(h) ** 2).mean(axis=2, keepdims=True))
     return floored
+
+
+def without_information(coherence: NDArray[np.float64]) -> bool:
+    """Whether a coherence is 1 on every line: that of a single average, or a program's default."""
+    return bool((coherence > 1.0 - 1e-9).all())
+
+
+def coherence_variance(
+    h: NDArray[np.complex128], coherence: NDArray[np.float64], averages: float | None = None
+) -> NDArray[np.float64] | None:
+    """E|h - H|^2 = |h|^2 (1 - c) / (n c), of H1 (Bendat and Piersol, Random Data, 2010, ch. 9).
+
+    Parameters
+    ----------
+    h : (F,) complex ndarray
+    coherence : (F,) ndarray
+        0 to 1.
+    averages : float, optional
+        n; where it is not given, the level of the noise is taken from the roughness of `h` along
+        frequency, and only its course from the coherence.
+
+    Returns
+    -------
+    (F,) ndarray or None
+        In the square of the unit of `h`, above zero; None where there is no information in the
+        coherence (`without_information`), or the FRF is zero throughout.
+
+    Raises
+    ------
+    ValueError
+        Where the coherence leaves 0 to 1.
+    """
+    if not ((coherence >= -1e-6) & (coherence <= 1.0 + 1e-4)).all():
+        raise ValueError(f"coherence from {coherence.min():.3g} to {coherence.max():.3g}; 0 to 1 allowed")
+    power = float((np.abs(h) ** 2).mean())
+    if without_information(coherence) or power == 0.0:
+        return None
+    known = np.clip(coherence, LEAST_COHERENCE, 1.0 - 1e-9)
+    course: NDArray[np.float64] = np.abs(h) ** 2 * (1.0 - known) / known
+    course = np.maximum(course, 1e-24 * power)
+    largest = max(float(course.max()), power / LEAST_COHERENCE)  # whatever |h| is there
+    course = np.where(coherence <= LEAST_COHERENCE, largest, course)
+    if averages is not None:
+        return course / averages
+    level = float(np.median(single_repeat_power(h) / course) / np.log(2.0))
+    return course * max(level, 1e-12)
+
+
+WINDOW_SAMPLES = 1024
+"""Samples from which the few cosines that make up a window are taken."""
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Windowed segments over which spectra were averaged.
+
+    Attributes
+    ----------
+    seconds : float
+        Length of one, s.
+    window : str
+    estimator : str
+        ``h1``, ``h2`` or ``hv``.
+    """
+
+    seconds: float
+    window: Shape
+    estimator: Estimator = "h1"
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.seconds) and self.seconds > 0.0):
+            raise ValueError(f"segments of {self.seconds:g} s; above 0 allowed")
+        for name, choices in (("window", get_args(Shape)), ("estimator", get_args(Estimator))):
+            if getattr(self, name) not in choices:
+                raise ValueError(f"{name} {getattr(self, name)!r} of segments; {', '.join(choices)} allowed")
+
+    def changes(self, s: NDArray[np.complex128], poles: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """Return what the window adds to the expectation of a resonance.
+
+        The spectra of a flat force, averaged over segments with a window w, show H smoothed by |W|^2 (Bendat and
+        Piersol, Random Data, 2010, ch. 8): the impulse response is multiplied by the autocorrelation of w. That of
+        a sum of cosines is a sum of (A t + B) exp(-j w_m t); its product with a pole's has a closed transform.
+
+        Parameters
+        ----------
+        s : (F,) complex ndarray
+            jw, rad/s.
+        poles : (P,) complex ndarray
+            Left half plane, rad/s.
+
+        Returns
+        -------
+        (P, F) complex ndarray
+            To be added to 1 / (s - pole).
+        """
+        cosines = np.fft.fft(segment_window(self.window, WINDOW_SAMPLES)).real / WINDOW_SAMPLES
+        place = np.flatnonzero(np.abs(cosines) > 1e-9)
+        c, w = (
+            cosines[place],
+            2.0 * np.pi * np.fft.fftfreq(WINDOW_SAMPLES, 1.0 / WINDOW_SAMPLES)[place] / self.seconds,
+        )
+        apart = w[:, None] - w + np.eye(len(w))
+        cross = (2.0 * np.outer(c, c) / (1j * apart) * (1.0 - np.eye(len(w)))).sum(1)
+        changes = np.empty((len(poles), len(s)), dtype=complex)
+        for row, pole in enumerate(poles):
+            x = (pole - s - 1j * w[:, None]) * self.seconds
+            grown = np.expm1(x)
+            whole = c[:, None] ** 2 * self.seconds * (grown - x) / x**2 + cross[:, None] * grown / x
+            changes[row] = whole.sum(0) / (c**2).sum() - 1.0 / (s - pole)
+        return changes

@@ -1,4 +1,7 @@
-"""Auto and cross spectra of drives and responses, averaged over segments or blocks."""
+"""Auto and cross spectra of drives and responses, averaged over segments or blocks.
+
+Blows, periods, bursts, sweeps or noise: what drove a test, as far as it decides how spectra are averaged.
+"""
 
 from dataclasses import dataclass
 
@@ -132,3 +135,128 @@ def pooled(parts: list[Spectra]) -> Spectra:
         g_yy=np.sum([s * part.g_yy for s, part in zip(share, parts, strict=True)], axis=0),
         averages=total,
     )
+
+
+PERIODIC_CORRELATION = 0.9
+"""Correlation of a drive with itself one period later; 0.99 with 10 % of noise in the measured drive."""
+
+FALLEN_CORRELATION = 0.5
+"""Correlation to which a drive falls before it repeats; slow signals resemble themselves at short delays."""
+
+SWEPT_UNEVENNESS = 4.0
+"""Ratio of two unevennesses of power over time, that of a line and that of all lines, from which lines are driven
+in turn. It is 2 for stationary noise and for bursts of noise, and the number of pieces for a slow sweep."""
+
+SWEPT_PIECES = 32
+"""Into which a recording is cut to see whether it is swept."""
+
+DRIVEN_POWER = 1e-3
+"""Share of the strongest line's power from which a line is driven."""
+
+LEVEL_AT_REST = 0.03
+"""Level at the end of a segment, as a share of the whole segment's, below which it is at rest."""
+
+SHARE_OF_END = 0.02
+"""Share of a segment that is its end."""
+
+HAMMER_LEVEL, HAMMER_TIME_SHARE = 0.1, 0.1
+"""A hammer's force exceeds this share of its largest value in less than this share of the time; noise in 0.7."""
+
+
+def period(drives: NDArray[np.float64]) -> int | None:
+    """Return the samples after which the drives repeat; None where they do not, twice at least.
+
+    Parameters
+    ----------
+    drives : (M, N) ndarray
+    """
+    count = drives.shape[1]
+    centred = drives - drives.mean(axis=1, keepdims=True)
+    spectrum = np.fft.rfft(centred, 2 * count, axis=1)
+    product = np.fft.irfft((np.abs(spectrum) ** 2).sum(axis=0))[: count // 2 + 1]
+    energy = np.cumsum((centred**2).sum(axis=0))
+    lags = np.arange(len(product))
+    early, late = energy[count - 1 - lags], energy[-1] - np.append(0.0, energy)[lags]
+    alike = product / np.sqrt(np.maximum(early * late, np.finfo(float).tiny))
+    apart = np.flatnonzero(alike < FALLEN_CORRELATION)
+    if not len(apart) or not (rest := alike[apart[0] :]).size or rest.max() < PERIODIC_CORRELATION:
+        return None
+    near = np.flatnonzero(rest > 0.98 * rest.max())
+    first = near[: 1 + int(np.argmax(np.append(np.diff(near) > 1, True)))]  # samples around the first peak
+    return int(apart[0] + first[np.argmax(rest[first])])
+
+
+def is_swept(drives: NDArray[np.float64]) -> bool:
+    """Whether the lines are driven one after the other, in (M, N) drives."""
+    length = drives.shape[1] // SWEPT_PIECES
+    if length < 16:
+        return False
+    pieces = drives[:, : SWEPT_PIECES * length].reshape(len(drives), SWEPT_PIECES, length)
+    weight = np.hanning(length)
+    power = (np.abs(np.fft.rfft((pieces - pieces.mean(axis=2, keepdims=True)) * weight, axis=2)) ** 2).sum(axis=0)
+    lines = power[:, power.mean(axis=0) > DRIVEN_POWER * power.mean(axis=0).max()]
+    by_line = (lines**2).mean(axis=0) / lines.mean(axis=0) ** 2
+    whole = lines.sum(axis=1)
+    return bool(np.median(by_line) > SWEPT_UNEVENNESS * (whole**2).mean() / whole.mean() ** 2)
+
+
+def is_impacts(drive: NDArray[np.float64]) -> bool:
+    """Whether a drive (N,) acts in short blows with rest between them."""
+    force = np.abs(drive - np.median(drive))
+    return bool((force > HAMMER_LEVEL * force.max()).mean() < HAMMER_TIME_SHARE)
+
+
+def fitting_segments(recording: SampledSignals, seconds: float) -> tuple[float, Shape, float]:
+    """Return length, window and overlap of segments: a whole period or sweep, or else Hann's of `seconds`."""
+    repeats = period(recording.drives)
+    if repeats is None and not is_swept(recording.drives):
+        return seconds, "hann", 0.5
+    return (recording.samples if repeats is None else repeats) / recording.rate, "rectangular", 0.0
+
+
+def leaks(recording: SampledSignals, seconds: float, window: Shape = "hann", overlap: float = 0.5) -> bool:
+    """Whether segments cut through responses that go on, as with noise; the leakage is then that of `Segments`.
+
+    Rectangular segments that hold a whole period, a whole burst or a whole sweep have none.
+
+    Parameters
+    ----------
+    seconds : float
+        Length of a segment.
+    window : str
+    overlap : float
+        Share of a segment that the next one begins with.
+
+    Raises
+    ------
+    ValueError
+        Where the segments cut a periodic or swept drive, whose leakage depends on the phases of its lines and
+        cannot be corrected; with the segments that do not.
+    """
+    rate = recording.rate
+    length = round(seconds * rate)
+    starts = segment_starts(recording.samples, length, overlap)
+    if window == "rectangular" and _rests_at_ends(recording, starts, length):
+        return False
+    wanted, shape, _ = fitting_segments(recording, seconds)
+    if shape != "rectangular":
+        return True
+    if window == "rectangular" and abs(length - round(wanted * rate)) <= 1:
+        return False
+    seen = "sweeps once" if round(wanted * rate) == recording.samples else f"repeats every {wanted:.6g} s"
+    raise ValueError(
+        f"its drive {seen}; segments of {seconds:g} s with the window {window} would make damping wrong by an "
+        f'unknown amount: set segments.seconds = {wanted:.9g}, segments.window = "rectangular" and '
+        "segments.overlap = 0"
+    )
+
+
+def _rests_at_ends(recording: SampledSignals, starts: NDArray[np.intp], length: int) -> bool:
+    """Whether drives and responses are at rest at the end of every segment, as after bursts."""
+    if not len(starts):
+        return False
+    signals = np.concatenate([recording.drives, recording.responses])
+    blocks = np.stack([signals[:, start : start + length] for start in starts])
+    blocks = blocks - np.median(blocks, axis=2, keepdims=True)
+    ends = blocks[:, :, length - max(round(SHARE_OF_END * length), 1) :]
+    return bool((np.sqrt((ends**2).mean(axis=2)) < LEVEL_AT_REST * np.sqrt((blocks**2).mean(axis=2))).all())

@@ -15,9 +15,8 @@ from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.fir import FirBank, FirEnergy, energy
 from analysis.focusing.methods import InverseFilters, Method, designer, invert
 from analysis.focusing.panel import Panel
-from analysis.focusing.panel_model import PanelModel
+from analysis.focusing.panel_model import PanelModel, design_forms, reference_temperature, responses
 from analysis.focusing.performance import Aim, Aimed, aim, joined
-from analysis.focusing.responses import design_forms, reference_temperature, responses
 from analysis.focusing.sound_aim import SoundAim
 from analysis.material import MaterialLaws
 from analysis.progress import Progress

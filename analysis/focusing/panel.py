@@ -15,8 +15,7 @@ from analysis.declaration.plate_material import material_box
 from analysis.declaration.strict import Coordinate, Degrees, Point, Sparse
 from analysis.experiment import Declared, Drive, Patch, Plate, Temperature, check_patches
 from analysis.geometry import shapes
-from analysis.geometry.fault import GeometryError, at
-from analysis.geometry.loop import Loop
+from analysis.geometry.loop import GeometryError, Loop, at
 from analysis.geometry.relations import leaves, overlap, self_crossing
 from analysis.material import MaterialBox
 from analysis.radiation.radiator import LEAST_LISTENER_HEIGHT, Air, Mounting, require_fine

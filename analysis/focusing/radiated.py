@@ -11,9 +11,8 @@ from analysis.focusing.energy import FieldSpace
 from analysis.focusing.fir import FirBank
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.panel import Panel
-from analysis.focusing.panel_model import PanelModel
+from analysis.focusing.panel_model import PanelModel, responses
 from analysis.focusing.performance import area_normalised
-from analysis.focusing.responses import responses
 from analysis.focusing.sound_aim import RESPONSE_TOLERANCE, SoundAim
 from analysis.material import MaterialLaws
 from analysis.progress import Progress

@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.declared_quantity import doubts
-from analysis.estimates import Estimate, FittedLaws
+from analysis.estimates import Estimate, FittedLaws, doubts
 from analysis.experiment import Protocol
-from analysis.gap.data.noise import NoiseCheck
-from analysis.gap.data.numerical_floor import NumericalFloor
+from analysis.gap.data.noise import NoiseCheck, NumericalFloor
 from analysis.gap.data.preparation import prepare, sharpest
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit, fitted_sheet, relative_misfit
@@ -24,18 +22,16 @@ from analysis.gap.fitting.state import starting_state
 from analysis.gap.imperfect.discrepancy import Discrepancy
 from analysis.gap.imperfect.naming import BesideDiscrepancy, Surety, beside_discrepancy, doubted
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect, PlainTwin, Verdict
-from analysis.gap.search.confidence import against, equivalents, probability
+from analysis.gap.search.confidence import against, equivalents, noise_evidence, probability, unknown_evidence
 from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.held_out import HeldOut, held_out, splits
 from analysis.gap.search.observability import signal_cosine, tangent_cosines
 from analysis.gap.search.score_test import Candidate
 from analysis.gap.search.stepwise import SearchResult, stepwise_search
-from analysis.gap.search.unknown import noise_evidence, unknown_evidence
 from analysis.gap.thresholds import EXPLAINED, Z_FLOOR
-from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf
-from analysis.twin_model import Remade, Tangent, TwinModel
+from analysis.twin_model import HeldEffects, Remade, Tangent, TwinModel
 from analysis.updated import Updated
 
 

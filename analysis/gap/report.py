@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from analysis.arrays import Real
-from analysis.declared_quantity import DeclaredQuantity
-from analysis.estimates import Estimate, FittedLaws
+from analysis.estimates import DeclaredQuantity, Estimate, FittedLaws
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.fitting.residual_map import ResidualMap, Signature
 from analysis.gap.fitting.state import GapState

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.geometry.curves import Arc, Cubic, Point, Segment
-from analysis.geometry.loop import Loop
+from analysis.geometry.loop import Arc, Cubic, Loop, Point, Segment
 
 
 def rectangle(center: Point, size: tuple[float, float], angle: float = 0.0) -> Loop:

@@ -1,12 +1,12 @@
 """Poles and residues of FRFs, tracked over temperature.
 
 =========================  ==================================================================
-``automatic``              identification of FRFs with common poles: search, model order, status
+``automatic``              identification of FRFs with common poles: search, model order, status; the paper's own
+                           recipe: local peaks, then wide-band refinement
 ``settings``               limits of the search, band, residual terms, mains frequency
 ``finishing``              final model order by `order`, last fit on all lines, errors at the peaks, status
-``peak_picking``           the paper's own recipe: local peaks, then wide-band refinement
 ``modes``                  poles, residues and residual terms of one sweep, frequency and damping of a pole;
-                           synthesis of its FRFs
+                           synthesis of its FRFs; distribution of the modes' damping ratios, used as a prior
 ``judgement``              which poles are modes of the plate
 ``over_temperature``       modes of all sweeps, followed over temperature
 ``pole_residue``           the model: columns, derivatives, synthesis; terms for modes outside the band; poles as
@@ -16,10 +16,8 @@
 ``lines``                  measured lines with their weights, and sums over them
 ``averaging``              fewer lines for the search
 ``running_median``         a running median along frequency
-``damping_prior``          distribution of the modes' damping ratios, used as a prior
-``variable_projection``    residues eliminated: misfit, gradient and Hessian of the poles alone; the triangular
-                           factor
-``pole_search``            least squares over the poles
+``pole_search``            least squares over the poles alone, residues eliminated: misfit, gradient, Hessian; the
+                           triangular factor; the search
 ``vector_fitting``         start poles without an initial guess
 ``order``                  how many poles: backward elimination by BIC, its penalty for one pole; residual terms
 ``missing``                poles found in the residual and added; one pole replaced by two close ones

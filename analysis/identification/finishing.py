@@ -16,12 +16,11 @@ import scipy.special
 from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
-from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.judgement.status import judge
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import add_missing, residual, split
-from analysis.identification.modes import Modes
+from analysis.identification.modes import DampingPrior, Modes
 from analysis.identification.order import choose_terms, covariance, eliminate, relative_deviations
 from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.settings import Settings

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.damping_prior import DampingPrior
+from analysis.identification.modes import DampingPrior
 from analysis.identification.pole_residue import ResidualTerms, fill_columns
 from analysis.identification.running_median import running_median
 from analysis.identification.settings import LEAST_LINES

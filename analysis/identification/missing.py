@@ -25,8 +25,7 @@ from analysis.identification.pole_residue import (
     residues_from_columns,
     synthesis,
 )
-from analysis.identification.pole_search import PREDICTED_FALL_FACTOR, PoleFit
-from analysis.identification.variable_projection import triangular_factor
+from analysis.identification.pole_search import PREDICTED_FALL_FACTOR, PoleFit, triangular_factor
 
 WIDTHS = (1.5, 0.08)
 """Half widths of the filters: from so many lines to this share of the band, each twice the one before."""

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from analysis.identification.judgement.resolution import unresolved
 from analysis.identification.lines import Lines
 from analysis.identification.pole_residue import CHOICES, ResidualTerms
-from analysis.identification.pole_search import PoleFit, fit
-from analysis.identification.variable_projection import Projection, project
+from analysis.identification.pole_search import PoleFit, Projection, fit, project
 
 ROUGH_FALL_OF_MISFIT = 3e-4
 """Relative fall of the misfit at which fits stop while the model order is not final."""

@@ -16,7 +16,7 @@ from scipy.linalg.lapack import dtrtrs
 
 from analysis.identification.lines import Lines, WeightedLines
 from analysis.identification.pole_residue import ResidualTerms
-from analysis.identification.variable_projection import factor_of_gram, misfit_at
+from analysis.identification.pole_search import factor_of_gram, misfit_at
 
 SETTLED_MISFIT = 0.02
 """Relative change of the misfit in each of two successive relocations at which the iteration stops."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.modes import Damping, Modes, PoleReading, read_poles
-from analysis.shapes.assurance import mac
+from analysis.shapes.participation import mac
 
 HEARD = 0.3
 """Peak of a mode over the rms of its FRFs from which on it counts as strong. Smaller ones lie on the flanks of

@@ -1,6 +1,6 @@
 """Trial of an alternative declaration: how many modes of one sweep a coarse model has where and as they are.
 
-The modulus is found by `analysis.updating.modulus_scan`'s comparison of levels; around the best the modes are
+The modulus is found by `analysis.updating.start`'s comparison of levels; around the best the modes are
 paired. Gain and the sign of every channel are free: what is tried is where resonances lie and which of them a
 channel sees.
 """
@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from analysis.arrays import Complex, Real
 from analysis.identification.lines import Lines
 from analysis.identification.pole_residue import ResidualTerms
-from analysis.identification.variable_projection import project
+from analysis.identification.pole_search import project
 from analysis.material import MaterialBox
 from analysis.pairing.assignment import ModeList, ModePairs, pair_modes
-from analysis.updating.modulus_scan import STEP, levels, scan_grid, smoothed
+from analysis.updating.start import STEP, levels, scan_grid, smoothed
 
 MIDDLE, OTHERS = 0.5, (0.15, 0.85)
 """Places in the box of the Poisson's ratio that is scanned, and of those tried at the best moduli."""

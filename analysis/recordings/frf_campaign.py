@@ -1,11 +1,11 @@
-"""FRFs of a plate over temperature that another program estimated: a campaign without time signals."""
+"""What another program estimated of a plate over temperature: FRFs, or natural frequencies and damping."""
 
 from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
-from analysis.arrays import Complex, Real
+from analysis.arrays import Complex, Real, Whole
 from analysis.experiment import Experiment
 from analysis.recordings.campaign import Campaign, CampaignExtent
 
@@ -122,3 +122,39 @@ class FrfCampaign:
 
 AnyCampaign = Campaign | FrfCampaign
 """What model updating, identification and the gap take: time signals, or FRFs as such."""
+
+
+@dataclass(frozen=True)
+class ModesAtTemperature:
+    """Modes at one temperature.
+
+    Attributes
+    ----------
+    temperature : float
+        Degrees Celsius.
+    frequency : (J,) ndarray
+        Hz, ascending, of hysteretic damping: sqrt(Re k)/2 pi of the pole's k = -pole^2.
+    sigma : (J,) ndarray
+        Standard deviations, Hz; NaN where they are not known.
+    loss_factor, sigma_loss_factor : (J,) ndarray
+        Im k / Re k; NaN where they are not known.
+    number : (J,) int ndarray
+        Of the mode, from 1 for the lowest elastic one; 0 where it is not known.
+    """
+
+    temperature: float
+    frequency: Real
+    sigma: Real
+    loss_factor: Real
+    sigma_loss_factor: Real
+    number: Whole
+
+    def __post_init__(self) -> None:
+        shape = self.frequency.shape
+        for name in ("sigma", "loss_factor", "sigma_loss_factor", "number"):
+            if getattr(self, name).shape != shape:
+                raise ValueError(f"{name} has shape {getattr(self, name).shape}; {shape} wanted")
+        if not shape[0] or not (self.frequency > 0.0).all() or (np.diff(self.frequency) < 0.0).any():
+            raise ValueError(f"frequencies at {self.temperature:g} °C must ascend from above 0 Hz")
+        if (self.sigma <= 0.0).any() or (self.sigma_loss_factor <= 0.0).any() or (self.loss_factor <= 0.0).any():
+            raise ValueError(f"standard deviations and damping at {self.temperature:g} °C must be above 0")

@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.declared_quantity import DeclaredQuantity
-from analysis.estimates import Estimate, FittedLaws
+from analysis.estimates import DeclaredQuantity, Estimate, FittedLaws
 from analysis.experiment import Protocol
 from analysis.gap.data.groups import FEWEST, LawSmoothness, TemperatureGroups, distinct_temperatures, mean_laws
-from analysis.gap.data.numerical_floor import NumericalFloor
+from analysis.gap.data.noise import NumericalFloor
 from analysis.gap.data.preparation import prepare, sweep_points
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import fitted_sheet

@@ -10,8 +10,7 @@ import numpy as np
 from analysis.arrays import Complex, Real
 from analysis.experiment import Protocol
 from analysis.gap.data.preparation import nodes_over, sweep_points
-from analysis.local_laws import LocalLaws
-from analysis.material import Material, MaterialLaws
+from analysis.material import LocalLaws, Material, MaterialLaws
 from analysis.recordings.frf import Frf
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, TwinModel

@@ -18,11 +18,10 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from analysis.arrays import Complex, Mask, Real, Whole
-from analysis.declared_quantity import DeclaredQuantity
 from analysis.effect_card import EffectCard
-from analysis.local_laws import LocalLaws
-from analysis.material import Material, MaterialBox
-from analysis.recordings.measured_modes import ModesAtTemperature
+from analysis.estimates import DeclaredQuantity
+from analysis.material import LocalLaws, Material, MaterialBox
+from analysis.recordings.frf_campaign import ModesAtTemperature
 from analysis.scatter import scatter_of
 from analysis.twin_model import Effects
 from analysis.updated import Updated

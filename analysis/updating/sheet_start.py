@@ -15,10 +15,10 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.effect_card import EffectCard
-from analysis.local_laws import LocalLaws
+from analysis.estimates import ACROSS, LOSS, MODULI, RATIOS, TRANSVERSE
+from analysis.material import LocalLaws
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf
-from analysis.sheet_material import ACROSS, LOSS, MODULI, RATIOS, TRANSVERSE
 from analysis.twin_model import TwinModel
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.start import cauchy_kernel

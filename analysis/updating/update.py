@@ -6,6 +6,8 @@ sweep is fitted alone on few lines, gain included, outwards from a middle sweep 
 neighbour, input by input; then the gains of an input are averaged into one. Where the twin of a plate with
 tolerances leaves clearly more than noise, the fit is repeated beside the scatter of resonances
 (`analysis.gap.imperfect`).
+
+Inverted channels, recorded with the wrong sign: leads swapped, or a patch mounted or poled the wrong way.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,6 +20,7 @@ from numpy.typing import NDArray
 
 from analysis.declaration.plate_material import Orthotropy
 from analysis.effect_card import Values
+from analysis.estimates import LOSS, MODULI, TRANSVERSE
 from analysis.experiment import Protocol
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.preparation import apart
@@ -26,18 +29,15 @@ from analysis.gap.fitting.gap_fit import GapFit, fitted_sheet, sweep_powers
 from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.search import over_all_sweeps, settled_from_first_order
 from analysis.gap.search.context import SearchContext
-from analysis.local_laws import LocalLaws
-from analysis.material import Material, MaterialBox, MaterialSigma
+from analysis.material import LocalLaws, Material, MaterialBox, MaterialSigma
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf
-from analysis.sheet_material import LOSS, MODULI, TRANSVERSE
 from analysis.twin_model import Remade, TwinModel
 from analysis.updated import Updated
 from analysis.updating.drift import sweep_laws, to_first_order
 from analysis.updating.laws import laws_of_sweeps
-from analysis.updating.normal_equations import SweepData, moved
-from analysis.updating.start import start_material
-from analysis.updating.sweep_fit import SweepFit, fit_sweep
+from analysis.updating.normal_equations import SweepData, SweepFit, fit_sweep, moved
+from analysis.updating.start import in_phase, start_material
 
 LINES_OF_THE_WALK = 500
 """Lines used while sweeps are fitted alone, if modes are many lines wide; the final fit uses all."""
@@ -343,3 +343,67 @@ def outlier_sweeps(frf: Frf, updated: Updated) -> list[int]:
         if near.sum() >= LEAST_NEIGHBOURS and chi2[sweep] > FAR_WORSE * chi2[near].max():
             outliers.append(sweep)
     return outliers
+
+
+AGREES = 0.5
+"""Correlation of twin and data above which a channel's sign is certain; unrelated responses have about 0."""
+
+
+def polarity_corrected(
+    frf: Frf, model: TwinModel, progress: Callable[[str, float], None] = lambda stage, share: None
+) -> tuple[Frf, NDArray[np.float64]]:
+    """Correct the sign of inverted channels.
+
+    No material changes the sign of a whole FRF, so a twin does not agree with an inverted channel. If a fit does
+    not agree with every channel, the start grid is searched again with the better sign for each channel; if the
+    result agrees with every channel, these signs are right.
+
+    Parameters
+    ----------
+    frf : Frf
+        As measured.
+    model : TwinModel
+        The twin, evaluated inside its box only.
+    progress : callable, optional
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    frf : Frf
+        With a note for each inverted channel.
+    start : (3,) ndarray
+        E [Pa], nu and eta of the middle sweep of the first input.
+
+    Raises
+    ------
+    ValueError
+        Where lines have no variance, so that they cannot be weighted.
+    """
+    frf.require_noise()
+    begins = []
+    for source in frf.driving:
+        names, begin = _inverted(frf.of_source(source), model, progress)
+        begins.append(begin)
+        frf = frf.turned(names, source)
+    return frf, begins[0]
+
+
+def _inverted(
+    frf: Frf, model: TwinModel, progress: Callable[[str, float], None]
+) -> tuple[list[str], NDArray[np.float64]]:
+    """Names of the channels inverted in one input's sweeps, and the material (3,) of its middle sweep."""
+    data = SweepData.of(frf, middle_sweep(frf), stride(frf, model.box))
+    begin = start_material(model, data, lambda share: progress("start grid", share))
+    if _explained(model, data, begin):
+        return [], begin
+    other = start_material(model, data, lambda share: progress("start grid, any signs", share), signed=False)
+    inverted = in_phase(data.answer(model, other), data) < 0.0
+    sign = np.where(inverted, -1.0, 1.0)[:, None]
+    if inverted.any() and _explained(model, replace(data, h=sign * data.h), other):
+        return [name for name, wrong in zip(frf.channels, inverted, strict=True) if wrong], other
+    return [], begin
+
+
+def _explained(model: TwinModel, data: SweepData, begin: NDArray[np.float64]) -> bool:
+    """Whether a fit started at the material `begin` (3,) agrees with every channel."""
+    return bool((in_phase(data.answer(model, begin), data) > AGREES).all())

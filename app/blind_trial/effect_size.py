@@ -13,7 +13,7 @@ import numpy as np
 
 from analysis.arrays import Complex
 from analysis.effect_card import Values
-from analysis.gap.data.numerical_floor import carried_error
+from analysis.gap.data.noise import carried_error
 from analysis.gap.data.preparation import prepare
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap

@@ -8,7 +8,7 @@ import numpy as np
 from analysis.channel import Motion
 from analysis.experiment import Experiment
 from app.blind_trial.plates import PlateKind
-from app.files.campaigns.joined import joined_declaration
+from app.files.campaigns.import_recording import joined_declaration
 from app.files.declarations.experiment import AcquiredExperiment, experiment_model
 from app.files.declarations.simulation_section import Laws
 

@@ -19,9 +19,8 @@ import numpy as np
 
 from analysis.effect_card import Values
 from analysis.gap.fitting.fit import fit_gap
-from analysis.gap.plan.decision import NOTHING, Told, decided, told
+from analysis.gap.plan.decision import NOTHING, Plan, Told, decided, told
 from analysis.gap.plan.measurement import Measurement
-from analysis.gap.plan.ranking import Plan
 from analysis.gap.plan.separation import ENOUGH, Question
 from app.blind_trial.draw_effects import of_size
 from app.blind_trial.effect_size import EffectSize
@@ -38,8 +37,7 @@ from app.files.results.next_experiment import NAME, reach_of, write_next_experim
 from app.stages.acquire import acquire_campaign
 from app.stages.comparison.compared import Compared
 from app.stages.comparison.plan import compared_plainly, plan
-from app.twins.campaign_twin import effect_twin
-from app.twins.scouting_twin import known_mass
+from app.twins.campaign_twin import effect_twin, known_mass
 from drivers.rig.campaign import unobserved
 from drivers.rig.session import Session
 

@@ -14,7 +14,7 @@ from analysis.declaration.transducers import Drive, Sensor
 from analysis.experiment import Attachment, Patch, Plate, Point
 from app.files.declarations.experiment import AcquiredExperiment
 from app.files.declarations.simulation_section import Laws
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.shell.fineness import Fineness
 
 PATCH_EDGE = 0.02

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from analysis.progress import Progress
-from app.chain.input_files import campaign_hashes, effect_hashes, file_hashes
 from app.chain.models_ahead import EFFECTS, PANEL, PLATE
-from app.chain.work import Made, Work
+from app.chain.work import Made, Work, campaign_hashes, effect_hashes, file_hashes
 from app.files.campaigns.of_run import campaign_typed
 from app.files.declarations.panel import SECTION_2
 from app.files.declarations.run_settings import Stage
@@ -194,7 +193,7 @@ def report_settings(work: Work) -> dict[str, Any]:
 def do_focus(work: Work, report: Progress) -> Made:
     """Design filters over temperature."""
     from app.stages import focus
-    from app.stages.panel.focus_request import FocusRequest
+    from app.stages.panel.requests import FocusRequest
     from app.summaries.focusing import correction, notes
 
     options = work.settings.focus
@@ -211,8 +210,8 @@ def do_compensate(work: Work, report: Progress) -> Made:
     """Train networks that give the filters at any temperature, and compare other methods."""
     from analysis.compensation.settings import Training
     from app.stages import compensate
-    from app.stages.panel.compensate_request import CompensateRequest
     from app.stages.panel.inputs import checked_device
+    from app.stages.panel.requests import CompensateRequest
     from app.summaries.compensation import notes
 
     options, focusing = work.settings.compensate, work.settings.focus

@@ -8,8 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from app.chain.input_files import effect_hashes
-from app.chain.work import Work
+from app.chain.work import Work, effect_hashes
 from app.files.bad_file import ResultFileError
 from app.files.campaigns.folder import SWEEPS
 from app.files.campaigns.inputs import EXTENT
@@ -21,7 +20,7 @@ from app.files.results.best_twin import gap_record_of
 from app.files.results.laws_file import load_pairing, load_updated
 from app.files.results.modes_file import load_modes
 from app.files.results.run_record import versions
-from app.summaries.pairing import no_fit_words
+from app.summaries.modes import no_fit_words
 
 FREE = (EXTENT, "campaign")
 """Settings that follow from the inputs: how many sweeps, and the folder's name."""

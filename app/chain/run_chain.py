@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from analysis.progress import Progress
 from app.chain.links import LINKS, Link
-from app.chain.request import RunRequest
-from app.chain.work import Made, Work
+from app.chain.work import Made, RunRequest, Work
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.of_run import campaign_typed, remember_campaign

@@ -1,13 +1,29 @@
-"""What the stages of one run share."""
+"""What the stages of one run share.
 
+What is asked of a run: the campaign, the folder, the stages and their options.
+
+SHA-256 of all that a stage reads, found without reading the campaign itself.
+"""
+
+import difflib
+import hashlib
+import json
+import tomllib
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, get_args
 
-from app.chain.input_files import campaign_hashes, is_import_of
-from app.chain.request import RunRequest
-from app.files.declarations.run_settings import RunSettings, Stage
+from app.files.acquisition.events import NAME as EVENTS
+from app.files.campaigns.channels import declaration_digest
+from app.files.campaigns.folder import SWEEPS, sweep_paths
+from app.files.campaigns.kind import DECLARATION, PROTOCOL, is_campaign_folder, is_recorded_campaign
+from app.files.campaigns.loading import load_campaign
+from app.files.declarations.run_settings import RunOptions, RunSettings, Stage
+from app.files.provenance import sha256
+from app.files.results.run_folder import beside
 
 if TYPE_CHECKING:
     from analysis.focusing.panel import Panel
@@ -15,6 +31,91 @@ if TYPE_CHECKING:
     from app.chain.models_ahead import ModelsAhead, WantedModel
     from app.report.written import DrawnParts
     from app.stages.update import Updating
+
+STAGES: tuple[Stage, ...] = get_args(Stage)
+"""In the order of the work."""
+
+
+def chosen_stages(
+    first: Stage | None = None,
+    last: Stage | None = None,
+    only: Sequence[Stage] = (),
+    without: Sequence[Stage] = (),
+) -> tuple[Stage, ...]:
+    """Return the stages asked for, in the order of the work.
+
+    Parameters
+    ----------
+    first, last : str, optional
+        Begin with this one, end with this one.
+    only : sequence of str
+        These alone; empty for all.
+    without : sequence of str
+        Not these.
+
+    Returns
+    -------
+    tuple of str
+
+    Raises
+    ------
+    ValueError
+        For a name that is no stage, and where nothing is left.
+    """
+    for names in (only, without):
+        if isinstance(names, str):
+            raise ValueError(f"{names!r}: a list of stages is wanted, such as [{names!r}]")
+    for name in (*((first,) if first else ()), *((last,) if last else ()), *only, *without):
+        if name not in STAGES:
+            close = difflib.get_close_matches(str(name), STAGES, 1)
+            meant = f"did you mean {close[0]}? " if close else ""
+            raise ValueError(f"{name!r} is no stage; {meant}allowed: {', '.join(STAGES)}")
+    begin = 0 if first is None else STAGES.index(first)
+    end = len(STAGES) if last is None else STAGES.index(last) + 1
+    found = tuple(one for one in STAGES[begin:end] if (not only or one in only) and one not in without)
+    if not found:
+        raise ValueError(f"no stage is left to run; allowed: one or more of {', '.join(STAGES)}")
+    return found
+
+
+@dataclass(frozen=True)
+class RunRequest:
+    """A run.
+
+    Attributes
+    ----------
+    campaign : Path
+        Recorded, imported or acquired, complete or not.
+    out : Path or None
+        Run folder; None for ``NAME-run`` beside the campaign.
+    stages : tuple of str
+        Of `STAGES`, in their order.
+    options : RunOptions
+    force : bool
+        Make stages again that are up to date.
+    in_place : bool
+        Read a recording where it stands, even where it was imported before.
+    """
+
+    campaign: Path
+    out: Path | None = None
+    stages: tuple[Stage, ...] = STAGES
+    options: RunOptions = field(default_factory=RunOptions)
+    force: bool = False
+    in_place: bool = False
+
+    @property
+    def run(self) -> Path:
+        """The run folder."""
+        return self.out or beside(self.campaign)
+
+    @property
+    def imported(self) -> Path | None:
+        """Folder that a recorded campaign is imported into; None for what is read where it stands."""
+        if not is_recorded_campaign(self.campaign) or self.in_place:
+            return None
+        named = self.options.path(self.options.settings.campaign)
+        return named or self.run.resolve().parent / f"{self.campaign.resolve().name}-campaign"
 
 
 @dataclass(frozen=True)
@@ -143,10 +244,97 @@ class Work:
         """
         from app.files.bad_file import ResultFileError
         from app.stages.panel.inputs import panel_of
-        from app.stages.panel.measured_plate import MeasuredPlate
+        from app.stages.panel.laws import MeasuredPlate
 
         try:
             panel, _ = panel_of(self.panel, self.settings.focus.changes())
         except ResultFileError:
             return None
         return None if MeasuredPlate(self.campaign.experiment).is_that_of(panel) else panel
+
+
+TOLD = (b'"missing"', b'"temperature in doubt"')
+"""Events that decide what is made of a campaign's sweeps; a running campaign writes others all the time."""
+
+
+def campaign_hashes(campaign: Path) -> dict[str, str]:
+    """SHA-256 of a campaign's files as they are now, by name, sweeps named as in `Campaign.hashes`.
+
+    Parameters
+    ----------
+    campaign : Path
+        Recorded, imported or acquired.
+
+    Returns
+    -------
+    dict
+        Also of meshes and drawings that a declaration names, and of events that put temperatures in doubt.
+    """
+    if is_campaign_folder(campaign):
+        found = {PROTOCOL: sha256(campaign / PROTOCOL)}
+        found |= {f"{SWEEPS}/{path.name}": sha256(path) for path in sweep_paths(campaign)}
+        return found | _told(campaign / EVENTS)
+    declaration = campaign / DECLARATION
+    if not declaration.exists():  # a plate with FRFs: only its reader knows which files it names
+        return dict(load_campaign(campaign).hashes) | _told(campaign / EVENTS)
+    found = {DECLARATION: declaration_digest(declaration)} | _named_in(declaration)
+    folder = campaign / SWEEPS
+    files = sorted(folder.iterdir()) if folder.is_dir() else []
+    return found | {
+        f"{SWEEPS}/{path.name}": sha256(path)
+        for path in files
+        if path.suffix.lower() == ".tdms" and not path.name.startswith(".")
+    }
+
+
+def is_import_of(folder: Path, recording: Path) -> bool:
+    """Whether a folder is a campaign that a recording, as it is declared now, was imported into."""
+    try:
+        frozen = json.loads((folder / PROTOCOL).read_text(encoding="utf-8"))
+        return bool(frozen["source"][DECLARATION] == declaration_digest(recording / DECLARATION))
+    except (OSError, ValueError, KeyError, TypeError):  # its reader says what is wrong with it
+        return False
+
+
+def file_hashes(path: Path) -> dict[str, str]:
+    """SHA-256 of a TOML file and of the meshes and drawings that it names; empty where it is not there."""
+    return {path.name: sha256(path)} | _named_in(path) if path.is_file() else {}
+
+
+def effect_hashes(folder: Path | None) -> dict[str, str]:
+    """SHA-256 of a user's own effects, by file."""
+    if folder is None or not folder.is_dir():
+        return {}
+    return {f"effect {path.name}": sha256(path) for path in sorted(folder.glob("[!_]*.py"))}
+
+
+def _told(events: Path) -> dict[str, str]:
+    try:
+        lines = [line for line in events.read_bytes().splitlines() if any(kind in line for kind in TOLD)]
+    except OSError:
+        return {}
+    return {EVENTS: hashlib.sha256(b"\n".join(lines)).hexdigest()} if lines else {}
+
+
+def _named_in(path: Path) -> dict[str, str]:
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):  # the reader says what is wrong
+        return {}
+    found = {}
+    for text in _texts(table):
+        with suppress(OSError, ValueError):  # a title may be too long for a name, or hold what no name may
+            if (path.parent / text).is_file():
+                found[text] = sha256(path.parent / text)
+    return found
+
+
+def _texts(value: Any) -> Iterator[str]:
+    if isinstance(value, str) and value.strip():
+        yield value
+    elif isinstance(value, dict):
+        for one in value.values():
+            yield from _texts(one)
+    elif isinstance(value, list):
+        for one in value:
+            yield from _texts(one)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from app.files.declarations.experiment import AcquiredExperiment, RigKind
-    from app.terminal.campaign_ending import Ending
+    from app.terminal.campaign import Ending
     from drivers.rig.campaign import Outcome
     from drivers.rig.rig import Rig
     from drivers.rig.session import Session
@@ -128,8 +128,7 @@ def command(
 def _require_known(notify: tuple[str, ...], notify_command: tuple[str, ...], out: Path | None) -> None:
     """Refuse what the watcher would refuse, before anything begins; what only it can find out, it says itself."""
     if notify or notify_command:
-        from app.watch.notifiers import command_of
-        from app.watch.secrets import addresses
+        from app.watch.notifiers import addresses, command_of
 
         addresses(notify, [] if out is None else [out])
         for text in notify_command:
@@ -163,9 +162,8 @@ def _run(
     """Run the campaign; return how it ended, completed or broken off."""
     from app.files.acquisition.campaign_folder import campaign_log
     from app.files.campaign_error import CampaignFileError
-    from app.terminal.campaign_ending import broken_off, completed
-    from drivers.rig.end_requests import EndRequests
-    from drivers.rig.errors import RigInterrupted, RigStopped
+    from app.terminal.campaign import broken_off, completed
+    from drivers.rig.end_requests import EndRequests, RigInterrupted, RigStopped
     from drivers.rig.session import Session
 
     with _open(declared, kind, experiment, output) as opened, EndRequests() as requests:
@@ -184,7 +182,7 @@ def _run(
 
 
 def _advise(declared: "AcquiredExperiment", kind: "RigKind", output: Output) -> None:
-    from analysis.protocol.advice import change_within_sweep
+    from analysis.protocol.objections import change_within_sweep
 
     if kind != "simulated" and not declared.oven.expires:
         output.note("this oven continues if the computer fails: see docs/guide/real-hardware.md on oven.program")
@@ -213,8 +211,8 @@ def _shoot(
 ) -> None:
     """Print the checks before a campaign; after a failed check no twin is reduced and nothing is played."""
     from app.commands.doctor import show
-    from app.rig.first_shot import look_before, shoot
-    from app.terminal.campaign_ending import NOT_AT_REST, not_at_rest
+    from app.rig.doctor import look_before, shoot
+    from app.terminal.campaign import NOT_AT_REST, not_at_rest
     from drivers.rig.end_requests import EndRequests
     from drivers.rig.survey import FindingState
 
@@ -250,7 +248,7 @@ def _acquire(
     from app.files.provenance import sha256
     from app.rig.assembly import rig_places
     from app.stages.acquire import acquire_campaign
-    from app.terminal.campaign_progress import campaign_screen
+    from app.terminal.campaign import campaign_screen
 
     source = Source(experiment.name, sha256(experiment))
     with campaign_screen(acquired["rig"] == "simulated", shown=not output.quiet) as screen:

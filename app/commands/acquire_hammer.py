@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from app.files.declarations.experiment import RigKind
     from app.files.declarations.hammer_experiment import HammerExperiment
     from app.stages.acquire_hammer import HammerOutcome
-    from app.terminal.campaign_ending import Ending
+    from app.terminal.campaign import Ending
 
 
 def acquire_hits(
@@ -98,14 +98,11 @@ def _run(
     from app.files.campaign_error import CampaignFileError
     from app.files.campaigns.sweep_file import Source
     from app.files.provenance import sha256
-    from app.rig.assembly import rig_places
-    from app.rig.hammer_assembly import hammer_rig
+    from app.rig.assembly import hammer_rig, rig_places
     from app.stages.acquire_hammer import acquire_hammer, interrupted_at
-    from app.terminal.campaign_ending import broken_off
-    from app.terminal.hammer_screen import HammerScreen, hammer_keys
+    from app.terminal.campaign import HammerScreen, broken_off, hammer_keys
     from drivers.hammer.campaign import no_key
-    from drivers.rig.end_requests import EndRequests
-    from drivers.rig.errors import RigInterrupted, RigStopped
+    from drivers.rig.end_requests import EndRequests, RigInterrupted, RigStopped
     from drivers.rig.session import Session
 
     with ExitStack() as stack:
@@ -143,7 +140,7 @@ def _run(
 
 def _complete(outcome: "HammerOutcome", unsafe: tuple[str, ...], folder: Path, seconds: float) -> "Ending":
     """Return the ending of a test that was not broken off."""
-    from app.terminal.campaign_ending import NOT_AT_REST, NOT_GOOD_ENOUGH, Ending, not_at_rest
+    from app.terminal.campaign import NOT_AT_REST, NOT_GOOD_ENOUGH, Ending, not_at_rest
 
     state = "stopped" if outcome.stopped else "complete with hits missing" if outcome.missing else "complete"
     record = {

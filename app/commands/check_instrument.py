@@ -50,7 +50,7 @@ def command(instrument: str, really: bool, output: Output) -> None:
         EXPERIMENT.convert(instrument, None, None)
 
     from app.files.declarations.instruments import declared_instruments
-    from app.terminal.campaign_ending import NOT_AT_REST
+    from app.terminal.campaign import NOT_AT_REST
     from drivers.rig.end_requests import EndRequests
     from drivers.rig.occupancy import RigInUse, occupied
 
@@ -148,7 +148,7 @@ def _until_asked_to_end(
 
 
 def _say(unsafe: tuple[str, ...], output: Output) -> None:
-    from app.terminal.campaign_ending import not_at_rest
+    from app.terminal.campaign import not_at_rest
 
     if unsafe:
         output.failure(not_at_rest(unsafe).lstrip())
@@ -157,7 +157,7 @@ def _say(unsafe: tuple[str, ...], output: Output) -> None:
 def _rest(declared: "DeclaredInstruments") -> tuple[str, ...]:
     """Bring oven and drive to rest once more; return what could not be verified."""
     from drivers.clock import SystemClock
-    from drivers.rig.rest import rest_drive, rest_oven
+    from drivers.rig.session import rest_drive, rest_oven
 
     oven, cards, clock = declared.oven, declared.cards, SystemClock()
     outcomes = (

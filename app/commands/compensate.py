@@ -208,7 +208,7 @@ def command(
     else:
         _refuse_with_transfers(twin, place, across, weather)
 
-    from app.stages.panel.compensate_request import CompensateRequest
+    from app.stages.panel.requests import CompensateRequest
 
     wanted = CompensateRequest(
         run,

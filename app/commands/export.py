@@ -12,7 +12,7 @@ from app.commands.options import RUN_WITH_FILTERS, following_method, out_folder
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
-    from app.files.exports.cost import Cost
+    from app.files.exports.c_code import Cost
     from app.files.exports.shipment import Shipment
 
 FORMS = ("c", "onnx", "npz", "wav", "csv", "tdms", "mat", "uff")
@@ -129,8 +129,7 @@ def command(
     if temperatures and form in ("c", "onnx"):
         raise click.UsageError(f"--temperature is for npz, wav and csv; {form} follows every temperature")
     from analysis.rendering.following import TiltBank
-    from app.files.exports.c_code import SAMPLES_AT_ONCE
-    from app.files.exports.cost import Cost
+    from app.files.exports.c_code import SAMPLES_AT_ONCE, Cost
     from app.files.exports.shipment import shipment
     from app.files.exports.written_filters import export_temperatures, same_names, write_filters
     from app.files.results.run_folder import run_folder

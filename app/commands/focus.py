@@ -90,7 +90,7 @@ def command(
         raise click.UsageError("--transfers takes the place of RUN and of --twin; name results' folder by --out")
     started = time.perf_counter()
 
-    from app.stages.panel.focus_request import FocusRequest
+    from app.stages.panel.requests import FocusRequest
 
     changes = {"regularisation": regularisation, "tolerance": tolerance} | filters
     wanted = FocusRequest(run, twin, panel, changes, method, temperatures, transfers)  # type: ignore[arg-type]
@@ -125,7 +125,7 @@ def command(
 def _overtaken(folder: Path, panel: "Panel") -> list[str]:
     """Return a note where compensated filters beside the new ones are of another panel."""
     from app.files.bad_file import ResultFileError, quoted
-    from app.files.results.compensation_file import load_compensation
+    from app.files.results.panel_files import load_compensation
 
     if not (folder / "compensation.h5").is_file():
         return []
@@ -144,7 +144,7 @@ def _overtaken(folder: Path, panel: "Panel") -> list[str]:
 def replaced(target: Path, temperature: "NDArray[np.float64]") -> list[str]:
     """Return a note if the new filters, of `temperature` (T,), °C, replace filters of other temperatures."""
     from app.files.bad_file import ResultFileError
-    from app.files.results.filter_files import load_focusing
+    from app.files.results.panel_files import load_focusing
     from app.summaries.focusing import temperatures_in_words
 
     if not target.is_file():

@@ -209,7 +209,7 @@ def _structure(path: Path, out: Path | None, options: "Callable[[], Wanted]", ou
     with run_folder(folder, out) as run, output.progress() as report:
         frfs = frfs_of_file(path, report)
 
-        from app.modal_test.records import record_of, shape_tables
+        from app.modal_test.modes_of_test import record_of, shape_tables
         from app.stages import identify_structure as stage
         from app.summaries.modes import mode_table, modes_record
         from app.terminal.tables import show

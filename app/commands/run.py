@@ -12,7 +12,7 @@ from app.commands.options import CAMPAIGN, Existing, engine_options, out_folder
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
-    from app.chain.request import RunRequest
+    from app.chain.work import RunRequest
     from app.files.declarations.run_settings import Stage
     from app.files.results.run_record import StageRecord
     from app.terminal.engine import Engine
@@ -112,7 +112,7 @@ def _asked(
     campaign: Path, chosen: "Chosen", settings: Path | None, typed: tuple[str, ...], out: Path | None, force: bool
 ) -> "RunRequest":
     """Return what is asked of one campaign."""
-    from app.chain.request import RunRequest, chosen_stages
+    from app.chain.work import RunRequest, chosen_stages
     from app.files.declarations.run_settings import read_run_options
 
     first, last, only, without = chosen
@@ -185,9 +185,8 @@ def _fleet(
 
     from app.files.atomic import write_json, write_text
     from app.files.disk_room import require_room, room_of
-    from app.fleet.exchange import exchanged
     from app.fleet.fleet_run import MODEL_MEMORY, RunMember, run_fleet
-    from app.fleet.laws_beside import laws_beside
+    from app.fleet.laws_beside import exchanged, laws_beside
     from app.fleet.page import NAME, PAGE, fleet_page, fleet_record, show, summary_of
     from app.report.style import drawing
 

@@ -33,12 +33,11 @@ def command(experiment: Path, rig: "RigKind | None", output: Output) -> None:
     """
     from app.files.declarations.experiment import read_declared_experiment
     from app.files.declarations.hammer_experiment import declares_hammer_test, read_hammer_experiment
-    from app.rig.assembly import rig_places, still_rig
-    from app.rig.hammer_assembly import still_oven
-    from app.terminal.campaign_ending import NOT_AT_REST, not_at_rest
+    from app.rig.assembly import rig_places, still_oven, still_rig
+    from app.terminal.campaign import NOT_AT_REST, not_at_rest
     from drivers.rig.end_requests import EndRequests
     from drivers.rig.occupancy import RigInUse, occupied
-    from drivers.rig.rest import bring_to_rest
+    from drivers.rig.session import bring_to_rest
 
     if declares_hammer_test(experiment):
         of_hits = read_hammer_experiment(experiment)

@@ -44,7 +44,7 @@ def command(experiment: Path | None, port: int, output: Output) -> None:
         seen, allowed = repr(declared.cards.kind), "'ni': only these cards have a device server"
         raise CampaignFileError(file.parent, [Problem(file.name, "cards.kind", seen, allowed)])
     from app.rig.simulated_rig import simulated_rig  # slow import: a wrong file is reported before it
-    from drivers.ni.simulated.loopback import serving
+    from drivers.ni.simulated.servicer import serving
 
     with output.progress() as report:
         parts = simulated_rig(declared, file, report)

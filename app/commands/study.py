@@ -10,7 +10,7 @@ from app.commands.options import PANEL, RUN_WITH_LAWS, filter_options, out_folde
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
-    from app.files.results.studies_file import Studies
+    from app.files.results.panel_files import Studies
 
 FIGURES = ("4", "13", "14", "15", "16", "17", "18", "19")
 """As of `app.stages.study`, which takes too long to import for ``--help``."""

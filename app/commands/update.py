@@ -175,8 +175,8 @@ def command(
     from app.files.results.best_twin import best_twin
     from app.files.results.pairing_json import pairing_record
     from app.files.results.run_folder import run_folder
+    from app.summaries.modes import pairing_tables
     from app.summaries.numbers import extent_record, led
-    from app.summaries.pairing import pairing_tables
     from app.summaries.update import budget_lines, gains_text, notes, record, summary, tables_of
     from app.terminal.tables import show
 

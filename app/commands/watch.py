@@ -64,7 +64,7 @@ def command(
     with Ctrl-C; campaigns do not notice.
     """
     require_campaigns(campaigns, wait=wait)
-    from app.watch.secrets import SecretError, page_token
+    from app.watch.notifiers import SecretError, page_token
     from app.watch.server import is_loopback
     from app.watch.watcher import require_acquired
     from app.watch.watching import Page, Watching, leave_streams, left_behind
@@ -94,8 +94,7 @@ def _notifiers(
     notify: "Sequence[str]", notify_command: "Sequence[str]", campaigns: "Sequence[Path]"
 ) -> "list[Notifier]":
     """Return the notifiers, their addresses checked; SecretError for what is wrong with them."""
-    from app.watch.notifiers import AppriseNotifier, command_of
-    from app.watch.secrets import SecretError, addresses
+    from app.watch.notifiers import AppriseNotifier, SecretError, addresses, command_of
 
     commands = [command_of(text) for text in notify_command]
     apprise = [AppriseNotifier(url, place) for place, url in enumerate(addresses(notify, campaigns), 1)]

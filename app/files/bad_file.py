@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
-    from analysis.geometry.curves import Curve, Point
+    from analysis.geometry.loop import Curve, Point
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def misplaced(source: Path, declared: Mapping[str, Any], details: "Sequence[Erro
     Misplaced or None
         None where no geometry is wrong.
     """
-    from analysis.geometry.fault import GeometryError  # --help waits for no library
+    from analysis.geometry.loop import GeometryError  # --help waits for no library
 
     errors = [detail.get("ctx", {}).get("error") for detail in details]
     places = [place for error in errors if isinstance(error, GeometryError) for place in error.places]

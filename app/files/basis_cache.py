@@ -17,7 +17,7 @@ from platformdirs import user_cache_path
 
 from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
-from analysis.geometry.fault import GeometryError
+from analysis.geometry.loop import GeometryError
 from analysis.material import MaterialBox
 from analysis.progress import Progress
 from app.files.atomic import atomic_hdf5
@@ -26,7 +26,7 @@ from app.files.disk_room import UnwrittenFileError
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
 
 if TYPE_CHECKING:
-    from simulation.reduction.basis_training import BasisTraining
+    from simulation.reduction.basis_key import BasisTraining
     from simulation.reduction.plate_basis import PlateBasis
     from simulation.reduction.reduced_model import ReducedModel
     from simulation.shell.fineness import Fineness

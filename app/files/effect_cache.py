@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from simulation.reduction.effect_operators import EffectOperators
     from simulation.reduction.plate_basis import PlateBasis
     from simulation.shell.fineness import Fineness
-    from simulation.state.departures import Sheet
+    from simulation.state.plate_state import Sheet
 
 log = logging.getLogger(__name__)
 FORMAT = "flexura-effect-operators/1"

@@ -2,8 +2,7 @@
 
 =================  ========================================================================================
 ``fleet_run``      campaigns named, in a folder or in a list; all stages of each
-``laws_beside``    laws of the pieces beside one another: scatter, outliers, pieces known at few temperatures
-``exchange``       contrast that each panel's filters have on each other
+``laws_beside``    laws of the pieces beside one another; which panel's filters can be used for which
 ``page``           ``fleet.json`` and ``fleet.html``, and the same as a table on the screen
 =================  ========================================================================================
 """

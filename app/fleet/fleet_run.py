@@ -15,9 +15,8 @@ from pathlib import Path
 
 from analysis.progress import Progress
 from app.chain.models_ahead import BUILD, PANEL, WantedModel, silent
-from app.chain.request import RunRequest
 from app.chain.run_chain import RunListener, run_chain
-from app.chain.work import Work
+from app.chain.work import RunRequest, Work
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.kind import is_campaign_folder, is_recorded_campaign

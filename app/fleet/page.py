@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.fleet.scatter import predict_piece
+from analysis.fleet import predict_piece
 from app.files.provenance import provenance
 from app.files.results.run_record import hashed
-from app.fleet.exchange import FILTERS, USABLE_LOSS, Exchange
 from app.fleet.fleet_run import RunMember
-from app.fleet.laws_beside import CONSTANTS, MISFIT, FleetLaws
+from app.fleet.laws_beside import CONSTANTS, FILTERS, MISFIT, USABLE_LOSS, Exchange, FleetLaws
 from app.report.page import Absent, Item, PageTable, Paragraph, Picture, Section, VerdictBox, page
 from app.report.style import drawing, panels
 

@@ -8,19 +8,16 @@ import numpy as np
 
 from analysis.channel import UNITS
 from analysis.estimation.agreement import LEAST_AGREEMENT, agreement, of_hits, of_records
-from analysis.estimation.estimators import Estimator, FrfEstimate, estimate
-from analysis.estimation.excitation import leaks
+from analysis.estimation.estimators import Estimator, FrfEstimate, Segments, estimate
 from analysis.estimation.impacts import Blows, find_blows
 from analysis.estimation.quantities import frf_name
 from analysis.estimation.ringing import ringing
-from analysis.estimation.segments import Segments
-from analysis.estimation.spectra import Spectra, of_blocks, pooled, welch
+from analysis.estimation.spectra import Spectra, leaks, of_blocks, pooled, welch
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.judgement.confirmation import FEWEST_HITS, WithoutHit
 from analysis.plate_temperature.label_check import said_of_doubts
 from analysis.progress import Progress
-from app.files.acquisition.hammer_folder import said_of_missing_hits
-from app.files.acquisition.hit_doubts import hit_doubts
+from app.files.acquisition.hammer_folder import hit_doubts, said_of_missing_hits
 from app.files.bad_file import ResultFileError
 from app.files.declarations.modal_test import NAME, ModalTest, RecordOfTest, declares_test, dof, read_modal_test
 from app.files.measurements.columns import Columns
@@ -36,8 +33,7 @@ from app.modal_test.frf_set import (
     said_of_coherence,
     said_of_reference,
 )
-from app.modal_test.given_frfs import given_frfs
-from app.modal_test.signals import SignalsOfFile, signals
+from app.modal_test.signals import SignalsOfFile, given_frfs, signals
 
 Runs = dict[tuple[tuple[str, str], ...], list[tuple[str, SignalsOfFile]]]
 """Names and signals of the files, by the places of their channels."""

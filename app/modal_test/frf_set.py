@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.channel import UNITS, Quantity
-from analysis.estimation.coherence import without_information
+from analysis.estimation.estimators import Segments, without_information
 from analysis.estimation.quantities import frf_label, frf_name, frf_unit
-from analysis.estimation.segments import Segments
 from analysis.estimation.transfer import MeasuredTransfer, turns_backward
 from analysis.identification.judgement.confirmation import WithoutHit
 from analysis.identification.settings import lines_inside

@@ -1,4 +1,7 @@
-"""Modes and shapes of a test: computed, saved in a run folder (modes, FRFs, stabilization), loaded again."""
+"""Modes and shapes of a test: computed, saved in a run folder (modes, FRFs, stabilization), loaded again.
+
+Modes of a test as JSON for machines and as tables for people.
+"""
 
 import csv
 import io
@@ -11,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimation.segments import Segments
+from analysis.estimation.estimators import Segments
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.judgement.confirmation import confirmed_by_hits
 from analysis.identification.measured import Measured
@@ -19,23 +22,21 @@ from analysis.identification.modes import Modes
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.progress import Progress
-from analysis.shapes.assurance import mpc
-from analysis.shapes.participation import ModeShapes, mode_shapes, residue_deviation
+from analysis.shapes.participation import ModeShapes, mac, mode_shapes, mpc, residue_deviation
 from analysis.shapes.stabilization import StabilizationChart, stabilization_chart
 from app.files.atomic import atomic_hdf5, write_text
 from app.files.bad_file import ResultFileError
-from app.files.hdf5_file import result_file
+from app.files.hdf5_file import read_value, result_file, write_value
 from app.files.parsed_text import parse_json
 from app.files.provenance import provenance, stamp
 from app.files.results.modes_file import load_modes, load_shapes, save_modes
 from app.files.uff.frfs import write_frfs
 from app.files.uff.geometry import write_modes
-from app.files.values import read_value, write_value
 from app.modal_test.edit_journal import forget_edits
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.without_windows import rebuilt, without_windows
-from app.summaries.modes import mode_table, modes_record
-from app.summaries.table import as_html, as_text
+from app.summaries.modes import mode_table, modes_record, reading_cells
+from app.summaries.table import Table, as_html, as_text
 
 if TYPE_CHECKING:
     from app.stages.identify_options import Wanted
@@ -364,3 +365,76 @@ def write_modes_table(target: Path, modes: Modes, shapes: ModeShapes) -> None:
         judged = [modes.status[pole], modes.confirmed_word(pole), reasons[pole]]
         rows.writerow([number, *values, *judged, f"{collinear:.4f}", f"{share:.4f}", *parts])
     write_text(target, stream.getvalue())
+
+
+MODE_HEADINGS = ("f [Hz]", "σ [Hz]", "ζ [%]", "σ [%]", "MPC", "status", "why")
+AXIS = "mode: f [Hz]"
+"""Label of an axis of `mode_names`."""
+
+
+def mode_rows(modes: Modes, shapes: ModeShapes) -> list[tuple[str, ...]]:
+    """Words under `MODE_HEADINGS` for every shape; no MPC where there is one place only, whose MPC is always 1."""
+    reading, reasons, collinear = modes.reading(), modes.explanation(), mpc(shapes.shape)
+    return [
+        (
+            *reading_cells(reading, j),
+            f"{collinear[n]:.3f}" if len(shapes.places) > 1 else "–",
+            modes.standing(j),
+            reasons[j],
+        )
+        for n, j in enumerate(shapes.pole.tolist())
+    ]
+
+
+def mode_names(modes: Modes, shapes: ModeShapes) -> list[str]:
+    """Return number and frequency of every shape, as at the axes of the AutoMAC: ``2: 262``."""
+    return [f"{n}: {f:.0f}" for n, f in enumerate(modes.reading().frequency_hz[shapes.pole], start=1)]
+
+
+def record_of(found: TestModes, seconds: float) -> dict[str, Any]:
+    """Return what ``--json`` prints of a test that took so many seconds."""
+    shapes = found.shapes
+    frequency = found.modes.reading().frequency_hz
+    collinear = mpc(shapes.shape)
+    return {
+        "title": found.frfs.title,
+        "frfs": [
+            {"name": t.name, "response": t.response, "reference": t.reference, "quantity": t.quantity}
+            for t in found.frfs.transfers
+        ],
+        **modes_record(found.modes),
+        "places": list(shapes.places),
+        "references": list(shapes.references),
+        "shapes": [
+            {
+                "frequency_hz": float(frequency[pole]),
+                "shape": [None if np.isnan(c) else [float(c.real), float(c.imag)] for c in shape],
+                "participation": [[float(c.real), float(c.imag)] for c in partner],
+                "mpc": float(phase),
+                "rank_one": float(share),
+            }
+            for pole, shape, partner, phase, share in zip(
+                shapes.pole, shapes.shape, shapes.participation, collinear, shapes.rank_one, strict=True
+            )
+        ],
+        "auto_mac": mac(shapes.shape, shapes.shape).tolist(),
+        "notes": list(found.frfs.notes),
+        "seconds": seconds,
+    }
+
+
+def shape_tables(found: TestModes) -> list[Table]:
+    """Return a table of how the shapes are judged, where there is more than one place."""
+    if len(found.shapes.places) < 2:
+        return []
+    alike = mac(found.shapes.shape, found.shapes.shape)
+    np.fill_diagonal(alike, 0.0)
+    frequency = found.modes.reading().frequency_hz[found.shapes.pole]
+    collinear = mpc(found.shapes.shape)
+    rows = []
+    for n, f in enumerate(frequency):
+        other = int(alike[n].argmax())
+        near = f"{frequency[other]:.1f} Hz: {alike[n, other]:.2f}" if len(frequency) > 1 else ""
+        rows.append((f"{f:.3f}", f"{collinear[n]:.3f}", f"{100 * found.shapes.rank_one[n]:.1f}", near))
+    title = f"shapes at {len(found.shapes.places)} places"
+    return [Table(title, ("f [Hz]", "MPC", "rank one [%]", "most alike: MAC"), tuple(rows))]

@@ -13,17 +13,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimation.excitation import fitting_segments, is_impacts
 from analysis.estimation.recording import SampledSignals
+from analysis.estimation.spectra import fitting_segments, is_impacts
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaigns.kind import DECLARATION
 from app.files.declarations.modal_test import FORMAT, NAME, ModalTest
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns, read_each
-from app.files.settings_toml import checked, read_table
+from app.files.settings_toml import checked, read_table, toml_text
 from app.files.shipped import shipped
-from app.files.toml_text import toml_text
 from app.modal_test.guessed_channels import (
     NewTest,
     guessed_channels,

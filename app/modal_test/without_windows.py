@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimation.segments import Segments
+from analysis.estimation.estimators import Segments
 from analysis.estimation.windows import without_window
 from analysis.identification.judgement.leakage import Unleaked, seen_through, without_leakage
 from analysis.identification.judgement.status import WEAK_DAMPING

@@ -2,12 +2,11 @@
 
 ==================  ==================================================================
 ``given_campaign``  the declaration and all its files to a campaign of FRFs
-``source_files``    FRFs of one file, of any format that is read
-``own_frfs``        those of ``frf.h5``, which Flexura wrote itself
-``circumstances``   temperature, direction and level of an FRF
+``source_files``    FRFs of one file, of any format that is read, ``frf.h5`` too; temperature, direction and level
+                    of an FRF
 ``channel_map``     which drive and which sensor an FRF belongs to; a roving hammer
-``plate_of_modes``  the same of a plate whose natural frequencies are known
-``modes_table``     natural frequencies and damping from a table
+``plate_of_modes``  the same of a plate whose natural frequencies are known; natural frequencies and damping from a
+                    table
 ``new_plate``       a declaration to start from
 ==================  ==================================================================
 """

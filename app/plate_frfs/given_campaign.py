@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.estimation.coherence import coherence_variance
+from analysis.estimation.estimators import coherence_variance
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import LEAST_LINES, Experiment, OvenDeclaration, Protocol
 from analysis.recordings.frf_campaign import FrfCampaign, FrfSweep, Noise
@@ -26,9 +26,15 @@ from app.files.provenance import sha256
 from app.files.settings_toml import checked
 from app.modal_test.frf_set import require_convention
 from app.plate_frfs.channel_map import PointsByNode, output_of, points_by_node, scale_of, source_of
-from app.plate_frfs.circumstances import circumstances
-from app.plate_frfs.own_frfs import PlacedFrf, is_own, own_frfs
-from app.plate_frfs.source_files import FrfsOfFile, frfs_of_file, stated_coherence
+from app.plate_frfs.source_files import (
+    FrfsOfFile,
+    PlacedFrf,
+    circumstances,
+    frfs_of_file,
+    is_own,
+    own_frfs,
+    stated_coherence,
+)
 
 ROOM_TEMPERATURE = 20.0
 """Of the oven's room where it is not declared, degrees Celsius: it matters only for effects of a gradient between

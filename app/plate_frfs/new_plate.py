@@ -21,14 +21,12 @@ from analysis.estimation.transfer import MeasuredTransfer
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
 from app.files.declarations.plate import FORMAT, NAME, FrfsOfPlate
-from app.files.results.frf_file import load_frf
-from app.files.toml_text import toml_text
+from app.files.results.modes_file import load_frf
+from app.files.settings_toml import toml_text
 from app.files.uff.geometry import read_nodes
 from app.modal_test.new_declaration import points_of_table
-from app.plate_frfs.circumstances import circumstances
-from app.plate_frfs.modes_table import is_table_of_modes
-from app.plate_frfs.own_frfs import is_own
-from app.plate_frfs.source_files import UNIVERSAL, FrfsOfFile, frfs_of_file
+from app.plate_frfs.plate_of_modes import is_table_of_modes
+from app.plate_frfs.source_files import UNIVERSAL, FrfsOfFile, circumstances, frfs_of_file, is_own
 
 COORDINATE_ROUNDING = 1e-3
 """Share of the plate's longer side by which rounded coordinates may reach beyond an edge, or out of the plane."""

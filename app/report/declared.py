@@ -17,14 +17,13 @@ from analysis.declaration.outline import (
     PolygonOutline,
     RectangleOutline,
     SplineOutline,
+    Support,
     curve_of,
 )
-from analysis.declaration.patch import Patch
 from analysis.declaration.plate import Plate
-from analysis.declaration.support import Support
+from analysis.declaration.transducers import Patch
 from analysis.experiment import Experiment
-from analysis.geometry.curves import Curve, Point
-from analysis.geometry.loop import Loop
+from analysis.geometry.loop import Curve, Loop, Point
 from app.files.bad_file import Misplaced
 from app.report.style import BAND, MEASURED, MODEL, drawing, panels
 

@@ -11,13 +11,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from analysis.estimates import FittedLaws
+from analysis.estimates import FittedLaws, SheetMaterial
 from analysis.gap.data.groups import TemperatureGroups
 from analysis.gap.thresholds import LEAST_GAIN
-from analysis.sheet_material import SheetMaterial
 from app.files.results.gap_file import GapFigures
 from app.report.style import BAND, MODEL, frequency_axis, legend_below, panels
-from app.summaries.sheet import CONSTANTS
+from app.summaries.update import CONSTANTS
 
 Record = Mapping[str, Any]
 BEFORE, AFTER, ALIKE, OTHER = MODEL, BAND, "#7cc4cc", "0.75"

@@ -31,8 +31,8 @@ from app.summaries.gap import (
     titles_of,
     verdict_words,
 )
+from app.summaries.modes import no_fit_words
 from app.summaries.numbers import roughly
-from app.summaries.pairing import no_fit_words
 
 Record = Mapping[str, Any]
 

@@ -6,16 +6,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.drawn_curves import drawn_phase, in_lines
+from analysis.estimates import SheetMaterial
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
 from analysis.recordings.frf import Frf
-from analysis.sheet_material import SheetMaterial
 from analysis.updated import Updated
 from app.files.results.laws_file import TwinFrf
 from app.report.page import PageTable
 from app.report.style import BAND, MEASURED, MODEL, frequency_axis, legend_below, panels, temperature_color
 from app.summaries.modes import NUMBERS, SWEEP_HEADINGS, sweep_rows
-from app.summaries.sheet import CONSTANTS
+from app.summaries.update import CONSTANTS
 
 CURVES_DRAWN = 5
 

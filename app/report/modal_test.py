@@ -8,13 +8,11 @@ from numpy.typing import NDArray
 
 from analysis.estimation.transfer import direction_sign
 from analysis.identification.modes import Modes
-from analysis.shapes.assurance import mac
-from analysis.shapes.participation import ModeShapes
+from analysis.shapes.participation import ModeShapes, mac
 from analysis.shapes.stabilization import StabilizationChart, cmif
 from app.files.bad_file import quoted
 from app.modal_test.frf_set import FrfSet
-from app.modal_test.modes_of_test import load_stabilization, load_test
-from app.modal_test.records import AXIS, MODE_HEADINGS, mode_names, mode_rows
+from app.modal_test.modes_of_test import AXIS, MODE_HEADINGS, load_stabilization, load_test, mode_names, mode_rows
 from app.modal_test.without_windows import rebuilt
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture, Section, Words
 from app.report.style import MEASURED, MODEL, frequency_axis, legend_below, panels

@@ -11,7 +11,7 @@ from analysis.experiment import Experiment, Plate
 from app.files.results.pairing_json import shown
 from app.report.page import Item, PageTable, Picture, VerdictBox
 from app.report.style import BAND, MODEL, frequency_axis, legend_below, panels
-from app.summaries.pairing import HEADINGS, likeness, no_fit_words, point_rows, points_shown, rows, title
+from app.summaries.modes import HEADINGS, likeness, no_fit_words, point_rows, points_shown, rows, title
 
 Record = Mapping[str, Any]
 LARGEST_DIFFERENCE_DRAWN = 10.0

@@ -9,9 +9,13 @@ from scipy.io import wavfile
 
 from analysis.arrays import Real
 from app.files.bad_file import ResultFileError
-from app.files.results.compensation_file import load_compensation
-from app.files.results.filter_files import load_focusing, load_pareto, load_uncorrected
-from app.files.results.radiation_file import load_radiation
+from app.files.results.panel_files import (
+    load_compensation,
+    load_focusing,
+    load_pareto,
+    load_radiation,
+    load_uncorrected,
+)
 from app.report import focusing, paper, radiation
 from app.report.page import Item, PageTable, Paragraph, Picture, Player
 

@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from analysis.declaration.plate import Plate
+from analysis.estimates import SheetMaterial
 from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
-from analysis.recordings.chosen_actuator import sweeps_of_modes
-from analysis.recordings.frf import Frf
-from analysis.sheet_material import SheetMaterial
+from analysis.recordings.frf import Frf, sweeps_of_modes
 from analysis.updated import GOOD_MISFIT, Updated
 from app.files.campaigns.of_run import campaign_of
 from app.files.declarations.plate import NOT_STATED
@@ -23,8 +22,7 @@ from app.report.page import Item, Listing, PageTable, Paragraph, Picture
 from app.report.pairing import pairing_items
 from app.summaries.modes import READ_AS
 from app.summaries.numbers import with_sigma
-from app.summaries.sheet import CONSTANTS
-from app.summaries.update import gains_text
+from app.summaries.update import CONSTANTS, gains_text
 
 MOST_NAMED = 8
 """Transfers that are listed by name: a laser scan has hundreds."""

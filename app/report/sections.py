@@ -7,8 +7,8 @@ from pathlib import Path
 from analysis.progress import Progress
 from app.files.campaigns.of_run import campaign_of, made_by
 from app.files.results.best_twin import PLAIN, best_twin, load_gap_record
-from app.files.results.filter_files import load_panel
-from app.files.results.frf_file import load_frf
+from app.files.results.modes_file import load_frf
+from app.files.results.panel_files import load_panel
 from app.files.results.run_folder import is_test_run, run_file
 from app.report import paper, studies
 from app.report.gap_section import gap_section

@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 
 from analysis.compensation.outcome import NETWORK, Compensation, NetworkStudy
 from analysis.focusing.played import Played
-from app.files.results.studies_file import Studies, Surfaces, load_studies
+from app.files.results.panel_files import Studies, Surfaces, load_studies
 from app.report import focusing
 from app.report.page import Item, Picture
 from app.report.paper import PaperRow

@@ -13,16 +13,14 @@ from app.files.campaigns.of_run import made_by
 from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp, sha256
 from app.files.results.best_twin import best_twin, load_gap_record
-from app.files.results.compensation_file import load_compensation
-from app.files.results.filter_files import load_focusing, load_uncorrected
-from app.files.results.frf_file import load_frf
-from app.files.results.modes_file import load_modes
+from app.files.results.modes_file import load_frf, load_modes
+from app.files.results.panel_files import load_compensation, load_focusing, load_uncorrected
 from app.files.results.run_folder import MADE_BY
 from app.report.page import Folded, Item, Listing, PageTable
 from app.summaries.briefing import Worth
 from app.summaries.gap import chi2_before_and_after, concluded, found_words, titles_of
 from app.summaries.numbers import span, sweeps
-from app.summaries.sheet import sheet_words
+from app.summaries.update import sheet_words
 
 
 def summary(run: Path) -> dict[str, str]:

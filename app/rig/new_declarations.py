@@ -10,9 +10,8 @@ from app.files.bad_file import ResultFileError
 from app.files.declarations.experiment import read_acquired_experiment
 from app.files.declarations.hammer_experiment import read_hammer_experiment
 from app.files.declarations.panel import SECTION_2, read_panel
-from app.files.settings_toml import read_table
+from app.files.settings_toml import read_table, toml_text
 from app.files.shipped import shipped
-from app.files.toml_text import toml_text
 from drivers.ni.errors import DaqError
 from drivers.rig.survey import serial_ports
 

@@ -7,8 +7,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
 from analysis.arrays import Complex, Real
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialLaws
+from analysis.material import LocalLaws, MaterialLaws
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Effects
 from simulation.twin.local_plate import ReducedPlate

@@ -35,11 +35,11 @@ from app.twins.campaign_twin import OFFSET, campaign_twin, effect_twin
 from drivers.ni.modules import KNOWN, KNOWN_OUTPUTS, NI_9211, NI_9213, InputModule
 from drivers.ni.simulated.surroundings import DrivenPlate, Module
 from drivers.ni.wiring import Wiring
-from drivers.ovens.simulated.thermal import Chamber
+from drivers.ovens.simulated.regulated_oven import Chamber
 from drivers.rig.simulated import SimulatedParts, simulated_parts
 from drivers.soundcard.settings import SoundCard
 from simulation.effects.effect import Effect
-from simulation.heat.heat_model import HeatModel, settled
+from simulation.heat import HeatModel, settled
 from simulation.shell.shell_plate import ShellPlate
 from simulation.state.plate_state import Circumstances, PlateState
 from simulation.twin.effect_plate import EffectPlate

@@ -2,11 +2,11 @@
 
 =====================  ==================================================================
 ``temperatures``       ``--temperature``: numbers, a way between some, or a file of readings
-``rendering``          a file of sound to a file of one channel per actuator
-``trace``              contrast of the simulated field along the way
+``rendering``          a file of sound to a file of one channel per actuator; what the panel's listeners hear
+                       meanwhile, as files of sound
+``trace``              field of temperatures of the panel, and the readings that filters follow; contrast of the
+                       simulated field along the way
 ``said_of_rendering``  both as JSON, notes and one line
-``weather_of_panel``   field of temperatures of the panel, and the readings that filters follow
-``listeners``          what the panel's listeners hear meanwhile, as files of sound
 ``listening``          the panel's temperature from what one patch answers
 ``played_dates``       drive and response as a later date of a panel's health
 ``stretch``            what one stretch of a recording gives, and the table of all

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.thermometry.listening import ThermometerReading
-from app.files.exports.destination import written_together
+from app.files.atomic import written_together
 
 NAME = "thermometer.csv"
 

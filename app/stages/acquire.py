@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from app.files.acquisition.campaign_folder import open_campaign
-from app.files.acquisition.running_campaign import ReadingLine, append_reading, request, requested
+from app.files.acquisition.events import ReadingLine, append_reading, request, requested
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.folder import frozen_protocol, write_index
 from app.files.campaigns.sweep_file import Source
@@ -18,7 +18,7 @@ from app.files.folder_lock import FolderInUseError, folder_lock
 from app.rig.doctor import require_room
 from drivers.ni.errors import DaqError
 from drivers.rig.campaign import Moment, Observer, Outcome, run_campaign
-from drivers.rig.errors import RESUME, RigStopped
+from drivers.rig.end_requests import RESUME, RigStopped
 from drivers.rig.occupancy import occupied
 from drivers.rig.rig import Aftercare
 from drivers.rig.session import Session

@@ -12,13 +12,11 @@ from app.files.declarations.hammer_experiment import HammerExperiment
 from app.files.folder_lock import folder_lock
 from app.stages.acquire import claimed
 from drivers.hammer.campaign import HammerCampaign, HammerObserver, HeldPlate, Key, no_key, run_set_points
-from drivers.hammer.hammer_rig import HammerInputs, HammerRig
-from drivers.hammer.judged_hit import HitJudge, HitTemperature, declared, in_a_room
-from drivers.hammer.progress import HammerProgress
-from drivers.hammer.trigger import HitTrigger
+from drivers.hammer.hammer_rig import HammerInputs, HammerRig, HitTrigger
+from drivers.hammer.judged_hit import HammerProgress, HitJudge, HitTemperature, declared, in_a_room
 from drivers.ni.cards import go_on
 from drivers.ni.errors import DaqError
-from drivers.rig.errors import RESUME, RigStopped
+from drivers.rig.end_requests import RESUME, RigStopped
 from drivers.rig.occupancy import occupied
 from drivers.rig.readings import Reading
 from drivers.rig.session import Session

@@ -16,18 +16,16 @@ from analysis.compensation.tilted import tilted_contrast
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
-from analysis.focusing.responses import covered, spaced
+from analysis.focusing.panel_model import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from analysis.recordings.campaign import CampaignExtent
 from analysis.weather.declared_weather import Weather
-from analysis.weather.family import FieldDesign, TiltFamily
-from analysis.weather.judged import WeatherFields
-from analysis.weather.judgement import judge_weather
-from analysis.weather.knowledge import plane
+from analysis.weather.family import FieldDesign, TiltFamily, plane
+from analysis.weather.judged import WeatherFields, judge_weather
 from app.files.campaigns.inputs import extent_settings
 from app.files.provenance import provenance
-from app.files.results.compensation_file import save_compensation
+from app.files.results.panel_files import save_compensation
 from app.stages.panel.inputs import workers
 from app.summaries.table import as_text
 from app.twins.panel_twin import panel_twin

@@ -15,16 +15,16 @@ from analysis.focusing.measured import MeasuredPanel, compare_measured, focus_me
 from analysis.focusing.methods import Method, MethodComparison, compare, designer
 from analysis.focusing.over_temperature import Focusing, focus
 from analysis.focusing.panel import Panel
+from analysis.focusing.panel_model import constants_at, covered, design_forms, responses, spaced
 from analysis.focusing.pareto import ParetoCurve, pareto
 from analysis.focusing.performance import Aim, aim, joined
-from analysis.focusing.responses import constants_at, covered, design_forms, responses, spaced
 from analysis.focusing.sound_aim import SoundAim
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from analysis.recordings.campaign import CampaignExtent
 from app.files.campaigns.inputs import extent_settings
 from app.files.provenance import provenance
-from app.files.results.filter_files import save_focusing
+from app.files.results.panel_files import save_focusing
 from app.stages.panel.inputs import workers
 from app.summaries.table import as_text
 from app.twins.panel_twin import PanelTwin, panel_twin

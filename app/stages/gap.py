@@ -9,20 +9,17 @@ from typing import Any
 import numpy as np
 
 from analysis.estimates import Estimate
-from analysis.gap.data.numerical_floor import NumericalFloor
-from analysis.gap.description.described import Description
-from analysis.gap.description.describing import Vocabulary, describe
+from analysis.gap.data.noise import NumericalFloor
+from analysis.gap.description.describing import Description, Vocabulary, describe
 from analysis.gap.gap import find_gap
-from analysis.gap.plan.decision import Decision
-from analysis.gap.plan.ranking import Plan
+from analysis.gap.plan.decision import Decision, Plan
 from analysis.gap.report import GapReport
-from analysis.held_effects import HeldEffects
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf
 from analysis.recordings.frf_campaign import AnyCampaign
-from analysis.twin_model import Effects
+from analysis.twin_model import Effects, HeldEffects
 from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
 from analysis.updating.drift import sweep_laws, to_first_order
 from app.files.atomic import write_json
@@ -31,16 +28,15 @@ from app.files.campaigns.inputs import has_other_sweeps, origin_of_result
 from app.files.declarations.experiment import experiment_model
 from app.files.provenance import sha256
 from app.files.results.described_effect import write_described_effect
-from app.files.results.frf_file import save_frf
 from app.files.results.gap_file import GapFigures, save_gap
 from app.files.results.gap_json import answer_record, description_record, gap_record, plan_record
 from app.files.results.laws_file import TwinFrf, save_laws
+from app.files.results.modes_file import save_frf
 from app.files.results.next_experiment import NAME as NEXT
 from app.files.results.next_experiment import reach_of, write_next_experiment
 from app.files.results.pairing_json import pairing_record
 from app.files.results.twin_file import write_twin
-from app.stages.comparison.compared import Compared
-from app.stages.comparison.issued_twin import issued_twin
+from app.stages.comparison.compared import Compared, issued_twin
 from app.stages.comparison.pairing import paired_sweeps, with_reason
 from app.stages.comparison.plan import next_experiment, with_answer
 from app.stages.comparison.request import GapRequest

@@ -25,7 +25,7 @@ from app.files.campaigns.kind import DRIVE, FRF, RESPONSE, declared_date
 from app.files.campaigns.loading import load_campaign
 from app.files.provenance import provenance, sha256
 from app.files.results.best_twin import best_twin
-from app.files.results.frf_file import load_frf
+from app.files.results.modes_file import load_frf
 from app.files.results.run_folder import run_file
 from app.files.results.twin_file import require_same_panel
 from app.summaries.health import headline, health_record

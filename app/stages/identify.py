@@ -15,15 +15,13 @@ from analysis.identification.over_temperature.tracking import sweep_measured, tr
 from analysis.identification.pole_residue import choices_for
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.progress import Progress
-from analysis.recordings.chosen_actuator import sweeps_of_actuator
-from analysis.recordings.frf import Frf, campaign_frf
+from analysis.recordings.frf import Frf, campaign_frf, sweeps_of_actuator
 from analysis.recordings.frf_campaign import AnyCampaign
 from app.files.bad_file import ResultFileError
 from app.files.campaigns.export import export_frfs, nearest_sweep, sweep_name
 from app.files.campaigns.inputs import campaign_settings
 from app.files.provenance import provenance, sha256
-from app.files.results.frf_file import save_frf
-from app.files.results.modes_file import save_modes, write_table
+from app.files.results.modes_file import save_frf, save_modes, write_table
 from app.files.results.run_folder import run_file
 from app.modal_test.frf_set import said_of_coherence, said_of_reference
 from app.stages.comparison.temperature_notes import resonance_notes, untimed

@@ -7,11 +7,10 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.identification.automatic import identify
+from analysis.identification.automatic import identify, identify_by_peaks
 from analysis.identification.judgement.confirmation import confirmed
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Damping, Modes
-from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.pole_residue import choices_for
 from analysis.identification.settings import Settings, lines_inside
 from analysis.recordings.frf import Frf

@@ -13,7 +13,7 @@ from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.campaigns.inputs import extent_settings
 from app.files.declarations.panel import panel_of_text, read_panel
 from app.files.provenance import provenance, sha256
-from app.files.results.filter_files import load_focusing
+from app.files.results.panel_files import load_focusing
 from app.files.results.run_folder import run_file, run_folder
 from app.files.results.transfers_file import transfer_files
 from app.stages.panel.inputs import measured_panel
@@ -124,7 +124,7 @@ def compute(request: RadiationRequest, out: Path | None, report: Progress) -> Ra
         inputs |= {path.name: sha256(path) for path in transfer_files(request.transfers)}
 
     from analysis.focusing.radiated import radiate, radiate_measured
-    from app.files.results.radiation_file import save_radiation
+    from app.files.results.panel_files import save_radiation
     from app.summaries.radiation import notes
     from app.twins.panel_twin import panel_twin
 

@@ -21,10 +21,8 @@ from app.stages.panel.laws import laws_for
 from app.summaries.numbers import led
 
 if TYPE_CHECKING:
-    from app.sound.listeners import ListenersOfPanel
-    from app.sound.rendering import Rendering
-    from app.sound.trace import Trace
-    from app.sound.weather_of_panel import WeatherOfPanel
+    from app.sound.rendering import ListenersOfPanel, Rendering
+    from app.sound.trace import Trace, WeatherOfPanel
     from app.twins.panel_twin import PanelTwin
 
 USUAL_BLOCK, SMALLEST_BLOCK, LARGEST_BLOCK = 512, 16, 65_536
@@ -168,7 +166,7 @@ def _weather_of(
     sent: Shipment, laws: MaterialLaws, weather: Weather, origin: str, report: Progress
 ) -> "WeatherOfPanel":
     """Return the panel's field of temperatures over time, and what its thermometers tell."""
-    from app.sound.weather_of_panel import WeatherOfPanel
+    from app.sound.trace import WeatherOfPanel
     from app.twins.warm_twin import warm_twin
 
     return WeatherOfPanel.of(warm_twin(sent.panel, laws, report), weather, origin, sent.family, report)
@@ -177,7 +175,7 @@ def _weather_of(
 def _listening(
     model: "PanelTwin", panel: Panel, laws: MaterialLaws, around: "WeatherOfPanel | None"
 ) -> "ListenersOfPanel":
-    from app.sound.listeners import ListenersOfPanel
+    from app.sound.rendering import ListenersOfPanel
 
     try:
         return ListenersOfPanel.of(model, panel, laws, around)

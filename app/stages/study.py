@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from analysis.compensation.settings import Training
-from analysis.focusing.responses import spaced
+from analysis.focusing.panel_model import spaced
 from analysis.progress import Progress
 from analysis.recordings.campaign import CampaignExtent
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
@@ -18,7 +18,7 @@ from app.stages.panel.inputs import panel_for
 from app.stages.panel.laws import laws_for, range_of
 
 if TYPE_CHECKING:  # a run is told to be of another kind before what computes is imported
-    from app.files.results.studies_file import Studies
+    from app.files.results.panel_files import Studies
 
 STUDIES = "studies.h5"
 FIGURES = ("4", "13", "14", "15", "16", "17", "18", "19")
@@ -125,7 +125,7 @@ def compute(request: StudyRequest, out: Path | None, report: Progress) -> Studie
     training = Training(seed=request.seed)
     _require_spacing(request, training, range_of(declared, laws, origin.path, origin.extent), origin.path)
 
-    from app.files.results.studies_file import save_studies
+    from app.files.results.panel_files import save_studies
     from app.stages.study_figures import run_studies
     from app.twins.panel_twin import panel_twin
 

@@ -15,11 +15,11 @@ from analysis.compensation.study import compensate
 from analysis.compensation.training import study_networks
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import Panel
+from analysis.focusing.panel_model import covered, spaced
 from analysis.focusing.played import play_methods
-from analysis.focusing.responses import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
-from app.files.results.studies_file import Studies, Surfaces
+from app.files.results.panel_files import Studies, Surfaces
 from app.stages.panel.inputs import workers
 from app.twins.panel_twin import PanelTwin
 

@@ -10,26 +10,23 @@ from numpy.typing import NDArray
 
 from analysis.declaration.plate_material import Orthotropy, PlateMaterial
 from analysis.gap.data.preparation import sweep_points
-from analysis.held_effects import HeldEffects
 from analysis.labelled import Labelled, LabelledArrays
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialLaws
+from analysis.material import LocalLaws, MaterialLaws
 from analysis.pairing.paired_sweeps import Pairing
 from analysis.progress import Progress
-from analysis.protocol.advice import unresolved
+from analysis.protocol.objections import unresolved
 from analysis.recordings.frf import Frf, campaign_frf
 from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.recordings.sweep_point import SweepPoint
-from analysis.twin_model import Effects, TwinModel
+from analysis.twin_model import Effects, HeldEffects, TwinModel
 from analysis.updated import Updated
 from analysis.updating.corrected_twin import corrected_twin, fit_twin
 from analysis.updating.drift import sweep_laws, to_first_order
 from analysis.updating.laws import laws_of_sweeps
-from analysis.updating.polarity import polarity_corrected
 from analysis.updating.sheet_start import sheet_start
-from analysis.updating.update import outlier_sweeps, update
-from app.files.results.frf_file import save_frf
+from analysis.updating.update import outlier_sweeps, polarity_corrected, update
 from app.files.results.laws_file import TwinFrf, save_laws
+from app.files.results.modes_file import save_frf
 from app.files.results.pairing_json import pairing_record
 from app.stages.comparison.pairing import (
     MeasuredSweeps,
@@ -40,7 +37,7 @@ from app.stages.comparison.pairing import (
 )
 from app.stages.comparison.request import UpdateRequest
 from app.stages.comparison.temperature_notes import drift_notes, label_notes, recorded_notes
-from app.summaries.pairing import pairing_tables
+from app.summaries.modes import pairing_tables
 from app.summaries.table import as_html, as_text
 from app.summaries.update import gain_notes, headline, notes, tables_of
 from app.twins.campaign_twin import (

@@ -6,12 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from analysis.arrays import Complex
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialLaws
+from analysis.estimates import MODULI
+from analysis.material import LocalLaws, MaterialLaws
 from analysis.progress import Progress
-from analysis.recordings.measured_modes import ModesAtTemperature
+from analysis.recordings.frf_campaign import ModesAtTemperature
 from analysis.recordings.sweep_point import SweepPoint
-from analysis.sheet_material import MODULI
 from analysis.twin_model import Effects
 from analysis.updating.drift import sweep_laws
 from analysis.updating.laws import laws_of_sweeps

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from analysis.declared_quantity import DeclaredQuantity, doubts
+from analysis.estimates import DeclaredQuantity, doubts
 from analysis.material import Material, MaterialLaws, MaterialSigma
 from analysis.updated import GOOD_MISFIT
 from app.files.results.best_twin import BestTwin, TwinOfRun
 from app.summaries.gap import answer_words, description_words, found_words, plan_words, title, titles_of
+from app.summaries.modes import no_fit_words
 from app.summaries.numbers import FIXED, roughly
-from app.summaries.pairing import no_fit_words
 
 Record = Mapping[str, Any]
 USUAL_TEMPERATURE = 20.0

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from analysis.effect_card import PEOPLES
+from app.summaries.modes import no_fit_words, pairing_tables
 from app.summaries.numbers import FIXED, roughly, with_sigma
-from app.summaries.pairing import no_fit_words, pairing_tables
 from app.summaries.table import Table
 
 Record = Mapping[str, Any]

@@ -7,9 +7,8 @@
 ``end_signals``          Ctrl-C, SIGTERM and a lost terminal, all ending a verb in one way
 ``engine``                 --workers or --cluster: the executor that takes independent tasks
 ``cluster``                workers of a Dask cluster, checked before they work
-``hammer_screen``        a hammer test: which hit is asked for, what came of it; keys pressed
-``campaign_progress``    the bar of a running campaign
-``campaign_ending``      how an acquired campaign ended: record, line, exit status
+``campaign``             the bar of a running campaign, and how it ended: record, line, exit status; a hammer test:
+                         which hit is asked for, what came of it; keys pressed
 ``whole_run``            stages of a run as they are done, and the table at the end
 =======================  ===============================================================
 """

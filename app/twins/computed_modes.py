@@ -8,8 +8,8 @@ import numpy as np
 from analysis.arrays import Complex, Real
 from analysis.identification.lines import Lines
 from analysis.identification.pole_residue import ResidualTerms
-from analysis.identification.variable_projection import project
-from analysis.local_laws import LocalLaws
+from analysis.identification.pole_search import project
+from analysis.material import LocalLaws
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects
 from simulation.twin.instrumented_plate import InstrumentedPlate

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from analysis.identification.over_temperature.expected_modes import ExpectedModes
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from analysis.progress import Progress
 from analysis.recordings.frf_campaign import AnyCampaign
 from app.files.bad_file import ResultFileError

@@ -16,7 +16,7 @@ from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import basis_file, cached_reduction
-from simulation.reduction.basis_training import BasisTraining
+from simulation.reduction.basis_key import BasisTraining
 from simulation.reduction.damped_modes import EnergySums
 from simulation.reduction.modal_form import ModalForm
 from simulation.reduction.reduced_model import ReducedModel, lowest_modes

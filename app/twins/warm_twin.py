@@ -21,10 +21,10 @@ from app.files.bad_file import ResultFileError
 from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
 from app.twins.panel_twin import PanelTwin
 from simulation.effects.draught_gradient import EFFECT
-from simulation.heat.heat_model import PlateTemperatures, plate_temperatures
-from simulation.reduction.basis_training import BasisTraining
+from simulation.heat import PlateTemperatures, plate_temperatures
+from simulation.reduction.basis_key import BasisTraining
+from simulation.reduction.effect_projection import cell_centers, cell_stiffness
 from simulation.reduction.modal_form import ModalForm
-from simulation.reduction.projector import cell_centers, cell_stiffness
 from simulation.shell.assembly import assemble_chosen
 from simulation.shell.fineness import Fineness
 from simulation.state.plate_state import Circumstances, PlateState
@@ -48,7 +48,7 @@ class WarmTwin:
     vectors : (n, r) ndarray
         Motions of the full plate of these coordinates.
     first, second : (cells, r, r) ndarray
-        See `simulation.reduction.projector`.
+        See `simulation.reduction.effect_projection`.
     """
 
     panel: Panel

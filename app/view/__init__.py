@@ -5,12 +5,10 @@
 ``folder``          which campaign and which results a folder stands for
 ``theme``           dark and light
 ``chart``           a plot that can be read, followed and exported
-``map_chart``       a plot of a map, with its colour bar
-``mac_chart``       MAC of two lists of modes, with its values
+``map_chart``       a plot of a map, with its colour bar; MAC of two lists of modes, with its values
 ``twin_page``       measured modes beside those of the twin
 ``cursors``         frequency and temperature that all plots share, and the frequency axis
-``parts``           magnitude and phase, or real and imaginary part
-``nyquist``         the Nyquist plane around the frequency cursor
+``frf_plots``       magnitude and phase, or real and imaginary part; the Nyquist plane around the frequency cursor
 ``mode_table``      modes as rows of a table
 ``window``          keys, help, themes and export: what both windows have in common
 ``surface``         a field over a plate, from above or moving in perspective

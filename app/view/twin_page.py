@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from app.summaries.pairing import CAPTION, HEADINGS, likeness, point_rows, points_shown, rows, title
-from app.view.mac_chart import MacChart
+from app.summaries.modes import CAPTION, HEADINGS, likeness, point_rows, points_shown, rows, title
+from app.view.map_chart import MacChart
 from app.view.mode_table import ModeTable
 from app.view.theme import Theme
 

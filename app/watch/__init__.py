@@ -7,8 +7,8 @@
 ``words``            events in sentences, times of day where the reader is
 ``status``           how a campaign or a hammer test stands, in a line, with its exit status
 ``news``             what people are told, and how often at most
-``secrets``          addresses of messages and the page's token: environment, or files of mode 600
-``notifiers``        Apprise and commands, in processes that are ended if they hang
+``notifiers``        Apprise and commands, in processes that are ended if they hang; addresses of messages and the
+                     page's token: environment, or files of mode 600
 ``apprise_process``  the process that sends a message through Apprise
 ``watcher``          several campaigns, looked at again and again; what the page shows of each, as JSON
 ``server``           the page's server: a few addresses, read only

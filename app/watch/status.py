@@ -16,7 +16,7 @@ from app.watch.course import set_point_line
 from app.watch.watched import Watched
 from app.watch.watched_hits import WatchedHits
 from app.watch.words import ended_by, plain
-from drivers.hammer.progress import ACCEPTED, REJECTED
+from drivers.hammer.judged_hit import ACCEPTED, REJECTED
 
 Standing = Literal["not begun", "running", "pausing", "paused", "silent", "stopped", "complete", "gone"]
 UNDER_WAY = ("not begun", "running", "pausing", "paused")

@@ -15,9 +15,17 @@ from analysis.protocol.limits import Limits
 from analysis.protocol.protocol import AcquisitionProtocol, Programme
 from analysis.protocol.sweep import SweepSettings
 from analysis.recordings.h1 import h1
-from app.files.acquisition import events, running_campaign
-from app.files.acquisition.events import Tail, parse_event, seconds
-from app.files.acquisition.running_campaign import LatestRepeat, ReadingLine, load_latest, parse_reading, requested
+from app.files.acquisition import events
+from app.files.acquisition.events import (
+    LatestRepeat,
+    ReadingLine,
+    Tail,
+    load_latest,
+    parse_event,
+    parse_reading,
+    requested,
+    seconds,
+)
 from app.files.acquisition.same_experiment import REWIRED
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.folder import SWEEPS, read_protocol, sweep_paths
@@ -112,7 +120,7 @@ class Watched:
         self.sweeps: dict[int, MeasuredSweep] = {}
         self.latest: LatestRepeat | None = None
         self.problems: dict[str, str] = {}
-        self._tails = {name: Tail(folder / name) for name in (events.NAME, running_campaign.READINGS, WATCHDOG)}
+        self._tails = {name: Tail(folder / name) for name in (events.NAME, events.READINGS, WATCHDOG)}
         self._seen: set[str] = set()
         self._latest_time = 0.0
 
@@ -121,7 +129,7 @@ class Watched:
         before = self._amounts()
         for line in self._tails[events.NAME].lines():
             self._take_event(line)
-        found = (parse_reading(line) for line in self._tails[running_campaign.READINGS].lines())
+        found = (parse_reading(line) for line in self._tails[events.READINGS].lines())
         self.readings += [reading for reading in found if reading is not None]
         told = (told_by_watchdog(line) for line in self._tails[WATCHDOG].lines())
         self.said += [one for one in told if one is not None]
@@ -180,7 +188,7 @@ class Watched:
     @property
     def last_sign(self) -> float:
         """Time of the last sign of the runner, s since 1970; that of its protocol before there is another."""
-        names = (events.NAME, running_campaign.READINGS, running_campaign.LATEST)
+        names = (events.NAME, events.READINGS, events.LATEST)
         last = max((self._changed(self.folder / name) for name in names), default=0.0)
         return last or self._changed(self.folder / PROTOCOL)
 
@@ -232,7 +240,7 @@ class Watched:
             return 0.0
 
     def _look_at_latest(self) -> None:
-        changed = self._changed(self.folder / running_campaign.LATEST)
+        changed = self._changed(self.folder / events.LATEST)
         if changed > self._latest_time:
             self._latest_time = changed
             self.latest = load_latest(self.folder) or self.latest

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from analysis.checked_fields import check_shapes
 from app.files.acquisition.events import NAME as EVENTS
 from app.files.acquisition.events import Tail, read_events
-from app.files.acquisition.hammer_folder import REJECTED, begun_with
-from app.files.acquisition.hit_doubts import HITS
+from app.files.acquisition.hammer_folder import HITS, REJECTED, begun_with
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.kind import HAMMER_TEST
 from app.files.declarations.hammer_experiment import HammerExperiment, hammer_model
@@ -19,8 +18,8 @@ from app.files.folder_lock import is_being_written
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
 from app.files.settings_toml import checked
 from app.watch.watched import WATCHDOG, told_by_watchdog
-from drivers.hammer.progress import ACCEPTED, HammerProgress, KeptHit
-from drivers.hammer.progress import REJECTED as REFUSED
+from drivers.hammer.judged_hit import ACCEPTED, HammerProgress, KeptHit
+from drivers.hammer.judged_hit import REJECTED as REFUSED
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,7 @@ from drivers.ni.daqmx import DaqmxCards
 from drivers.ni.errors import DaqError
 from drivers.ni.modules import NI_9211, NI_9234, NI_9260
 from drivers.ni.simulated.faults import Faults
-from drivers.ni.simulated.in_process import InProcessChannel
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq
 from drivers.ni.simulated.surroundings import Module, Surroundings
 from drivers.ni.wiring import Wiring
 

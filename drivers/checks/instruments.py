@@ -14,8 +14,7 @@ from drivers.ovens.line_settings import LineSettings, SerialPort
 from drivers.ovens.registers import ROUNDED
 from drivers.ovens.settings import OvenSettings
 from drivers.ovens.simulated.controller import Controller, MemoryTransport
-from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.ovens.simulated.thermal import Chamber
+from drivers.ovens.simulated.regulated_oven import Chamber, RegulatedOven
 from drivers.thermometers.settings import ThermometerSettings
 
 TEMPERATURE_MOVE = 15.0

@@ -10,18 +10,25 @@ import numpy as np
 from analysis.estimation.estimators import estimate
 from analysis.estimation.spectra import Spectra, pooled
 from analysis.protocol.protocol import AcquisitionProtocol
-from drivers.hammer.hammer_rig import HammerInputs, HammerRig, HammerStore
-from drivers.hammer.judged_hit import HitJudge, HitTemperature, JudgedHit
-from drivers.hammer.progress import ACCEPTED, REJECTED, SKIPPED, UNDONE, HammerProgress, KeptHit
-from drivers.hammer.trigger import HitTrigger
+from drivers.hammer.hammer_rig import HammerInputs, HammerRig, HammerStore, HitTrigger
+from drivers.hammer.judged_hit import (
+    ACCEPTED,
+    REJECTED,
+    SKIPPED,
+    UNDONE,
+    HammerProgress,
+    HitJudge,
+    HitTemperature,
+    JudgedHit,
+    KeptHit,
+)
 from drivers.ni.cards import go_on
 from drivers.ni.errors import Action, DaqError
 from drivers.ovens.error import OvenError
-from drivers.rig.approach import LONGEST_PAUSE, Approach
-from drivers.rig.errors import RESUME, RigStopped
+from drivers.rig.end_requests import RESUME, RigStopped
 from drivers.rig.readings import Reading
 from drivers.rig.session import Session
-from drivers.rig.station import Station
+from drivers.rig.station import LONGEST_PAUSE, Approach, Station
 from drivers.rig.store import Store
 
 READ_TIME = 0.1

@@ -1,4 +1,12 @@
-"""What a hammer test needs: inputs that are read without end, whoever holds the hammer, and storage."""
+"""What a hammer test needs: inputs that are read without end, whoever holds the hammer, and storage.
+
+A trigger in software: where the force leaves a level, with the samples from before.
+
+Both signs count: a sensor whose poles are exchanged is told at the first hit, not by a trigger that stays silent.
+
+The level counts from where the force is at rest, the median of the last second: a sensor with a constant offset,
+or one whose supply still settles, triggers where another one does.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,15 +16,15 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.checked_fields import check_range
 from drivers.clock import Clock
-from drivers.hammer.judged_hit import HitTemperature, JudgedHit
-from drivers.hammer.progress import HammerProgress, KeptHit
+from drivers.hammer.judged_hit import HammerProgress, HitTemperature, JudgedHit, KeptHit
 from drivers.ni.cards import go_on
 from drivers.rig.rig import Rig
 
 
 class HammerInputs(Protocol):
-    """Force and responses, read block by block; see `drivers.ni.endless_inputs.EndlessInputs`."""
+    """Force and responses, read block by block; see `drivers.ni.daqmx.EndlessInputs`."""
 
     @property
     def sample_rate(self) -> float:
@@ -112,3 +120,113 @@ class HammerStore(Protocol):
     def events(self) -> Sequence[Mapping[str, Any]]:
         """Return every event so far, oldest first."""
         ...
+
+
+SPARE_TIME = 0.002
+"""s recorded before and after a block: whoever takes the offset out of it may find the trigger a sample earlier or
+later, and still find the block whole."""
+MEDIAN_TIME = 1.0
+"""s of which the median is taken."""
+
+
+@dataclass(frozen=True)
+class TriggerSettings:
+    """When a hit begins, and how much is kept of it.
+
+    Attributes
+    ----------
+    level : float
+        Above rest, V.
+    pretrigger : float
+        Kept from before, s.
+    duration : float
+        Of a block, the pretrigger included, s.
+    """
+
+    level: float
+    pretrigger: float
+    duration: float
+
+    def __post_init__(self) -> None:
+        check_range(self, 0.0, np.inf, "level", unit="V", above=True)
+        check_range(self, 0.0, 10.0, "pretrigger", unit="s")
+        if not self.pretrigger < self.duration <= 1000.0:
+            raise ValueError(
+                f"duration {self.duration:g} s; more than the pretrigger of {self.pretrigger:g} s, at most 1000 s"
+            )
+
+
+class HitTrigger:
+    """Looks for hits in what is recorded, block by block.
+
+    Parameters
+    ----------
+    settings : TriggerSettings
+    sample_rate : float
+        Hz.
+    """
+
+    def __init__(self, settings: TriggerSettings, sample_rate: float) -> None:
+        self._level = settings.level
+        self._before = round((settings.pretrigger + SPARE_TIME) * sample_rate)
+        self._after = round((settings.duration - settings.pretrigger + SPARE_TIME) * sample_rate)
+        self._resting = round(MEDIAN_TIME * sample_rate)
+        self._held: NDArray[np.float64] | None = None
+        self._searched = 0
+
+    def arm(self) -> None:
+        """Forget what was recorded so far: a hit counts from now on."""
+        if self._held is not None:
+            self._searched = self._held.shape[1]
+
+    def reset(self) -> None:
+        """Begin anew, with a recording that does not follow on what was fed so far."""
+        self._held, self._searched = None, 0
+
+    @property
+    def under_way(self) -> bool:
+        """Whether a hit has begun whose block is not yet whole."""
+        return self._begin() is not None
+
+    def feed(self, block: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """Take what was recorded next; return the record of a hit once it is whole.
+
+        Parameters
+        ----------
+        block : (C, M) ndarray, V
+            Force first.
+
+        Returns
+        -------
+        (C, N) ndarray or None
+            The block of the hit, with `SPARE_TIME` at both ends.
+        """
+        self._held = block if self._held is None else np.concatenate([self._held, block], axis=1)
+        begin = self._begin()
+        if begin is None:
+            self._searched = self._held.shape[1]
+            self._forget(self._searched)
+            return None
+        if begin + self._after > self._held.shape[1]:
+            return None
+        record = self._held[:, begin - self._before : begin + self._after].copy()
+        self._searched = begin + self._after
+        self._forget(self._searched)
+        return record
+
+    def _begin(self) -> int | None:
+        """Return the first sample, not yet searched, that is above the level; None where none is."""
+        if self._held is None:
+            return None
+        first = max(self._searched, self._before, 1)  # a hit with too little before it tells nothing
+        force = self._held[0] - np.median(self._held[0][: max(self._searched, 1)][-self._resting :])
+        above = np.abs(force) >= self._level
+        rises = np.flatnonzero(above[first:] & ~above[first - 1 : -1])
+        return first + int(rises[0]) if len(rises) else None
+
+    def _forget(self, searched: int) -> None:
+        """Drop what neither a block nor the level at rest can need."""
+        drop = searched - max(self._before, self._resting) - 1
+        if self._held is not None and drop > 0:
+            self._held = self._held[:, drop:]
+            self._searched -= drop

@@ -15,11 +15,10 @@ from analysis.recordings.campaign import Sweep
 from analysis.recordings.h1 import h1
 from drivers.ni.errors import DaqError
 from drivers.ovens.error import OvenError
-from drivers.rig.approach import Approach, Watcher
-from drivers.rig.errors import RESUME, RigStopped
+from drivers.rig.end_requests import RESUME, RigStopped
 from drivers.rig.readings import Reading
 from drivers.rig.session import Session
-from drivers.rig.station import Station
+from drivers.rig.station import Approach, Station, Watcher
 from drivers.rig.store import Progress, Store
 
 

@@ -1,4 +1,7 @@
-"""Requests to end the program: recorded at once, acted on where stopping is safe, with the rig brought to rest."""
+"""Requests to end the program: recorded at once, acted on where stopping is safe, with the rig brought to rest.
+
+Why a campaign stopped before its end.
+"""
 
 import os
 import signal
@@ -9,7 +12,6 @@ from types import FrameType, TracebackType
 from typing import Any, Self
 
 from drivers.interruptions import ENDING, signal_name
-from drivers.rig.errors import RigInterrupted
 
 if sys.platform == "win32":
     import ctypes
@@ -101,3 +103,30 @@ class EndRequests:
         self.arrived = self.arrived or CONSOLE_ENDS[event]
         self._over.wait(GRACE)
         return True
+
+
+RESUME = "Then run the same command again: what is finished stays"
+
+
+class RigStopped(Exception):  # noqa: N818 (not an error of the program)
+    """The campaign cannot continue now; the same command resumes it.
+
+    Attributes
+    ----------
+    what : str
+        What happened, with the values seen.
+    next_step : str
+        What the user can do about it.
+    """
+
+    def __init__(self, what: str, next_step: str) -> None:
+        self.what = what
+        self.next_step = next_step
+        super().__init__(what, next_step)
+
+    def __str__(self) -> str:
+        return f"{self.what.rstrip('.')}. {self.next_step.rstrip('.')}."
+
+
+class RigInterrupted(KeyboardInterrupt):
+    """The user ended the program; the same command resumes the campaign."""

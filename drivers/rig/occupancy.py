@@ -23,7 +23,7 @@ from urllib.parse import urlsplit
 from drivers.exclusive import NameTakenError, is_still_there, take, take_name
 from drivers.ni.cards import CardsSettings
 from drivers.ovens.settings import OvenSettings
-from drivers.rig.errors import RigStopped
+from drivers.rig.end_requests import RigStopped
 from drivers.thermometers.settings import ThermometerSettings
 
 log = logging.getLogger(__name__)

@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from drivers.rig.errors import RESUME, RigStopped
+from drivers.rig.end_requests import RESUME, RigStopped
 
 RESOLUTION = 3
 """Decimals kept of a reading: a millikelvin is a twentieth of the resolution of any sensor here."""

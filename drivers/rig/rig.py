@@ -11,8 +11,8 @@ from drivers.clock import Clock
 from drivers.ni.cards import Cards
 from drivers.ovens.oven import Oven
 from drivers.thermometers.thermometer import Thermometer
+from drivers.watchdog.guard import RestRule
 from drivers.watchdog.remote_oven import RemoteOven
-from drivers.watchdog.rest_watch import RestRule
 from drivers.watchdog.supervision import SupervisedOven, untold
 
 

@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from analysis.protocol.acceptance import signal_faults
+from analysis.protocol.acceptance import SILENCE, InputLevels, input_levels, shot_of, signal_faults
 from analysis.protocol.protocol import AcquisitionProtocol
-from analysis.protocol.shot import SILENCE, InputLevels, input_levels, shot_of
 from analysis.protocol.sweep import drive_signal
 from drivers.ni.cards import Cards, Record, go_on
 

@@ -22,15 +22,14 @@ from drivers.ovens.expiry import Expiring
 from drivers.ovens.oven import Oven
 from drivers.ovens.settings import OvenSettings, open_oven
 from drivers.ovens.simulated.controller import Controller, MemoryTransport
-from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.ovens.simulated.thermal import Chamber
+from drivers.ovens.simulated.regulated_oven import Chamber, RegulatedOven
 from drivers.rig.rig import Rig
 from drivers.soundcard.card import SoundCards
 from drivers.soundcard.settings import SoundCard
 from drivers.soundcard.simulated import SimulatedSound, simulated_sound
 from drivers.thermometers.settings import ThermometerSettings
 from drivers.thermometers.thermometer import Thermometer
-from drivers.watchdog.rest_watch import RestRule
+from drivers.watchdog.guard import RestRule
 from drivers.watchdog.supervision import PERIOD, QUIET
 
 if TYPE_CHECKING:
@@ -92,9 +91,8 @@ class SimulatedParts:
     def _open_cards(self) -> Cards:
         if isinstance(self.wiring, SoundCard):
             return SoundCards(self.wiring, self.sound, self.clock)
-        from drivers.ni.daqmx import DaqmxCards
-        from drivers.ni.endless_inputs import EndlessInputs, as_cards
-        from drivers.ni.simulated.in_process import InProcessChannel
+        from drivers.ni.daqmx import DaqmxCards, EndlessInputs, as_cards
+        from drivers.ni.simulated.servicer import InProcessChannel
 
         if self.server is None:
             raise AssertionError("NI cards are simulated by a server")

@@ -93,7 +93,7 @@ def _terminals(wiring: InputWiring, devices: "tuple[Device, ...]", lacking: Find
 
 
 def _supply(wiring: InputWiring, devices: "tuple[Device, ...]", lacking: FindingState) -> Finding:
-    from drivers.ni.task_setup import require_iepe
+    from drivers.ni.connection import require_iepe
 
     what, named = "IEPE supply of [cards]", ", ".join(wiring.iepe)
     try:

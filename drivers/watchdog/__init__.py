@@ -4,8 +4,7 @@ On a real rig it is a process of its own, which owns the oven's port and imports
 Qt. On a simulated rig, whose time is virtual, the same supervision runs inside the campaign's process.
 
 ================  =====================================================================
-``guard``         its state machine: what follows from which event in which state
-``rest_watch``    whether an oven that was switched off is seen to cool; `drivers.rig.rest` asks it, too
+``guard``         what follows from a fault, as a table; whether an oven that was switched off cools
 ``supervision``   an oven that is polled, and brought to rest after a fault
 ``frames``        messages between the processes, and what the watchdog's is told when it starts
 ``process``       the watchdog's process

@@ -13,8 +13,8 @@ from pydantic import Field
 from analysis.declaration.strict import Declared
 from analysis.protocol.limits import Limits
 from drivers.ovens.error import Fault, OvenError
-from drivers.rig.errors import RigStopped
-from drivers.watchdog.rest_watch import RestRule
+from drivers.rig.end_requests import RigStopped
+from drivers.watchdog.guard import RestRule
 
 BEAT = 1.0
 """Interval at which each process tells the other that it is alive, s."""

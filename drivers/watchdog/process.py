@@ -28,7 +28,7 @@ from drivers.interruptions import ENDING, signal_name
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import oven_settings
 from drivers.own_process import module_command
-from drivers.rig.errors import RESUME, RigStopped
+from drivers.rig.end_requests import RESUME, RigStopped
 from drivers.watchdog.frames import BEAT, Messages, WatchdogSettings, packed, received
 from drivers.watchdog.guard import State
 from drivers.watchdog.supervision import SupervisedOven

@@ -21,7 +21,7 @@ from drivers.interruptions import ENDING
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.oven import Oven, OvenLimits, SetPoint
 from drivers.own_process import module_command, own_surroundings
-from drivers.rig.errors import RESUME, RigStopped
+from drivers.rig.end_requests import RESUME, RigStopped
 from drivers.watchdog.frames import BEAT, Messages, WatchdogSettings, received, unpacked
 
 SILENT = 12.0

@@ -12,9 +12,8 @@ from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.expiry import Expiring
 from drivers.ovens.line import PASSING
 from drivers.ovens.oven import Bounded, Contested, Oven, OvenLimits, SetPoint
-from drivers.rig.errors import RESUME, RigStopped
-from drivers.watchdog.guard import Event, Reaction, State, after
-from drivers.watchdog.rest_watch import RestRule, RestWatch
+from drivers.rig.end_requests import RESUME, RigStopped
+from drivers.watchdog.guard import Event, Reaction, RestRule, RestWatch, State, after
 
 Result = TypeVar("Result")
 

@@ -4,7 +4,7 @@ import json
 import sys
 
 from drivers.ni.cards import CARDS
-from drivers.rig.rest import rest_drive
+from drivers.rig.session import rest_drive
 
 
 def main() -> int:

@@ -1,7 +1,7 @@
 """Physical effects of real plates and rigs that a twin without effects lacks, one per file.
 
 `effect` defines the class, `library` lists all effects in the order of application, `user_folder` loads a user's
-own and `verification` checks the requirements on every effect. By what they change:
+own and checks the requirements on every effect. By what they change:
 
 - temperature over the plate: `thermal_lag`, `thermal_gradient`, `thermal_crown`, `draught_gradient`
 - shape: `thickness_taper`, `thickness_crown`, `sensor_offset`
@@ -12,8 +12,8 @@ own and `verification` checks the requirements on every effect. By what they cha
 - patches: `bond_shear_lag`, `patch_debond`, `patch_loss`, `permittivity_drift`, `depolarization`
 - normal motion at declared points and all over: `suspension`, `string_mass`, `point_mass`, `cable_stiffness`,
   `accelerometer_mass`, `air_loading`, `elastic_foundation`, `surface_damping`
-- normal motion at places to be found (`any_place`): `mass_at_place`, `spring_at_place`, `dashpot_at_place`,
-  `resonator_at_place`; `second`: two masses or two springs of that kind
+- normal motion at places to be found: `mass_at_place`, `spring_at_place`, `dashpot_at_place`,
+  `resonator_at_place`; two masses or two springs of that kind are candidates of `library`
 - curves without a formula, for the description of what has no name: `free_curves`
 - signals: `piezo_drift`, `piezo_loss`, `piezo_nonlinearity`, `insulation_leak`, `channel_skew`, `high_pass`,
   `low_pass`, `mounting_resonance`, `feedthrough`, `crosstalk`

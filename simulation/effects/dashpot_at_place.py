@@ -7,8 +7,7 @@ import numpy as np
 
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
-from simulation.effects.any_place import SITES, coordinates, sites
-from simulation.effects.effect import Effect
+from simulation.effects.effect import SITES, Effect, coordinates, sites
 from simulation.state.plate_state import Attached, Circumstances, PlateState
 
 

@@ -14,8 +14,7 @@ from analysis.arrays import Real
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
 from simulation.effects import dashpot_at_place, mass_at_place, resonator_at_place, spring_at_place
-from simulation.effects.any_place import SITES, coordinates, sites
-from simulation.effects.effect import Effect
+from simulation.effects.effect import SITES, Effect, coordinates, sites
 from simulation.state.plate_state import Attached, Circumstances, PlateState
 
 LOAD, MODULUS, GAIN = "free_load", "free_modulus", "free_gain"

@@ -1,12 +1,17 @@
-"""The project's effects in the order of application, and a user's own."""
+"""The project's effects in the order of application, and a user's own.
+
+Candidates only beside another effect: a second of two alike, and the size of a damaged spot.
+"""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
 from simulation.effects import (
     accelerometer_mass,
@@ -17,6 +22,7 @@ from simulation.effects import (
     cable_stiffness,
     channel_skew,
     crosstalk,
+    damage_size,
     damping_dispersion,
     dashpot_at_place,
     density_gradient,
@@ -174,3 +180,28 @@ def apply_all(
         if name in values:
             state = effect.apply(state, circumstances, values[name])
     return state
+
+
+TWICE = ("mass_at_place", "spring_at_place")
+"""Effects of which a plate may have two. Without a second mass a resonator far above the band stood for it: on an
+aluminium L 3 g and 2 g were named a resonator of 2.2 g at 1680 Hz, and 2.1 g."""
+
+
+def seconds(library: Mapping[str, Effect]) -> dict[str, Effect]:
+    """Return what is a candidate once an effect of a library is on, by name."""
+    twice = {f"second_{name}": _second(library[name], name) for name in TWICE if name in library}
+    return twice | ({"damage_size": damage_size.EFFECT} if "local_damage" in library else {})
+
+
+def _second(first: Effect, name: str) -> Effect:
+    def card(experiment: Experiment) -> EffectCard:
+        known = first.card(experiment)
+        return replace(
+            known,
+            name=f"second_{name}",
+            summary=f"beside {name}, a second one: {known.summary}",
+            title=f"second {known.said}",
+            after=name,
+        )
+
+    return replace(first, card=card)

@@ -6,8 +6,7 @@ from typing import Any
 from analysis.arrays import Real
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
-from simulation.effects.any_place import CLOSER_SITES, SITES, coordinates, sites
-from simulation.effects.effect import Effect
+from simulation.effects.effect import CLOSER_SITES, SITES, Effect, coordinates, sites
 from simulation.state.plate_state import Attached, Circumstances, PlateState
 
 START_LOSS = 0.05

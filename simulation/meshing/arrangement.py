@@ -12,9 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.geometry.curves import Curve, turning
-from analysis.geometry.fault import GeometryError, at
-from analysis.geometry.loop import Loop
+from analysis.geometry.loop import Curve, GeometryError, Loop, at, turning
 
 MERGED_DISTANCE = 1e-7
 """Points closer than this are merged, m."""

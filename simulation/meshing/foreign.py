@@ -6,7 +6,7 @@ import numpy as np
 
 from analysis.arrays import Real, Whole
 from analysis.declaration.plate import ForeignMesh
-from analysis.geometry.fault import GeometryError, at
+from analysis.geometry.loop import GeometryError, at
 from simulation.meshing.mesher import LEAST_RATIO, Border, jacobian_ratio
 from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges, PlateMesh, edges_of
 from simulation.shell.shape_functions import lobatto

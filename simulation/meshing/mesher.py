@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from analysis.arrays import Real, Whole
-from analysis.geometry.fault import GeometryError, at
-from analysis.geometry.loop import Loop
+from analysis.geometry.loop import GeometryError, Loop, at
 from simulation.meshing.arrangement import Arrangement, Face
 from simulation.meshing.fill import Fill, crossing_sides, fill
 from simulation.meshing.plate_mesh import (
@@ -22,16 +21,15 @@ from simulation.meshing.plate_mesh import (
     BorderEdges,
     Cap,
     Cells,
+    MeshRecipe,
     Path,
     PlateMesh,
     Repairs,
     Stretch,
     edges_of,
 )
-from simulation.meshing.recipe import MeshRecipe
 from simulation.meshing.strips import Cutter, Sizes, strips
-from simulation.shell.mapping import map_cells
-from simulation.shell.shape_functions import bow_coefficients
+from simulation.shell.shape_functions import bow_coefficients, map_cells
 
 MOST_ROUNDS = 24
 """Repairs after which a mesh is given up: a message is better than a search that does not end."""

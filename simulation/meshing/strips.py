@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from analysis.arrays import Real
-from analysis.geometry.curves import Curve, turning
+from analysis.geometry.loop import Curve, turning
 from simulation.meshing.arrangement import (
     CONVEX,
     REENTRANT,

@@ -3,13 +3,13 @@
 A plate over a range of materials:
 
 =========================  ================================================================
-``damped_modes``           transfers by real modes, a fast approximation for training; energies as sums over poles
-``basis_training``         settings: training materials and tolerance
+``damped_modes``           transfers by real modes, a fast approximation for training; energies as sums over poles;
+                           frequency lines, including those on narrow resonances
 ``reduced_model``          the reduced model: small matrices for the whole range; its natural modes
-``dashpots``               viscous supports, added to a plate without them
 ``modal_form``             poles of a reduced plate at one set of constants, transfers as sums over them,
-                           derivatives by stiffness
-``basis_key``              cache key of a reduced model, from all its inputs
+                           derivatives by stiffness; viscous supports, added to a plate without them
+``basis_key``              settings of the reduction: training materials and tolerance; cache key of a reduced
+                           model, from all its inputs
 ``plate_basis``            declaration to reduced model, with forces and measured motions beside the patches
 ``vectors``                the vectors of a reduced model, chosen among candidates, and their certified error
 ``coarse_plate``           coarse model, made in a second: transfers to every place, shapes of its modes
@@ -19,13 +19,14 @@ A plate over a range of materials:
 The same plate with physical effects on it:
 
 =========================  ================================================================
-``projector``              strains and displacements of given vectors of a plate, and the stiffness of its cells
-``effect_projection``      energies of plate and patches on a given basis
+``effect_projection``      strains and displacements of given vectors, the stiffness of the cells by them, and
+                           energies of plate and patches
 ``places``                 forces anywhere on the plate, and its compliance there
 ``effect_operators``       the reduced matrices from which any state is composed
 ``composition``            matrices of one state, summed from these
 ``effect_reduction``       the whole reduction to the operators of a plate
-``effect_certification``   error of the operators
+``effect_certification``   states at the limits of the effects, for training, and error of the operators in states
+                           outside of it
 ``sufficient_fineness``    finer mesh and selection where the usual ones are not exact enough
 =========================  ================================================================
 """

@@ -10,12 +10,11 @@ from analysis.arrays import Complex, Real
 from analysis.channel import Footprint
 from analysis.experiment import Experiment, Patch, Plate
 from analysis.material import MaterialBox
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.damped_modes import DampedModes
-from simulation.reduction.dashpots import columns
+from simulation.reduction.modal_form import columns
 from simulation.reduction.reduced_model import ReducedModel
-from simulation.reduction.vectors.energy_decomposition import energy_shift, mass_orthonormal, middle
-from simulation.reduction.vectors.galerkin import projected
+from simulation.reduction.vectors.energy_decomposition import energy_shift, mass_orthonormal, middle, projected
 from simulation.reduction.vectors.rational_krylov import Chain
 from simulation.shell.assembly import assemble
 from simulation.shell.unknowns import factorize
@@ -36,7 +35,7 @@ FORCES = 4
 
 @dataclass(frozen=True)
 class CoarsePlate:
-    """Approximate transfer from the input to the outputs of a plate, for `analysis.updating.modulus_scan`.
+    """Approximate transfer from the input to the outputs of a plate, for `analysis.updating.start`.
 
     Attributes
     ----------

@@ -8,9 +8,8 @@ import numpy as np
 
 from analysis.arrays import Numbers, Real
 from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE, EffectOperators, monomials
-from simulation.state.departures import MOVES, Departures
 from simulation.state.field_basis import field_basis
-from simulation.state.plate_state import PlateState
+from simulation.state.plate_state import MOVES, Departures, PlateState
 
 COMPLEX_STEP = 1e-30
 """Complex step of a parameter for derivatives: far below rounding of the real part."""

@@ -15,8 +15,7 @@ from scipy.sparse import csr_matrix
 
 from analysis.arrays import Real
 from analysis.experiment import Attachment, Plate
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from simulation.reduction.vectors.energy_decomposition import middle
 from simulation.shell.fineness import shortest_wave
 from simulation.shell.points import LARGEST_RADIUS_SHARE, LEAST_RADIUS, attached_discs, footprint_rows

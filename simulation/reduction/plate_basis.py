@@ -11,7 +11,7 @@ from analysis.arrays import Real
 from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
-from simulation.reduction.basis_training import BasisTraining
+from simulation.reduction.basis_key import BasisTraining
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.assembly import SELECTING_FORCES, assemble_for

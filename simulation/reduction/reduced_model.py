@@ -11,7 +11,7 @@ from analysis.arrays import Complex, Real
 from analysis.material import MaterialBox
 from simulation.reduction.damped_modes import DampedModes
 from simulation.reduction.modal_form import ModalForm
-from simulation.shell.in_plane import plane_stress_moduli
+from simulation.shell.rigidity import plane_stress_moduli
 
 
 @dataclass(frozen=True)

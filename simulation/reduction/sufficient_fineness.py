@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
-from simulation.reduction.basis_training import BasisTraining
+from simulation.reduction.basis_key import BasisTraining
 from simulation.reduction.effect_operators import truncation_error
 from simulation.shell.assembly import SELECTING_FORCES, assemble_for
 from simulation.shell.fineness import Fineness

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 
 from analysis.arrays import Mask, Real, Whole
+from analysis.declaration.outline import SupportedEdge
 from analysis.declaration.plate import Plate
-from analysis.declaration.support import SupportedEdge
 from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges
 from simulation.shell.rigidity import THX, THY, U, V, W
 from simulation.shell.shape_functions import lobatto

@@ -7,9 +7,8 @@ import numpy as np
 from analysis.declaration.plate_material import Orthotropy
 from analysis.experiment import Plate
 from analysis.material import MaterialBox
-from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.in_plane import moduli
-from simulation.shell.rigidity import SHEAR_FACTOR
+from simulation.meshing.plate_mesh import MeshRecipe
+from simulation.shell.rigidity import SHEAR_FACTOR, moduli
 
 USUAL_LOSS = 0.025
 """Loss factor for which tolerances are stated: the middle of a thermoplastic's range."""

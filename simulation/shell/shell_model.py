@@ -11,9 +11,8 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from analysis.arrays import Complex, Real
 from analysis.channel import Footprint
 from simulation.shell.electric_load import ElectricLoad
-from simulation.shell.in_plane import plane_stress_moduli
 from simulation.shell.points import footprint_rows
-from simulation.shell.rigidity import W
+from simulation.shell.rigidity import W, plane_stress_moduli
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns, factorize

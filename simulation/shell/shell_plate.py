@@ -1,4 +1,7 @@
-"""A declared plate with patches on a mesh: sections of every cell, and blocks of its matrices."""
+"""A declared plate with patches on a mesh: sections of every cell, and blocks of its matrices.
+
+Lines that the mesh of a declared plate follows, and the mesh itself.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -9,12 +12,23 @@ import numpy as np
 from analysis.arrays import Mask, Real
 from analysis.declaration.plate_material import Orthotropy
 from analysis.experiment import Patch, Plate
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.foreign import foreign_mesh
+from simulation.meshing.mesher import Border, mesh_plate
+from simulation.meshing.plate_mesh import MeshRecipe, PlateMesh
 from simulation.shell.edges import LineBlock, held_functions, spring_blocks
-from simulation.shell.in_plane import InPlane, Transverse, matrix
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
-from simulation.shell.plate_borders import mesh_of
-from simulation.shell.rigidity import SHEAR_FACTOR, Block, CellMatrices, CurvedSurface, Rigidity, Weight, laminate
+from simulation.shell.rigidity import (
+    SHEAR_FACTOR,
+    Block,
+    CellMatrices,
+    CurvedSurface,
+    InPlane,
+    Rigidity,
+    Transverse,
+    Weight,
+    laminate,
+    matrix,
+)
 from simulation.shell.space import ShapeSpace
 
 
@@ -135,7 +149,7 @@ class ShellPlate:
         q : tuple of six
             Q11, Q22, Q12, Q66, Q16 and Q26 of the sheet, Pa.
         shear : tuple of three
-            Transverse, see `simulation.shell.in_plane.transverse`, Pa.
+            Transverse, see `simulation.shell.rigidity.transverse`, Pa.
         thickness : float or ndarray
             m.
         """
@@ -236,3 +250,46 @@ class ShellPlate:
             for place, v in used
         )
         return Rigidity(tuple((place, self.surface.area * v) for place, v in spread), self.surface)
+
+
+def borders_of(plate: Plate, patches: Sequence[Patch]) -> list[Border]:
+    """Borders of outline, holes, zones, patches, and discs of supports at points.
+
+    A mesh from another program has a disc only where a support is clamped.
+    """
+    borders = [Border("outline", plate.loop, "outline")]
+    borders += [Border(f"hole {k + 1}", loop, "hole") for k, loop in enumerate(plate.hole_loops)]
+    borders += [Border(f"zone {k + 1}", loop) for k, loop in enumerate(plate.zone_loops)]
+    borders += [Border(f"patch {k + 1}", patch.loop) for k, patch in enumerate(patches)]
+    borders += [
+        Border(name, disc)
+        for name, (support, disc) in plate.supported_discs().items()
+        if plate.mesh is None or support.kind == "clamped"
+    ]
+    return borders
+
+
+def mesh_of(plate: Plate, patches: Sequence[Patch], recipe: MeshRecipe | None = None) -> PlateMesh:
+    """Mesh a plate and its patches, or take the mesh that it declares.
+
+    Parameters
+    ----------
+    recipe : MeshRecipe, optional
+        Not used where the plate declares a mesh.
+
+    Raises
+    ------
+    GeometryError
+        If no good mesh is found, or a declared one does not fit, with the place.
+    """
+    loops = (plate.loop, *plate.hole_loops)
+    cuts = [
+        (float(x), float(y))
+        for held in plate.supported_edges()
+        for curve, first, last in held.pieces
+        for x, y in loops[held.loop].curves[curve].at([first, last])
+    ]
+    borders = borders_of(plate, patches)
+    if plate.mesh is not None:
+        return foreign_mesh(plate.mesh, borders, cuts)
+    return mesh_plate(borders, plate.thickness, recipe, cuts)

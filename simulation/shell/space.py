@@ -11,11 +11,14 @@ from scipy.sparse import coo_matrix, csr_matrix
 
 from analysis.arrays import Mask, Real, Whole
 from simulation.meshing.plate_mesh import PlateMesh
-from simulation.shell.mapping import boxes_of, inverse_of, map_cells, map_places
 from simulation.shell.shape_functions import (
     QUAD_EDGES,
     TRIANGLE_EDGES,
     ShapeTable,
+    boxes_of,
+    inverse_of,
+    map_cells,
+    map_places,
     quad_functions,
     quad_rule,
     triangle_functions,

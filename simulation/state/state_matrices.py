@@ -14,9 +14,8 @@ from analysis.channel import Footprint
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import overlap
 from simulation.shell.coupling import couplings
-from simulation.shell.in_plane import moduli, transverse
 from simulation.shell.points import footprint_rows
-from simulation.shell.rigidity import W
+from simulation.shell.rigidity import W, moduli, transverse
 from simulation.shell.shell_model import ShellModel
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace

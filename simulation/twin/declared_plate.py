@@ -10,9 +10,8 @@ from analysis.arrays import Real
 from analysis.material import MaterialBox
 from simulation.reduction.composition import COMPLEX_STEP, Composite
 from simulation.reduction.reduced_model import ReducedModel
-from simulation.shell.in_plane import plane_stress_moduli
-from simulation.state.departures import AS_DECLARED
-from simulation.state.plate_state import PlateState
+from simulation.shell.rigidity import plane_stress_moduli
+from simulation.state.plate_state import AS_DECLARED, PlateState
 
 UNIFORM = (
     "thickness",

@@ -24,8 +24,7 @@ from simulation.reduction.composition import (
 )
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.damaged_spots import spots_slope, with_spots
-from simulation.state.departures import FARTHEST_MODULI, FARTHEST_SHEAR
-from simulation.state.plate_state import PlateState
+from simulation.state.plate_state import FARTHEST_MODULI, FARTHEST_SHEAR, PlateState
 
 FIELDS = (
     "temperature",

@@ -11,17 +11,15 @@ from numpy.typing import NDArray
 from analysis.arrays import Real
 from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS
 from simulation.effects.effect import Effect
 from simulation.effects.library import apply_all
 from simulation.reduction.composition import COMPLEX_STEP, Composite
 from simulation.reduction.effect_operators import BENDING_DEGREE
-from simulation.state.departures import Departures
 from simulation.state.field_basis import field_basis
-from simulation.state.plate_state import Circumstances, PlateState
+from simulation.state.plate_state import Circumstances, Departures, PlateState
 from simulation.tolerances import Tolerance, depart
 from simulation.twin.instruments import Instruments
 from simulation.twin.local_plate import KEPT_MODES_FACTOR, CompositeSlopes, LocalPlate, ReducedPlate

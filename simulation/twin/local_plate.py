@@ -9,7 +9,7 @@ import scipy.linalg
 from analysis.arrays import Real
 from analysis.material import MaterialBox
 from simulation.reduction.composition import COMPLEX_STEP, Composite, proportion
-from simulation.reduction.dashpots import columns
+from simulation.reduction.modal_form import columns
 from simulation.state.attached import Attachable, Seat
 from simulation.state.plate_state import PlateState, PointLoad
 

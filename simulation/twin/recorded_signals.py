@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Complex, Real
 from simulation.reduction.composition import COMPLEX_STEP
 from simulation.reduction.modal_form import ModalSlopes
-from simulation.state.departures import Departures
-from simulation.state.plate_state import SPECTRA, PlateState
+from simulation.state.plate_state import SPECTRA, Departures, PlateState
 from simulation.twin.instruments import Instruments
 from simulation.twin.local_plate import CompositeSlopes
 from simulation.twin.local_solution import LocalSolution

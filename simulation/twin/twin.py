@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from analysis.arrays import Complex, Real
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, Tangent
 from simulation.reduction.composition import COMPLEX_STEP, Composite

@@ -28,7 +28,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from analysis.arrays import Mask, Real
 from analysis.experiment import Patch, Plate
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.shell.assembly import assemble
 from simulation.shell.rigidity import U, V
 from simulation.shell.shell_model import ShellModel

@@ -37,15 +37,15 @@ from analysis.updated import Updated
 from analysis.updating.normal_equations import SweepData
 from analysis.weather.family import TiltFamily, WarmAnswer
 from analysis.weather.judged import WeatherFields, WeatherJudgement
-from app.files.acquisition.running_campaign import LatestRepeat
+from app.files.acquisition.events import LatestRepeat
 from app.files.results.gap_file import GapMap, Signatures
 from app.files.results.laws_file import TwinFrf
-from app.files.results.studies_file import Surfaces
+from app.files.results.panel_files import Surfaces
 from app.sound.listening import PlayedSignals
 from app.watch.watched import MeasuredSweep
+from drivers.hammer.hammer_rig import TriggerSettings
 from drivers.hammer.judged_hit import HitJudge
 from drivers.hammer.simulated import HandSettings
-from drivers.hammer.trigger import TriggerSettings
 
 T, K, F = 3, 2, 4
 WARMER = np.array([10.0, 20.0, 30.0])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.declared_quantity import DeclaredQuantity, budget
+from analysis.estimates import DeclaredQuantity, budget
 
 
 def quantity(name="patch_place S1", parameter="dx", value=2.1e-3, tolerance=3e-4, unit="m"):

@@ -1,6 +1,6 @@
 """Effects that are on for good."""
 
-from analysis.held_effects import HeldEffects
+from analysis.twin_model import HeldEffects
 
 
 class Recording:

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from analysis.declaration.patch import Patch
 from analysis.declaration.plate import Plate
+from analysis.declaration.transducers import Patch
 from analysis.experiment import check_patches, check_point
-from analysis.geometry.fault import GeometryError
+from analysis.geometry.loop import GeometryError
 
 PLATE = Plate.model_validate(
     {

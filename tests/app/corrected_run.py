@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from analysis.declared_quantity import DeclaredQuantity
-from analysis.estimates import FittedLaws
+from analysis.estimates import DeclaredQuantity, FittedLaws
 from analysis.material import Material, MaterialLaws
 from analysis.updated import Updated
 from analysis.updating.laws import fit_laws
 from app.files.provenance import provenance
-from app.files.results.frf_file import save_frf
 from app.files.results.gap_file import GapFigures, GapMap, save_gap
 from app.files.results.laws_file import TwinFrf, save_laws
+from app.files.results.modes_file import save_frf
 from tests.app.view.conftest import FREQUENCY, TEMPERATURE, experiment, frf, updated
 
 HASHES = {"protocol.json": "00ff", "a.h5": "0a0a"}

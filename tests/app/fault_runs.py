@@ -173,7 +173,7 @@ def verdict(result: dict[str, Any]) -> str:
 def work(kind: Kind, words: list[tuple[int, int]]) -> None:
     """Run the campaigns of one worker; a line of JSON for each."""
     import drivers.ni.cards
-    import drivers.ni.endless_inputs  # noqa: F401
+    import drivers.ni.daqmx  # noqa: F401
 
     with tempfile.TemporaryDirectory(prefix="fault-runs-") as name:
         place = Path(name)

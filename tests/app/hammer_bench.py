@@ -11,7 +11,7 @@ from analysis.arrays import Real
 from app.files.acquisition.hammer_folder import hammer_log
 from app.files.campaigns.sweep_file import Source
 from app.files.declarations.hammer_experiment import HammerExperiment, read_hammer_experiment
-from app.rig.hammer_assembly import SimulatedHammerRig, simulated_hammer_rig
+from app.rig.assembly import SimulatedHammerRig, simulated_hammer_rig
 from app.stages.acquire_hammer import HammerOutcome, acquire_hammer, interrupted_at
 from drivers.hammer.campaign import AskedHit, Key, ToldHit, no_key
 from drivers.rig.session import Session

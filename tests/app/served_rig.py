@@ -17,8 +17,7 @@ from app.files.declarations.hammer_experiment import read_hammer_experiment
 from drivers.clock import SystemClock
 from drivers.hammer.simulated import LEAD_TIME, Strike, struck_surroundings
 from drivers.ni.modules import NI_9211, NI_9234, NI_9260
-from drivers.ni.simulated.loopback import serving
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import SimulatedDaq, serving
 from drivers.ni.simulated.surroundings import Surroundings
 from drivers.ovens.settings import oven_settings
 from drivers.ovens.simulated.regulated_oven import RegulatedOven, Regulator

@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 from app.blind_trial.plates import OTHER_MESH
 from app.files.declarations.experiment import AcquiredExperiment, read_acquired_experiment
 from app.files.effect_cache import cached_departures
-from app.files.toml_text import toml_text
+from app.files.settings_toml import toml_text
 from app.main import flexura
 from simulation.tolerances import tolerances
 from simulation.twin.effect_plate import EffectPlate

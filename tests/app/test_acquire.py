@@ -30,13 +30,13 @@ from app.files.campaigns.loading import load_campaign
 from app.files.declarations.experiment import read_acquired_experiment
 from app.files.folder_lock import folder_lock
 from app.main import flexura, main
-from app.rig import first_shot
+from app.rig import doctor
 from app.rig.assembly import rig_places
 from app.rig.simulated_rig import parts_around
 from drivers.ni.errors import Action, DaqError
 from drivers.ni.simulated.faults import Faults
-from drivers.rig import rest
-from drivers.rig.errors import RigInterrupted, RigStopped
+from drivers.rig import session as rest
+from drivers.rig.end_requests import RigInterrupted, RigStopped
 from drivers.rig.occupancy import device_names, occupied
 from drivers.rig.simulated import SimulatedParts
 from drivers.rig.survey import Finding, FindingState
@@ -500,7 +500,7 @@ def test_a_rig_left_on_comes_to_rest_also_where_its_campaign_is_not_taken_up(
 def test_nothing_is_reduced_where_a_shot_cannot_succeed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(acquire, "_open", None)
     full = Finding("disk", FindingState.BAD, "0.0 GB free", "make room")
-    monkeypatch.setattr(first_shot, "look_at_disk", lambda *_: full)
+    monkeypatch.setattr(doctor, "look_at_disk", lambda *_: full)
     result = run("acquire", experiment(tmp_path), "--test-shot")
     assert result.exit_code == 1
     assert "make room" in result.output

@@ -12,17 +12,16 @@ from click.testing import CliRunner, Result
 from threadpoolctl import threadpool_limits
 
 from analysis.arrays import Real
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.frf import Frf, campaign_frf
 from app.files.acquisition.campaign_folder import AcquiredCampaign
 from app.files.acquisition.events import append_event
 from app.files.campaigns.loading import load_campaign
 from app.files.campaigns.sweep_file import digest
 from app.files.declarations.experiment import AcquiredExperiment, read_acquired_experiment
-from app.files.results.frf_file import load_frf, save_frf
+from app.files.results.modes_file import load_frf, save_frf
 from app.main import flexura
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.plate_basis import reduce_with_footprints
 from simulation.shell.assembly import assemble
 from simulation.twin.declared_plate import DeclaredPlate

@@ -19,10 +19,10 @@ from app.files.declarations.modal_test import read_modal_test
 from app.files.hdf5_file import opened_hdf5
 from app.main import flexura
 from app.modal_test.declared_test import declared_frfs
-from app.rig.hammer_assembly import SimulatedHammerRig
+from app.rig.assembly import SimulatedHammerRig
 from drivers.hammer.campaign import Key, ToldHit
 from drivers.ni.simulated.faults import Faults
-from drivers.rig.errors import RigStopped
+from drivers.rig.end_requests import RigStopped
 from tests.app.hammer_bench import DECAY, EXAMPLE, FREQUENCY, MASS, Listener, acquire, experiment
 from tests.killed_process import killed
 

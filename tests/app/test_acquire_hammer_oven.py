@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 from analysis.arrays import Real
 from analysis.recordings.frf import campaign_frf
-from app.chain.input_files import campaign_hashes
+from app.chain.work import campaign_hashes
 from app.files.acquisition.events import append_event, read_events
 from app.files.atomic import atomic_hdf5
 from app.files.campaign_error import CampaignFileError
@@ -22,11 +22,11 @@ from app.files.hdf5_file import opened_hdf5
 from app.main import flexura
 from app.modal_test.declared_test import declared_frfs
 from app.plate_frfs.given_campaign import read_plate
-from app.rig.hammer_assembly import SimulatedHammerRig
+from app.rig.assembly import SimulatedHammerRig
 from drivers.hammer.campaign import HeldPlate, Key
 from drivers.hammer.judged_hit import HitTemperature
-from drivers.ni.endless_inputs import EndlessInputs
-from drivers.rig.errors import RigStopped
+from drivers.ni.daqmx import EndlessInputs
+from drivers.rig.end_requests import RigStopped
 from tests.app.hammer_bench import EXAMPLE, acquire, text_with_oven
 
 

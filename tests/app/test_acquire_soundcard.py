@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from app.files.declarations.experiment import read_acquired_experiment
 from app.main import flexura
-from app.rig.first_shot import look_before
+from app.rig.doctor import look_before
 from drivers.ni.errors import Action, DaqError
 from drivers.rig import survey
 

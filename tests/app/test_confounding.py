@@ -12,8 +12,7 @@ from analysis.gap.fitting.state import plain_state
 from analysis.gap.search.confidence import equivalents
 from analysis.gap.search.observability import signal_cosine
 from analysis.gap.search.score_test import score_test
-from analysis.local_laws import LocalLaws
-from analysis.material import Material
+from analysis.material import LocalLaws, Material
 from analysis.recordings.frf import Frf
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated

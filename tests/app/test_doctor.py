@@ -16,8 +16,7 @@ from serial.tools import list_ports
 
 from app.main import flexura
 from drivers.clock import SystemClock
-from drivers.ni.simulated.loopback import serving
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import SimulatedDaq, serving
 from drivers.ni.simulated.surroundings import Surroundings
 from drivers.ovens.settings import oven_settings
 from drivers.ovens.simulated.regulated_oven import RegulatedOven

@@ -17,17 +17,16 @@ from analysis.compensation.settings import Training
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.focusing.measured import MeasuredTransfers
 from analysis.focusing.over_temperature import focus
-from analysis.focusing.responses import responses
+from analysis.focusing.panel_model import responses
 from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.declarations.panel import SECTION_2, read_panel
+from app.files.hdf5_file import write_value
 from app.files.provenance import provenance, read_stamp, sha256, stamp
-from app.files.results.compensation_file import load_compensation
-from app.files.results.filter_files import load_focusing
+from app.files.results.panel_files import load_compensation, load_focusing
 from app.files.results.transfers_file import read_transfers, write_transfers
 from app.files.uff.frfs import write_frfs
-from app.files.values import write_value
 from app.main import flexura
 from app.report.focusing import loss, relative_errors
 from app.stages import compensate as compensate_stage

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.files.results.compensation_file import load_compensation
-from app.files.results.filter_files import load_focusing
+from app.files.results.panel_files import load_compensation, load_focusing
 from app.stages.panel.laws import said_of_range
 from app.summaries.compensation import _percent, tables
 from app.summaries.focusing import notes, table

@@ -11,13 +11,12 @@ import pytest
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
 from analysis.experiment import Experiment
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.kind import DECLARATION
 from app.files.campaigns.recorded import read_recorded_campaign
-from app.files.toml_text import toml_text
-from simulation.meshing.recipe import MeshRecipe
+from app.files.settings_toml import toml_text
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.plate_basis import reduce_with_footprints
 from simulation.shell.assembly import assemble
 from simulation.twin.declared_plate import DeclaredPlate

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Experiment
-from app.files.campaigns.declaration import read_experiment
+from app.files.campaigns.channels import read_experiment
 from app.files.campaigns.kind import DECLARATION
-from app.files.toml_text import toml_text
+from app.files.settings_toml import toml_text
 
 ROOT = Path(__file__).resolve().parents[2]
 MAKER = ROOT / "docs" / "make_hammer_example.py"

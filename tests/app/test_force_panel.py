@@ -12,8 +12,8 @@ from analysis.focusing.energy import Grid
 from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
 from app.files.declarations.panel import read_panel
+from app.files.hdf5_file import write_value
 from app.files.provenance import provenance, stamp
-from app.files.values import write_value
 from app.twins.panel_twin import panel_twin
 from tests.two_patch_panel import TARGET_AND_FILTERS
 

@@ -13,9 +13,9 @@ from threadpoolctl import threadpool_limits
 from analysis.gap.plan.measurement import OVEN_FIXED
 from app.files.results.gap_file import load_gap
 from app.files.results.laws_file import load_laws, load_updated
-from app.files.results.open_question import open_before
 from app.files.results.twin_file import read_twin
 from app.main import flexura
+from app.stages.comparison.request import open_before
 from app.stages.gap import missing_words, roughness
 
 Run = Callable[..., tuple[int, str, str]]

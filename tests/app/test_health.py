@@ -16,7 +16,7 @@ from analysis.health.refined import RefinedChange
 from analysis.recordings.frf import Frf
 from app.files.bad_file import ResultFileError
 from app.files.provenance import provenance
-from app.files.results.frf_file import save_frf
+from app.files.results.modes_file import save_frf
 from app.report.health import trend
 from app.report.style import drawing
 from app.sound.played_dates import played_signals

@@ -16,7 +16,7 @@ from analysis.identification.modes import Modes
 from analysis.identification.pole_residue import named
 from analysis.identification.settings import Settings
 from analysis.identification.synthetic import SyntheticFrf, r10
-from analysis.shapes.assurance import mac
+from analysis.shapes.participation import mac
 from app.files.uff.frfs import read_frfs, write_frfs
 from app.main import flexura
 from app.modal_test.modes_of_test import load_test
@@ -233,8 +233,7 @@ def test_measured_beam_has_four_modes_and_no_doublets(tmp_path: Path) -> None:
 @pytest.mark.skipif(not CAMPAIGN.is_dir(), reason="the recorded campaigns lie beside the checkout, and are absent")
 def test_recorded_campaign_is_identified_down_to_its_noise(tmp_path: Path) -> None:
     """31 temperatures by an independent solver: the material's loss factor is what the well-known modes show."""
-    from app.files.results.frf_file import load_frf
-    from app.files.results.modes_file import load_modes
+    from app.files.results.modes_file import load_frf, load_modes
 
     assert typed("identify", str(CAMPAIGN), "--out", str(tmp_path)).exit_code == 0
     tracked, (_, frf) = load_modes(tmp_path / "modes.h5"), load_frf(tmp_path / "frf.h5")

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from app.files.declarations.simulation_section import Laws
-from app.files.settings_toml import read_table
-from app.files.toml_text import toml_text
+from app.files.settings_toml import read_table, toml_text
 
 QUICK = Path(__file__).resolve().parents[2] / "examples" / "quick-rig.toml"
 GAINS = {"A1": 13.7, "A2": 11.9}

@@ -8,13 +8,11 @@ import pytest
 
 import flexura
 from analysis.focusing.measured import MeasuredTransfers
-from analysis.focusing.responses import responses
+from analysis.focusing.panel_model import responses
 from analysis.radiation.radiator import Radiator
 from app.files.declarations.panel import read_panel
 from app.files.provenance import read_stamp
-from app.files.results.compensation_file import load_compensation
-from app.files.results.filter_files import load_focusing
-from app.files.results.radiation_file import load_radiation
+from app.files.results.panel_files import load_compensation, load_focusing, load_radiation
 from app.files.results.transfers_file import write_transfers
 from app.report.sections import part_of
 from app.twins.panel_twin import panel_twin

@@ -11,8 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from app.main import flexura
-from drivers.ni.simulated.loopback import serving
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import SimulatedDaq, serving
 from drivers.ni.simulated.surroundings import Surroundings
 
 ROOT = Path(__file__).resolve().parents[2]

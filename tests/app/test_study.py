@@ -9,7 +9,7 @@ import pytest
 import flexura
 from app.commands import study as verb
 from app.files.bad_file import ResultFileError
-from app.files.results.studies_file import load_studies
+from app.files.results.panel_files import load_studies
 from app.report.studies import pictures, rows
 from app.stages import study as stage
 from tests.app.test_focus_compensate import flex, laws, panel, run, write_laws  # noqa: F401

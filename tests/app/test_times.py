@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from app.rig.doctor import _clock
-from app.terminal.campaign_progress import campaign_screen
+from app.terminal.campaign import campaign_screen
 from app.watch.words import local, said_at
 from drivers.rig.campaign import Moment
 from drivers.rig.occupancy import RigInUse, occupied

@@ -15,8 +15,8 @@ from app.files.campaigns.folder import frozen_protocol, read_protocol, write_pro
 from app.files.campaigns.inputs import origin_of_result
 from app.files.campaigns.loading import load_campaign
 from app.files.folder_lock import folder_lock
-from app.files.results.frf_file import load_frf
 from app.files.results.laws_file import load_laws, load_updated
+from app.files.results.modes_file import load_frf
 from app.main import main
 from app.report.sections import sections
 

@@ -18,22 +18,20 @@ from analysis.radiation.radiator import Radiator
 from analysis.rendering.heard import SAMPLES_BEFORE_ZERO, impulse_responses
 from analysis.weather.judged import ONE, OWN_TILTED, SEVERAL, TILTED, WAYS
 from app.chain.links import compensate_inputs, do_compensate
-from app.chain.request import RunRequest
-from app.chain.work import Work
+from app.chain.work import RunRequest, Work
 from app.files.campaign_error import CampaignFileError
 from app.files.declarations.panel import SECTION_2, read_panel, read_weather
 from app.files.declarations.run_settings import read_run_options
 from app.files.provenance import sha256
-from app.files.results.compensation_file import load_compensation
-from app.files.results.filter_files import load_panel
 from app.files.results.laws_file import load_laws
+from app.files.results.panel_files import load_compensation, load_panel
 from app.files.shipped import shipped
 from app.main import flexura
 from app.report.focusing import lost_in_weather
 from app.report.page import Picture
 from app.report.panel_sections import compensation_section
-from app.sound.listeners import ListenersOfPanel
-from app.sound.weather_of_panel import WeatherOfPanel
+from app.sound.rendering import ListenersOfPanel
+from app.sound.trace import WeatherOfPanel
 from app.stages import compensate as compensate_stage
 from app.twins.warm_twin import warm_twin
 

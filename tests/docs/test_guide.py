@@ -16,12 +16,11 @@ from pathlib import Path
 import click
 import pytest
 
-from analysis.declaration.patch import Patch
 from analysis.declaration.plate import Plate
-from analysis.declaration.transducers import Drive, Sensor
+from analysis.declaration.transducers import Drive, Patch, Sensor
 from analysis.experiment import check_patches
 from app.commands.options import Existing
-from app.files.campaigns.declaration import read_experiment
+from app.files.campaigns.channels import read_experiment
 from app.main import flexura
 from simulation.effects.library import LIBRARY
 

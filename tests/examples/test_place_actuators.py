@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import eigh
 
 from app.files.declarations.panel import SECTION_2, read_panel
-from app.files.toml_text import toml_text
+from app.files.settings_toml import toml_text
 
 SCRIPT = Path(__file__).resolve().parents[2] / "examples" / "place_actuators.py"
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from app.files.campaigns.declaration import read_experiment
+from app.files.campaigns.channels import read_experiment
 from app.files.campaigns.loading import load_campaign
 from app.files.provenance import sha256
 

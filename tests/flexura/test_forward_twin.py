@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import flexura
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from analysis.recordings.frf import Frf
 from analysis.updating.update import update
 from app.files.bad_file import ResultFileError

@@ -14,11 +14,10 @@ from analysis.estimation.transfer import MeasuredTransfer
 from analysis.focusing.measured import MeasuredTransfers
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
-from app.files.campaigns.declaration import read_experiment
+from app.files.campaigns.channels import read_experiment
 from app.files.declarations.panel import read_panel
 from app.files.provenance import read_stamp, sha256
-from app.files.results.compensation_file import load_compensation
-from app.files.results.filter_files import load_focusing
+from app.files.results.panel_files import load_compensation, load_focusing
 from app.files.results.transfers_file import read_transfers, write_transfers
 from app.files.results.twin_file import Basis, Estimated, TwinFile, TwinLaws, TwinOrigin, read_twin, write_twin
 from app.files.uff.frfs import write_frfs

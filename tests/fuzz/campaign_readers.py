@@ -11,11 +11,9 @@ from analysis.focusing.energy import Grid
 from analysis.recordings.frf import campaign_frf
 from app.blind_trial.outcome import read_outcome
 from app.blind_trial.trial import Trial, begin
-from app.files.acquisition import events, running_campaign
-from app.files.acquisition.hammer_folder import open_hammer_folder
-from app.files.acquisition.hit_doubts import hit_doubts
-from app.files.campaigns.channels import RecorderLayout
-from app.files.campaigns.declaration import read_declaration
+from app.files.acquisition import events
+from app.files.acquisition.hammer_folder import hit_doubts, open_hammer_folder
+from app.files.campaigns.channels import RecorderLayout, read_declaration
 from app.files.campaigns.folder import frozen_protocol, read_protocol
 from app.files.campaigns.recorded import read_recording
 from app.files.campaigns.sweep_file import Source, read_sweep_file
@@ -30,8 +28,7 @@ from app.plate_frfs.given_campaign import read_plate
 from app.plate_frfs.plate_of_modes import read_plate_of_modes
 from app.stages.acquire_hammer import interrupted_at
 from app.terminal.cluster import _address_in
-from drivers.hammer.judged_hit import HitJudge
-from drivers.hammer.progress import HammerProgress
+from drivers.hammer.judged_hit import HammerProgress, HitJudge
 from tests.fuzz.reader import Reader, refused
 
 EXPERIMENTS = (
@@ -150,7 +147,7 @@ CAMPAIGNS = (
     Reader(
         "HDF5, last repeat",
         ("live/latest.h5",),
-        lambda root, _: running_campaign.load_latest(root / "live"),
+        lambda root, _: events.load_latest(root / "live"),
         0.02,
         digest=True,
     ),
@@ -203,10 +200,10 @@ CAMPAIGNS = (
     Reader("JSON, blind trial", TRIAL_FILES, _trial, 0.02, text=True),
     Reader(
         "control",
-        (f"live/{running_campaign.CONTROL}",),
-        lambda root, _: running_campaign.requested(root / "live"),
+        (f"live/{events.CONTROL}",),
+        lambda root, _: events.requested(root / "live"),
         0.03,
         text=True,
     ),
-    Reader("window", (f"live/{events.NAME}", f"live/{running_campaign.READINGS}"), _window, 0.03, text=True),
+    Reader("window", (f"live/{events.NAME}", f"live/{events.READINGS}"), _window, 0.03, text=True),
 )

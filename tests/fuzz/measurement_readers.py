@@ -14,7 +14,7 @@ from app.files.basis_cache import reducing
 from app.files.declarations.modal_test import read_modal_test
 from app.files.declarations.panel import read_panel
 from app.files.measurements.guarded import read_columns
-from app.files.results.filter_files import load_panel
+from app.files.results.panel_files import load_panel
 from app.files.sound_file import opened_sound
 from app.files.uff.frfs import read_frfs
 from app.modal_test.declared_test import declared_frfs

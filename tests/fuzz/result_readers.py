@@ -7,21 +7,19 @@ from app.files.basis_cache import load_basis, load_plate_basis
 from app.files.effect_cache import load_operators
 from app.files.exports.shipment import shipment
 from app.files.results.best_twin import gap_record_of
-from app.files.results.compensation_file import load_compensation
-from app.files.results.filter_files import (
+from app.files.results.gap_file import load_gap, load_signatures
+from app.files.results.laws_file import effects_in_laws, laws_elsewhere, load_laws, load_updated
+from app.files.results.modes_file import load_frf, load_modes
+from app.files.results.panel_files import (
+    load_compensation,
     load_focusing,
     load_method,
     load_panel,
+    load_radiation,
+    load_studies,
     load_uncorrected,
     made_from_transfers,
 )
-from app.files.results.frf_file import load_frf
-from app.files.results.gap_file import load_gap, load_signatures
-from app.files.results.laws_elsewhere import laws_elsewhere
-from app.files.results.laws_file import effects_in_laws, load_laws, load_updated
-from app.files.results.modes_file import load_modes
-from app.files.results.radiation_file import load_radiation
-from app.files.results.studies_file import load_studies
 from app.modal_test.modes_of_test import load_frfs, load_stabilization
 from app.report.summary import stamps
 from tests.fuzz.hdf5_edits import edited

@@ -11,11 +11,11 @@ from nptdms import ChannelObject, TdmsWriter
 
 from analysis.recordings.frf import campaign_frf
 from app.blind_trial.trial import begin
-from app.files.acquisition import events, running_campaign
+from app.files.acquisition import events
+from app.files.acquisition.events import LatestRepeat, ReadingLine, append_reading, save_latest
 from app.files.acquisition.hammer_folder import open_hammer_folder
-from app.files.acquisition.running_campaign import LatestRepeat, ReadingLine, append_reading, save_latest
 from app.files.atomic import write_json
-from app.files.campaigns.declaration import read_experiment
+from app.files.campaigns.channels import read_experiment
 from app.files.campaigns.export import export_frfs
 from app.files.campaigns.folder import frozen_protocol, write_protocol
 from app.files.campaigns.import_recording import import_recording
@@ -24,8 +24,7 @@ from app.files.campaigns.sweep_file import Source
 from app.files.declarations.experiment import read_acquired_experiment
 from app.files.declarations.hammer_experiment import read_hammer_experiment
 from app.files.results.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin, write_twin
-from drivers.hammer.judged_hit import HitJudge, HitTemperature
-from drivers.hammer.progress import KeptHit
+from drivers.hammer.judged_hit import HitJudge, HitTemperature, KeptHit
 from tests.app.conftest import RATE, TinyCampaign, tiny_campaign
 from tests.fuzz.campaign_readers import EXPERIMENTS, HAMMERS, INSTRUMENTS, PANELS, SWEEP, TRIAL, WEATHERS
 from tests.fuzz.whole_geometry import write_geometry
@@ -147,7 +146,7 @@ def _write_live(folder: Path) -> None:
     ):
         events.append_event(folder, event | {"time": float(n), "date": date.format(n)})
         append_reading(folder, ReadingLine(date.format(n), 20.0 + n, 19.5 + n, "to the start", n, 40, 900.0))
-    running_campaign.request(folder, "pause")
+    events.request(folder, "pause")
     count = 1 + len(recorded.outputs)
     names = ("drive", *(output.id for output in recorded.outputs))
     signals = np.random.default_rng(0).normal(size=(count, 400)).astype(np.float32)

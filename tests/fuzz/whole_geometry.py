@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from app.files.toml_text import toml_text
-from simulation.meshing.recipe import MeshRecipe
+from app.files.settings_toml import toml_text
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.shell.shell_plate import ShellPlate
 from tests.app.files.drawings.test_exodus_mesh import exodus
 from tests.app.files.drawings.test_exodus_mesh import written as exodus_file

@@ -11,7 +11,7 @@ from analysis.compensation.outcome import NetworkStudy
 from analysis.compensation.settings import Training
 from analysis.compensation.study import compensate
 from analysis.estimates import FittedLaws
-from analysis.estimation.segments import Segments
+from analysis.estimation.estimators import Segments
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.focusing.methods import compare
 from analysis.focusing.over_temperature import focus
@@ -23,15 +23,17 @@ from analysis.updating.laws import fit_laws
 from app.files.basis_cache import save_basis
 from app.files.effect_cache import PLAIN, SCALARS, save_operators
 from app.files.provenance import provenance
-from app.files.results.compensation_file import save_compensation
-from app.files.results.filter_files import save_focusing
-from app.files.results.frf_file import save_frf
 from app.files.results.gap_file import GapFigures, save_gap
-from app.files.results.laws_elsewhere import remember_laws
-from app.files.results.laws_file import TwinFrf, save_laws
-from app.files.results.modes_file import save_modes
-from app.files.results.radiation_file import save_radiation
-from app.files.results.studies_file import Studies, Surfaces, save_studies
+from app.files.results.laws_file import TwinFrf, remember_laws, save_laws
+from app.files.results.modes_file import save_frf, save_modes
+from app.files.results.panel_files import (
+    Studies,
+    Surfaces,
+    save_compensation,
+    save_focusing,
+    save_radiation,
+    save_studies,
+)
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import save_frfs, save_stabilization
 from simulation.reduction.effect_operators import EffectOperators

@@ -6,7 +6,7 @@ import pytest
 
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Patch, Plate, Protocol
 from analysis.material import MaterialBox
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.assembly import assemble, assemble_for

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import eigsh
 
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.sweep_point import SweepPoint
 from simulation.effects.library import library
 from simulation.reduction.composition import Coefficients, composed

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from analysis.declaration.plate_material import material_box
 from analysis.experiment import Patch, Plate
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from analysis.recordings.frf import Frf
 from analysis.updating.update import update
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad

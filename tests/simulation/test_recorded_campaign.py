@@ -7,7 +7,7 @@ import pytest
 from nptdms import TdmsFile
 from scipy.interpolate import CubicSpline
 
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from simulation.shell.electric_load import ElectricLoad
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.instruments import Instruments

@@ -5,9 +5,9 @@ import pytest
 
 from analysis.declaration.plate_material import PlateMaterial, material_box
 from analysis.experiment import Patch, Plate
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
+from simulation.reduction.damped_modes import resonance_lines, root_mean_square
 from simulation.reduction.vectors.reduce import reduce
-from simulation.reduction.vectors.resonance_lines import resonance_lines, root_mean_square
 from simulation.shell.assembly import assemble
 
 BAND = (150.0, 900.0)

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.estimates import LOSS, MODULI, TRANSVERSE
 from analysis.experiment import Experiment
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from analysis.recordings.frf import Frf
 from analysis.recordings.sweep_point import SweepPoint
-from analysis.sheet_material import LOSS, MODULI, TRANSVERSE
 from analysis.updating.sheet_start import sheet_start
 from simulation.effects.library import LIBRARY, library, untried
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.effect_reduction import reduce_with_departures
 from simulation.shell.fineness import Fineness
 from simulation.tolerances import tolerances

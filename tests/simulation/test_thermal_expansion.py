@@ -5,10 +5,9 @@ import pytest
 
 from analysis.channel import Footprint
 from analysis.declaration.plate import Plate
-from analysis.local_laws import LocalLaws
-from analysis.material import Material
+from analysis.material import LocalLaws, Material
 from analysis.updating.laws import fit_laws
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.shell.assembly import assemble
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.twin import Twin

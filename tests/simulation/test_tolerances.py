@@ -7,10 +7,9 @@ import pytest
 
 from analysis.declaration.tolerances import Tolerances
 from analysis.experiment import Experiment
-from analysis.held_effects import HeldEffects
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.sweep_point import SweepPoint
+from analysis.twin_model import HeldEffects
 from simulation.effects import point_mass, transverse_shear
 from simulation.reduction.effect_reduction import reduce_with_departures
 from simulation.shell.fineness import Fineness

@@ -5,9 +5,8 @@ import pytest
 
 from analysis.declaration.outline import CircleOutline, CircleZone
 from analysis.experiment import Patch, Plate
-from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.effect_projection import strains
-from simulation.reduction.projector import Projector
+from simulation.meshing.plate_mesh import MeshRecipe
+from simulation.reduction.effect_projection import Projector, strains
 from simulation.shell.assembly import assemble
 from simulation.shell.rigidity import SHEAR_FACTOR
 from simulation.shell.unknowns import factorize

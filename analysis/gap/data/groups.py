@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from analysis.gap.thresholds import SAME_TEMPERATURE
-from analysis.local_laws import LocalLaws
-from analysis.material import Material
+from analysis.material import LocalLaws, Material
 
 FEWEST = 3
 """Temperatures that laws need: from two, the data cannot tell how smooth a law is."""

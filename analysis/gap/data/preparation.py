@@ -8,12 +8,10 @@ from numpy.typing import NDArray
 from analysis.experiment import Protocol
 from analysis.gap.data.compression import CompressedSweep, Nodes, compress
 from analysis.gap.data.groups import LawSmoothness, TemperatureGroups, mean_laws
-from analysis.gap.data.noise import NoiseCheck, check_noise
-from analysis.gap.data.numerical_floor import NumericalFloor
+from analysis.gap.data.noise import NoiseCheck, NumericalFloor, check_noise
 from analysis.gap.data.sweeps import GapSweeps, LineWeights
 from analysis.gap.thresholds import MODEL_ERROR, READING_SIGMA, SHARPEST
-from analysis.local_laws import LocalLaws
-from analysis.material import Material
+from analysis.material import LocalLaws, Material
 from analysis.recordings.frf import Frf
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated

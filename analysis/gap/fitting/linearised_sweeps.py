@@ -11,8 +11,7 @@ from analysis.effect_card import EffectCard, Values
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.normal_equations import GLOBAL, SweepEquations, WhitenedSweep, channel_blocks, whiten_all
 from analysis.gap.fitting.state import GapState
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, Tangent, TwinModel
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Real
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.state import GapState
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from analysis.twin_model import Linearisation, Tangent, TwinModel
 
 Made = TypeVar("Made")

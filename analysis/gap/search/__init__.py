@@ -8,7 +8,6 @@
 ``drop_and_swap``    each effect removed, and replaced by each other one
 ``stepwise``         effects added one by one, or as a pair; where their fits begin, and other sites for them
 ``held_out``         effects fitted to one part of the data and tested on the rest
-``unknown``          evidence for a smooth discrepancy of no known cause
-``confidence``       probability of a named effect
+``confidence``       probability of a named effect; evidence for a smooth discrepancy of no known cause
 ===================  ========================================================================
 """

@@ -6,10 +6,10 @@ from typing import Self
 
 from analysis.effect_card import Values
 from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.search.confidence import unknown_evidence
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.refit import Refit, absent, first_order, refit
 from analysis.gap.search.score_test import ScoreTest
-from analysis.gap.search.unknown import unknown_evidence
 from analysis.gap.thresholds import BEHIND, CLASS_NATS, MOST_EFFECTS, SWAP_SHARE, SWAPS_REFITTED
 
 

@@ -1,9 +1,9 @@
 """Which poles are modes of the plate, and which lines say nothing about them.
 
 ================  =============================================================================================
-``status``        which poles are modes of the plate, and why the others are not
+``status``        which poles are modes of the plate, and why the others are not; lines disturbed by mains
+                  harmonics or other tones
 ``resolution``    pairs of poles that the frequency resolution cannot separate
-``harmonics``     lines disturbed by mains harmonics or other tones
 ``leakage``       leakage of windowed segments, taken out of modes
 ``confirmation``  modes found again with other bands, lines or channels, in neighbouring sweeps, without single
                   hits

@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
-from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.judgement.resolution import COINCIDENT_DISTANCE
 from analysis.identification.lines import Lines
 from analysis.identification.measured import MANY, Measured, principal_frfs
-from analysis.identification.modes import Modes
+from analysis.identification.modes import DampingPrior, Modes
 from analysis.identification.order import (
     ROUGH_FALL_OF_MISFIT,
     attempt,
@@ -33,8 +32,7 @@ from analysis.identification.order import (
     support,
 )
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
-from analysis.identification.pole_search import PoleFit, fit
-from analysis.identification.variable_projection import project
+from analysis.identification.pole_search import PoleFit, fit, project
 
 SHIFT_OF_BAND = 0.05
 """Share of the band that is cut off at its lower, then at its upper end."""

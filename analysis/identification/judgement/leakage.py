@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimation.segments import Segments
+from analysis.estimation.estimators import Segments
 from analysis.identification.lines import Lines
 from analysis.identification.modes import Modes
 from analysis.identification.pole_residue import to_parameters, to_poles

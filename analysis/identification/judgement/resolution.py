@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from analysis.identification.lines import Lines
 from analysis.identification.pole_residue import COMPLEX_E_F_G, NONE, synthesis
-from analysis.identification.pole_search import fit
-from analysis.identification.variable_projection import project
+from analysis.identification.pole_search import fit, project
 
 HALF_WIDTHS_COMPARED = 10.0
 """Lines compared, in half widths on either side: beyond, both models are the same."""

@@ -17,8 +17,7 @@ from scipy.linalg import cho_factor, cho_solve
 from analysis.identification.lines import Lines
 from analysis.identification.over_temperature.smooth_tracks import SmoothTracks
 from analysis.identification.pole_residue import LARGEST_DAMPING, ResidualTerms, to_poles
-from analysis.identification.pole_search import PREDICTED_FALL_FACTOR
-from analysis.identification.variable_projection import Projection, project
+from analysis.identification.pole_search import PREDICTED_FALL_FACTOR, Projection, project
 
 SETTLED_FALL = 0.1
 """Fall of a sweep's sum of squares, in variances of one number, below which it is not evaluated again."""

@@ -22,7 +22,7 @@ from analysis.gap.data.groups import LawSmoothness, TemperatureGroups
 from analysis.identification.modes import Modes
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.identification.pole_residue import LARGEST_DAMPING, to_parameters, to_poles
-from analysis.protocol.advice import STIFFNESS_CHANGE
+from analysis.protocol.objections import STIFFNESS_CHANGE
 from analysis.recordings.sweep_point import SweepPoint
 
 

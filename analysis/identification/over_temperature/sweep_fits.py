@@ -28,9 +28,8 @@ from analysis.identification.modes import Modes
 from analysis.identification.over_temperature.joint_fit import JointFit, SweepsAt, SweepsSearch, fit_together
 from analysis.identification.over_temperature.smooth_tracks import SmoothTracks
 from analysis.identification.pole_residue import ResidualTerms, active_in, to_poles
-from analysis.identification.pole_search import PoleFit, fit
+from analysis.identification.pole_search import PoleFit, change_with_poles, factor_of_gram, fit
 from analysis.identification.settings import Settings
-from analysis.identification.variable_projection import change_with_poles, factor_of_gram
 
 LARGEST_TRACK_DISTANCE = 2.0
 """Largest distance of a hidden mode from a track, in half widths."""

@@ -35,9 +35,8 @@ from analysis.identification.pole_residue import (
     to_parameters,
     to_poles,
 )
-from analysis.identification.pole_search import PoleFit
+from analysis.identification.pole_search import PoleFit, misfit_at
 from analysis.identification.settings import Settings
-from analysis.identification.variable_projection import misfit_at
 
 Method = Callable[[Measured, Settings], Modes]
 

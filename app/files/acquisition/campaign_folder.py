@@ -13,7 +13,7 @@ from analysis.experiment import Experiment
 from analysis.protocol.protocol import SweepSetPoint
 from analysis.recordings.campaign import Sensitivities, Sensitivity, Sweep
 from app.files.acquisition import events
-from app.files.acquisition.running_campaign import LatestRepeat, save_latest
+from app.files.acquisition.events import LatestRepeat, save_latest
 from app.files.acquisition.same_experiment import (
     REJECTED,
     REWIRED,

@@ -3,6 +3,8 @@
 ``test.toml`` makes a modal test of it (`flexura identify FOLDER`), ``plate.toml`` a plate with FRFs (`flexura
 update FOLDER`); both are written anew with every hit, and name the hits that count. Of several temperatures each
 has a test of its own, ``set-point-1.toml`` and so on.
+
+Hits of a hammer test whose temperature is in doubt: noted in their files, and later in the log.
 """
 
 import json
@@ -13,9 +15,10 @@ from typing import Any
 import numpy as np
 
 from app.files.acquisition import events
-from app.files.acquisition.hit_doubts import DOUBT, HITS
+from app.files.acquisition.events import later_doubts, read_events
 from app.files.acquisition.same_experiment import REWIRED, changed_wiring, differences, without_wiring
 from app.files.atomic import PARTIAL, atomic_hdf5, force_folder_to_disk, write_json, write_text
+from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaigns.kind import HAMMER_TEST, is_hammer_folder
 from app.files.campaigns.sweep_file import Source
@@ -28,9 +31,8 @@ from app.files.folder_lock import writable
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
 from app.files.parsed_text import parse_json, read_text
 from app.files.provenance import provenance, stamp
-from app.files.toml_text import toml_text
-from drivers.hammer.judged_hit import HitJudge, HitTemperature, JudgedHit
-from drivers.hammer.progress import HammerProgress, KeptHit
+from app.files.settings_toml import toml_text
+from drivers.hammer.judged_hit import HammerProgress, HitJudge, HitTemperature, JudgedHit, KeptHit
 
 FORMAT = "hammer-campaign/1"
 REJECTED = "rejected"
@@ -324,3 +326,43 @@ def begun_with(folder: Path) -> dict[str, Any]:
     if not isinstance(acquired, dict):
         raise CampaignFileError(folder, [Problem(HAMMER_TEST, "format", "not read", FORMAT, remedy)])
     return acquired
+
+
+HITS = "hits"
+"""Folder of the accepted ones."""
+DOUBT = "doubt"
+"""Attribute of a hit, only where the rig doubted the plate's temperature."""
+
+
+def hit_doubts(folder: Path, files: Sequence[str]) -> dict[str, str]:
+    """Return why the temperatures of some hits are in doubt, by the hit as people know it.
+
+    Parameters
+    ----------
+    folder : Path
+        That holds the declaration; nothing is in doubt where it is none of a hammer test that was acquired.
+    files : sequence of str
+        Of the hits that count, relative to it.
+
+    Raises
+    ------
+    CampaignFileError
+        For a damaged log.
+    ResultFileError
+        For a hit that cannot be read.
+    """
+    if not is_hammer_folder(folder):
+        return {}
+    later, found = later_doubts(read_events(folder)), dict[str, str]()
+    for name in files:
+        if Path(name).parent != Path(HITS):
+            continue
+        try:
+            with opened_hdf5(folder / name) as file:
+                number, point = (int(file.attrs[key]) for key in ("number", "point"))
+                doubt = later.get(number, str(file.attrs.get(DOUBT, "")))
+                if doubt:
+                    found[f"hit {number} (point {point + 1}, {float(file.attrs['temperature']):.1f} °C)"] = doubt
+        except Hdf5FileError as error:
+            raise ResultFileError(f"{folder / name}: {error}") from error
+    return found

@@ -13,10 +13,10 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+from app.files.acquisition.events import LATEST as LATEST
 from app.files.acquisition.events import NAME as EVENTS
+from app.files.acquisition.events import READINGS as READINGS
 from app.files.acquisition.events import read_events
-from app.files.acquisition.running_campaign import LATEST as LATEST
-from app.files.acquisition.running_campaign import READINGS as READINGS
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaigns.folder import ENDING, SWEEPS, read_protocol
 from app.files.campaigns.kind import PROTOCOL, is_campaign_folder

@@ -79,7 +79,7 @@ def not_a_campaign(path: Path) -> CampaignFileError:
 
 def _no_folder(path: Path, allowed: str) -> CampaignFileError:
     """Say what a file is that was named for a campaign, and what takes it."""
-    from app.files.campaigns.declaration import FORMAT
+    from app.files.campaigns.channels import FORMAT
     from app.files.settings_toml import read_table
 
     if path.suffix.lower() in (*WITH_FRFS, *TEXTS, ".h5", ".hdf5"):

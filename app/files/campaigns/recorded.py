@@ -7,9 +7,8 @@ from pathlib import Path
 from analysis.experiment import Experiment
 from analysis.recordings.campaign import Campaign, CampaignExtent, Sweep
 from app.files.campaign_error import CampaignFileError, Problem, SignalProblem
-from app.files.campaigns.channels import actuators, sweeps_of
+from app.files.campaigns.channels import actuators, declaration_digest, read_declaration, sweeps_of
 from app.files.campaigns.coverage import Place, coverage_problems, missing_places, places
-from app.files.campaigns.declaration import declaration_digest, read_declaration
 from app.files.campaigns.kind import DECLARATION
 from app.files.campaigns.tdms_sweep import read_sweep
 from app.files.provenance import sha256

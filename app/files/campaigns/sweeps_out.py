@@ -23,7 +23,7 @@ from app.files.campaigns.export import campaign_points, direction_of
 from app.files.campaigns.kind import DECLARATION
 from app.files.campaigns.tdms_file import TdmsLayout
 from app.files.campaigns.tdms_sweep import PLATE
-from app.files.toml_text import toml_text
+from app.files.settings_toml import toml_text
 from app.files.uff.frfs import time_text
 from app.files.uff.geometry import geometry_text
 

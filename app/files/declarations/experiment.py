@@ -7,10 +7,9 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, create_model, model_validator
 
 from analysis.channel import UNITS, Motion
-from analysis.declaration.patch import Patch
 from analysis.declaration.strict import Declared, Sparse
 from analysis.declaration.tolerances import Tolerances
-from analysis.declaration.transducers import Drive, Sensor
+from analysis.declaration.transducers import Drive, Patch, Sensor
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Plate
 from analysis.protocol.limits import Limits
 from analysis.protocol.objections import Hardware, objections
@@ -19,7 +18,7 @@ from analysis.protocol.sweep import SweepSettings
 from analysis.recordings.campaign import Sensitivities, Sensitivity
 from app.files.bad_file import quoted
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.campaigns.declaration import FORMAT
+from app.files.campaigns.channels import FORMAT
 from app.files.campaigns.kind import DECLARATION
 from app.files.declarations.instrument_sections import OvenSection, UnknownInstrument, instrument_sections
 from app.files.declarations.simulation_section import Simulation

@@ -19,7 +19,7 @@ from app.files.declarations.experiment import AcquiredSensor, RigKind, far_limit
 from app.files.declarations.instrument_sections import OvenSection, UnknownInstrument, instrument_sections
 from app.files.declarations.simulation_section import Simulation
 from app.files.settings_toml import checked, read_table
-from drivers.hammer.trigger import TriggerSettings
+from drivers.hammer.hammer_rig import TriggerSettings
 from drivers.ni.wiring import InputWiring
 from drivers.thermometers.settings import ThermometerSettings
 

@@ -11,8 +11,7 @@ from analysis.weather.declared_weather import Weather
 from app.files.allowed_values import allowed_at, key_at, keys_at, nearest, unit_hint
 from app.files.bad_file import Misplaced, ResultFileError, misplaced
 from app.files.campaign_error import CampaignFileError
-from app.files.drawings.drawing import DrawingError, with_drawings
-from app.files.drawings.mesh_check import mesh_fault
+from app.files.drawings.drawing import DrawingError, mesh_fault, with_drawings
 from app.files.settings_toml import read_settings, read_table
 from app.files.shipped import shipped
 

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from analysis.declaration.strict import Declared, Temperature
 from analysis.recordings.grid_frequency import MAINS_RANGE
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.campaigns.declaration import RUN, run_table
+from app.files.campaigns.channels import RUN, run_table
 from app.files.campaigns.kind import DECLARATION
 from app.files.settings_toml import checked
 

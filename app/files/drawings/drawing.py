@@ -1,27 +1,40 @@
 """Drawings and meshes named in a declaration, turned into what they hold: it then needs no other file.
 
 Meshes are those of Gmsh, Abaqus, Nastran, Exodus and VTK.
+
+Whether a declared plate can be meshed, found out when its declaration is read.
+
+Otherwise borders that touch, a mesh that does not fit, or a plate too large for any computer would be found only
+when the twin is built, after the campaign, when its declaration cannot be changed any more.
 """
 
+import hashlib
+import json
 import re
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from importlib.util import find_spec
+from operator import attrgetter
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from pydantic import Field, ValidationError
 
 from analysis.declaration.outline import MOST_POINTS, row_of
 from analysis.declaration.strict import Declared, FileName
-from analysis.geometry.curves import Curve, moved
-from analysis.geometry.fault import GeometryError
-from analysis.geometry.loop import Loop, closed_loops
+from analysis.geometry.loop import Curve, GeometryError, Loop, closed_loops, moved
 from app.files.allowed_values import allowed_at
+from app.files.bad_file import Misplaced
 from app.files.drawings.exodus_mesh import ENDINGS as EXODUS
 from app.files.isolation import run_isolated
 from app.files.parsed_text import parse_json
+
+if TYPE_CHECKING:
+    from analysis.declaration.plate import Plate
+    from analysis.declaration.transducers import Patch
+    from simulation.meshing.plate_mesh import MeshRecipe
 
 LARGEST = {".dxf": 5_000_000, ".svg": 1_000_000}
 """Bytes of a drawing: outlines are a page of numbers, which DXF wraps in much else."""
@@ -270,11 +283,11 @@ def _curves(path: Path, drawing: Drawing) -> list[Curve]:
         if size > LARGEST[kind]:
             raise ValueError(f"{size} bytes; allowed at most {LARGEST[kind]}: keep the outline only")
         if kind == ".dxf":
-            from app.files.drawings.dxf_curves import dxf_curves
+            from app.files.drawings.curves import dxf_curves
 
             found, unit = dxf_curves(path, drawing.layer)
         else:
-            from app.files.drawings.svg_curves import svg_curves
+            from app.files.drawings.curves import svg_curves
 
             if drawing.layer is not None:
                 raise ValueError("layer is for DXF files; remove it")
@@ -290,3 +303,103 @@ def _curves(path: Path, drawing: Drawing) -> list[Curve]:
     if not all(np.isfinite(curve.at([0.0, 0.3, 1.0])).all() for curve in curves):
         raise ValueError("holds a number that is not finite")
     return curves
+
+
+BANDS = ("sweep.band", "protocol.band", "filters.edges")
+"""Where an experiment, a campaign and a panel declare the frequencies they need."""
+MOST_CELLS = 5000
+"""Triangles of a plate: its model then takes 8 GB."""
+
+
+def mesh_fault(
+    source: Path, table: Mapping[str, Any], declared: object
+) -> tuple[str, str, Misplaced | None] | None:
+    """Mesh a declared plate, or compare its mesh with outline, holes, zones, patches and supports.
+
+    A declaration that passed is remembered by an empty file in the cache folder: meshing it takes longer than
+    reading the rest.
+
+    Parameters
+    ----------
+    source : Path
+        File of the declaration.
+    table : mapping
+        Its keys and values, with the mesh itself.
+    declared : object
+        What was made of them: an experiment or a panel, with ``plate`` and ``patch``, or other settings.
+
+    Returns
+    -------
+    (str, str, Misplaced or None) or None
+        The key, what is wrong, and where; None if nothing is.
+    """
+    plate, patches = getattr(declared, "plate", None), getattr(declared, "patch", ())
+    if plate is None:
+        return None
+    band = _band(declared)
+    passed = _passed(plate, patches, band)
+    if passed.is_file():
+        return None
+    from analysis.geometry.loop import GeometryError
+    from simulation.shell.shell_plate import mesh_of
+
+    try:
+        recipe = None if plate.mesh else _recipe(plate, band)
+        mesh_of(plate, patches, recipe)
+    except GeometryError as error:
+        key = "plate.mesh" if plate.mesh else "plate"
+        places = Misplaced(source, table, error.places) if error.places else None
+        return key, _with_names(str(error), patches), places
+    with suppress(OSError):  # without a cache folder it is meshed again
+        passed.parent.mkdir(parents=True, exist_ok=True)
+        passed.touch()
+    return None
+
+
+def _passed(plate: "Plate", patches: Sequence["Patch"], band: Any) -> Path:
+    """Name the file that says that a declaration passed, by all that its mesh depends on."""
+    from app.files.basis_cache import cache_folder
+    from simulation.reduction.basis_key import METHOD
+
+    declared = [METHOD, plate.model_dump_json(), *(patch.model_dump_json() for patch in patches), band]
+    return cache_folder() / f"meshed-{hashlib.sha256(json.dumps(declared).encode()).hexdigest()}"
+
+
+def _recipe(plate: "Plate", band: Any) -> "MeshRecipe | None":
+    """Sizes of the twin's mesh, None without a band; GeometryError for a plate of too many cells."""
+    if band is None:
+        return None
+    from analysis.declaration.plate_material import material_box
+    from analysis.geometry.loop import GeometryError
+    from simulation.shell.fineness import Fineness, shortest_wave
+
+    box = material_box(plate.material)
+    recipe = Fineness().recipe(plate, box, band)
+    cells = plate.area / (0.433 * recipe.bulk(plate.thickness) ** 2)  # equilateral triangles
+    if cells > MOST_CELLS:
+        wave = shortest_wave(plate, box, band)
+        raise GeometryError(
+            f"{plate.length_x:g} by {plate.length_y:g} m are {plate.length_x / wave:.0f} by "
+            f"{plate.length_y / wave:.0f} of the shortest bending wavelengths, {wave:.2g} m at {band[1]:g} Hz: "
+            f"a model of {cells:.0f} cells, allowed {MOST_CELLS}. End the band at "
+            f"{band[1] * MOST_CELLS / cells:.2g} Hz"
+        )
+    return recipe
+
+
+def _band(declared: object) -> Any:
+    """Frequencies that are needed, (low, high) Hz; None where none are declared."""
+
+    def value(path: str) -> Any:
+        try:
+            return attrgetter(path)(declared)
+        except AttributeError:
+            return None
+
+    return next(filter(None, map(value, BANDS)), None)
+
+
+def _with_names(message: str, patches: Sequence["Patch"]) -> str:
+    """Call patches by their names instead of their numbers."""
+    names = {str(k + 1): patch.id for k, patch in enumerate(patches)}
+    return re.sub(r"(?<!')\bpatch (\d+)", lambda found: f"patch {names.get(found[1], found[1])!r}", message)

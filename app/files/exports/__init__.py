@@ -2,9 +2,7 @@
 
 ===================  ===============================================================
 ``shipment``         what of a run is exported: filters that follow the temperature
-``cost``             bytes and multiplications on the target
-``c_code``           C99: a header and one file
-``destination``      files that are written together
+``c_code``           C99: a header and one file; bytes and multiplications on the target
 ``written_filters``  NPZ, CSV and WAV, ONNX (temperature in, taps out); one form chosen and written
 ===================  ===============================================================
 """

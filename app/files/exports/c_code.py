@@ -1,17 +1,28 @@
-"""Filters as C99: a header and one file, nothing allocated, in float32 or int16."""
+"""Filters as C99: a header and one file, nothing allocated, in float32 or int16.
+
+Bytes and multiplications that filters cost on the target.
+"""
 
 import hashlib
 from collections.abc import Iterable
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.rendering.fixed_point import FixedPoint
-from analysis.rendering.following import FADE_TIME, TEMPERATURE_STEP, TanhWeights, TiltBank
-from analysis.weather.knowledge import plane_weights
-from app.files.exports.destination import written_together
+from analysis.rendering.following import (
+    FADE_TIME,
+    TEMPERATURE_STEP,
+    FixedPoint,
+    FollowingBank,
+    TanhWeights,
+    TiltBank,
+)
+from analysis.weather.family import plane_weights
+from app.files.atomic import written_together
 from app.files.exports.shipment import Shipment
 
 SAMPLES_AT_ONCE = 256
@@ -210,3 +221,65 @@ def _text(name: str, text: str) -> str:
     escaped = [{"\n": "\\n", "\\": "\\\\", '"': '\\"', "?": "\\?"}.get(letter, letter) for letter in text]
     lines = ["".join(escaped[start : start + 100]) for start in range(0, len(escaped), 100)]
     return f"const char {name}[] =\n" + "\n".join(f'    "{line}"' for line in lines) + ";\n\n"
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What the C code takes.
+
+    Attributes
+    ----------
+    constant_bytes : int
+        Banks and tables, in read-only memory.
+    state_bytes : int
+        Two sets of taps and the past of the input, in memory.
+    update_operations : int
+        Multiply-adds of one change of temperature.
+    sample_operations : int
+        Multiply-adds of one sample of audio for all actuators; twice as many during a fade.
+    """
+
+    constant_bytes: int
+    state_bytes: int
+    update_operations: int
+    sample_operations: int
+
+    @classmethod
+    def of(
+        cls,
+        filters: FollowingBank,
+        fixed_point: bool,
+        block: int,
+        tilt: TiltBank | None = None,
+        thermometers: int = 0,
+    ) -> Self:
+        """Count for float32 or, fixed point, int16.
+
+        Parameters
+        ----------
+        block : int
+            Samples filtered at a time.
+        tilt : TiltBank, optional
+            Filters of the tilt, with the number of `thermometers` that tell it.
+        """
+        actuators, weights, taps = filters.banks.shape
+        size = 2 if fixed_point else 4
+        tables = 8 * len(filters.input.temperature) + (4 * actuators * weights if fixed_point else 0)
+        if isinstance(filters.weights, TanhWeights):
+            tables += 8 * filters.weights.slope.size
+            per_update = filters.weights.slope.size
+        else:
+            tables += 4 * (filters.weights.coefficients.size + len(filters.weights.knots))
+            per_update = 3 * weights
+        banks, state = filters.banks.size, 12
+        if tilt is not None:
+            banks, state = banks + tilt.banks.size, state + 8
+            tables += 4 * (tilt.weights.coefficients.size + len(tilt.weights.knots) + 3 * thermometers)
+            tables += 4 * tilt.banks[..., 0].size if fixed_point else 0
+            per_update += tilt.banks.size + 3 * thermometers + 5 * tilt.banks[..., 0].size
+        return cls(
+            constant_bytes=size * banks + tables,
+            state_bytes=-(-size * (2 * actuators * taps + taps - 1 + block) // 4) * 4 + state,
+            update_operations=actuators * weights * taps + per_update,
+            sample_operations=actuators * taps,
+        )

@@ -14,8 +14,7 @@ from analysis.weather.judged import WeatherJudgement
 from app.files.bad_file import ResultFileError, UnsuitedOptionError, quoted
 from app.files.hdf5_file import result_file
 from app.files.provenance import provenance, read_stamp, sha256
-from app.files.results.compensation_file import load_compensation
-from app.files.results.filter_files import load_focusing, load_method, load_panel
+from app.files.results.panel_files import load_compensation, load_focusing, load_method, load_panel
 from app.files.results.run_folder import run_file
 
 FORMAT = "flexura-filters/1"

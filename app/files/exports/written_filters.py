@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.focusing.responses import spaced
+from analysis.focusing.panel_model import spaced
 from analysis.rendering.following import CubicWeights, FollowingBank, TanhWeights
+from app.files.atomic import written_together
 from app.files.bad_file import ResultFileError
 from app.files.exports.c_code import PREFIX, write_c
-from app.files.exports.destination import written_together
 from app.files.exports.shipment import FORMAT, Shipment
 from app.files.sound_file import WavFileError, create_wav
 

@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.declared_quantity import DeclaredQuantity
-from analysis.estimates import Estimate
+from analysis.estimates import DeclaredQuantity, Estimate
 from analysis.material import MaterialLaws
 from analysis.updated import Updated
 from app.files.bad_file import ResultFileError

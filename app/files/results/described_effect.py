@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from analysis.gap.description.described import Description, Form
+from analysis.gap.description.describing import Description, Form
 from app.files.atomic import write_text
 
 FOLDER = "described"

@@ -15,10 +15,9 @@ from analysis.gap.data.groups import TemperatureGroups
 from analysis.gap.fitting.residual_map import ResidualMap, Signature
 from analysis.gap.report import GapReport
 from app.files.atomic import atomic_hdf5
-from app.files.hdf5_file import result_file
+from app.files.hdf5_file import read_value, result_file, write_value
 from app.files.parsed_text import parse_json
 from app.files.provenance import stamp
-from app.files.values import read_value, write_value
 
 
 @dataclass(frozen=True)

@@ -7,19 +7,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimates import Estimate, FittedLaws
-from analysis.gap.description.described import Curve, Dependence, Description, Form
+from analysis.estimates import Estimate, FittedLaws, SheetMaterial
+from analysis.gap.description.describing import Curve, Dependence, Description, Form
 from analysis.gap.description.place_map import KINDS, UNITS, PlaceMap
 from analysis.gap.fitting.residual_map import Region
-from analysis.gap.plan.decision import Decision
+from analysis.gap.plan.decision import Decision, Expected, Plan
 from analysis.gap.plan.measurement import Measurement
-from analysis.gap.plan.ranking import Expected, Plan
 from analysis.gap.plan.separation import ENOUGH, Question
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect
 from analysis.gap.search.held_out import HeldOut
 from analysis.gap.search.observability import Observability
 from analysis.pairing.paired_sweeps import Pairing
-from analysis.sheet_material import SheetMaterial
 from analysis.updating.corrected_twin import material_of
 from app.files.results.pairing_json import declared_record, pairing_record
 

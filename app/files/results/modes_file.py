@@ -1,4 +1,7 @@
-"""``modes.h5`` and ``modes.csv``: what was identified at every temperature, for Flexura and for people."""
+"""``modes.h5`` and ``modes.csv``: what was identified at every temperature, for Flexura and for people.
+
+``frf.h5``: the FRFs of a campaign, and the experiment they belong to.
+"""
 
 import csv
 import io
@@ -10,14 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.experiment import Experiment
 from analysis.identification.modes import Modes, Rejected
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.identification.pole_residue import named
+from analysis.recordings.frf import Frf
 from analysis.shapes.participation import ModeShapes
 from app.files.atomic import atomic_hdf5, write_text
-from app.files.hdf5_file import result_file
+from app.files.hdf5_file import read_value, result_file, write_value
 from app.files.provenance import read_stamp, stamp
-from app.files.values import read_value, write_value
 
 
 @dataclass(frozen=True)
@@ -145,3 +149,30 @@ def write_table(target: Path, tracked: TrackedModes) -> None:
                 place = [f"{tracked.temperature[t]:.4f}", tracked.direction[t], f"{tracked.level[t]:g}", j + 1]
                 rows.writerow([*place, *values, modes.status[pole], modes.confirmed_word(pole), reasons[pole]])
     write_text(target, stream.getvalue())
+
+
+def save_frf(target: Path, experiment: Experiment, frf: Frf, made_from: Mapping[str, Any]) -> None:
+    """Write FRFs, whole or not at all.
+
+    Parameters
+    ----------
+    made_from : mapping
+        Provenance.
+    """
+    with atomic_hdf5(target) as file:
+        stamp(file, made_from)
+        file.attrs["experiment"] = experiment.model_dump_json()
+        write_value(file.create_group("frf"), frf)
+
+
+def load_experiment(path: Path) -> Experiment:
+    """Read the experiment alone; ResultFileError where the file is something else."""
+    with result_file(path, "update") as file:
+        return Experiment.model_validate_json(str(file.attrs["experiment"]))
+
+
+def load_frf(path: Path) -> tuple[Experiment, Frf]:
+    """Read back what `save_frf` wrote; ResultFileError where the file is something else."""
+    with result_file(path, "update") as file:
+        experiment = Experiment.model_validate_json(str(file.attrs["experiment"]))
+        return experiment, read_value(file["frf"], Frf)

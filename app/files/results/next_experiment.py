@@ -20,8 +20,7 @@ from app.files.declarations.experiment import (
     read_acquired_experiment,
     read_declared_experiment,
 )
-from app.files.settings_toml import read_table
-from app.files.toml_text import toml_text
+from app.files.settings_toml import read_table, toml_text
 
 NAME = "next-experiment.toml"
 LASER_SENSITIVITY = 20.0

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.declared_quantity import DeclaredQuantity
+from analysis.estimates import DeclaredQuantity
 from analysis.pairing.assignment import ModeList, ModePairs
 from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
 from analysis.pairing.points import PointComparison

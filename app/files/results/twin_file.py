@@ -30,8 +30,7 @@ from analysis.experiment import (
 from app.files.allowed_values import nearest
 from app.files.atomic import write_text
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.settings_toml import checked, read_table
-from app.files.toml_text import toml_text
+from app.files.settings_toml import checked, read_table, toml_text
 
 FORMAT = "flexura-twin/1"
 COMMENT = """\

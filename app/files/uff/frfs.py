@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.estimation.coherence import coherence_variance
+from analysis.estimation.estimators import coherence_variance
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError, quoted

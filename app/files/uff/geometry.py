@@ -13,8 +13,7 @@ import pyuff
 from pyuff.datasets.dataset_55 import prepare_55
 
 from analysis.identification.modes import Modes
-from analysis.shapes.participation import ModeShapes
-from analysis.shapes.wire_frame import Position, lines_between
+from analysis.shapes.participation import ModeShapes, Position, lines_between
 from app.files.atomic import atomic_path
 from app.files.uff.opening import file_units, opened_uff
 

@@ -10,14 +10,14 @@ from analysis.arrays import Real
 from analysis.channel import Channel
 from analysis.declaration.plate_material import KINDS, DeclaredOrthotropy, material_box
 from analysis.experiment import Experiment, check_patches
-from analysis.geometry.fault import GeometryError
+from analysis.geometry.loop import GeometryError
 from analysis.material import MaterialBox
 from analysis.pairing.assignment import ModeList
 from analysis.pairing.coarse_trial import CoarseTrial, SweepModes, scanned_materials, tried
 from analysis.pairing.paired_sweeps import LEAST_SHARE
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf
-from analysis.updating.modulus_scan import ModulusScan, levels, scan_grid, scan_modulus, scanned_box, smoothed
+from analysis.updating.start import ModulusScan, levels, scan_grid, scan_modulus, scanned_box, smoothed
 from analysis.updating.update import middle_sweep
 from app.files.bad_file import ResultFileError
 from simulation.reduction.coarse_plate import CoarsePlaces, CoarsePlate

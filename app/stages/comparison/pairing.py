@@ -10,13 +10,13 @@ import numpy as np
 from analysis.arrays import Complex, Real
 from analysis.experiment import Experiment
 from analysis.gap.data.preparation import sweep_points
-from analysis.geometry.fault import GeometryError
+from analysis.geometry.loop import GeometryError
 from analysis.identification.automatic import identify
 from analysis.identification.modes import Modes
 from analysis.identification.over_temperature.tracking import sweep_measured
 from analysis.identification.pole_residue import ResidualTerms, choices_for
 from analysis.identification.settings import Settings
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from analysis.pairing.assignment import HALF_POWER, ModeList, ModePairs, pair_modes
 from analysis.pairing.coarse_trial import SweepModes
 from analysis.pairing.paired_sweeps import POOR, PairedSweeps, Pairing, Source
@@ -29,8 +29,7 @@ from analysis.pairing.points import (
     represented,
 )
 from analysis.progress import Progress
-from analysis.recordings.chosen_actuator import sweeps_of_modes
-from analysis.recordings.frf import Frf
+from analysis.recordings.frf import Frf, sweeps_of_modes
 from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.twin_model import NO_EFFECTS, Effects
 from analysis.updated import Updated

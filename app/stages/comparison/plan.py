@@ -12,8 +12,7 @@ from analysis.gap.data.preparation import prepare
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import starting_state
-from analysis.gap.plan.decision import Decision, decided, told
-from analysis.gap.plan.information import Information, LinearisedCampaign
+from analysis.gap.plan.decision import Decision, Expected, Plan, decided, ranked, told, weights
 from analysis.gap.plan.measurement import (
     Measurement,
     Reach,
@@ -23,19 +22,16 @@ from analysis.gap.plan.measurement import (
     planned_sweeps,
     with_noise_of,
 )
-from analysis.gap.plan.ranking import Expected, Plan, ranked, weights
-from analysis.gap.plan.separation import Question, open_questions, separation
+from analysis.gap.plan.separation import Information, LinearisedCampaign, Question, open_questions, separation
 from analysis.gap.report import GapReport
-from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
 from analysis.recordings.frf_campaign import AnyCampaign
-from analysis.twin_model import NO_EFFECTS, Effects
+from analysis.twin_model import NO_EFFECTS, Effects, HeldEffects
 from analysis.updating.drift import to_first_order
-from app.files.results.open_question import open_before
 from app.stages.comparison.compared import Compared
+from app.stages.comparison.request import open_before
 from app.stages.update import updated_twin
-from app.twins.campaign_twin import WORKERS, campaign_model, judging
-from app.twins.scouting_twin import KNOWN_MASS, known_mass, with_sensors
+from app.twins.campaign_twin import KNOWN_MASS, WORKERS, campaign_model, judging, known_mass, with_sensors
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 

@@ -1,4 +1,7 @@
-"""What is asked of the update and gap stages: a campaign to be set beside its twin."""
+"""What is asked of the update and gap stages: a campaign to be set beside its twin.
+
+What an earlier comparison left open, read from its gap.json.
+"""
 
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
@@ -6,13 +9,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from analysis.gap.plan.measurement import KINDS
+from analysis.gap.plan.measurement import KINDS, OVEN_FIXED
 from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.recordings.grid_frequency import require_mains
-from app.files.bad_file import UnsuitedOptionError
+from app.files.bad_file import ResultFileError, UnsuitedOptionError
+from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.inputs import campaign_settings
+from app.files.campaigns.of_run import campaign_of
+from app.files.parsed_text import parse_json, read_text
 from app.files.provenance import provenance, sha256
-from app.files.results.open_question import open_before
 from app.twins.campaign_twin import Start, start_of
 
 MOST_HOURS = 1e4
@@ -115,3 +120,43 @@ class GapRequest(UpdateRequest):
         if self.effects is not None:
             inputs |= {f"effect {file.name}": sha256(file) for file in sorted(self.effects.glob("[!_]*.py"))}
         return provenance(inputs, {"mains": self.mains, **campaign_settings(self.campaign)})
+
+
+TURNED = "turned_plate"
+LARGEST_GAP_FILE = 50_000_000
+"""Bytes of a gap.json that is read."""
+
+
+def open_before(run: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Read from a run what its plan left open.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder with a gap.json of ``flexura gap --plan``.
+
+    Returns
+    -------
+    effects : tuple of str
+        All that its questions are about.
+    turned : tuple of str
+        Those whose amplitudes change sign, where the plan was to turn the plate.
+
+    Raises
+    ------
+    ResultFileError
+        Where there is none, or nothing was open.
+    """
+    file = run / "gap.json"
+    try:
+        record: Mapping[str, Any] = parse_json(read_text(file, LARGEST_GAP_FILE))
+        plan = record["plan"]
+        names = [name for one in plan["questions"] for name in (one["effect"], one["rival"]) if name]
+        chosen = plan["next"] or {}
+    except (OSError, CampaignFileError, ValueError, KeyError, TypeError) as error:
+        wanted = f"make it with: flexura gap {campaign_of(run)} --plan"
+        raise ResultFileError(f"{file}: holds no plan; {wanted}") from error
+    if not names:
+        raise ResultFileError(f"{file}: its plan has no questions; nothing was open that could be decided")
+    turned = OVEN_FIXED if chosen.get("key") == TURNED else ()
+    return tuple(dict.fromkeys(str(name) for name in names)), turned

@@ -13,7 +13,7 @@ from analysis.plate_temperature.label_check import (
     said_of_doubts,
 )
 from analysis.plate_temperature.resonances import unlike_resonances
-from analysis.protocol.advice import change_over_repeats, change_within_sweep
+from analysis.protocol.objections import change_over_repeats, change_within_sweep
 from analysis.recordings.campaign import Sweep
 from analysis.recordings.frf import Frf
 from analysis.recordings.frf_campaign import AnyCampaign, FrfCampaign

@@ -2,9 +2,8 @@
 
 ======================  ========================================================
 ``inputs``              panel, method and processor for `focus` and `compensate`
-``laws``                material laws of a panel's plate, and their range
-``measured_plate``      a panel that is the plate that was measured
-``focus_request``       what is asked of `focus`, with laws and panel read
-``compensate_request``  what is asked of `compensate`, with laws and panel read
+``laws``                material laws of a panel's plate, and their range; a panel that is the plate that was
+                        measured
+``requests``            what is asked of `focus` and `compensate`, with laws and panel read
 ======================  ========================================================
 """

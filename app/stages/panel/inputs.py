@@ -18,8 +18,8 @@ from analysis.weather.declared_weather import Weather
 from app.files.bad_file import ResultFileError, UnsuitedOptionError, quoted
 from app.files.declarations.panel import SECTION_2, panel_of_text, read_panel
 from app.files.provenance import sha256
-from app.files.results.filter_files import load_method, load_panel, made_from_transfers
-from app.files.results.laws_elsewhere import remember_laws
+from app.files.results.laws_file import remember_laws
+from app.files.results.panel_files import load_method, load_panel, made_from_transfers
 from app.stages.panel.laws import PanelLaws
 
 

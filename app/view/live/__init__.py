@@ -6,5 +6,5 @@
 =================  ==============================================================
 
 It reads the folder through `app.watch.watched`. Requests to the runner go into ``control.json``
-(`app.files.acquisition.running_campaign`); nothing else is written.
+(`app.files.acquisition.events`); nothing else is written.
 """

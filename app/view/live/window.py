@@ -20,8 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.files.acquisition.events import seconds
-from app.files.acquisition.running_campaign import LatestRepeat, request
+from app.files.acquisition.events import LatestRepeat, request, seconds
 from app.summaries.numbers import duration
 from app.view.chart import Chart
 from app.view.theme import Theme

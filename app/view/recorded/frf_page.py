@@ -12,13 +12,11 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QL
 
 from analysis.arrays import Real
 from analysis.identification.modes import Modes
-from analysis.recordings.chosen_actuator import sweeps_of_modes
-from analysis.recordings.frf import Frf
+from analysis.recordings.frf import Frf, sweeps_of_modes
 from app.view.chart import Chart, Map
 from app.view.cursors import FREQUENCY, TEMPERATURE, Cursors, FrequencyAxis
+from app.view.frf_plots import LEFT_AXIS_WIDTH, NyquistChart, PartsChoice, around, decibels
 from app.view.map_chart import MapChart
-from app.view.nyquist import LEFT_AXIS_WIDTH, NyquistChart, around
-from app.view.parts import PartsChoice, decibels
 from app.view.recorded.results import Answer, Computed, Identified, Results, answers
 from app.view.theme import Theme, one_sided
 

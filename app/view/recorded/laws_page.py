@@ -7,7 +7,7 @@ from analysis.material import MaterialLaws
 from analysis.updated import Updated
 from app.files.results.best_twin import BestTwin
 from app.summaries.numbers import with_sigma
-from app.summaries.sheet import CONSTANTS
+from app.summaries.update import CONSTANTS
 from app.view.chart import Chart
 from app.view.cursors import TEMPERATURE, Cursors
 from app.view.theme import Theme

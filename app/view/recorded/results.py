@@ -19,22 +19,19 @@ from analysis.focusing.pareto import ParetoCurve
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
 from analysis.recordings.campaign import CampaignExtent
-from analysis.recordings.chosen_actuator import sweeps_of_modes
-from analysis.recordings.frf import Frf, campaign_frf
+from analysis.recordings.frf import Frf, campaign_frf, sweeps_of_modes
 from analysis.recordings.frf_campaign import AnyCampaign
 from analysis.updated import Updated
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.inputs import OF_CAMPAIGN, origin_of_result, said_of_more_sweeps
 from app.files.campaigns.loading import load_campaign
 from app.files.results.best_twin import CORRECTED, PLAIN, BestTwin, TwinOfRun, best_twin
-from app.files.results.compensation_file import load_compensation
-from app.files.results.filter_files import load_focusing, load_pareto
-from app.files.results.frf_file import load_frf
 from app.files.results.laws_file import TwinFrf, load_pairing
-from app.files.results.modes_file import load_modes
+from app.files.results.modes_file import load_frf, load_modes
+from app.files.results.panel_files import load_compensation, load_focusing, load_pareto
 from app.files.results.run_folder import MADE_BY
 from app.view.folder import Viewed
-from app.view.nyquist import POINTS_OF_CIRCLE
+from app.view.frf_plots import POINTS_OF_CIRCLE
 from app.view.recorded.fields import made_with_corrected_laws
 
 if TYPE_CHECKING:

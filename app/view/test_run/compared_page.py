@@ -5,9 +5,9 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from analysis.arrays import Complex
 from analysis.estimation.transfer import along_axis, direction_sign
-from analysis.shapes.assurance import mac
-from app.modal_test.records import mode_names
-from app.view.mac_chart import MacChart
+from analysis.shapes.participation import mac
+from app.modal_test.modes_of_test import mode_names
+from app.view.map_chart import MacChart
 from app.view.mode_table import ModeTable
 from app.view.test_run.held import HeldTest
 from app.view.theme import Theme

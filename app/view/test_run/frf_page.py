@@ -14,11 +14,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from analysis.shapes.frf_checks import checks
+from analysis.shapes.stabilization import checks
 from app.view.chart import Chart
 from app.view.cursors import FREQUENCY, Cursors, FrequencyAxis
-from app.view.nyquist import LEFT_AXIS_WIDTH, POINTS_OF_CIRCLE, NyquistChart, around
-from app.view.parts import PartsChoice, decibels
+from app.view.frf_plots import LEFT_AXIS_WIDTH, POINTS_OF_CIRCLE, NyquistChart, PartsChoice, around, decibels
 from app.view.test_run.held import HeldTest
 from app.view.theme import Theme
 

@@ -24,14 +24,13 @@ from PySide6.QtWidgets import (
 
 from analysis.arrays import Complex, Real
 from analysis.estimation.transfer import direction_sign
-from analysis.shapes.assurance import mac
+from analysis.shapes.participation import faces_between, lines_between, mac
 from analysis.shapes.stabilization import cmif
-from analysis.shapes.wire_frame import faces_between, lines_between
-from app.modal_test.records import AXIS, MODE_HEADINGS, mode_names, mode_rows
+from app.modal_test.modes_of_test import AXIS, MODE_HEADINGS, mode_names, mode_rows
 from app.summaries.modes import READ_AS
 from app.view.chart import Chart
 from app.view.cursors import FREQUENCY, Cursors
-from app.view.mac_chart import MacChart
+from app.view.map_chart import MacChart
 from app.view.mode_table import ModeTable
 from app.view.surface import AZIMUTH, ELEVATION, TURN, Movement, PerspectiveChart
 from app.view.test_run.held import HeldTest

@@ -10,13 +10,11 @@ samples, so hours pass in seconds and no wait is ever too short.
 ``task``            what a program has asked of a task
 ``chassis``         the modules in their slots, who has reserved them, what paces and triggers what
 ``acquisition``     samples of a running input task
-``servicer``        the server: every call the rig's driver and a plain script make, and every other refused
+``servicer``        the server: every call the rig's driver and a plain script make, and every other refused; on a
+                    port of this computer, and no other; a gRPC channel without a network
 ``task_calls``      … its calls on tasks, their clocks, start triggers and events
-``channel_calls``   … on channels and their settings
+``channel_calls``   … on channels and their settings, and that ask what there is
 ``stream_calls``    … that read and write samples, codes and waveforms
-``system_calls``    … that ask what there is
 ``answering``       how each call is counted, locked, made to fail and answered
-``in_process``      a gRPC channel without a network
-``loopback``        the same server on a port of this computer, and no other
 ==================  =================================================================
 """

@@ -5,8 +5,7 @@ import struct
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from drivers.ovens.simulated.controller import Controller, LineController
-from drivers.ovens.simulated.modbus_server import READ_COIL, ModbusServer, ModbusTcp
+from drivers.ovens.simulated.controller import READ_COIL, Controller, LineController, ModbusServer, ModbusTcp
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
 if TYPE_CHECKING:

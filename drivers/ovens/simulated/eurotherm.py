@@ -4,7 +4,7 @@ import math
 
 from drivers.ovens import eurotherm as programmer
 from drivers.ovens.eurotherm import AUTOMATIC, MANUAL, MODEL_2400, Registers
-from drivers.ovens.simulated.modbus_server import ModbusServer, float_words, words_float
+from drivers.ovens.simulated.controller import ModbusServer, float_words, words_float
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
 FLOATS = 0x8000

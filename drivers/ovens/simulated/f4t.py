@@ -5,7 +5,7 @@ import math
 from drivers.ovens import f4t
 from drivers.ovens import f4t as at
 from drivers.ovens.f4t import START
-from drivers.ovens.simulated.modbus_server import ModbusServer, float_words, words_float
+from drivers.ovens.simulated.controller import ModbusServer, float_words, words_float
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
 MINUTES = {57: 1.0, 39: 60.0}

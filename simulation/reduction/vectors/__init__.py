@@ -1,13 +1,11 @@
 """Vectors of a reduced model: spaces from which they come, choice among them, and the error that is left.
 
 ========================  =====================================================================================
-``rational_krylov``       Krylov space of one material
-``mode_corrections``      vectors that correct the modes at further materials, and the errors of these modes
-``resonance_lines``       frequency lines, including those on narrow resonances
-``energy_decomposition``  proper orthogonal decomposition of the candidate vectors
-``missing_responses``     additional vectors for the responses in other states
-``galerkin``              projection of a model onto given vectors, and products with many vectors
+``rational_krylov``       Krylov space of one material; additional vectors for the responses in other states
+``energy_decomposition``  proper orthogonal decomposition of the candidate vectors; projection of a model onto
+                          given vectors, and products with many vectors
 ``reduce``                plate to reduced model: candidates for its vectors, choice among them, measured error
-``certification``         error against the full model outside the training set
+``certification``         error against the full model outside the training set; vectors that correct the modes at
+                          further materials, and the errors of these modes
 ========================  =====================================================================================
 """

@@ -19,21 +19,19 @@ from threadpoolctl import threadpool_limits
 from analysis.arrays import Real
 from analysis.material import MaterialBox
 from analysis.progress import Progress
-from simulation.reduction.basis_training import BasisTraining
-from simulation.reduction.dashpots import columns, few_columns
+from simulation.reduction.basis_key import BasisTraining
+from simulation.reduction.modal_form import columns, few_columns
 from simulation.reduction.reduced_model import ReducedModel
-from simulation.reduction.vectors.certification import measured_error
+from simulation.reduction.vectors.certification import measured_error, mode_corrections
 from simulation.reduction.vectors.energy_decomposition import (
     decomposition,
     energy_shift,
     mass_orthonormal,
     middle,
+    projected,
     training_loss,
 )
-from simulation.reduction.vectors.galerkin import projected
-from simulation.reduction.vectors.missing_responses import extended_basis
-from simulation.reduction.vectors.mode_corrections import mode_corrections
-from simulation.reduction.vectors.rational_krylov import material_space
+from simulation.reduction.vectors.rational_krylov import extended_basis, material_space
 from simulation.shell.shell_model import ShellModel
 
 WORKERS = 2

@@ -8,8 +8,8 @@ import pytest
 from analysis.compensation.direct_filters import local_model
 from analysis.compensation.law_band import DRAWS, law_band
 from analysis.focusing.over_temperature import focus
+from analysis.focusing.panel_model import constants_at
 from analysis.focusing.performance import contrast
-from analysis.focusing.responses import constants_at
 
 SPREAD = (0.02, 0.01, 0.1)
 """Of log E, nu and log eta, at every temperature."""

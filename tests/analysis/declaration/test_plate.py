@@ -6,7 +6,7 @@ import pytest
 from pydantic import ValidationError
 
 from analysis.declaration.plate import Plate
-from analysis.geometry.fault import GeometryError
+from analysis.geometry.loop import GeometryError
 
 ELL = [(0.0, 0.0), (0.4, 0.0), (0.4, 0.3), (0.2, 0.3), (0.2, 0.2), (0.0, 0.2)]
 Changes = dict[str, Any]

@@ -3,8 +3,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
+from analysis.declaration.outline import SupportedEdge
 from analysis.declaration.plate import Plate
-from analysis.declaration.support import SupportedEdge
 
 RECTANGLE: dict[str, Any] = {"length_x": 0.4, "length_y": 0.2, "thickness": 0.002, "mass": 0.16}
 DISC = {"outline": {"kind": "circle", "center": (0.0, 0.0), "radius": 0.2}, "thickness": 0.002, "mass": 0.2}

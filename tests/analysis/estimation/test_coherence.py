@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.estimation.coherence import coherence_variance
+from analysis.estimation.estimators import coherence_variance
 
 F = np.arange(1.0, 1001.0)
 H = 1.0 / (200.0**2 - F**2 + 8j * F) + 1.0 / (640.0**2 - F**2 + 30j * F)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 
-from analysis.focusing.design import TapDesign, fitted, peak_drive
-from analysis.focusing.field_fir import OUT_OF_BAND_WEIGHT, FieldFit, ProlateTaps
+from analysis.focusing.design import OUT_OF_BAND_WEIGHT, FieldFit, ProlateTaps, TapDesign, fitted, peak_drive
 from analysis.focusing.fir import FirBank, inverse_fft, taper
 from analysis.focusing.methods import invert
 from analysis.focusing.panel import Filters

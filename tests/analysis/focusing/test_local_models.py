@@ -7,8 +7,8 @@ import pytest
 from analysis.compensation import direct_filters as module
 from analysis.compensation.direct_filters import direct_filters, local_model, local_models
 from analysis.focusing.methods import invert
+from analysis.focusing.panel_model import constants_at
 from analysis.focusing.performance import contrast
-from analysis.focusing.responses import constants_at
 
 LINES = np.linspace(60.0, 600.0, 120)
 

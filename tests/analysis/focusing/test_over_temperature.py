@@ -3,8 +3,8 @@ import pytest
 
 from analysis.focusing.fir import FirBank
 from analysis.focusing.over_temperature import focus
+from analysis.focusing.panel_model import covered, design_forms, reference_temperature, responses, spaced
 from analysis.focusing.performance import contrast
-from analysis.focusing.responses import covered, design_forms, reference_temperature, responses, spaced
 
 
 @pytest.fixture(scope="module")

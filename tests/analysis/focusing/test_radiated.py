@@ -6,8 +6,8 @@ import pytest
 from analysis.focusing.measured import MeasuredPanel, MeasuredTransfers
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import Filters, Panel, PanelSound, SoundListener
+from analysis.focusing.panel_model import constants_at
 from analysis.focusing.radiated import DEGREES, radiate, radiate_measured
-from analysis.focusing.responses import constants_at
 from analysis.radiation.measures import far_power
 from analysis.radiation.radiator import Radiator
 

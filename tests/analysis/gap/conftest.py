@@ -12,8 +12,7 @@ from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Protocol
 from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.state import plain_state
-from analysis.local_laws import LocalLaws
-from analysis.material import Material, MaterialBox
+from analysis.material import LocalLaws, Material, MaterialBox
 from analysis.recordings.frf import Frf
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Linearisation

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.gap.data.numerical_floor import NumericalFloor
+from analysis.gap.data.noise import NumericalFloor
 from analysis.gap.gap import find_gap
 from analysis.gap.imperfect import naming
 from analysis.gap.search import held_out

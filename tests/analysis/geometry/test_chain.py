@@ -1,9 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.geometry.curves import Arc, Cubic, Curve, Segment
-from analysis.geometry.fault import GeometryError
-from analysis.geometry.loop import closed_loops
+from analysis.geometry.loop import Arc, Cubic, Curve, GeometryError, Segment, closed_loops
 
 SLOT: list[Curve] = [
     Segment((0.1, 0.05), (0.0, 0.05)),

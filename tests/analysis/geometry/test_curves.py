@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.geometry.curves import Arc, Cubic, Curve, Segment, moved, turning
+from analysis.geometry.loop import Arc, Cubic, Curve, Segment, moved, turning
 
 CURVES: list[Curve] = [
     Segment((0.1, 0.2), (0.4, -0.1)),

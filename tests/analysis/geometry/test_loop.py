@@ -2,9 +2,7 @@ import numpy as np
 import pytest
 
 from analysis.geometry import shapes
-from analysis.geometry.curves import Arc, Segment
-from analysis.geometry.fault import GeometryError
-from analysis.geometry.loop import Loop
+from analysis.geometry.loop import Arc, GeometryError, Loop, Segment
 
 HALF_DISC = Loop((Arc((0.0, 0.0), (0.2, 0.2), 0.0, 0.0, np.pi), Segment((-0.2, 0.0), (0.2, 0.0))))
 

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from analysis.geometry import shapes
-from analysis.geometry.curves import Arc, Segment
-from analysis.geometry.loop import Loop
+from analysis.geometry.loop import Arc, Loop, Segment
 from analysis.geometry.relations import crossing, gap, leaves, overlap, self_crossing
 
 SQUARE = shapes.rectangle((0.0, 0.0), (0.2, 0.2))

@@ -13,8 +13,7 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.effect_card import EffectCard, Parameter, Values
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, Tangent
 

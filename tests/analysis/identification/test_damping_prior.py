@@ -6,12 +6,12 @@ from scipy.optimize import linear_sum_assignment
 
 from analysis.identification.automatic import identify
 from analysis.identification.averaging import averaged
-from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
+from analysis.identification.modes import DampingPrior
 from analysis.identification.pole_residue import REAL_E_F, to_parameters, to_poles
+from analysis.identification.pole_search import project
 from analysis.identification.synthetic import crowded, r10
-from analysis.identification.variable_projection import project
 
 BAND = (2 * np.pi * 100.0, 2 * np.pi * 1500.0)
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.identification.judgement.harmonics import harmonic_lines
+from analysis.identification.judgement.status import harmonic_lines
 from analysis.identification.measured import deviation_from_residual, pooled, shared_by_responses
 
 FREQUENCY = np.arange(40.0, 840.0, 0.5)

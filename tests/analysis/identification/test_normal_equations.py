@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.identification.variable_projection import triangular_factor
+from analysis.identification.pole_search import triangular_factor
 
 RNG = np.random.default_rng(3)
 

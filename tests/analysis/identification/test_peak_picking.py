@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 
-from analysis.identification.automatic import identify
+from analysis.identification.automatic import identify, identify_by_peaks
 from analysis.identification.measured import Measured
-from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.pole_residue import REAL_E_F, synthesis
 
 FREQUENCY = np.arange(100.0, 1000.0, 0.5)

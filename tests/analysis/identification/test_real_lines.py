@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from analysis.identification.automatic import identify
-from analysis.identification.judgement.harmonics import tones
+from analysis.identification.judgement.status import tones
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured, correlation, deviation_from_residual
 from analysis.identification.order import covariance

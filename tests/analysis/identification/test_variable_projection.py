@@ -12,8 +12,7 @@ from analysis.identification.pole_residue import (
     to_parameters,
     to_poles,
 )
-from analysis.identification.pole_search import fit
-from analysis.identification.variable_projection import misfit_at, project
+from analysis.identification.pole_search import fit, misfit_at, project
 
 RNG = np.random.default_rng(5)
 FREQUENCY = np.linspace(100.0, 400.0, 301)

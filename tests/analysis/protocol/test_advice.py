@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.protocol.advice import LOSS_FACTOR, STIFFNESS_CHANGE, change_over_repeats, change_within_sweep
+from analysis.protocol.objections import LOSS_FACTOR, STIFFNESS_CHANGE, change_over_repeats, change_within_sweep
 
 
 def test_a_short_sweep_or_a_resting_plate_needs_none() -> None:

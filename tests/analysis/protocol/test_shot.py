@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.protocol.shot import input_levels, shot_of
+from analysis.protocol.acceptance import input_levels, shot_of
 from analysis.protocol.sweep import SweepSettings, drive_signal
 
 RATE = 51_200.0 / 6.0

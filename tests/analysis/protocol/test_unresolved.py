@@ -1,6 +1,6 @@
 """Lines too far apart for the resonances are reported, with the length of record that is enough."""
 
-from analysis.protocol.advice import unresolved
+from analysis.protocol.objections import unresolved
 
 
 def test_polymers_are_resolved_and_metals_are_told_how_long_to_record() -> None:

@@ -7,8 +7,7 @@ from scipy.interpolate import CubicSpline
 from analysis.compensation.network import InputMap, NetworkBank
 from analysis.compensation.rivals import cubic_spline, linear
 from analysis.focusing.fir import FirBank
-from analysis.rendering.fixed_point import FixedPoint
-from analysis.rendering.following import FollowingBank
+from analysis.rendering.following import FixedPoint, FollowingBank
 
 WANTED = np.array([-10.0, 0.0, 3.3, 20.0, 41.7, 60.0, 80.0])
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.shapes.frf_checks import FrfCheck, checks
+from analysis.shapes.stabilization import FrfCheck, checks
 
 F = np.linspace(20.0, 400.0, 400)
 SHAPE = np.array([[1.0, 0.6, -0.8], [0.5, -0.9, 0.7], [-0.3, 0.8, 0.9]])

@@ -9,8 +9,7 @@ from analysis.identification.automatic import identify
 from analysis.identification.measured import Measured
 from analysis.identification.pole_residue import NONE
 from analysis.identification.settings import Settings
-from analysis.shapes.assurance import mac, mpc
-from analysis.shapes.participation import mode_shapes, residue_deviation
+from analysis.shapes.participation import mac, mode_shapes, mpc, residue_deviation
 from analysis.shapes.stabilization import cmif, stabilization_chart
 
 F = np.arange(20.0, 400.0, 0.25)

@@ -8,8 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.effect_card import EffectCard
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.frf import Frf
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Linearisation

@@ -5,9 +5,8 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.effect_card import EffectCard, Parameter
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
-from analysis.recordings.measured_modes import ModesAtTemperature
+from analysis.material import LocalLaws, MaterialBox
+from analysis.recordings.frf_campaign import ModesAtTemperature
 from analysis.scatter import scatter_of
 from analysis.twin_model import Effects
 from analysis.updating.modes_fit import fit_modes

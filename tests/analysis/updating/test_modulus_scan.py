@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
-from analysis.updating.modulus_scan import scan_modulus, scanned_box
+from analysis.material import LocalLaws, MaterialBox
+from analysis.updating.start import scan_modulus, scanned_box
 
 BOX = MaterialBox((1.0e9, 4.0e9), (0.3, 0.48), (0.005, 0.12))
 

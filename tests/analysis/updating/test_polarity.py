@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.recordings.frf import Frf
-from analysis.updating.polarity import polarity_corrected
-from analysis.updating.update import update
+from analysis.updating.update import polarity_corrected, update
 
 TEMPERATURE = np.linspace(5.0, 55.0, 5)
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.updating.normal_equations import SweepData, normal_equations
-from analysis.updating.sweep_fit import SETTLED, fit_sweep
+from analysis.updating.normal_equations import SETTLED, SweepData, fit_sweep, normal_equations
 
 TRUTH = np.array([2.1e9, 0.38, 0.06])
 

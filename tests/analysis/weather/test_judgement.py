@@ -4,8 +4,16 @@ import numpy as np
 import pytest
 
 from analysis.weather.family import FieldDesign, TiltFamily
-from analysis.weather.judged import ONE, OWN_TILTED, SEVERAL, SEVERAL_ROBUST, TILTED, WAYS, WeatherFields
-from analysis.weather.judgement import judge_weather
+from analysis.weather.judged import (
+    ONE,
+    OWN_TILTED,
+    SEVERAL,
+    SEVERAL_ROBUST,
+    TILTED,
+    WAYS,
+    WeatherFields,
+    judge_weather,
+)
 
 PLACES = np.array([[-0.8, 0.0], [0.8, -0.7], [0.8, 0.7]])
 LIMITS = (0.0, 60.0)

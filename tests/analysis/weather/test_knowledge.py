@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.weather.knowledge import Believed, OwnThermometer, plane
+from analysis.weather.family import Believed, OwnThermometer, plane
 
 CORNERS = np.array([[-0.8, -0.1], [0.9, -0.7], [0.7, 0.8], [-0.5, 0.9]])
 

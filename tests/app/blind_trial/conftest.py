@@ -14,8 +14,8 @@ from app.blind_trial.experiments import draw_experiments
 from app.blind_trial.plates import PlateKind, draw_plate
 from app.blind_trial.specimen import Specimen
 from app.files.declarations.experiment import AcquiredExperiment
-from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.basis_training import BasisTraining
+from simulation.meshing.plate_mesh import MeshRecipe
+from simulation.reduction.basis_key import BasisTraining
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.reduction.reduced_model import ReducedModel

@@ -9,11 +9,11 @@ import pytest
 
 from analysis.effect_card import Values
 from analysis.gap.data.sweeps import GapSweeps
-from analysis.gap.description.described import Description
+from analysis.gap.description.describing import Description
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.report import GapReport
-from analysis.held_effects import HeldEffects
 from analysis.recordings.frf import Frf
+from analysis.twin_model import HeldEffects
 from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.specimen import Specimen
 from app.files.declarations.experiment import AcquiredExperiment

@@ -9,11 +9,11 @@ import pytest
 
 from analysis.effect_card import Values
 from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.plan.decision import Expected, Plan
 from analysis.gap.plan.measurement import Reach
-from analysis.gap.plan.ranking import Expected, Plan
 from analysis.gap.plan.separation import ENOUGH, Question
-from analysis.held_effects import HeldEffects
 from analysis.recordings.frf import Frf
+from analysis.twin_model import HeldEffects
 from app.blind_trial.effect_size import EffectSize, expected_frf
 from app.blind_trial.experiments import draw_experiments
 from app.blind_trial.planned import CASES, summary

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from app.chain.request import STAGES
+from app.chain.work import STAGES
 from app.main import main
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"

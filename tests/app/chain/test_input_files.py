@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from app.chain.input_files import campaign_hashes, file_hashes
+from app.chain.work import campaign_hashes, file_hashes
 from app.files.acquisition.events import append_event
-from app.files.campaigns.declaration import declaration_digest
+from app.files.campaigns.channels import declaration_digest
 from app.files.campaigns.loading import load_campaign
 from app.terminal.end_signals import held_back
 from tests.app.conftest import TinyCampaign

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from app.chain.request import STAGES, chosen_stages
+from app.chain.work import STAGES, chosen_stages
 from app.files.results.modes_file import load_modes
 from tests.app.chain.conftest import said_of, skipped
 from tests.app.conftest import TinyCampaign

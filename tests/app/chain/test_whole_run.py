@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from app.files.folder_lock import folder_lock
-from app.files.results.compensation_file import load_compensation
-from app.files.results.filter_files import load_focusing
 from app.files.results.laws_file import load_updated
 from app.files.results.modes_file import load_modes
+from app.files.results.panel_files import load_compensation, load_focusing
 from tests.app.chain.conftest import RunOnce, said_of, skipped
 
 pytestmark = pytest.mark.slow

@@ -9,7 +9,7 @@ from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from app.files.basis_cache import ARRAYS, cache_folder, cached_reduction, load_basis, save_basis
 from app.files.hdf5_file import BLOCK, sealed
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.fineness import Fineness
 

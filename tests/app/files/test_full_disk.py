@@ -16,7 +16,7 @@ CAMPAIGN = """
 import numpy as np
 from pathlib import Path
 from app.files.campaigns.folder import SWEEPS, remove_unfinished, write_index
-from app.files.acquisition.running_campaign import LatestRepeat, load_latest, save_latest
+from app.files.acquisition.events import LatestRepeat, load_latest, save_latest
 from app.files.campaigns.sweep_file import Source, read_sweep_file, write_sweep
 from analysis.recordings.campaign import Sweep
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from analysis.declaration.patch import Patch
 from analysis.declaration.plate import ForeignMesh, Plate
+from analysis.declaration.transducers import Patch
 from analysis.geometry import shapes
-from analysis.geometry.fault import GeometryError
+from analysis.geometry.loop import GeometryError
 from app.files.drawings.drawing import DrawingError, mesh_of_file, with_drawings
 from simulation.meshing.foreign import foreign_mesh as mesh_of
 from simulation.meshing.mesher import Border, mesh_plate

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from app.files.acquisition import running_campaign
+from app.files.acquisition import events
 from app.files.acquisition.events import read_events
 from app.files.campaign_error import CampaignFileError
 from app.files.parsed_text import DEEPEST_NESTING, LARGEST_DECLARATION, parse_json, parse_toml, read_text
@@ -71,8 +71,8 @@ def test_a_small_file_takes_little_memory_however_much_is_allowed(tmp_path: Path
 
 @pytest.mark.parametrize("text", ["[" * 100_000, '{"wish":' * 500 + "1" + "}" * 500, "[]", '{"wish": ["stop"]}'])
 def test_no_request_disturbs_a_runner(tmp_path: Path, text: str) -> None:
-    (tmp_path / running_campaign.CONTROL).write_text(text)
-    assert running_campaign.requested(tmp_path) == "go on"
+    (tmp_path / events.CONTROL).write_text(text)
+    assert events.requested(tmp_path) == "go on"
 
 
 def test_a_log_of_nested_events_is_refused(tmp_path: Path) -> None:

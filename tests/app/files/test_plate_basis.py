@@ -9,8 +9,8 @@ import pytest
 from analysis.experiment import Acquisition, Experiment, OvenDeclaration, Patch, Plate, Protocol
 from analysis.material import MaterialBox
 from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
-from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.basis_training import BasisTraining
+from simulation.meshing.plate_mesh import MeshRecipe
+from simulation.reduction.basis_key import BasisTraining
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.reduction.plate_basis import PlateBasis
 from simulation.shell.fineness import Fineness

@@ -3,10 +3,10 @@ from pathlib import Path
 
 import pytest
 
-from app.files.acquisition.events import Tail
-from app.files.acquisition.running_campaign import (
+from app.files.acquisition.events import (
     CONTROL,
     ReadingLine,
+    Tail,
     append_reading,
     parse_reading,
     request,

@@ -6,7 +6,7 @@ import tomllib
 import pytest
 
 from analysis.declaration.plate import Plate
-from app.files.toml_text import toml_text
+from app.files.settings_toml import toml_text
 
 
 def test_what_is_written_is_read_back() -> None:

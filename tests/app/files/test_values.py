@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from app.files.values import read_value, write_value
+from app.files.hdf5_file import read_value, write_value
 
 
 @dataclass(frozen=True)

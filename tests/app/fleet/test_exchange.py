@@ -11,7 +11,7 @@ import pytest
 
 from app.files.provenance import provenance
 from app.files.results.laws_file import load_laws, load_updated, save_laws
-from app.fleet.exchange import USABLE_LOSS, exchanged
+from app.fleet.laws_beside import USABLE_LOSS, exchanged
 from tests.app.chain.conftest import RunOnce, campaign_of_four, typed, whole
 
 pytestmark = pytest.mark.slow

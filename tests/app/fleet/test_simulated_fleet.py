@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.files.toml_text import toml_text
+from app.files.settings_toml import toml_text
 from tests.app.chain.conftest import typed
 
 pytestmark = pytest.mark.slow

@@ -9,7 +9,7 @@ import pyuff
 from scipy.io import savemat, wavfile
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.shapes.assurance import mac
+from analysis.shapes.participation import mac
 from app.files.uff.frfs import read_frfs
 from app.modal_test.declared_test import declared_frfs
 from app.modal_test.frf_set import FrfSet

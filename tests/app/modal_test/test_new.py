@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from nptdms import ChannelObject, RootObject, TdmsWriter
 
-from app.files.campaigns.channels import RecorderLayout
-from app.files.campaigns.declaration import read_experiment
+from app.files.campaigns.channels import RecorderLayout, read_experiment
 from app.files.declarations.modal_test import read_modal_test
 from tests.app.modal_test.conftest import Beam, hammer_files
 

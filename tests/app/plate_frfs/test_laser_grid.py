@@ -10,8 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.sweep_point import SweepPoint
 from app.files.declarations.plate import read_plate_measurement
 from app.files.uff.frfs import write_frfs

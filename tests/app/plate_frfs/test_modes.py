@@ -11,7 +11,7 @@ import pytest
 import flexura
 from analysis.identification.modes import Damping, read_poles
 from app.files.bad_file import ResultFileError
-from app.plate_frfs.modes_table import modes_of_table
+from app.plate_frfs.plate_of_modes import modes_of_table
 
 Run = Callable[..., tuple[int, str, str]]
 

@@ -11,8 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.frf_campaign import FrfCampaign
 from analysis.recordings.sweep_point import SweepPoint
 from app.files.campaign_error import CampaignFileError

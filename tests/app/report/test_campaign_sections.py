@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.files.results.frf_file import load_frf
-from app.files.results.modes_file import load_modes
+from app.files.results.modes_file import load_frf, load_modes
 from app.report.measured import overlay
 from app.report.page import PageTable, Paragraph, Picture, Section
 from app.report.sections import sections

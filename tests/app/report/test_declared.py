@@ -4,9 +4,8 @@ from typing import Any
 
 import pytest
 
-from analysis.declaration.patch import Patch
 from analysis.declaration.plate import Plate
-from analysis.declaration.transducers import Drive, Sensor
+from analysis.declaration.transducers import Drive, Patch, Sensor
 from app.files.bad_file import Misplaced
 from app.report.declared import picture, pieces_declared, pieces_of, pieces_of_experiment, plate_words
 

@@ -10,7 +10,7 @@ from analysis.identification.modes import Modes
 from analysis.identification.pole_residue import NONE
 from analysis.shapes.participation import mode_shapes
 from app.modal_test.frf_set import FrfSet
-from app.modal_test.records import MODE_HEADINGS, mode_rows
+from app.modal_test.modes_of_test import MODE_HEADINGS, mode_rows
 from app.report.modal_test import drawn_shapes, in_short
 
 

@@ -13,7 +13,7 @@ from app.files.results.pairing_json import pairing_record, shown
 from app.report.page import PageTable, Picture, VerdictBox
 from app.report.pairing import pairing_figure, pairing_items, points_figure
 from app.report.style import drawing
-from app.summaries.pairing import likeness, pairing_tables, rows
+from app.summaries.modes import likeness, pairing_tables, rows
 
 F = np.array([100.0, 200.0, 330.0, 500.0])
 

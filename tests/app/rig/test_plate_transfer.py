@@ -19,7 +19,7 @@ from app.files.declarations.simulation_section import Laws
 from app.rig import simulated_rig as rig
 from app.rig.simulated_plate import TwinPlate, TwinTransfer
 from simulation.effects.library import LIBRARY
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.assembly import assemble_for

@@ -12,15 +12,14 @@ from matplotlib.cbook import STEP_LOOKUP_MAP
 from scipy.io import wavfile
 
 import flexura as library
-from analysis.rendering.field import FieldContrast
+from analysis.rendering.heard import FieldContrast
 from app.files.bad_file import ResultFileError
-from app.files.results.compensation_file import load_compensation
-from app.files.results.filter_files import load_panel
 from app.files.results.laws_file import load_laws
+from app.files.results.panel_files import load_compensation, load_panel
 from app.main import flexura
 from app.report.panel_sections import players
 from app.report.sound import along_the_way
-from app.sound.listeners import ListenersOfPanel
+from app.sound.rendering import ListenersOfPanel
 from app.sound.trace import TraceMoment
 from app.twins.panel_twin import panel_twin
 

@@ -61,7 +61,7 @@ def test_a_simulated_panel_tells_its_temperature(small_run, sound, tmp_path):
 
 def test_a_recording_with_any_gain_is_read(small_run, tmp_path):
     """Made here with the twin's own patch-to-patch response, as a long convolution at one temperature."""
-    from app.files.results.filter_files import load_panel
+    from app.files.results.panel_files import load_panel
     from app.stages.panel.laws import laws_for
     from app.twins.panel_twin import panel_twin
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from app.files.acquisition.running_campaign import READINGS
+from app.files.acquisition.events import READINGS
 from app.stages.acquire import WatchedCampaign
 from drivers.rig.campaign import Moment
 from drivers.rig.readings import Reading

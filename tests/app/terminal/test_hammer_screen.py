@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from app.terminal.hammer_screen import HammerScreen, hammer_keys
+from app.terminal.campaign import HammerScreen, hammer_keys
 from drivers.hammer.campaign import AskedHit, ToldHit, no_key
 
 PLACES = ((0.02, 0.03), (0.1, 0.12))

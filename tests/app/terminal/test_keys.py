@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from app.terminal.hammer_screen import hammer_keys
+from app.terminal.campaign import hammer_keys
 from drivers.hammer.campaign import no_key
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")

@@ -20,7 +20,7 @@ import click
 def command():
     click.echo("a result " * 2000)
     click.echo("a note", err=True)
-    from app.terminal.campaign_progress import campaign_screen
+    from app.terminal.campaign import campaign_screen
     from app.terminal.progress import progress
     with progress() as report:
         for n in range(200):

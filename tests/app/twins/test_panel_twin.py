@@ -8,7 +8,7 @@ from analysis.material import MaterialBox
 from app.files.declarations.panel import SECTION_2, read_panel
 from app.twins.panel_twin import PanelTwin
 from simulation.reduction.reduced_model import ReducedModel
-from simulation.shell.in_plane import plane_stress_moduli
+from simulation.shell.rigidity import plane_stress_moduli
 
 MATERIAL = (2.0e9, 0.35, 0.05)
 LINES = np.linspace(20.0, 90.0, 70)

@@ -17,9 +17,8 @@ from analysis.recordings.frf import Frf
 from analysis.updated import Updated
 from analysis.updating.laws import fit_laws
 from app.files.provenance import provenance
-from app.files.results.frf_file import save_frf
 from app.files.results.laws_file import TwinFrf, save_laws
-from app.files.results.modes_file import save_modes
+from app.files.results.modes_file import save_frf, save_modes
 from app.twins.campaign_twin import shape_points
 
 TEMPERATURE = np.array([0.0, 10.0, 20.0, 30.0, 40.0])

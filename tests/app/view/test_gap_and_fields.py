@@ -27,9 +27,9 @@ from analysis.focusing.pareto import ParetoCurve
 from analysis.focusing.performance import Aim
 from analysis.gap.fitting.residual_map import Signature
 from app.files.provenance import provenance
-from app.files.results.filter_files import save_focusing
 from app.files.results.gap_file import GapFigures, GapMap, save_gap
 from app.files.results.laws_file import load_laws
+from app.files.results.panel_files import save_focusing
 from app.twins.campaign_twin import shape_points
 from app.view.application import application
 from app.view.chart import Map

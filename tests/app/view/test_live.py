@@ -18,7 +18,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox
 
 from app.files.acquisition.campaign_folder import campaign_log
-from app.files.acquisition.running_campaign import LatestRepeat, requested, save_latest
+from app.files.acquisition.events import LatestRepeat, requested, save_latest
 from app.files.campaigns.folder import sweep_paths
 from app.files.campaigns.loading import load_campaign
 from app.files.campaigns.sweep_file import Source
@@ -33,7 +33,7 @@ from app.view.theme import DARK, LIGHT
 from app.watch.watched import Watched
 from drivers.ni.modules import NI_9211, NI_9234, NI_9260
 from drivers.rig.campaign import Outcome, unobserved
-from drivers.rig.errors import RigStopped
+from drivers.rig.end_requests import RigStopped
 from drivers.rig.session import Session
 from drivers.rig.simulated import SimulatedParts, simulated_parts
 

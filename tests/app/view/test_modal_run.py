@@ -23,7 +23,7 @@ from app.files.results.laws_file import load_laws, load_updated, save_laws
 from app.files.results.modes_file import load_modes, load_shapes, save_modes
 from app.files.uff.frfs import write_frfs
 from app.modal_test.edits import edits_of
-from app.modal_test.records import MODE_HEADINGS
+from app.modal_test.modes_of_test import MODE_HEADINGS
 from app.view.application import application
 from app.view.folder import viewed
 from app.view.opening import open_beside, window_of

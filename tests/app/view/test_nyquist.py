@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
 
 from analysis.identification.modes import Modes
-from app.view.nyquist import LEAST_LINES_AROUND, WIDTHS_AROUND_CURSOR, around
+from app.view.frf_plots import LEAST_LINES_AROUND, WIDTHS_AROUND_CURSOR, around
 from tests.app.view.conftest import FREQUENCY, modes_at
 
 

@@ -20,11 +20,11 @@ from PySide6.QtWidgets import QLabel
 
 from analysis.recordings.campaign import CampaignExtent
 from app.files.provenance import provenance, sha256
-from app.files.results.frf_file import load_frf, save_frf
+from app.files.results.modes_file import load_frf, save_frf
 from app.view.application import application
 from app.view.chart import Chart
 from app.view.folder import viewed
-from app.view.parts import decibels
+from app.view.frf_plots import decibels
 from app.view.recorded.frf_page import FrfPage
 from app.view.recorded.laws_page import LawsPage
 from app.view.recorded.modes_page import ModesPage

@@ -13,13 +13,12 @@ pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type
 from PySide6.QtCore import Qt
 
 from analysis.recordings.frf import Frf
-from app.files.results.frf_file import save_frf
-from app.files.results.modes_file import load_modes, save_modes
+from app.files.results.modes_file import load_modes, save_frf, save_modes
 from app.report.measured import over_temperature
 from app.view.application import application
 from app.view.chart import Chart
 from app.view.folder import viewed
-from app.view.parts import decibels
+from app.view.frf_plots import decibels
 from app.view.recorded.frf_page import FrfPage
 from app.view.recorded.modes_page import ModesPage
 from app.view.recorded.window import RecordedWindow

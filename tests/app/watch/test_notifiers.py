@@ -11,8 +11,7 @@ import pytest
 
 from app.watch import notifiers
 from app.watch.news import News
-from app.watch.notifiers import AppriseNotifier, CommandNotifier, Messenger, command_of
-from app.watch.secrets import TOKEN, SecretError
+from app.watch.notifiers import TOKEN, AppriseNotifier, CommandNotifier, Messenger, SecretError, command_of
 
 NEWS = News("silent", "/rigs/left; rm -rf ~", "Flexura, left: silent", "nothing was written for 90 s.")
 

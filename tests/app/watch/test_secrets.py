@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from app.watch.secrets import TOKEN, SecretError, addresses, page_token
+from app.watch.notifiers import TOKEN, SecretError, addresses, page_token
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no modes")
 

@@ -6,10 +6,9 @@ import pytest
 from analysis.arrays import Real
 from drivers.clock import VirtualClock
 from drivers.hammer.simulated import HandSettings, SimulatedHammer, struck_surroundings
-from drivers.ni.endless_inputs import EndlessInputs
+from drivers.ni.daqmx import EndlessInputs
 from drivers.ni.modules import NI_9234
-from drivers.ni.simulated.in_process import InProcessChannel
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq
 from drivers.ni.simulated.surroundings import room
 from drivers.ni.wiring import InputWiring
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.arrays import Real
-from drivers.hammer.trigger import SPARE_TIME, HitTrigger, TriggerSettings
+from drivers.hammer.hammer_rig import SPARE_TIME, HitTrigger, TriggerSettings
 
 RATE = 2000.0
 SETTINGS = TriggerSettings(level=0.1, pretrigger=0.05, duration=0.5)

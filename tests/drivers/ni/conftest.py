@@ -8,8 +8,7 @@ from scipy.signal import butter, sosfilt, sosfreqz
 
 from analysis.arrays import Real
 from drivers.ni.daqmx import DaqmxCards
-from drivers.ni.simulated.in_process import InProcessChannel
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq
 from drivers.ni.simulated.surroundings import Surroundings
 from drivers.ni.wiring import Wiring
 

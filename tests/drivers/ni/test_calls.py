@@ -12,8 +12,7 @@ from drivers.ni.connection import Connection
 from drivers.ni.daqmx import DaqmxCards
 from drivers.ni.errors import DaqError
 from drivers.ni.simulated.faults import FailingCall, Faults
-from drivers.ni.simulated.in_process import InProcessChannel
-from drivers.ni.simulated.servicer import Refusals, SimulatedDaq
+from drivers.ni.simulated.servicer import InProcessChannel, Refusals, SimulatedDaq
 from drivers.ni.wiring import Wiring
 
 RECORDED = Path(__file__).with_name("calls.txt")

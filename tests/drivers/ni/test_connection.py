@@ -10,9 +10,7 @@ from nidaqmx import errors
 from drivers.ni.connection import Connection
 from drivers.ni.errors import Action, DaqError
 from drivers.ni.simulated.faults import FailingCall, Faults
-from drivers.ni.simulated.in_process import InProcessChannel
-from drivers.ni.simulated.loopback import serving
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq, serving
 
 
 @pytest.fixture

@@ -14,15 +14,13 @@ from nidaqmx.stream_writers import AnalogSingleChannelWriter
 
 from analysis.arrays import Real
 from drivers.clock import SystemClock
+from drivers.ni.connection import set_up_inputs, set_up_output
 from drivers.ni.daqmx import DaqmxCards
 from drivers.ni.errors import KNOWN_ERRORS, Action, DaqError, KnownError
 from drivers.ni.modules import NI_9234, NI_9263
 from drivers.ni.simulated.faults import FailingCall, Faults
-from drivers.ni.simulated.in_process import InProcessChannel
-from drivers.ni.simulated.loopback import serving
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq, serving
 from drivers.ni.simulated.surroundings import Surroundings
-from drivers.ni.task_setup import set_up_inputs, set_up_output
 from drivers.ni.wiring import Wiring
 
 RATE = 51_200.0 / 6.0

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from drivers.ni.endless_inputs import EndlessInputs
+from drivers.ni.daqmx import EndlessInputs
 from drivers.ni.errors import Action, DaqError
 from drivers.ni.simulated.faults import Faults
-from drivers.ni.simulated.in_process import InProcessChannel
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq
 from drivers.ni.wiring import InputWiring
 
 WIRING = InputWiring(

@@ -11,8 +11,7 @@ from drivers.ni.connection import Connection
 from drivers.ni.daqmx import DaqmxCards
 from drivers.ni.errors import Action, DaqError
 from drivers.ni.modules import NI_9215, NI_9234
-from drivers.ni.simulated.in_process import InProcessChannel
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq
 from drivers.ni.simulated.surroundings import Surroundings
 from drivers.ni.wiring import Wiring
 

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.ni.simulated.loopback import serving
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import SimulatedDaq, serving
 
 SCRIPT = Path(__file__).resolve().parents[3] / "examples" / "nidaqmx_script.py"
 

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from drivers.ni.daqmx import DaqmxCards
 from drivers.ni.errors import Action, DaqError
 from drivers.ni.simulated.faults import FailingCall, Faults
-from drivers.ni.simulated.in_process import InProcessChannel
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq
 from drivers.ni.simulated.surroundings import Surroundings
 from drivers.ni.wiring import Wiring
 

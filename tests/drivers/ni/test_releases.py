@@ -16,9 +16,7 @@ import numpy as np
 import pytest
 
 from drivers.ni.daqmx import DaqmxCards
-from drivers.ni.simulated.in_process import InProcessChannel
-from drivers.ni.simulated.loopback import serving
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq, serving
 from drivers.ni.simulated.surroundings import Surroundings
 from drivers.ni.wiring import Wiring
 
@@ -30,7 +28,7 @@ DRIVER = """
 import hashlib, sys
 import numpy as np
 from drivers.ni.daqmx import DaqmxCards
-from drivers.ni.simulated.in_process import InProcessChannel
+from drivers.ni.simulated.servicer import InProcessChannel
 from drivers.ni.simulated.servicer import SimulatedDaq
 from drivers.ni.simulated.surroundings import Surroundings
 from drivers.ni.wiring import Wiring

@@ -12,8 +12,8 @@ from drivers.ovens.expiry import Expiring
 from drivers.ovens.line import Line, Timing
 from drivers.ovens.settings import OvenSettings, open_oven, oven_settings
 from drivers.ovens.simulated.controller import MemoryTransport
-from drivers.ovens.simulated.disturbance import Disturbed
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
+from drivers.ovens.simulated.served import Disturbed
 
 DECLARED: dict[str, dict[str, Any]] = {
     "modbus-map": {

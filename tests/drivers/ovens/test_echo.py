@@ -6,7 +6,7 @@ from drivers.clock import VirtualClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Line, Timing, up_to
 from drivers.ovens.simulated.controller import Delivery, MemoryTransport
-from drivers.ovens.simulated.disturbance import flipped, halved, late, noisy, silenced
+from drivers.ovens.simulated.served import flipped, halved, late, noisy, silenced
 from drivers.thermometers.settings import THERMOMETERS
 
 

@@ -10,8 +10,11 @@ from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line_settings import SerialPort
 from drivers.ovens.settings import open_oven, oven_settings
 from drivers.ovens.simulated.controller import LineController
-from drivers.ovens.simulated.disturbance import (
+from drivers.ovens.simulated.regulated_oven import RegulatedOven
+from drivers.ovens.simulated.served import (
     Disturbed,
+    PtyPort,
+    TcpPort,
     flipped,
     from_unit,
     halved,
@@ -20,8 +23,6 @@ from drivers.ovens.simulated.disturbance import (
     noisy,
     silenced,
 )
-from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.ovens.simulated.served import PtyPort, TcpPort
 
 TIMEOUT = 0.15
 KINDS = ("eurotherm-2400", "votsch-ascii2", "espec-p300", "watlow-f4t")

@@ -21,8 +21,8 @@ from drivers.ni.modules import NI_9211, NI_9234, NI_9260
 from drivers.ni.simulated.surroundings import Module
 from drivers.ni.wiring import Wiring
 from drivers.ovens.settings import oven_settings
-from drivers.ovens.simulated.disturbance import Disturbed
-from drivers.ovens.simulated.thermal import Chamber
+from drivers.ovens.simulated.regulated_oven import Chamber
+from drivers.ovens.simulated.served import Disturbed
 from drivers.rig.campaign import Outcome, run_campaign
 from drivers.rig.rig import Rig
 from drivers.rig.session import Session

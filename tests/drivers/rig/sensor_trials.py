@@ -17,8 +17,7 @@ import numpy as np
 
 from analysis.plate_temperature.plate_sensors import PlateSensors
 from drivers.clock import VirtualClock
-from drivers.ovens.simulated.regulated_oven import RegulatedOven, Regulator
-from drivers.ovens.simulated.thermal import Chamber
+from drivers.ovens.simulated.regulated_oven import Chamber, RegulatedOven, Regulator
 from drivers.rig.campaign import CLOSING_READINGS
 
 WRONG = 0.5

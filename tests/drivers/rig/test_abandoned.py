@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from drivers.ovens.expiry import HARMLESS
-from drivers.rig.errors import RigStopped
-from drivers.rig.rest import rest_oven
+from drivers.rig.end_requests import RigStopped
+from drivers.rig.session import rest_oven
 
 World = Any
 Kill = Callable[[World, Callable[[Callable[[], None]], None]], None]

@@ -12,7 +12,7 @@ import pytest
 from drivers.ovens import f4t
 from drivers.ovens.f4t import F4T
 from drivers.rig.campaign import Moment
-from drivers.rig.errors import RigStopped
+from drivers.rig.end_requests import RigStopped
 
 
 def test_every_sweep_is_made_at_its_temperature(world: Any) -> None:

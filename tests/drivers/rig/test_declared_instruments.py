@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from drivers.rig.errors import RigStopped
+from drivers.rig.end_requests import RigStopped
 from drivers.thermometers.settings import THERMOMETERS
 
 OVENS: dict[str, dict[str, Any]] = {

@@ -6,8 +6,7 @@ import sys
 import pytest
 
 from drivers.interruptions import ENDING, signal_name
-from drivers.rig.end_requests import EndRequests
-from drivers.rig.errors import RigInterrupted
+from drivers.rig.end_requests import EndRequests, RigInterrupted
 
 
 @pytest.mark.parametrize("number", ENDING)

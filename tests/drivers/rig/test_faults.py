@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from drivers.ni.simulated.faults import FailingCall, Faults
 from drivers.ovens import f4t
 from drivers.ovens.simulated.controller import MemoryTransport
-from drivers.ovens.simulated.disturbance import flipped, halved, instead, late, noisy, silenced, untouched
-from drivers.rig.errors import RigStopped
+from drivers.ovens.simulated.served import flipped, halved, instead, late, noisy, silenced, untouched
+from drivers.rig.end_requests import RigStopped
 from drivers.rig.rig import Rig
 
 HANGUP = getattr(signal, "SIGHUP", signal.SIGTERM)

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from drivers.rig.errors import RigStopped
+from drivers.rig.end_requests import RigStopped
 from drivers.rig.readings import Patience, Reading
 
 

@@ -13,9 +13,8 @@ import pytest
 from drivers.ni.errors import Action, DaqError
 from drivers.ni.simulated.faults import Faults
 from drivers.ovens.error import Fault, OvenError
-from drivers.rig.end_requests import EndRequests
-from drivers.rig.errors import RigInterrupted, RigStopped
-from drivers.rig.rest import bring_to_rest
+from drivers.rig.end_requests import EndRequests, RigInterrupted, RigStopped
+from drivers.rig.session import bring_to_rest
 
 World = Any
 

@@ -9,7 +9,7 @@ import pytest
 
 from drivers.ni.simulated.faults import Faults
 from drivers.rig.campaign import Moment
-from drivers.rig.errors import RigStopped
+from drivers.rig.end_requests import RigStopped
 from drivers.rig.rig import nothing_to_restore
 
 

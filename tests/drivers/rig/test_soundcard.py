@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from drivers.rig.errors import RigStopped
+from drivers.rig.end_requests import RigStopped
 from drivers.rig.simulated import PlateForecast
 from drivers.soundcard.settings import SoundCard
 from drivers.soundcard.simulated import simulated_sound

@@ -12,12 +12,11 @@ from drivers.clock import SystemClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.settings import open_oven
 from drivers.ovens.simulated.controller import MemoryTransport
-from drivers.rig import approach, session
-from drivers.rig.errors import RigStopped
-from drivers.rig.rest import bring_to_rest
+from drivers.rig import session, station
+from drivers.rig.end_requests import RigStopped
+from drivers.rig.session import bring_to_rest
 from drivers.watchdog import supervision
-from drivers.watchdog.guard import State
-from drivers.watchdog.rest_watch import RestRule
+from drivers.watchdog.guard import RestRule, State
 from drivers.watchdog.supervision import SupervisedOven
 
 World = Any
@@ -68,7 +67,7 @@ def test_too_hot_while_nobody_looks(world_of: Callable[..., World]) -> None:
 
 
 def test_a_pause_has_an_end(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(approach, "LONGEST_PAUSE", 300.0)
+    monkeypatch.setattr(station, "LONGEST_PAUSE", 300.0)
     with pytest.raises(RigStopped, match="paused for"):
         world.run(paused=lambda: True)
     assert world.at_rest()

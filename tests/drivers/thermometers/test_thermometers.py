@@ -8,8 +8,8 @@ import pytest
 from drivers.clock import VirtualClock
 from drivers.ovens.error import OvenError
 from drivers.ovens.simulated.controller import MemoryTransport
-from drivers.ovens.simulated.disturbance import Disturbed, silenced
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
+from drivers.ovens.simulated.served import Disturbed, silenced
 from drivers.thermometers.settings import THERMOMETERS
 
 DECLARED: dict[str, dict[str, Any]] = {

@@ -23,8 +23,8 @@ from drivers.rig.end_requests import EndRequests
 from drivers.rig.rig import Aftercare, Rig
 from drivers.rig.session import Session
 from drivers.watchdog.frames import WatchdogSettings
+from drivers.watchdog.guard import RestRule
 from drivers.watchdog.remote_oven import RemoteOven
-from drivers.watchdog.rest_watch import RestRule
 from tests.drivers.watchdog.served_oven import LIGHT, SETTINGS
 
 LIMITS = Limits(coldest=-10.0, hottest=75.0, lost_after=10.0)

@@ -13,9 +13,8 @@ import numpy as np
 
 from drivers.clock import SystemClock
 from drivers.ovens.settings import oven_settings
-from drivers.ovens.simulated.regulated_oven import RegulatedOven, Regulator
+from drivers.ovens.simulated.regulated_oven import Chamber, RegulatedOven, Regulator
 from drivers.ovens.simulated.served import TcpPort
-from drivers.ovens.simulated.thermal import Chamber
 
 SETTINGS = {
     "kind": "watlow-f4t",

@@ -5,7 +5,7 @@ import io
 import pytest
 
 from drivers.ovens.error import Fault, OvenError
-from drivers.rig.errors import RigStopped
+from drivers.rig.end_requests import RigStopped
 from drivers.watchdog.frames import LONGEST, Messages, packed, received, unpacked
 
 

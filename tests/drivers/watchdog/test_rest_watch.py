@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from drivers.ovens.simulated.thermal import Chamber, Heat
-from drivers.watchdog.guard import Event
-from drivers.watchdog.rest_watch import RestRule, RestWatch
+from drivers.ovens.simulated.regulated_oven import Chamber, Heat
+from drivers.watchdog.guard import Event, RestRule, RestWatch
 
 RULE = RestRule(22.0)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Experiment, Patch
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from analysis.recordings.sweep_point import SweepPoint
 from simulation.state.plate_state import Circumstances, PlateState
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from simulation.effects.library import apply_all, library
-from simulation.effects.verification import interior_point, numbers
+from simulation.effects.user_folder import interior_point, numbers
 
 PAGE = Path(__file__).parents[3] / "docs" / "adding-an-effect.md"
 

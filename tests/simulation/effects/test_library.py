@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from simulation.effects.library import LIBRARY, apply_all, library
-from simulation.effects.verification import interior_point, numbers, verify
+from simulation.effects.user_folder import interior_point, numbers, verify
 
 CONTRACT = {
     "orthotropy": ("delta_e", "delta_g"),

@@ -2,9 +2,8 @@
 
 from types import SimpleNamespace
 
-from simulation.effects.library import LIBRARY
+from simulation.effects.library import LIBRARY, TWICE, seconds
 from simulation.effects.local_damage import RADIUS
-from simulation.effects.second import TWICE, seconds
 from simulation.state.plate_state import Disc
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from analysis.geometry import shapes
-from analysis.geometry.fault import GeometryError
+from analysis.geometry.loop import GeometryError
 from simulation.meshing.arrangement import Arrangement
 
 SQUARE = shapes.rectangle((0.0, 0.0), (0.2, 0.2))

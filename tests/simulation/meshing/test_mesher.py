@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from analysis.geometry import shapes
-from analysis.geometry.fault import GeometryError
+from analysis.geometry.loop import GeometryError
 from simulation.meshing.arrangement import Arrangement
 from simulation.meshing.mesher import Border, jacobian_ratio, mesh_plate
-from simulation.meshing.plate_mesh import CURVE_DEGREE
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import CURVE_DEGREE, MeshRecipe
 from simulation.shell.shape_functions import lobatto
 from simulation.shell.space import ShapeSpace
 

@@ -5,9 +5,8 @@ import pytest
 
 from analysis.declaration.plate_material import PlateMaterial
 from analysis.material import MaterialBox
-from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.basis_key import basis_key
-from simulation.reduction.basis_training import BasisTraining
+from simulation.meshing.plate_mesh import MeshRecipe
+from simulation.reduction.basis_key import BasisTraining, basis_key
 from simulation.shell.fineness import Fineness
 
 BOX, BAND = MaterialBox((1e9, 4e9), (0.3, 0.45), (0.02, 0.1)), (100.0, 900.0)

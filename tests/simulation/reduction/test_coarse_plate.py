@@ -7,7 +7,7 @@ import pytest
 
 from analysis.experiment import Experiment, Patch, Plate
 from analysis.material import MaterialBox
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.coarse_plate import CoarsePlate
 from simulation.shell.assembly import assemble
 from simulation.shell.electric_load import ElectricLoad

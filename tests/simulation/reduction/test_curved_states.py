@@ -8,12 +8,12 @@ import pytest
 from analysis.declaration.plate import Curvature
 from analysis.experiment import Experiment, Patch
 from analysis.material import MaterialBox
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.composition import Coefficients, composed
+from simulation.reduction.effect_certification import combined_state, laws_within
 from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.fineness import Fineness
-from simulation.state.extreme_states import combined_state, laws_within
 from simulation.state.field_basis import field_basis
 
 BOX, BAND = MaterialBox((2.0e9, 3.0e9), (0.34, 0.4), (0.04, 0.1)), (100.0, 500.0)

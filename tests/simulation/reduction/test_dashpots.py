@@ -8,13 +8,12 @@ from scipy.sparse import csr_matrix
 
 from analysis.channel import Footprint
 from analysis.experiment import Plate
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.sweep_point import SweepPoint
 from simulation.effects.library import library
-from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.dashpots import MOST_COLUMNS, columns, few_columns
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.effect_reduction import reduce_with_effects
+from simulation.reduction.modal_form import MOST_COLUMNS, columns, few_columns
 from simulation.reduction.plate_basis import reduce_with_footprints
 from simulation.reduction.reduced_model import lowest_modes
 from simulation.shell.assembly import assemble

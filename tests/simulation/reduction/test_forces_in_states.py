@@ -4,16 +4,14 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Experiment
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.sweep_point import SweepPoint
 from simulation.effects.library import library, untried
-from simulation.reduction.effect_certification import CERTIFIED_LINES, state_error
+from simulation.reduction.effect_certification import CERTIFIED_LINES, STEEPEST_SLOPES, extreme_states, state_error
 from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.fineness import Fineness
 from simulation.shell.points import attached_discs
-from simulation.state.extreme_states import STEEPEST_SLOPES, extreme_states
 from simulation.state.field_basis import field_basis
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin

@@ -10,7 +10,7 @@ from analysis.arrays import Complex
 from analysis.channel import Footprint
 from analysis.declaration.plate_material import KINDS
 from analysis.experiment import Plate
-from analysis.gap.data.numerical_floor import NumericalFloor, allowed_error
+from analysis.gap.data.noise import NumericalFloor, allowed_error
 from simulation.reduction import sufficient_fineness as module
 from simulation.reduction.effect_operators import truncation_error
 from simulation.reduction.sufficient_fineness import RequiredError, sufficient_fineness

@@ -10,8 +10,7 @@ from analysis.arrays import Real
 from analysis.declaration.outline import CircleOutline
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
-from simulation.meshing.plate_mesh import BorderEdges, PlateMesh, edges_of
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import BorderEdges, MeshRecipe, PlateMesh, edges_of
 from simulation.shell.assembly import assemble, assemble_for
 from simulation.shell.fineness import Fineness
 from simulation.shell.shell_model import ShellModel

@@ -8,7 +8,7 @@ import pytest
 from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.shell.assembly import assemble, assemble_for
 from simulation.shell.fineness import Fineness
 from simulation.shell.shell_model import ShellModel

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Patch, Plate
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.shell.assembly import ResponseProblem, first_inside, without_insides
-from simulation.shell.in_plane import moduli
+from simulation.shell.rigidity import moduli
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.unknowns import Unknowns, elimination_order, factorize
 

@@ -7,7 +7,7 @@ from analysis.channel import Footprint
 from analysis.declaration.plate_material import KINDS
 from analysis.experiment import Plate
 from analysis.material import MaterialBox
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness
 from simulation.shell.unknowns import factorize

@@ -5,7 +5,7 @@ from numpy.polynomial import legendre
 from scipy.linalg import eigh
 
 from analysis.experiment import Plate
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.shell.assembly import assemble
 
 A, B, DENSITY = 0.40, 0.18, 430.0

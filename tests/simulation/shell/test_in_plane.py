@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.declaration.plate_material import Orthotropy
-from simulation.shell.in_plane import matrix, moduli, plane_stress_moduli, transverse
+from simulation.shell.rigidity import matrix, moduli, plane_stress_moduli, transverse
 
 
 def test_no_departure_is_the_isotropic_sheet() -> None:

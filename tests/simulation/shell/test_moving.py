@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Patch, Plate
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.shell.shell_plate import ShellPlate
 from simulation.state.state_matrices import moved_space
 

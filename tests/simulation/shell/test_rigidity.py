@@ -5,9 +5,8 @@ import pytest
 from scipy.sparse.linalg import spsolve
 
 from analysis.experiment import Patch, Plate
-from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.in_plane import moduli
-from simulation.shell.rigidity import THX, THY, CellMatrices, CurvedSurface, Rigidity, U, V, W, laminate
+from simulation.meshing.plate_mesh import MeshRecipe
+from simulation.shell.rigidity import THX, THY, CellMatrices, CurvedSurface, Rigidity, U, V, W, laminate, moduli
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Plate
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.shell.assembly import assemble
 from simulation.shell.rigidity import SHEAR_FACTOR, U, V
 from simulation.shell.shell_model import ShellModel

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Real
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.shell.assembly import assemble, assemble_for
 from simulation.shell.fineness import Fineness
 from simulation.shell.piezo_material import NCE51, VACUUM_PERMITTIVITY

@@ -8,7 +8,7 @@ import pytest
 
 from analysis.arrays import Real
 from analysis.experiment import Patch, Plate
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.shell.assembly import assemble
 from simulation.shell.rigidity import SHEAR_FACTOR
 from simulation.shell.shell_model import ShellModel

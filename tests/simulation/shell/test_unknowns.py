@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Plate
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.shell.assembly import assemble
 from simulation.shell.rigidity import Block
 from simulation.shell.shell_model import ShellModel

@@ -8,9 +8,8 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import eigsh
 
 from analysis.experiment import Plate
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
-from simulation.meshing.recipe import MeshRecipe
+from analysis.material import LocalLaws, MaterialBox
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.composition import COMPLEX_STEP, Coefficients, Composite, composed
 from simulation.reduction.effect_operators import BENDING_DEGREE, EffectOperators
 from simulation.reduction.effect_reduction import project

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Patch, Plate
-from simulation.meshing.recipe import MeshRecipe
+from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.effect_operators import OFFSET_DEGREE, monomials
 from simulation.shell.assembly import assemble
-from simulation.state.sensor_offset import OFFSET_RANGE, can_move, padua_points
+from simulation.state.patch_departures import OFFSET_RANGE, can_move, padua_points
 from simulation.state.state_matrices import FullPlate
 
 

@@ -7,9 +7,9 @@ import pytest
 from scipy.sparse.linalg import eigsh
 
 from analysis.experiment import Plate
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from simulation.shell.assembly import assemble
-from simulation.shell.in_plane import plane_stress_moduli
+from simulation.shell.rigidity import plane_stress_moduli
 from simulation.shell.unknowns import factorize
 from simulation.state.plate_state import PlateState
 from simulation.state.state_matrices import FullPlate

@@ -10,13 +10,12 @@ import pytest
 
 from analysis.experiment import Attachment
 from analysis.gap.gap import find_gap
-from analysis.local_laws import LocalLaws
-from analysis.material import Material, MaterialBox, MaterialSigma
+from analysis.material import LocalLaws, Material, MaterialBox, MaterialSigma
 from analysis.recordings.frf import Frf
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.updated import Updated
 from simulation.effects.library import LIBRARY, library
-from simulation.reduction.basis_training import BasisTraining
+from simulation.reduction.basis_key import BasisTraining
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.fineness import Fineness
 from simulation.shell.points import attached_discs, footprint_rows

@@ -7,8 +7,7 @@ import pytest
 
 from analysis.channel import Footprint
 from analysis.experiment import Experiment
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.sweep_point import SweepPoint
 from simulation.reduction.plate_basis import reduce_with_footprints
 from simulation.shell.electric_load import ElectricLoad

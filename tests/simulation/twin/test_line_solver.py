@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.arrays import Complex, Real
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from simulation.reduction.composition import Composite
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.plate_state import PlateState

@@ -5,8 +5,7 @@ import pytest
 
 from analysis.identification.automatic import identify
 from analysis.identification.measured import Measured
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from simulation.reduction.vectors.reduce import reduce
 from simulation.shell.electric_load import ElectricLoad
 from simulation.twin.declared_plate import DeclaredPlate

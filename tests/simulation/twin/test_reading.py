@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Experiment
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.sweep_point import SweepPoint
 from simulation.effects.library import library
 from simulation.reduction.effect_reduction import reduce_with_effects

@@ -9,8 +9,7 @@ import pytest
 from scipy.sparse.linalg import eigsh
 
 from analysis.effect_card import EffectCard, Parameter
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.sweep_point import SweepPoint
 from simulation.effects.effect import Effect
 from simulation.effects.library import library

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from simulation.shell.electric_load import ElectricLoad
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.instruments import Instruments

@@ -8,12 +8,17 @@ import pytest
 
 from analysis.arrays import Real
 from analysis.experiment import Attachment
-from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import LocalLaws, MaterialBox
 from analysis.protocol.sweep import SweepTiming
 from analysis.recordings.sweep_point import SweepPoint
 from simulation.effects.library import LIBRARY, library
-from simulation.reduction.effect_certification import CERTIFIED_LINES, state_error
+from simulation.reduction.effect_certification import (
+    CERTIFIED_LINES,
+    STEEPEST_SLOPES,
+    combined_state,
+    extreme_states,
+    state_error,
+)
 from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.fineness import Fineness
@@ -21,7 +26,6 @@ from simulation.shell.points import attached_discs, footprint_rows
 from simulation.shell.rigidity import W
 from simulation.shell.unknowns import factorize
 from simulation.state.attached import Seat
-from simulation.state.extreme_states import STEEPEST_SLOPES, combined_state, extreme_states
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import Circumstances, PlateState
 from simulation.tolerances import tolerances

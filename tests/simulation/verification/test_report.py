@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simulation.verification.cases import PUBLISHED
-from simulation.verification.report import (
+from simulation.verification.case import (
     NotCovered,
     compare,
     compare_all,
@@ -17,6 +16,7 @@ from simulation.verification.report import (
     section,
     summary,
 )
+from simulation.verification.cases import PUBLISHED
 
 FV12 = next(case for case in PUBLISHED if case.name == "fv12")
 FV15 = next(case for case in PUBLISHED if case.name == "fv15")

@@ -6,7 +6,7 @@ import pytest
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import relative_misfit
 from analysis.gap.fitting.residual_map import residual_map, whiteness
-from analysis.gap.search.unknown import unknown_evidence
+from analysis.gap.search.confidence import unknown_evidence
 
 TEMPERATURES = (10.0, 14.0, 18.0, 22.0)
 

@@ -6,11 +6,9 @@ import pytest
 from analysis.effect_card import Parameter
 from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.fit import fit_gap
-from analysis.gap.plan.decision import NOTHING, Told, decided, told
-from analysis.gap.plan.information import LinearisedCampaign
+from analysis.gap.plan.decision import NOTHING, Expected, Told, decided, ranked, told, weights
 from analysis.gap.plan.measurement import Measurement, laws_at, planned_sweeps, thinned, widened
-from analysis.gap.plan.ranking import Expected, ranked, weights
-from analysis.gap.plan.separation import ENOUGH, Question, separation
+from analysis.gap.plan.separation import ENOUGH, LinearisedCampaign, Question, separation
 
 TEMPERATURES = tuple(np.arange(2.0, 39.0, 6.0))
 

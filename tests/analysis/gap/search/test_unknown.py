@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.gap.search.unknown import noise_evidence, unknown_evidence
+from analysis.gap.search.confidence import noise_evidence, unknown_evidence
 from analysis.gap.thresholds import NOISE_BELOW
 
 DRAWS = 300

@@ -17,10 +17,9 @@ from analysis.identification.modes import Modes
 from analysis.identification.order import support
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.identification.pole_residue import EVERY_CHOICE, REAL_E_F, choices_for, synthesis
-from analysis.identification.pole_search import PoleFit, fit
+from analysis.identification.pole_search import PoleFit, fit, project
 from analysis.identification.settings import Settings
 from analysis.identification.synthetic import SyntheticFrf, crowded, r10
-from analysis.identification.variable_projection import project
 from tests.analysis.identification.test_modes import modes as two_poles
 
 BEAM = Path(__file__).resolve().parents[5] / "shared" / "data" / "real" / "beam_roving_hammer"

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.estimation.estimators import Estimator, estimate
+from analysis.estimation.estimators import Estimator, Segments, estimate
 from analysis.estimation.recording import SampledSignals
-from analysis.estimation.segments import Segments
 from analysis.estimation.spectra import welch
 from analysis.estimation.windows import Shape, segment_window
 from analysis.identification.automatic import identify

@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from analysis.experiment import Protocol
 from analysis.gap.data.preparation import sweep_points
+from analysis.identification.automatic import identify_by_peaks
 from analysis.identification.over_temperature.stated_temperature import at_stated_temperature
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.identification.over_temperature.tracking import track
-from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.pole_residue import to_parameters
 from analysis.recordings.frf import Frf
 from analysis.recordings.h1 import repeat_shift

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from analysis.identification.automatic import identify_by_peaks
 from analysis.identification.lines import Lines
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.identification.over_temperature.tracking import track
 from analysis.identification.over_temperature.tracks_without_twin import MOST_DAMPED, Followed, common_factor
-from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.pole_residue import NONE, REAL_E, REAL_E_F, synthesis
 from analysis.identification.settings import Settings
 from analysis.recordings.frf import Frf

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from app.files.bad_file import ResultFileError
 from app.files.campaigns.of_run import POINTER, campaign_of, campaign_typed, remember_campaign
-from app.files.results.open_question import ResultFileError, open_before
+from app.stages.comparison.request import open_before
 
 
 def campaign(folder: Path) -> Path:

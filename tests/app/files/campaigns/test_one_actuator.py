@@ -7,15 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.recordings.chosen_actuator import sweeps_of_actuator, sweeps_of_modes
-from analysis.recordings.frf import campaign_frf
+from analysis.recordings.frf import campaign_frf, sweeps_of_actuator, sweeps_of_modes
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.channels import driven_by
 from app.files.campaigns.export import campaign_frfs
 from app.files.campaigns.loading import load_campaign
 from app.files.campaigns.recorded import read_recording
-from app.files.results.frf_file import load_frf
-from app.files.results.modes_file import load_modes
+from app.files.results.modes_file import load_frf, load_modes
 from tests.app.files.conftest import HAMMER
 
 

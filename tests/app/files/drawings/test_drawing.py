@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from analysis.declaration.plate import Plate
-from analysis.geometry.fault import GeometryError
+from analysis.geometry.loop import GeometryError
 from app.files.drawings.drawing import DrawingError, with_drawings
 
 SLOT_AREA = 0.1 * 0.05 + np.pi * 0.025**2

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
-from analysis.declaration.patch import Patch
 from analysis.declaration.plate import Plate
-from analysis.geometry.fault import GeometryError
+from analysis.declaration.transducers import Patch
+from analysis.geometry.loop import GeometryError
 from app.commands.bad_input import fault_picture
 from app.files.campaign_error import CampaignFileError
-from app.files.drawings.mesh_check import mesh_fault
+from app.files.drawings.drawing import mesh_fault
 from app.files.settings_toml import checked
 from app.report.declared import pieces_declared
 
@@ -108,7 +108,7 @@ def test_a_declaration_is_meshed_once(tmp_path: Path, monkeypatch: pytest.Monkey
         if plate.length_x == 0.25:
             raise GeometryError("no mesh")
 
-    monkeypatch.setattr("simulation.shell.plate_borders.mesh_of", mesh_of)
+    monkeypatch.setattr("simulation.shell.shell_plate.mesh_of", mesh_of)
     sides, bands = [0.24, 0.24, 0.24, 0.23, 0.25, 0.25], [1500.0, 1500.0, 1400.0, 1500.0, 1500.0, 1500.0]
     for side, high in zip(sides, bands, strict=True):
         plate = Plate(length_x=side, length_y=0.19, thickness=0.003, mass=0.12)

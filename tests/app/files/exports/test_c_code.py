@@ -10,14 +10,11 @@ import numpy as np
 import pytest
 from scipy.io import wavfile
 
-from analysis.rendering.fixed_point import FixedPoint
-from analysis.rendering.following import TiltBank
+from analysis.rendering.following import FixedPoint, TiltBank
 from analysis.rendering.renderer import Renderer
-from analysis.weather.family import TiltFamily
+from analysis.weather.family import TiltFamily, plane
 from analysis.weather.judged import WeatherJudgement
-from analysis.weather.knowledge import plane
-from app.files.exports.c_code import SAMPLES_AT_ONCE, c_texts, write_c
-from app.files.exports.cost import Cost
+from app.files.exports.c_code import SAMPLES_AT_ONCE, Cost, c_texts, write_c
 
 GCC = shutil.which("gcc")
 THERMOMETERS = np.array([[-0.9, 0.1], [0.8, -0.7], [0.7, 0.9], [0.0, 0.0]])

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from app.files.atomic import written_together
 from app.files.bad_file import ResultFileError
-from app.files.exports.destination import written_together
 
 NAMES = ("a.wav", "b.csv", "c.h")
 

@@ -12,8 +12,7 @@ from click.testing import CliRunner
 
 from app.files.hdf5_file import BLOCK, sealed
 from app.files.provenance import sha256
-from app.files.results.compensation_file import load_compensation
-from app.files.results.filter_files import load_focusing
+from app.files.results.panel_files import load_compensation, load_focusing
 from app.main import flexura
 
 

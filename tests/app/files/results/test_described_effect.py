@@ -8,9 +8,9 @@ import pytest
 
 from analysis.estimates import Estimate
 from analysis.experiment import Experiment
-from analysis.gap.description.described import Curve, Dependence, Description, Form
+from analysis.gap.description.describing import Curve, Dependence, Description, Form
 from analysis.gap.description.place_map import PlaceMap
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from analysis.recordings.sweep_point import SweepPoint
 from app.files.declarations.experiment import read_acquired_experiment
 from app.files.results.described_effect import write_described_effect

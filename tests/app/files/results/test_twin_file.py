@@ -7,7 +7,7 @@ import pytest
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
 from app.files.campaign_error import CampaignFileError
-from app.files.campaigns.declaration import read_experiment
+from app.files.campaigns.channels import read_experiment
 from app.files.results.twin_file import (
     Basis,
     Estimated,

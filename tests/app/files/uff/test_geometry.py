@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import pyuff
 
-from analysis.shapes.wire_frame import faces_between, lines_between
+from analysis.shapes.participation import faces_between, lines_between
 from app.files.uff.geometry import geometry_text, read_nodes
 
 GRID = {1 + i + 4 * j: (0.1 * i, 0.07 * j, 0.012345678901) for i in range(4) for j in range(3)}

@@ -68,8 +68,8 @@ def test_half_the_thickness_stops_a_verb_and_is_told_in_millimetres(
 
 
 def test_a_basis_that_does_not_converge_is_a_sentence(tmp_path: Path, measured, monkeypatch) -> None:
-    from simulation.meshing.recipe import MeshRecipe
-    from simulation.reduction.basis_training import BasisTraining
+    from simulation.meshing.plate_mesh import MeshRecipe
+    from simulation.reduction.basis_key import BasisTraining
     from simulation.shell.fineness import Fineness
 
     monkeypatch.setenv("FLEXURA_CACHE", str(tmp_path))

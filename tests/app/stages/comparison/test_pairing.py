@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from analysis.identification.settings import Settings
-from analysis.local_laws import LocalLaws
+from analysis.material import LocalLaws
 from analysis.recordings.campaign import Campaign
 from app.files.campaigns.loading import load_campaign
 from app.files.results.laws_file import load_pairing

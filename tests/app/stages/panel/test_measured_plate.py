@@ -11,8 +11,7 @@ from analysis.estimates import Estimate
 from analysis.experiment import Attachment
 from analysis.focusing.panel import Panel
 from app.files.results.best_twin import best_twin
-from app.stages.panel.laws import laws_for
-from app.stages.panel.measured_plate import MeasuredPlate
+from app.stages.panel.laws import MeasuredPlate, laws_for
 from app.twins.panel_twin import panel_twin
 from tests.app.corrected_run import DECLARED, laws_of, write_run
 from tests.app.view.conftest import experiment, updated

@@ -11,9 +11,7 @@ from nidaqmx.constants import AcquisitionType
 from nidaqmx.errors import DaqError
 
 from drivers.ni.simulated.faults import FailingCall, Faults
-from drivers.ni.simulated.in_process import InProcessChannel
-from drivers.ni.simulated.loopback import serving
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq, serving
 
 
 @pytest.fixture(params=["in process", "loopback"])

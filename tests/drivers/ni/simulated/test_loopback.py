@@ -5,8 +5,7 @@ import nidaqmx
 import pytest
 from nidaqmx.system import System
 
-from drivers.ni.simulated.loopback import serving
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import SimulatedDaq, serving
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "192.168.1.20", "8.8.8.8", "::", "labpc", "example.org", ""])  # noqa: S104

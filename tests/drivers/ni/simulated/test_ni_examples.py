@@ -28,8 +28,7 @@ from nidaqmx.errors import DaqError
 from nidaqmx.system import System
 
 from drivers.ni.modules import NI_9211, NI_9215, NI_9234, NI_9260, NI_9263
-from drivers.ni.simulated.in_process import InProcessChannel
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq
 from drivers.ni.simulated.surroundings import Surroundings
 
 NewTask = Callable[..., Any]

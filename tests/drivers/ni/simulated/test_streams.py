@@ -10,8 +10,7 @@ from nidaqmx.constants import READ_ALL_AVAILABLE, AcquisitionType, RegenerationM
 from nidaqmx.errors import DaqError, DaqReadError
 
 from drivers.ni.simulated.faults import Faults
-from drivers.ni.simulated.in_process import InProcessChannel
-from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq
 
 NewTask = Callable[..., Any]
 

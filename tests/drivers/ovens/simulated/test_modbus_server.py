@@ -2,7 +2,7 @@
 
 import pytest
 
-from drivers.ovens.simulated.modbus_server import ModbusServer, crc16, float_words, words_float
+from drivers.ovens.simulated.controller import ModbusServer, crc16, float_words, words_float
 
 
 class Registers(ModbusServer):

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from drivers.clock import VirtualClock
-from drivers.ovens.simulated.regulated_oven import RegulatedOven, Regulator
-from drivers.ovens.simulated.thermal import Chamber
+from drivers.ovens.simulated.regulated_oven import Chamber, RegulatedOven, Regulator
 
 
 def make(clock, **changes):

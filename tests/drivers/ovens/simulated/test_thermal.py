@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from drivers.ovens.simulated.thermal import Chamber, Heat
+from drivers.ovens.simulated.regulated_oven import Chamber, Heat
 
 CHAMBER = Chamber()
 

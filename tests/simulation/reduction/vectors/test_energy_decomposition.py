@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.material import MaterialBox
-from simulation.reduction.basis_training import BasisTraining
+from simulation.reduction.basis_key import BasisTraining
 from simulation.reduction.damped_modes import relative_error
 from simulation.reduction.vectors.energy_decomposition import decomposition
 from simulation.reduction.vectors.reduce import reduce

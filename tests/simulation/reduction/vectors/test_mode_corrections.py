@@ -5,10 +5,10 @@ import pytest
 import scipy.linalg
 
 from analysis.material import MaterialBox
-from simulation.reduction.vectors.galerkin import projected
-from simulation.reduction.vectors.mode_corrections import mode_corrections
+from simulation.reduction.damped_modes import root_mean_square
+from simulation.reduction.vectors.certification import mode_corrections
+from simulation.reduction.vectors.energy_decomposition import projected
 from simulation.reduction.vectors.reduce import reduce
-from simulation.reduction.vectors.resonance_lines import root_mean_square
 
 BAND = (100.0, 700.0)
 LINES = np.linspace(*BAND, 200)

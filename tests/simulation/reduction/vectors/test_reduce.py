@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 from analysis.material import MaterialBox
-from simulation.reduction.basis_training import BasisTraining
-from simulation.reduction.damped_modes import relative_error
+from simulation.reduction.basis_key import BasisTraining
+from simulation.reduction.damped_modes import relative_error, root_mean_square
 from simulation.reduction.reduced_model import lowest_modes
 from simulation.reduction.vectors.energy_decomposition import mass_orthonormal
 from simulation.reduction.vectors.rational_krylov import material_space
 from simulation.reduction.vectors.reduce import reduce
-from simulation.reduction.vectors.resonance_lines import root_mean_square
 from simulation.shell.assembly import assemble
 from simulation.shell.unknowns import factorize
 

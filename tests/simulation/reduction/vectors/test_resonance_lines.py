@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simulation.reduction.vectors.resonance_lines import resonance_lines, root_mean_square
+from simulation.reduction.damped_modes import resonance_lines, root_mean_square
 
 GRID = np.linspace(100.0, 1500.0, 200)
 

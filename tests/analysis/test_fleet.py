@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import t as student
 
 from analysis.arrays import Real
-from analysis.fleet.scatter import OUTLIER_PROBABILITY, Scatter, estimate_scatter, outliers, predict_piece
+from analysis.fleet import OUTLIER_PROBABILITY, Scatter, estimate_scatter, outliers, predict_piece
 
 TEMPERATURES = np.linspace(0.0, 60.0, 7)
 LAW = np.log(2.6e9) - 0.018 * TEMPERATURES

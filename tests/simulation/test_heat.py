@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.sparse.linalg import spsolve
 
-from simulation.heat.heat_model import HeatModel, march, settled
+from simulation.heat import HeatModel, march, settled
 from simulation.meshing.plate_mesh import CURVE_DEGREE, PlateMesh, edges_of
 from simulation.shell.space import ShapeSpace
 
