@@ -1,7 +1,7 @@
 """The gap workflow from FRFs to a report, and the verdict on what its search found."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -28,7 +28,7 @@ from analysis.gap.search.held_out import HeldOut, held_out, splits
 from analysis.gap.search.observability import signal_cosine, tangent_cosines
 from analysis.gap.search.score_test import Candidate
 from analysis.gap.search.stepwise import SearchResult, stepwise_search
-from analysis.gap.thresholds import EXPLAINED, Z_FLOOR
+from analysis.gap.thresholds import EXPLAINED, NAMED_SHARE, Z_FLOOR
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf
 from analysis.twin_model import HeldEffects, Remade, Tangent, TwinModel
@@ -119,6 +119,7 @@ def find_gap(
         *(floor.notes if floor is not None else ()),
         *([doubt] if doubt else []),
         conclusion.reason,
+        *(_hints(context, found, tried[0]) if tried and conclusion.verdict == "unknown" else ()),
     ]
     if float(np.exp(conclusion.final.state.laws[:, 2].min())) < sharpest(updated.material):
         notes.append("some resonances are sharper than the nodes resolve; the residual may show it")
@@ -128,6 +129,21 @@ def find_gap(
     alone = () if judgement.verdict == "none" else signatures(context, found)
     report("done", 1.0)
     return _report(updated, context, found, conclusion, alone, tuple(notes), clock() - begun)
+
+
+def _hints(context: SearchContext, found: SearchResult, tried: HeldOut) -> Iterator[str]:
+    """Say what takes most of the gap, on data left out, too, and is still no name beside the scatter of modes."""
+    share = explained(context, found.baseline, found.fit)
+    if share < NAMED_SHARE or tried.closure is None or tried.closure < NAMED_SHARE:
+        return
+    for name, values in found.fit.state.effects.items():
+        card = context.model.cards[name]
+        said = ", ".join(f"{p.name} {values[p.name]:.3g} {p.unit}" for p in card.parameters)
+        yield f"a hint, no name: {name} ({said})"
+    yield (
+        f"these take {100 * share:.0f} % of the gap, and {100 * tried.closure:.0f} % of it on data left out "
+        f"({tried.what}); look there first"
+    )
 
 
 @dataclass(frozen=True)

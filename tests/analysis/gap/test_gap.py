@@ -115,6 +115,18 @@ def test_a_resonator_outside_the_library_has_no_name(solve):
     assert report.after.regions[0].frequency[0] < 400.0 < report.after.regions[0].frequency[1]
 
 
+def test_what_takes_most_of_a_gap_and_is_not_named_is_a_hint(solve, monkeypatch):
+    """Beside the scatter of few modes the evidence may not suffice; that its data left out agree is said."""
+    monkeypatch.setattr(naming, "NAMED_SHARE", 1.1)
+    report, _ = solve(effects={"mass": {"grams": 1.0}}, extra=lambda f, t: 0.05 * resonator(f, t))
+    assert report.verdict == "unknown"
+    (hint,) = [note for note in report.notes if note.startswith("a hint, no name: ")]
+    assert "mass (grams 1" in hint
+    assert any("on data left out (every second temperature)" in note for note in report.notes)
+    bare, _ = solve(extra=resonator)
+    assert not any("a hint" in note for note in bare.notes)
+
+
 @pytest.mark.parametrize(
     "effects",
     [{"delay": {"seconds": 5e-6}}, pytest.param({"drift": {"alpha": 1e-3}}, marks=pytest.mark.slow)],

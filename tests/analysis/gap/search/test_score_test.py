@@ -39,6 +39,21 @@ def test_evidence_of_the_screen_is_that_of_the_full_fit(toy, pool, effects):
         assert step == pytest.approx(value, abs=0.05 * max(abs(v) for v in best.step))
 
 
+@pytest.mark.parametrize("sigma", [0.1, 0.3])
+@pytest.mark.parametrize("true", [0.5, 1.9, 4.0, 14.0])
+def test_evidence_is_the_integral_over_the_prior(true, sigma):
+    """Of one parameter measured with `sigma`, in standard deviations of its prior, from 0 to 14 of them."""
+    card = Parameter("a", "1", -100.0, 100.0, 1.0)
+    column = Column("effect", 0, card, 0.0, {})
+    matrix, gradient = np.array([[sigma**-2.0]]), np.array([true * sigma**-2.0])
+    found = ScoreTest((column,), (), matrix, matrix, matrix, gradient).candidates()[0]
+    x = np.linspace(-60.0, 60.0, 240_001)
+    prior = np.exp([-0.5 * card.penalty(one) for one in x.tolist()])
+    likelihood = gradient[0] * x - 0.5 * matrix[0, 0] * x**2
+    expected = np.log(np.sum(prior / prior.sum() * np.exp(likelihood - likelihood.max()))) + likelihood.max()
+    assert found.gain == pytest.approx(expected, abs=0.1)
+
+
 def test_a_position_is_found_on_its_grid(toy, pool):
     *_, screening = screened(toy, pool, effects={"damage": {"loss": 0.002, "x": 0.22}})
     best = screening.candidates()[0]
