@@ -268,10 +268,14 @@ def test_options_that_contradict_a_weather_are_refused(judged, weather, tmp_path
 def test_the_library_judges_in_a_weather_as_the_verb_does(small_run, weather, tmp_path, monkeypatch):
     folder, asked = small_run.laws_alone(tmp_path / "run"), {}
     monkeypatch.setattr(compensate_stage, "compute", lambda *_, **options: asked.update(options))
-    monkeypatch.setattr(
-        compensate_stage, "save", lambda _run, _found, inputs, _extent: asked.update(inputs=inputs)
-    )
-    library.compensate(folder, small_run.panel, weather=weather, out=folder)
+
+    def save(_run, _found, inputs, _extent):
+        asked.update(inputs=inputs)
+        raise InterruptedError
+
+    monkeypatch.setattr(compensate_stage, "save", save)
+    with pytest.raises(InterruptedError):
+        library.compensate(folder, small_run.panel, weather=weather, out=folder)
     assert asked["weather"] == (read_weather(weather), str(weather))
     assert asked["inputs"]["car.toml"] == sha256(weather)
 

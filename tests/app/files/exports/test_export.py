@@ -116,7 +116,7 @@ def test_filters_of_focus_alone_can_be_exported(run, tmp_path):
             ("--to", "wav", "--temperature", "20.001", "--temperature", "20.004"),
             "two of them are the same to 0.01 °C",
         ),
-        (("--to", "npz", "--temperature", "nan"), "--temperature nan °C is outside what the filters cover"),
+        (("--to", "npz", "--temperature", "nan"), "'--temperature': nan; allowed: a finite number"),
         (("--to", "c", "--temperature", "20"), "c follows every temperature"),
         (("--to", "csv", "--number", "int16"), "--number int16 is for --to c"),
         (("--to", "mp3"), "mp3"),
