@@ -47,13 +47,15 @@ class Uncertainty:
     across: Real = field(repr=False)
 
     @classmethod
-    def of(cls, head: SchurComplement, free: FreeParameters, gain_free: bool) -> Self:
+    def of(cls, head: SchurComplement, free: FreeParameters, values: Real, gain_free: bool) -> Self:
         """Take them from the normal equations at the end of a fit.
 
         Parameters
         ----------
         head : SchurComplement
         free : FreeParameters
+        values : (P,) ndarray
+            Of the parameters: a prior holds a value far from its centre less than one near it.
         gain_free : bool
             Whether the gains were fitted.
 
@@ -62,7 +64,7 @@ class Uncertainty:
         Uncertainty
         """
         left = head.without_gains(gain_free)
-        joint = left.joint(np.asarray(np.linalg.inv(left.matrix + np.diag(free.sigma**-2.0))))
+        joint = left.joint(np.asarray(np.linalg.inv(left.matrix + np.diag(free.priors(values)))))
         deviation = np.sqrt(np.diag(joint))
         own, across = joint[head.gains :, head.gains :], -head.law_lever @ joint[:, head.gains :]
         return cls(

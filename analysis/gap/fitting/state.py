@@ -268,10 +268,13 @@ class FreeParameters:
         """Weights of the priors, (P,)."""
         return np.array([1.0] * self.effects + [self.trusted] * self.tolerances)
 
+    def priors(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Inverse variances of the priors at `values` (P,), (P,)."""
+        return np.array([p.precision(value) for p, value in zip(self.cards, values.tolist(), strict=True)])
+
     def precision(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Inverse variances with which the priors act at `values` (P,) on the data's chi2, (P,)."""
-        each = [p.precision(value) for p, value in zip(self.cards, values.tolist(), strict=True)]
-        return np.asarray(self.trust * np.array(each))
+        return np.asarray(self.trust * self.priors(values))
 
     @property
     def low(self) -> NDArray[np.float64]:

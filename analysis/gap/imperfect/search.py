@@ -368,15 +368,15 @@ def _stated(context: SearchContext, shape: DiscrepancyShape, few: Imperfect, fit
     to the campaign shares it with all sweeps. The part of the laws' error that is not noise is common to all
     temperatures.
     """
-    free = few.fit.free
+    free, values = few.fit.free, few.fit.free.read(fit.state.on)
     tangents: list[Tangent] = [(name, parameter, fit.state.on[name]) for name, parameter in free.names]
     white = whiten_all(context.model, context.sweeps, fit.state, tangents, context.executor)
     residual = np.array([w.white[-1] for w in white])
-    noise = Uncertainty.of(_head(context, white, fit, LineWeights.equal(residual.shape)), free, True)
+    noise = Uncertainty.of(_head(context, white, fit, LineWeights.equal(residual.shape)), free, values, True)
     weighted = _head(context, white, fit, shape.weights(few.scatter))
-    together = Uncertainty.of(weighted, free, True)
+    together = Uncertainty.of(weighted, free, values, True)
     single = shape.within_a_sweep(context.sweeps).weights(few.scatter)
-    alone = Uncertainty.of(_head(context, white, fit, single), free, True).alone
+    alone = Uncertainty.of(_head(context, white, fit, single), free, values, True).alone
     laws = np.sqrt(together.laws**2 - together.alone**2 + alone**2)
     ratio = laws / together.laws
     return replace(
