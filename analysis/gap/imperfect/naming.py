@@ -11,7 +11,7 @@ import numpy as np
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit, relative_misfit
 from analysis.gap.imperfect.search import Imperfect, ImperfectResult, ImperfectSearch, over_all_sweeps
-from analysis.gap.search.confidence import equivalents, probability
+from analysis.gap.search.confidence import NO_EFFECT, equivalents, probability
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.held_out import LEAST_TEMPERATURES, HeldOut, Split, fit_and_try
 from analysis.gap.search.observability import signal_cosine
@@ -68,6 +68,11 @@ class Surety:
     against: Mapping[str, float]
     equivalent: tuple[str, ...]
     probability: float
+
+    @property
+    def something(self) -> float:
+        """Probability that it or another effect of the library is there, against nothing and an unknown cause."""
+        return probability({name: self.against[name] for name in NO_EFFECT if name in self.against}, ())
 
 
 @dataclass(frozen=True)
@@ -146,12 +151,13 @@ def _decided(
 
 
 def doubted(sure: Mapping[str, Surety]) -> str:
-    """Say which of some effects are less probable than a name has to be; empty where none is."""
-    unsure = [(one.probability, name) for name, one in sure.items() if one.probability < LEAST_PROBABILITY]
+    """Say which of some effects may well be nothing, or a cause that no library has; empty where none is."""
+    unsure = [(one.something, name) for name, one in sure.items() if one.something < LEAST_PROBABILITY]
     if not unsure:
         return ""
     said = ", ".join(f"{name} {share:.2f}" for share, name in sorted(unsure, reverse=True))
-    return f"hints, not names: their probability is below {LEAST_PROBABILITY:g} ({said})"
+    least = f"{LEAST_PROBABILITY:g}"
+    return f"hints, not names: their probability against nothing and an unknown cause is below {least} ({said})"
 
 
 def _explained(context: SearchContext, before: GapFit, after: GapFit) -> float:

@@ -18,6 +18,9 @@ from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.state import GapState
 from analysis.gap.thresholds import CLASS_COSINE, CLASS_NATS, NOISE_BELOW, TEMPERATURE_OF_CONFIDENCE, UNLISTED
 
+NO_EFFECT = ("nothing", "unknown")
+"""Alternatives to an effect that are no effect of the library, see `against`."""
+
 
 def equivalents(rivals: Mapping[str, float], signal_cosines: Mapping[str, float]) -> tuple[str, ...]:
     """Other effects that this campaign cannot distinguish from an effect, nearest first.
@@ -54,7 +57,7 @@ def against(gain: float, rivals: Mapping[str, float], unknown: float, chi2_per_d
     dict of str to float
         By effect, besides ``nothing`` and ``unknown``.
     """
-    everything = {"nothing": -gain, "unknown": unknown - gain, **rivals}
+    everything = dict(zip(NO_EFFECT, (-gain, unknown - gain), strict=True)) | dict(rivals)
     return {name: value / max(chi2_per_dof, 1.0) for name, value in everything.items()}
 
 

@@ -85,8 +85,9 @@ def test_the_twins_own_error_may_have_any_shape(judged):
     assert judged(1, 5.0, rest=100.0, allowed=6.0) == "explained"
 
 
-def test_an_effect_that_is_hardly_likelier_than_others_is_a_hint_and_no_name():
+def test_an_effect_that_may_be_nothing_or_unknown_is_a_hint_and_no_name():
     """Two springs in place of a soft foundation that the library lacked brought a twin down to the noise."""
-    sure, unsure, less = (Surety(7.0, {}, (), p) for p in (0.94, 0.74, 0.67))
-    assert doubted({"mass_at_place": sure}) == doubted({}) == ""
-    assert "spring 0.74, second 0.67)" in doubted({"second": less, "mass": sure, "spring": unsure})
+    sure = Surety(20.0, {"nothing": -20.0, "unknown": -12.0, "damage": -1.0}, (), 0.57)
+    unsure, less = (Surety(6.6, {"nothing": -6.6, "unknown": other}, (), 0.7) for other in (-4.0, -3.0))
+    assert doubted({"mass": sure}) == doubted({}) == ""
+    assert "below 0.8 (spring 0.75, second 0.69)" in doubted({"second": less, "mass": sure, "spring": unsure})
