@@ -167,8 +167,8 @@ UNLISTED = 0.05
 
 LEAST_PROBABILITY = 0.8
 """Probability, against nothing and a cause of no library, below which an effect is a hint and no name. A soft
-foundation that the library lacked (0.1 % of a resonance, noise of 0.04 %) was two springs, and twin and data agreed
-to the noise; against both alternatives the springs had 0.75. Rivals do not count here: one of them is there."""
+foundation that the library lacked (0.1 % of a resonance, noise of 0.04 %) was two springs, and twin and data
+agreed to the noise; against both alternatives the springs had 0.75. Rivals do not count: one of them is there."""
 
 HELD_OUT_SHARE = 0.5
 """Smallest closure on held-out data: with less, named effects fit the data but do not explain them."""

@@ -90,7 +90,8 @@ def test_a_folder_holds_one_trial_under_one_set_of_thresholds(trial: Trial):
 
 
 def test_the_verb_proves_what_is_there(trial: Trial, run_flexura: Any):
-    words = ("blind-trial", "--count", 2, "--seed", 7, "--kind", "null", "--kind", "single", "--out", trial.folder)
+    kinds = ("--kind", "null", "--kind", "single", "--exact")
+    words = ("blind-trial", "--count", 2, "--seed", 7, *kinds, "--out", trial.folder)
     status, out, err = run_flexura(*words, "--json")
     record = json.loads(out)
     assert status in (0, 1)
