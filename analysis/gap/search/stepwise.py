@@ -309,7 +309,8 @@ def best_image(context: SearchContext, fit: GapFit, name: str) -> GapFit:
 
     On a symmetrical plate whatever stands at an image of a place shifts every resonance as much as there. Far
     from the data, where resonances are shifted by more than their widths, the screen sees little else, and a fit
-    settles at the nearest image, although the shapes contradict it.
+    settles at the nearest image, although the shapes contradict it. One that comes down to the noise may do so, too:
+    a spring was found 73 mm beside its place, at the image, with a standard deviation of 3 mm.
 
     Parameters
     ----------
@@ -322,10 +323,10 @@ def best_image(context: SearchContext, fit: GapFit, name: str) -> GapFit:
     Returns
     -------
     GapFit
-        `fit` where it agrees with the data, and where no image is better.
+        `fit` where no image is better.
     """
     on = tuple(fit.state.effects)
-    places = [] if context.agrees(fit) else list(_images(context.model.cards[name], fit.state.effects[name]))
+    places = list(_images(context.model.cards[name], fit.state.effects[name]))
     if not places:
         return fit
     few, reference = at_few_temperatures(context, fit)
