@@ -309,8 +309,8 @@ def best_image(context: SearchContext, fit: GapFit, name: str) -> GapFit:
 
     On a symmetrical plate whatever stands at an image of a place shifts every resonance as much as there. Far
     from the data, where resonances are shifted by more than their widths, the screen sees little else, and a fit
-    settles at the nearest image, although the shapes contradict it. One that comes down to the noise may do so, too:
-    a spring was found 73 mm beside its place, at the image, with a standard deviation of 3 mm.
+    settles at the nearest image, although the shapes contradict it. One that comes down to the noise may do so,
+    too: a spring was found 73 mm beside its place, at the image, with a standard deviation of 3 mm.
 
     Parameters
     ----------
