@@ -8,6 +8,7 @@ because nobody could tell it from them.
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -113,12 +114,17 @@ class EffectSize:
 
     def signal(self, effects: Mapping[str, Values]) -> Complex:
         """Return the change of the recorded FRFs by `effects`, as spline coefficients (T, K, n)."""
-        plain, other = self.specimen.transfer({}), self.specimen.transfer(effects)
-        lines = self.sweeps.nodes.frequency
+        return np.asarray(self.sweeps.nodes.coefficients(self._responses(effects) - self._plain_responses))
+
+    @cached_property
+    def _plain_responses(self) -> Complex:
+        return self._responses({})
+
+    def _responses(self, effects: Mapping[str, Values]) -> Complex:
+        """Return the recorded FRFs with `effects` at the nodes of every sweep, (T, K, n)."""
+        transfer, lines, gains = self.specimen.transfer(effects), self.sweeps.nodes.frequency, self.specimen.gains
         points = [self.state.circumstances(*sweep) for sweep in enumerate(self.sweeps.points)]
-        gains = self.specimen.gains
-        added = np.array([gains[p.source] * (other(p, lines) - plain(p, lines)) for p in points])
-        return np.asarray(self.sweeps.nodes.coefficients(added))
+        return np.array([gains[p.source] * transfer(p, lines) for p in points])
 
     def size(self, signal: Complex) -> float:
         """Size of a signal, in sigma: what laws, readings, gain and declared quantities leave, to first order."""
@@ -206,12 +212,17 @@ class EffectSize:
 
     def _with(self, signal: Complex) -> GapSweeps:
         """Sweeps of the specimen without effects plus `signal`."""
-        plain = linearise_all(self.specimen.twin, self.sweeps, self.state, (), self.executor)
         compressed = tuple(
-            replace(sweep, coefficients=e.predicted + own)
-            for sweep, e, own in zip(self.sweeps.compressed, plain, signal, strict=True)
+            replace(sweep, coefficients=plain + own)
+            for sweep, plain, own in zip(self.sweeps.compressed, self._predicted, signal, strict=True)
         )
         return replace(self.sweeps, compressed=compressed)
+
+    @cached_property
+    def _predicted(self) -> list[Complex]:
+        """Spline coefficients (K, n) of every sweep without effects."""
+        plain = linearise_all(self.specimen.twin, self.sweeps, self.state, (), self.executor)
+        return [one.predicted for one in plain]
 
 
 def expected_frf(specimen: Specimen, share: float, rng: np.random.Generator) -> tuple[Frf, float]:

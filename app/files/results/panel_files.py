@@ -27,7 +27,7 @@ from analysis.focusing.played import Played
 from analysis.focusing.radiated import Radiation
 from app.files.atomic import atomic_hdf5
 from app.files.declarations.panel import panel_of_text
-from app.files.hdf5_file import read_value, result_file, write_value
+from app.files.hdf5_file import Value, read_value, result_file, write_value
 from app.files.provenance import read_stamp, stamp
 
 
@@ -128,16 +128,12 @@ def save_compensation(
     made_from : mapping
         Provenance.
     """
-    with atomic_hdf5(target) as file:
-        begin_result(file, panel, made_from)
-        write_value(file.create_group("compensation"), compensation)
+    _save(target, panel, "compensation", compensation, made_from)
 
 
 def load_compensation(path: Path) -> tuple[Panel, Compensation]:
     """Read back what `save_compensation` wrote."""
-    with result_file(path, "compensate") as file:
-        panel = panel_of_text(str(file.attrs["panel"]), str(path))
-        return panel, read_value(file["compensation"], Compensation)
+    return _load(path, "compensate", "compensation", Compensation)
 
 
 def save_radiation(target: Path, panel: Panel, radiation: Radiation, made_from: Mapping[str, Any]) -> None:
@@ -148,16 +144,26 @@ def save_radiation(target: Path, panel: Panel, radiation: Radiation, made_from: 
     made_from : mapping
         Provenance.
     """
-    with atomic_hdf5(target) as file:
-        begin_result(file, panel, made_from)
-        write_value(file.create_group("radiation"), radiation)
+    _save(target, panel, "radiation", radiation, made_from)
 
 
 def load_radiation(path: Path) -> tuple[Panel, Radiation]:
     """Read back what `save_radiation` wrote."""
-    with result_file(path, "radiation") as file:
+    return _load(path, "radiation", "radiation", Radiation)
+
+
+def _save(target: Path, panel: Panel, name: str, value: object, made_from: Mapping[str, Any]) -> None:
+    """Write a value of a panel under its name."""
+    with atomic_hdf5(target) as file:
+        begin_result(file, panel, made_from)
+        write_value(file.create_group(name), value)
+
+
+def _load(path: Path, verb: str, name: str, kind: type[Value]) -> tuple[Panel, Value]:
+    """Read a value of a panel; errors name the verb that makes the file."""
+    with result_file(path, verb) as file:
         panel = panel_of_text(str(file.attrs["panel"]), str(path))
-        return panel, read_value(file["radiation"], Radiation)
+        return panel, read_value(file[name], kind)
 
 
 @dataclass(frozen=True)
