@@ -306,6 +306,9 @@ class _Descent:
             elif step.predicted_decrease < 10.0 * settled:
                 done = True
                 break
+            elif best.away > NEAR_ENOUGH:
+                # derivatives from elsewhere may be why: a sensor beside its place stayed 0.3 mm from it, damped
+                best, last, share = self.evaluate(best.state, free), np.inf, 1.0
             elif share == 1.0 and damping == 0.0 and not _astray(best, trial):
                 # shorten the step first: with nearly collinear unknowns, damping changes its direction
                 share = BACKTRACKED
