@@ -280,14 +280,21 @@ def relocated(context: SearchContext, baseline: GapFit, fit: GapFit) -> GapFit:
 
 
 def _placed_again(context: SearchContext, fit: GapFit, rest: GapFit, name: str) -> GapFit:
-    """Return the best of `fit` and of fits from other sites of an effect that `rest` lacks."""
+    """Return the best of `fit` and of fits from other sites of an effect that `rest` lacks.
+
+    Without the first of two alike, the second takes its name: then the second is what `rest` lacks. What is only
+    beside the effect is missing, too.
+    """
     on = tuple(fit.state.effects)
+    missing = [one for one in on if one not in rest.state.effects]
+    name = name if name in missing else missing[0]
+    beside = {one: fit.state.effects[one] for one in missing}
     contest = score_test(context.model, context.sweeps, rest, context.executor, effects=(name,))
     sites = sorted(contest.at_sites(name), key=lambda c: -c.gain)[:SITES_REFITTED]
     few, reference = at_few_temperatures(context, rest)
     best = None
     for site in sites:
-        start = started_from(reference, on, absent(context, contest, site))
+        start = started_from(reference, on, {**beside, **absent(context, contest, site)})
         enough = -2.0 * best.log_evidence if best else float("inf")
         trial = few.fit_from(start, on, enough=enough)
         best = trial if best is None or trial.log_evidence > best.log_evidence else best
