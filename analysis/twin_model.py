@@ -56,6 +56,31 @@ class Linearisation:
     by_parameter: Complex
 
 
+@dataclass(frozen=True)
+class ModalParts:
+    """What single modes of a plate contribute to the transfer of one sweep.
+
+    Attributes
+    ----------
+    poles : (M,) complex ndarray
+        Squared angular frequencies, rad2/s2, from the lowest mode of the plate on: a mode has the same place at
+        all temperatures.
+    parts : (M, K, F) complex ndarray
+        Of each mode to the transfer.
+    frequency : (F,) ndarray, Hz
+    """
+
+    poles: Complex
+    parts: Complex
+    frequency: Real
+
+    @property
+    def by_pole(self) -> Complex:
+        """Derivatives (M, K, F) by relative shifts a of frequencies; i times them by b, half of loss factors."""
+        square = (2.0 * np.pi * self.frequency) ** 2
+        return np.asarray(-2.0 * (self.poles[:, None] / (self.poles[:, None] - square))[:, None] * self.parts)
+
+
 class TwinModel(Protocol):
     """A twin as estimators see it: laws and effects in, transfer and its derivatives out."""
 
@@ -135,6 +160,21 @@ class TwinModel(Protocol):
         ------
         ValueError
             Outside the box or the band, or for an effect's value outside the range its accuracy is certified for.
+        """
+        ...
+
+    def modal_parts(
+        self, laws: LocalLaws, frequency: Real, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
+    ) -> ModalParts:
+        """Parts of the transfer of one sweep by single modes, those in the band and near it.
+
+        Parameters
+        ----------
+        frequency : (F,) ndarray, Hz
+        effects : mapping
+            Values of those that are on.
+        point : SweepPoint, optional
+            As in `linearise`.
         """
         ...
 
@@ -250,3 +290,9 @@ class HeldEffects:
             As `analysis.twin_model.TwinModel.linearise`.
         """
         return self.twin.linearise(laws, frequency, {**self.held, **effects}, point, tangents)
+
+    def modal_parts(
+        self, laws: LocalLaws, frequency: Real, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
+    ) -> ModalParts:
+        """Return the parts of single modes with the held effects on, as `TwinModel.modal_parts`."""
+        return self.twin.modal_parts(laws, frequency, {**self.held, **effects}, point)

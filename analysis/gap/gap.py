@@ -20,7 +20,7 @@ from analysis.gap.fitting.residual_map import Signature, cell_sigma, residual_ma
 from analysis.gap.fitting.schur_complement import schur_complement
 from analysis.gap.fitting.state import starting_state
 from analysis.gap.imperfect.discrepancy import Discrepancy
-from analysis.gap.imperfect.naming import BesideDiscrepancy, Surety, beside_discrepancy, doubted
+from analysis.gap.imperfect.naming import BesideDiscrepancy, Surety, beside_discrepancy, doubt_of_scatter, doubted
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect, PlainTwin, Verdict
 from analysis.gap.search.confidence import against, equivalents, noise_evidence, probability, unknown_evidence
 from analysis.gap.search.context import SearchContext, explained
@@ -106,7 +106,7 @@ def find_gap(
     judgement = judge(context, found, tried[0] if tried else None)
     claimed = found.effects if judgement.verdict == "explained" else ()
     sure = {name: _surety(context, found, name) for name in claimed}
-    doubt = doubted(sure)
+    doubt = doubted(sure) or doubt_of_scatter(context, baseline, found.fit, sure)
     if doubt:
         judgement = Judgement("unknown", doubt)
     conclusion = _concluded(context, found, tried, judgement, sure)
@@ -195,7 +195,7 @@ def _beside(context: SearchContext, baseline: GapFit, beside: BesideDiscrepancy)
         beside.baseline,
         tuple(_named(context, beside.final, name, sure) for name, sure in beside.sure.items()),
         beside.tried,
-        (beside.found.baseline.scatter, beside.found.final.scatter),
+        beside.found.scatter,
     )
 
 

@@ -71,6 +71,10 @@ LEAST_GAIN = 6.0
 """Smallest evidence of an effect, nats, reduced for the twin's own error: on a hundred campaigns without effects
 the best candidate gained 4 at most, an effect of six sigma gains 6 to 17."""
 
+NO_DOUBT = 100.0
+"""Evidence of each effect, nats, above which effects that bring the twin down to the noise are not compared with
+modes that scatter: nothing that they do not contain is imitated so well."""
+
 NOISE_BELOW = 0.99
 """Share of noise alone that has less evidence for an unknown discrepancy than the residual of named effects, from
 which this residual is not noise. One value in nats does not suit all campaigns: noise exceeds 5 nats in some per

@@ -17,18 +17,21 @@ from numpy.typing import ArrayLike, NDArray
 from analysis.arrays import Complex, Real
 from analysis.material import LocalLaws
 from analysis.recordings.sweep_point import SweepPoint
-from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, Tangent
+from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, ModalParts, Tangent
 from simulation.reduction.composition import COMPLEX_STEP, Composite
 from simulation.reduction.reduced_model import certified_lines
 from simulation.state.plate_state import PlateState
 from simulation.twin.instrumented_plate import InstrumentedPlate, Plate, StateEffects, States, steady
 from simulation.twin.local_plate import CompositeSlopes, LocalPlate
-from simulation.twin.local_solution import LocalSolution
+from simulation.twin.local_solution import LineSolver, LocalSolution
 from simulation.twin.recorded_signals import Derivatives, SignalReading
 
 MOVE_SHARE = 1e-4
 """Share of the moves for the difference: it has an error of some parts of this share, and rounding of 1e-12 over
 it. With 1e-2 derivatives were wrong by 0.4 %, and fits ended beside their minimum."""
+
+NEAR_BAND = 1.3
+"""Factor beyond the ends of the band up to which modes count as near it."""
 
 Step = tuple[str | int, ...]
 
@@ -377,6 +380,36 @@ class Twin(InstrumentedPlate[Plate]):
         if not here.drifts:
             return found
         return replace(found, transfer=found.transfer + here.drift(lines) * found.by_temperature)
+
+    def modal_parts(
+        self, laws: LocalLaws, frequency: ArrayLike, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
+    ) -> ModalParts:
+        """Parts of single modes, see `analysis.twin_model.TwinModel`: of the plate without what is attached to it.
+
+        Parameters
+        ----------
+        frequency : (F,) array_like, Hz
+        effects : mapping
+            Values of those that are on.
+        point : SweepPoint, optional
+            As in `frf`.
+        """
+        lines, here = certified_lines(frequency, self.band), point or steady(laws)
+        energy = self.settled_energy(here, laws, effects, list(effects), lines)
+        state = Vicinity(self.states, here, laws, effects, lines, energy).state(energy)
+        solved = self.solved(state, lines)
+        reading = self._reading(solved, here)
+        form = solved.modal or LineSolver.of(solved.plate, state, lines).modes
+        angular = np.sqrt(np.abs(form.poles.real)) / (2.0 * np.pi)
+        count = int(np.searchsorted(angular, NEAR_BAND * lines[-1]))
+        near = np.flatnonzero(angular[:count] > lines[0] / NEAR_BAND)
+        coupling = solved.composite.coupling
+        seen, driven = coupling.T @ form.shapes[:, near], form.inverse[near] @ coupling
+        terms = 1.0 / (form.poles[near, None] - (2.0 * np.pi * lines) ** 2)
+        parts = np.zeros((count, *reading.response.shape), complex)
+        heard = np.einsum("kpf,pm->mkf", reading.sense, seen, optimize=True)
+        parts[near] = heard * ((driven @ reading.drive) * terms)[:, None] * reading.factor
+        return ModalParts(form.poles[:count], parts, lines)
 
     def _reading(self, solved: LocalSolution, point: SweepPoint) -> SignalReading:
         return SignalReading.of(solved, solved.state, self.driven_at(point), self.plate.capacitance)

@@ -13,7 +13,7 @@ from analysis.gap.fitting.normal_equations import GLOBAL, SweepEquations, Whiten
 from analysis.gap.fitting.state import GapState
 from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.sweep_point import SweepPoint
-from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, Tangent, TwinModel
+from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, ModalParts, Tangent, TwinModel
 
 HELD = 1e-9
 """Standard deviation, as a share of its range, of a shape that is held."""
@@ -150,6 +150,12 @@ class LinearisedSweeps:
         """
         return self.model.linearise(laws, frequency, effects, point, tangents)
 
+    def modal_parts(
+        self, laws: LocalLaws, frequency: Real, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
+    ) -> ModalParts:
+        """Return the parts of single modes by the twin, as `TwinModel.modal_parts`."""
+        return self.model.modal_parts(laws, frequency, effects, point)
+
     def placed(self, places: Mapping[str, Values]) -> "LinearisedSweeps":
         """Return the same with effects that are off held at some places: values of their shapes, by effect."""
         return replace(self, places={**self.places, **places})
@@ -175,7 +181,7 @@ class LinearisedSweeps:
         list of SweepEquations
         """
         own = GLOBAL + len(state.log_gain)
-        wanted = np.array([self._column(one) for one in tangents], dtype=int)
+        wanted = np.array([self.column(one) for one in tangents], dtype=int)
         shared, found = self._shared(state), []
         for sweep, white in enumerate(self.white):
             step = np.concatenate([self._own(sweeps, sweep, state), shared])
@@ -191,8 +197,8 @@ class LinearisedSweeps:
             found.append(SweepEquations.summed(parts))
         return found
 
-    def _column(self, tangent: Tangent) -> int:
-        """Find the column of a parameter; -1 for a shape that is held."""
+    def column(self, tangent: Tangent) -> int:
+        """Find the column of a parameter among those of `white`; -1 for a shape that is held."""
         return self.columns.get(_key(tangent, self.state, self.model), -1)
 
     def _own(self, sweeps: GapSweeps, sweep: int, state: GapState) -> Real:
@@ -216,7 +222,7 @@ class LinearisedSweeps:
             # of an effect that is switched off only the amplitudes go to zero
             moving = [p.name for p in cards[name].parameters if name in state.on or not p.shape]
             for parameter in moving:
-                place = self._column((name, parameter, values))
+                place = self.column((name, parameter, values))
                 if place >= 0:
                     now, then = (one.on.get(name, {}).get(parameter, 0.0) for one in (state, self.state))
                     step[place - first] = now - then

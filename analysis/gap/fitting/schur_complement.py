@@ -177,7 +177,7 @@ def schur_complement(
     -------
     SchurComplement
     """
-    columns = _columns(sweeps, state)
+    columns = law_columns(sweeps, state)
     data = weight * np.array([e.matrix for e in equations])
     pulls = weight * np.array([e.gradient for e in equations])
     every = columns.reshape(-1, columns.shape[2]).T
@@ -221,8 +221,8 @@ def _blocks(covariance: Real) -> Real:
     return np.array([covariance[k : k + 3, k : k + 3] for k in range(0, len(covariance), 3)]).reshape(-1, 3, 3)
 
 
-def _columns(sweeps: GapSweeps, state: GapState) -> Real:
-    """Differentiate each sweep's own columns by the eliminated unknowns, (T, 10, N)."""
+def law_columns(sweeps: GapSweeps, state: GapState) -> Real:
+    """Differentiate each sweep's own columns by the unknowns of temperatures and sweeps, (T, 10, N)."""
     groups, smoothness = sweeps.groups, sweeps.smoothness
     laws, contrasts = 3 * len(groups.size) + smoothness.unknowns, sweeps.count - len(groups.size)
     found = np.zeros((sweeps.count, GLOBAL, laws + contrasts))

@@ -144,12 +144,6 @@ class DiscrepancyShape:
         along, across = 1.0 / np.sqrt(1.0 + self.together[:, None] * self.variances(scatter))
         return LineWeights(self.direction, along, across)
 
-    def independent(self, sweeps: GapSweeps, scatter: Discrepancy) -> float:
-        """Return how many independent real numbers the sweeps hold beside a discrepancy."""
-        variance = self.variances(scatter)
-        count = (1.0 + variance) / (1.0 + self.together[:, None] * variance)
-        return float(count[:, sweeps.rows].sum())
-
     def penalty(self, sweeps: GapSweeps, scatter: Discrepancy) -> float:
         """Minus the log evidence of the scatter itself, beside that of the weighted fit, nats.
 

@@ -5,14 +5,14 @@ the scatter of many modes smaller at once: its evidence is about the number of m
 scatter before over that after. So no residual has to be noise for a name to be sure.
 """
 
-from collections.abc import Container, Sequence
+from collections.abc import Collection, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
 
 from analysis.arrays import Complex, Real
-from analysis.effect_card import Values
+from analysis.effect_card import EffectCard
 from analysis.gap.data.sweeps import LineWeights
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit, Uncertainty
@@ -21,10 +21,10 @@ from analysis.gap.fitting.normal_equations import WhitenedSweep, whiten_all
 from analysis.gap.fitting.schur_complement import SchurComplement, schur_complement
 from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.discrepancy import Discrepancy, DiscrepancyShape
+from analysis.gap.imperfect.random_effects import Found, RandomEffects
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.observability import observability
-from analysis.gap.search.refit import absent
-from analysis.gap.search.score_test import Candidate, ScoreTest, score_test
+from analysis.gap.search.score_test import ScoreTest, score_test
 from analysis.gap.thresholds import CLASS_NATS, LEAST_GAIN
 from analysis.twin_model import Tangent
 
@@ -55,38 +55,33 @@ class Imperfect:
         To these.
     shape : DiscrepancyShape
     scatter : Discrepancy
-    tries : int
-        Number of places at which its last effect was tried, where it is held at the best of them: the logarithm
-        is subtracted from the evidence. Where the place is fitted, the evidence contains its uncertainty.
     """
 
     context: SearchContext
     fit: GapFit
     shape: DiscrepancyShape
     scatter: Discrepancy
-    tries: int = 1
 
     @property
     def effects(self) -> tuple[str, ...]:
         """Effects of the twin, in the order they were found."""
         return tuple(self.fit.state.effects)
 
+    def at(self, state: GapState) -> "Imperfect":
+        """Return the same with other values of what was fitted."""
+        prior, declared = self.fit.free.penalties(self.fit.free.read(state.on))
+        return replace(self, fit=replace(self.fit, state=state, prior=prior, declared=declared))
+
+    def idle(self, cards: Mapping[str, EffectCard]) -> bool:
+        """Whether an effect was fitted to nothing: its place is then none, and costs no evidence."""
+        values = self.fit.state.effects
+        return any(not any(one[p.name] for p in cards[name].amplitudes) for name, one in values.items())
+
     @property
     def far(self) -> bool:
         """Whether resonances are off by so much of their half width that they are not where first order ends."""
         half = 0.5 * float(np.exp(self.fit.state.laws[:, 2].mean()))
         return self.scatter.frequency > FAR * half
-
-    @property
-    def evidence(self) -> float:
-        """Log evidence of twin and discrepancy, up to a constant common to all sets of effects."""
-        found = self.fit.log_evidence - self.shape.penalty(self.context.sweeps, self.scatter)
-        return found - float(np.log(self.tries))
-
-    def relative(self, gain: float) -> float:
-        """Turn a log evidence at this scatter into one with a scatter of its own: Student's, not Gauss', nats."""
-        count = self.shape.independent(self.context.sweeps, self.scatter)
-        return float(np.copysign(0.5 * count * np.log1p(2.0 * abs(gain) / count), gain))
 
 
 @dataclass(frozen=True)
@@ -97,6 +92,8 @@ class ImperfectResult:
     ----------
     baseline, final : Imperfect
         Without effects, and with those found.
+    scatter : tuple of Discrepancy
+        Of their modes.
     last : ScoreTest
         At `final`.
     gains : mapping of str to float
@@ -107,13 +104,14 @@ class ImperfectResult:
 
     baseline: Imperfect
     final: Imperfect
+    scatter: tuple[Discrepancy, Discrepancy]
     last: ScoreTest
     gains: dict[str, float]
     rivals: dict[str, dict[str, float]]
 
 
 class ImperfectSearch:
-    """Stepwise search in which each set of effects is judged beside the discrepancy that it leaves.
+    """Stepwise search in which each set of effects is judged beside the scatter of modes that it leaves.
 
     Candidates are compared on the campaign linearised at the present twin, with all candidates' derivatives; only
     the best is fitted with the twin itself.
@@ -132,46 +130,84 @@ class ImperfectSearch:
 
     def run(self) -> ImperfectResult:
         """Add effects while there is evidence for one more, then leave out and exchange each."""
-        at = self._begun
-        near = _Neighbours.of(self.plain, at)
+        near = self._neighbours(self._begun)
+        plain = near.judged if near.at is self._baseline else self._judged(self._baseline)
+        alone = near.here if near.at is self._baseline else plain.here()
         blind = near.blind()
-        while len(at.effects) < MOST_EFFECTS:
-            better = self._better(at, near.extended(blind))
+        while len(near.at.effects) < MOST_EFFECTS:
+            better = self._better(near, near.extended(blind))
             if better is None:
                 break
-            at, near = better, _Neighbours.of(self.plain, better)
+            near = better
         for _ in range(MOST_EFFECTS):
-            gains = near.gains(self._baseline)
+            gains = near.gains()
             idle = [name for name, gain in gains.items() if gain < LEAST_GAIN]
             if idle:
-                dropped = min(idle, key=gains.__getitem__)
-                at = self._fitted(at, near.state_without(dropped), at)
-                near = _Neighbours.of(self.plain, at)
+                near = self._neighbours(self._fitted(near, near.left(min(idle, key=gains.__getitem__))))
                 continue
             rivals, swapped = near.contested(blind)
-            better = self._better(at, swapped, CLASS_NATS)
+            better = self._better(near, swapped, CLASS_NATS)
             if better is None:
-                return ImperfectResult(self._baseline, at, near.screening, gains, rivals)
-            at, near = better, _Neighbours.of(self.plain, better)
-        gains, (rivals, _) = near.gains(self._baseline), near.contested(blind)
-        return ImperfectResult(self._baseline, at, near.screening, gains, rivals)
+                break
+            near = better
+        else:
+            gains, (rivals, _) = near.gains(), near.contested(blind)
+        baseline = self._likeliest(self._baseline, plain, alone)
+        final = baseline if near.at is self._baseline else self._likeliest(near.at, near.judged, near.here)
+        return ImperfectResult(baseline, final, (alone.scatter, near.here.scatter), near.screening, gains, rivals)
 
-    def _better(self, at: Imperfect, tried: Sequence[Imperfect], least: float = LEAST_GAIN) -> Imperfect | None:
+    def over_scatter(self) -> float | None:
+        """Log evidence of the effects begun with over none, nats; None where without them modes do not scatter."""
+        judged = self._judged(self._begun)
+        here = judged.here()
+        alone = judged.without(self._begun.effects, here)
+        return here.evidence - alone.evidence if judged.scatters(alone) else None
+
+    def _likeliest(self, at: Imperfect, judged: RandomEffects, found: Found) -> Imperfect:
+        """Move a fit, which weighs what modes share, to where all unknowns are likeliest beside random effects."""
+        first = at.at(judged.moved(found))
+        try:
+            return first.at(self._judged(first).moved(found))
+        except ValueError:  # beyond what the twin is certified for
+            return at
+
+    def _better(
+        self, near: "_Neighbours", tried: Sequence["_Trial"], least: float = LEAST_GAIN
+    ) -> "_Neighbours | None":
         """Fit the most promising sets with the twin, until one is better by `least` nats; None if none is."""
-        best = sorted(tried, key=lambda t: -t.evidence)
-        promising = [t for t in best if t.evidence - at.evidence > 0.5 * least]
-        if at.far:  # first order tells little
+        best = sorted(tried, key=lambda trial: -trial.gain)
+        promising = [trial for trial in best if trial.gain > 0.5 * least]
+        if near.at.far:  # first order tells little
             promising = best
         for trial in promising[:FITTED]:
-            found = self._fitted(at, trial.fit.state, trial)
-            if found.fit.plausible and found.evidence - at.evidence >= least:
+            fitted = self._fitted(near, trial.state)
+            if not fitted.fit.plausible or fitted.idle(self.plain.model.cards):
+                continue
+            found = self._neighbours(fitted)
+            if found.over(near.at.effects) >= least:
                 return found
         return None
 
-    def _fitted(self, at: Imperfect, state: GapState, near: Imperfect) -> Imperfect:
-        """Fit a set of effects with the twin itself, from where the campaign linearised at `at` leaves it."""
-        context = self.plain.weighted(near.context.sweeps.weights)
-        state = state.promoted(context.model.cards)
+    def _neighbours(self, at: Imperfect) -> "_Neighbours":
+        self.plain.report("beside a discrepancy", min(0.2 * len(at.effects), 0.8))
+        linear = self._linearised(at, candidates=True)
+        here = self.plain.seen_by(linear)
+        judged = RandomEffects.of(linear, self.plain.sweeps)
+        screening = _screened(here.weighted(at.context.sweeps.weights), at.fit)
+        return _Neighbours(at, here, screening, judged, judged.here())
+
+    def _judged(self, at: Imperfect) -> RandomEffects:
+        return RandomEffects.of(self._linearised(at, candidates=False), self.plain.sweeps)
+
+    def _linearised(self, at: Imperfect, *, candidates: bool) -> LinearisedSweeps:
+        plain = self.plain
+        return LinearisedSweeps.of(plain.model, plain.sweeps, at.fit.state, plain.executor, candidates=candidates)
+
+    def _fitted(self, near: "_Neighbours", state: GapState) -> Imperfect:
+        """Fit a set of effects with the twin itself, from where the campaign linearised near it leaves it."""
+        first, names = near.settled(state), tuple(state.effects)
+        context, at = self.plain.weighted(first.context.sweeps.weights), near.at
+        state = first.fit.state.promoted(context.model.cards)
         names = tuple(state.effects)
         try:
             fit = context.fit(state, names)
@@ -184,72 +220,105 @@ class ImperfectSearch:
 
 
 @dataclass(frozen=True)
+class _Trial:
+    """A set of effects near that of a twin, on the campaign linearised there.
+
+    Attributes
+    ----------
+    state : GapState
+        From which it is fitted.
+    gain : float
+        Log evidence over the twin's, nats, less the logarithm of the number of places at which the added effect
+        was tried. Where a place is fitted, the evidence contains its uncertainty.
+    """
+
+    state: GapState
+    gain: float
+
+
+@dataclass(frozen=True)
 class _Neighbours:
     """Sets of effects near that of a twin, on the campaign linearised there."""
 
     at: Imperfect
     plain: SearchContext
     screening: ScoreTest
-
-    @classmethod
-    def of(cls, plain: SearchContext, at: Imperfect) -> "_Neighbours":
-        plain.report("beside a discrepancy", min(0.2 * len(at.effects), 0.8))
-        linear = LinearisedSweeps.of(plain.model, plain.sweeps, at.fit.state, plain.executor)
-        here = plain.seen_by(linear)
-        return cls(at, here, _screened(here.weighted(at.context.sweeps.weights), at.fit))
+    judged: RandomEffects
+    here: Found
 
     def blind(self) -> set[str]:
         """Tell which effects the campaign does not show beside noise; whether beside more, evidence tells."""
         seen = observability(_screened(self.plain, self.at.fit), self.plain.model.cards)
         return {one.effect for one in seen if not one.observable}
 
-    def extended(self, blind: Container[str]) -> list[Imperfect]:
-        """Try sets with one effect more, those that fit best to first order.
+    def extended(self, blind: Container[str]) -> list[_Trial]:
+        """Try sets with one effect more, those of most evidence at the present scatter."""
+        return [trial for _, trial in self._ranked((), blind)]
 
-        Their evidence need not be above 0 yet: at the scatter without an effect, to explain all of it gains half a
-        nat a number, less than its prior may cost.
-        """
-        worth = [c for c in self.screening.candidates() if c.effects[0] not in blind]
-        worth.sort(key=lambda c: -c.fit)
-        return [self._with(self.at.fit.state, self.screening, c) for c in worth[:TRIED]]
-
-    def state_without(self, name: str) -> GapState:
+    def left(self, name: str) -> GapState:
         """State of the twin with one effect switched off."""
         return self.at.fit.state.without(name)
 
-    def gains(self, baseline: Imperfect) -> dict[str, float]:
+    def gains(self) -> dict[str, float]:
         """Log evidence of each effect over the set without it, nats."""
-        effects = self.at.effects
-        if len(effects) == 1:  # what is without it is known, not to first order only
-            return {effects[0]: self.at.evidence - baseline.evidence}
-        return {name: self.at.evidence - self._settled(self.state_without(name)).evidence for name in effects}
+        return {
+            name: self.here.evidence - self.judged.without((name,), self.here).evidence for name in self.at.effects
+        }
 
-    def contested(self, blind: Container[str]) -> tuple[dict[str, dict[str, float]], list[Imperfect]]:
+    def over(self, others: Sequence[str]) -> float:
+        """Log evidence over a set with one effect less, or another one, nats.
+
+        Both on the campaign linearised here: of one set, far from the data, it differs by tens of nats between two
+        twins.
+        """
+        (new,) = set(self.at.effects) - set(others)
+        known = set(others) - set(self.at.effects)
+        if not known:
+            return self.here.evidence - self.judged.without((new,), self.here).evidence
+        return -dict(self._ranked((new,), (), known))[known.pop()].gain
+
+    def contested(self, blind: Container[str]) -> tuple[dict[str, dict[str, float]], list[_Trial]]:
         """Log evidence of each other effect in the place of each, relative to it, and the sets tried for it."""
         rivals: dict[str, dict[str, float]] = {}
         swapped = []
         for name in self.at.effects:
-            contest = self.screening.without(name)
-            candidates = {c.effects[0]: c for c in contest.candidates() if c.effects[0] not in blind}
-            own = candidates.pop(name).gain
-            relative = {other: self.at.relative(c.gain - own) for other, c in candidates.items()}
-            for other in sorted(relative, key=relative.__getitem__, reverse=True)[:TRIED]:
-                trial = self._with(self.state_without(name), contest, candidates[other])
-                relative[other] = trial.evidence - self.at.evidence
-                swapped.append(trial)
-            rivals[name] = relative
+            ranked = self._ranked((name,), blind)
+            rivals[name] = {other: trial.gain for other, trial in ranked}
+            swapped += [trial for _, trial in ranked[:TRIED]]
         return rivals, swapped
 
-    def _with(self, state: GapState, screening: ScoreTest, candidate: Candidate) -> Imperfect:
-        added = absent(self.plain, screening, candidate)
-        found = self._settled(replace(state, effects={**state.effects, **added}), added)
-        sites = len(self.plain.model.cards[candidate.effects[0]].sites)
-        return replace(found, tries=sites)
+    def _ranked(
+        self, left_out: Collection[str], blind: Container[str], only: Collection[str] = ()
+    ) -> list[tuple[str, _Trial]]:
+        """Other effects at their best sites, beside all that are on but some; the best with their own scatter."""
+        near = self.judged.without(left_out, self.here) if left_out else self.here
+        on, cards = [name for name in self.at.effects if name not in left_out], self.plain.model.cards
+        kept, screened = self.at.fit.state, {}
+        for name in left_out:
+            kept = kept.without(name)
+        for name in only or cards:
+            card = cards[name]
+            if name in self.at.effects or name in blind or (card.after and card.after not in on):
+                continue
+            sites = [(self.judged.screened(name, site, near, left_out), site) for site in card.sites]
+            screened[name] = max(sites, key=lambda one: one[0].evidence)
+        found = []
+        for place, name in enumerate(sorted(screened, key=lambda name: -screened[name][0].evidence)):
+            (one, site), card = screened[name], cards[name]
+            if place < TRIED:
+                one = self.judged.with_effect(name, site, near, left_out)
+            amplitudes = dict(zip((p.name for p in card.amplitudes), one.values, strict=True))
+            gain = one.evidence - float(np.log(len(card.sites))) - self.here.evidence
+            state = replace(kept, effects={**kept.effects, name: {**card.zero(site), **amplitudes}})
+            found.append((name, _Trial(state, gain)))
+        return sorted(found, key=lambda one: -one[1].gain)
 
-    def _settled(self, state: GapState, places: dict[str, Values] | None = None) -> Imperfect:
-        plain, weights = self.plain, self.at.context.sweeps.weights
-        linear = cast(LinearisedSweeps, plain.model)
-        here = plain.seen_by(linear.placed(places or {}))
+    def settled(self, state: GapState) -> Imperfect:
+        """Fit a set of effects on the linearised campaign, what is off here held at its place."""
+        added = {name: values for name, values in state.effects.items() if name not in self.at.fit.state.effects}
+        weights = self.at.context.sweeps.weights
+        linear = cast(LinearisedSweeps, self.plain.model)
+        here = self.plain.seen_by(linear.placed(added))
         fit = here.weighted(weights).fit(state, tuple(state.effects))
         return settled(here, fit.state, self.at.fit.predicted, weights.undone(fit.residual), fit.determined)
 

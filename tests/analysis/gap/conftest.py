@@ -15,7 +15,7 @@ from analysis.gap.fitting.state import plain_state
 from analysis.material import LocalLaws, Material, MaterialBox
 from analysis.recordings.frf import Frf
 from analysis.recordings.sweep_point import SweepPoint
-from analysis.twin_model import Linearisation
+from analysis.twin_model import Linearisation, ModalParts
 from analysis.updated import Updated
 
 MODES = 10
@@ -84,6 +84,10 @@ class ToyPlate:
         return frequency, residue, by_nu, patterns
 
     def transfer(self, point, laws, effects: Mapping, frequency):
+        added = effects["feedthrough"]["gain"] if "feedthrough" in effects else 0.0
+        return self.modal_parts(laws, frequency, effects, point).parts.sum(axis=0) + added
+
+    def modal_parts(self, laws, frequency, effects, point):
         f0, residue, by_nu, pattern = self.modes()
 
         def on(name, parameter):
@@ -109,10 +113,11 @@ class ToyPlate:
             square = square * (1.0 - 0.02 * weak * pattern[2] ** 2)
         residue = np.roll(residue, 3 * point.source, axis=1)  # another place drives the same modes
         omega = 2 * np.pi * frequency
-        dynamic = square[:, None] * (1.0 + 1j * (loss * np.ones(MODES))[:, None]) - omega**2
-        h = 0.02 * residue @ ((2 * np.pi * f0[:, None]) ** 2 * eta_scale(f0)[:, None] / dynamic)
-        h = h * (1.0 + on("drift", "alpha") * (point.temperature - 25.0))
-        return h * np.exp(-1j * omega * on("delay", "seconds")) + on("feedthrough", "gain")
+        poles = square * (1.0 + 1j * loss * np.ones(MODES))
+        strength = 0.02 * residue.T * ((2 * np.pi * f0) ** 2 * eta_scale(f0))[:, None]
+        strength = strength * (1.0 + on("drift", "alpha") * (point.temperature - 25.0))
+        delayed = np.exp(-1j * omega * on("delay", "seconds")) / (poles[:, None] - omega**2)
+        return ModalParts(poles, strength[:, :, None] * delayed[:, None], frequency)
 
     def frf(self, laws, frequency, effects, point):
         return self.transfer(point, laws, effects, frequency)

@@ -208,3 +208,34 @@ def test_several_inputs_answer_as_each_alone(experiment, reduced):
     alone = Twin(DeclaredPlate(reduced), first, both).frf(laws, LINES)
     np.testing.assert_allclose(joint.frf(laws, LINES), alone, rtol=1e-12)
     assert np.abs(alone[-1] - expected.transfer[-1]).max() > 0.1 * np.abs(alone[-1]).max()
+
+
+def test_parts_of_modes_make_up_what_changes_with_the_modulus(twin):
+    """d/d log E moves every mode of a plate whose patches are thin by half, and d/d log eta turns it."""
+    laws, eta = LocalLaws.of_material(*MATERIAL), MATERIAL[2]
+    line, found = twin.linearise(laws, LINES), twin.modal_parts(laws, LINES)
+    assert found.parts.shape == (len(found.poles), len(line.transfer), LINES.size)
+    shift = 0.5 * found.by_pole.sum(axis=0)
+    loss = 1j * eta / (1.0 + 1j * eta) * shift
+    for k in range(len(shift)):
+        size = np.abs(line.by_material[0, k]).max()
+        assert np.abs(shift[k] - line.by_material[0, k]).max() < 0.1 * size
+        assert np.abs(loss[k] - line.by_material[2, k]).max() < 0.1 * np.abs(line.by_material[2, k]).max()
+
+
+def test_parts_of_modes_add_up_near_resonances(twin):
+    """What they leave is a background of far modes, without resonances."""
+    laws = LocalLaws.of_material(*MATERIAL)
+    transfer, found = twin.frf(laws, LINES), twin.modal_parts(laws, LINES)
+    rest = transfer - found.parts.sum(axis=0)
+    bend = np.abs(np.diff(rest, 2, axis=1)).max(axis=1)
+    assert (bend < 0.02 * np.abs(np.diff(transfer, 2, axis=1)).max(axis=1)).all()
+
+
+def test_a_mode_has_one_place_at_all_temperatures(twin):
+    """A stiffer plate has fewer modes in the band, each with the number that it has in a soft one."""
+    soft, stiff = (twin.modal_parts(LocalLaws.of_material(e, 0.37, 0.07), LINES) for e in (1.6e9, 2.9e9))
+    both = min(len(soft.poles), len(stiff.poles))
+    assert both < len(soft.poles)
+    ratio = np.sqrt(stiff.poles[:both].real / soft.poles[:both].real)[6:]
+    assert ratio == pytest.approx(np.sqrt(2.9 / 1.6), rel=0.05)

@@ -432,3 +432,15 @@ def test_it_refuses_what_was_not_certified(twin):
         twin.frf(LAWS, LINES, {"orthotropy": {"delta_e": 0.3, "delta_g": 0.0}}, POINT)
     with pytest.raises(ValueError, match="youngs_modulus"):
         twin.frf(replace(LAWS, value=LAWS.value + np.array([2.0, 0.0, 0.0])), LINES, point=POINT)
+
+
+def test_parts_of_modes_with_every_effect(twin):
+    """Of the plate without what is attached to it: near enough to tell what a mode's shift does.
+
+    All but a modulus that softens with the strain energy, which a shift of E changes, too.
+    """
+    for name in set(every_effect(twin)) - {"amplitude_softening"}:
+        at = {name: values_of(twin, name, 0.3)}
+        line, found = twin.linearise(LAWS, LINES, at, POINT), twin.modal_parts(LAWS, LINES, at, POINT)
+        away = np.abs(0.5 * found.by_pole.sum(axis=0) - line.by_material[0])
+        assert away.max() < 0.35 * np.abs(line.by_material[0]).max(), name

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.gap.imperfect.naming import beside_discrepancy
+from analysis.gap.imperfect.naming import Surety, beside_discrepancy, doubt_of_scatter
 
 
 @pytest.mark.parametrize("seed", [2, 3, pytest.param(5, marks=pytest.mark.slow)])
@@ -46,3 +46,19 @@ def test_an_effect_among_modes_that_scatter_is_named(scattered, effects, alike):
 def test_without_the_true_effect_nothing_is_claimed(scattered):
     context, baseline = scattered(3, 0.003, 0.015, {"taper": {"tx": 0.03}}, left_out=("taper", "draught"))
     assert not beside_discrepancy(context, baseline).claimed
+
+
+def test_modes_that_scatter_explain_a_gap_as_well_as_effects_that_are_not_there(scattered):
+    """An effect that is there, and one without any scatter, stand."""
+    unsure = {"taper": Surety(20.0, {}, (), 0.95)}
+
+    def said(frequency, effects):
+        context, baseline = scattered(3, frequency, 5.0 * frequency, effects)
+        fit = context.fit(baseline.state.with_effects({"taper": {"tx": 0.0}}), ("taper",))
+        return doubt_of_scatter(context, baseline, fit, unsure)
+
+    assert "modes that scatter" in said(0.003, None)
+    assert said(0.003, {"taper": {"tx": 0.03}}) == ""
+    assert said(0.0, None) == ""
+    context, baseline = scattered(3, 0.003, 0.015)
+    assert doubt_of_scatter(context, baseline, baseline, {"taper": Surety(200.0, {}, (), 0.95)}) == ""
