@@ -38,7 +38,7 @@ from drivers.rig.survey import (
     look_at_sound,
     serial_ports,
 )
-from drivers.soundcard.settings import SoundCard
+from drivers.soundcard.card import SoundCard
 
 EARLIEST = datetime(2025, 1, 1, tzinfo=UTC)
 """A clock that shows less was never set."""

@@ -128,5 +128,5 @@ class CardsSettings(Sparse):
 CARDS = Kinds(
     "flexura.cards",
     CardsSettings,
-    {"ni": "drivers.ni.wiring:Wiring", "soundcard": "drivers.soundcard.settings:SoundCard"},
+    {"ni": "drivers.ni.wiring:Wiring", "soundcard": "drivers.soundcard.card:SoundCard"},
 )

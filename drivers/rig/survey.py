@@ -11,8 +11,7 @@ from drivers.ni.errors import DaqError
 from drivers.ni.wiring import InputWiring
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import OvenSettings, open_oven
-from drivers.soundcard.card import NOT_STARTED, backend
-from drivers.soundcard.settings import SoundCard, channel_number
+from drivers.soundcard.card import NOT_STARTED, SoundCard, backend, channel_number
 
 if TYPE_CHECKING:
     from serial.tools.list_ports_common import ListPortInfo

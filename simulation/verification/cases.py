@@ -7,8 +7,7 @@ converged ones: they are shown, but not used in the comparison.
 
 import numpy as np
 
-from analysis.geometry.loop import Loop
-from analysis.geometry.shapes import circle, ellipse, polygon, rectangle
+from analysis.geometry.loop import Loop, circle, ellipse, polygon, rectangle
 from simulation.verification.case import Case, CaseMaterial, Support
 from simulation.verification.exact_plates import ExactDisc, HardRectangle, LevyPlate
 

@@ -27,7 +27,7 @@ from drivers.rig.campaign import Outcome, run_campaign
 from drivers.rig.rig import Rig
 from drivers.rig.session import Session
 from drivers.rig.simulated import simulated_parts
-from drivers.thermometers.settings import ThermometerSettings
+from drivers.thermometers.thermometer import ThermometerSettings
 
 LIGHT = Chamber(plate_capacity=180.0)
 """A plate that lags 30 s behind the air."""

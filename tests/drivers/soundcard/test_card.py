@@ -14,8 +14,7 @@ from drivers.clock import VirtualClock
 from drivers.ni.cards import CARDS
 from drivers.ni.errors import Action, DaqError
 from drivers.rig.survey import FindingState, look_at_sound
-from drivers.soundcard.card import SoundCards
-from drivers.soundcard.settings import SoundCard
+from drivers.soundcard.card import SoundCard, SoundCards
 from drivers.soundcard.simulated import PortAudioError, SimulatedSound, simulated_sound
 
 RATE = 44_100.0

@@ -10,7 +10,7 @@ from drivers.ovens.error import OvenError
 from drivers.ovens.simulated.controller import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.simulated.served import Disturbed, silenced
-from drivers.thermometers.settings import THERMOMETERS
+from drivers.thermometers.thermometer import THERMOMETERS
 
 DECLARED: dict[str, dict[str, Any]] = {
     "modbus-map": {
