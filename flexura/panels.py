@@ -47,7 +47,7 @@ Laws = File | MaterialLaws | Updating | GapComparison
 
 
 @dataclass(frozen=True)
-class GivenLaws:
+class _GivenLaws:
     """Laws of a panel's plate, from a file or in memory.
 
     Attributes
@@ -90,7 +90,7 @@ class GivenLaws:
         return (panel, []) if self.read is None else self.read.on(panel)
 
 
-def laws_read(laws: Laws | None, twin: File | None, verb: str) -> GivenLaws:
+def _laws_read(laws: Laws | None, twin: File | None, verb: str) -> _GivenLaws:
     """Read the laws that a panel's plate obeys.
 
     Parameters
@@ -114,17 +114,17 @@ def laws_read(laws: Laws | None, twin: File | None, verb: str) -> GivenLaws:
                 "twin takes the place of laws in memory: leave laws out, or name the run folder there"
             )
         if isinstance(laws, MaterialLaws):
-            return GivenLaws(laws)
+            return _GivenLaws(laws)
         found = laws.corrected.laws if isinstance(laws, GapComparison) else laws.laws
         if found is None:
             of = laws.plain if isinstance(laws, GapComparison) else laws
             raise ValueError(too_few(of.updated))
-        return GivenLaws(found)
-    read = laws_for(path_of(laws), path_of(twin), verb)
-    return GivenLaws(read.laws, read)
+        return _GivenLaws(found)
+    read = laws_for(_path_of(laws), _path_of(twin), verb)
+    return _GivenLaws(read.laws, read)
 
 
-def panel_followed(
+def _panel_followed(
     panel: File | Panel | None, method: Method | None, folder: Path | None, *, scanned: bool = False
 ) -> tuple[Panel, Path | None, Method]:
     """Choose panel and method of the filters that networks follow, as the verb does.
@@ -153,7 +153,7 @@ def panel_followed(
     """
     if isinstance(panel, Panel):
         return panel, None, method or "stif"
-    named = path_of(panel)
+    named = _path_of(panel)
     if folder is None:
         file = named or SECTION_2
         return read_panel(file), file, method or "stif"
@@ -161,7 +161,7 @@ def panel_followed(
     return *choose(named, folder, {}), method_for(method, named, folder)
 
 
-def folder_of(run: Laws | None, transfers: Path) -> Path:
+def _folder_of(run: Laws | None, transfers: Path) -> Path:
     """Run folder of the filters that were designed from transfers; that of the transfers where none is named."""
     if run is None:
         return transfers.parent
@@ -170,7 +170,7 @@ def folder_of(run: Laws | None, transfers: Path) -> Path:
     return as_path(run)
 
 
-def kept(out: File | None, laws: Path | None, panel: Path | None) -> tuple[Path | None, Mapping[str, str]]:
+def _kept(out: File | None, laws: Path | None, panel: Path | None) -> tuple[Path | None, Mapping[str, str]]:
     """Make the run folder for results that are to be written.
 
     Parameters
@@ -202,7 +202,7 @@ def kept(out: File | None, laws: Path | None, panel: Path | None) -> tuple[Path 
     return writable_folder(as_path(out), "out"), {path.name: sha256(path) for path in files}
 
 
-def path_of(file: File | None) -> Path | None:
+def _path_of(file: File | None) -> Path | None:
     """Path of a file, if one is named."""
     return None if file is None else as_path(file)
 
@@ -260,13 +260,13 @@ def focus(
         _require_none(laws=laws, twin=twin)
         named = () if temperature is None else numbers(temperature)
         measured = measured_panel(declared, as_path(transfers), named)
-        run, inputs = kept(out, as_path(transfers), file)
+        run, inputs = _kept(out, as_path(transfers), file)
         with computing(shown=progress) as report:
             found = focus_stage.compute_measured(measured, report, method=method)
     else:
-        given = laws_read(laws, twin, "focus")
+        given = _laws_read(laws, twin, "focus")
         extent = given.extent
-        run, inputs = kept(out, given.path, file)
+        run, inputs = _kept(out, given.path, file)
         span, wanted = np.array(range_of(declared, given.laws, given.origin, extent)), None
         if temperature is not None:
             span = wanted = within(np.unique(np.asarray(temperature, float)), given.laws, given.origin)
@@ -365,24 +365,24 @@ def compensate(
     extent, given = None, None
     if transfers is not None:
         _require_none(twin=twin, spacing=spacing, place=place, across=numbers(across) or None, weather=weather)
-        scan, beside = as_path(transfers), folder_of(laws, as_path(transfers))
-        declared, file, followed = panel_followed(panel, method, beside, scanned=True)
+        scan, beside = as_path(transfers), _folder_of(laws, as_path(transfers))
+        declared, file, followed = _panel_followed(panel, method, beside, scanned=True)
         measured = measured_panel(declared, scan, ())
         _require_folder(out, beside, declared, followed, file)
-        run, inputs = kept(out, scan, file)
+        run, inputs = _kept(out, scan, file)
         checked_device(device)
         with computing(shown=progress) as report:
             found = compensate_stage.compute_measured(
                 measured, report, training=training, method=followed, device=device
             )
     else:
-        given = laws_read(laws, twin, "compensate")
+        given = _laws_read(laws, twin, "compensate")
         extent = given.extent
-        declared, file, followed = panel_followed(panel, method, given.folder)
+        declared, file, followed = _panel_followed(panel, method, given.folder)
         range_of(declared, given.laws, given.origin, extent)
         on_plate, notes = given.on(declared)
         _require_folder(out, given.folder, on_plate, followed, file)
-        run, inputs = kept(out, given.path, file)
+        run, inputs = _kept(out, given.path, file)
         declared = on_plate
         around = None
         if weather is not None:

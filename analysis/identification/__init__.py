@@ -20,6 +20,5 @@
 ``vector_fitting``         start poles without an initial guess
 ``order``                  how many poles: backward elimination by BIC, its penalty for one pole; residual terms
 ``missing``                poles found in the residual and added; one pole replaced by two close ones
-``synthetic``              synthetic FRFs with known poles for tests (R10)
 =========================  ==================================================================
 """

@@ -10,7 +10,7 @@ from scipy.sparse import block_diag, bmat
 from scipy.sparse.linalg import eigsh
 
 from analysis.geometry.loop import circle, rectangle
-from simulation.verification.cases import CASES, STEEL, disc_case, rectangle_case
+from tests.simulation.verification.cases import CASES, STEEL, disc_case, rectangle_case
 
 
 def named(name):
