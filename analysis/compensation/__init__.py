@@ -3,8 +3,8 @@
 ======================  ======================================================================
 ``settings``            settings of the training of networks
 ``study``               comparison of all methods over temperature, with a twin or with measured transfers
-``direct_filters``      filters computed at every temperature, and their energies
-``rivals``              interpolation and principal filters, which networks are compared with
+``rivals``              filters computed at every temperature, interpolation and principal filters: what networks
+                        are compared with
 ``knots``               placement of training temperatures
 ``law_band``            contrast under the uncertainty of the material laws
 ``tilted``              contrast if one side of the panel is warmer than the other

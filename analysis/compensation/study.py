@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
-from analysis.compensation.direct_filters import DirectFilters, direct_filters
 from analysis.compensation.knots import PlacedTemperatures, check_places, place_temperatures
 from analysis.compensation.law_band import ContrastBand, law_band
 from analysis.compensation.network import InputMap, LowRankBank, relative_error
 from analysis.compensation.outcome import METHODS, NETWORK, Compensation, Trained, burdens
-from analysis.compensation.rivals import plain_rivals, rigidity, rivals
+from analysis.compensation.rivals import DirectFilters, direct_filters, plain_rivals, rigidity, rivals
 from analysis.compensation.settings import FEWEST_TRAINING_TEMPERATURES, Training
 from analysis.compensation.training import left_out_networks, left_out_taps, train_networks
 from analysis.focusing.design import peak_drive

@@ -16,7 +16,7 @@ from analysis.gap.plan.decision import Decision, Plan
 from analysis.gap.plan.measurement import KINDS
 from analysis.gap.report import GapReport
 from analysis.labelled import Labelled, LabelledArrays
-from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
+from analysis.pairing.assignment import PairedSweeps, Pairing
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf
 from analysis.recordings.frf_campaign import AnyCampaign

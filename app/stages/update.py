@@ -13,7 +13,7 @@ from analysis.declaration.plate_material import Orthotropy, PlateMaterial
 from analysis.gap.data.preparation import sweep_points
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.material import LocalLaws, MaterialLaws
-from analysis.pairing.paired_sweeps import Pairing
+from analysis.pairing.assignment import Pairing
 from analysis.progress import Progress
 from analysis.protocol.objections import unresolved
 from analysis.recordings.frf import Frf, campaign_frf

@@ -7,7 +7,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drivers.ni.errors import DaqError
+from drivers.ni.cards import DaqError
 from drivers.ni.wiring import InputWiring
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import OvenSettings, open_oven

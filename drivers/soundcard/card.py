@@ -12,11 +12,10 @@ from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
 from analysis.arrays import Real
-from analysis.protocol.drive_comparison import compare_drive
+from analysis.protocol.sweep import compare_drive
 from drivers.clock import Clock, SystemClock
 from drivers.interruptions import held_back
-from drivers.ni.cards import Cards, CardsSettings, Record, Volts, go_on
-from drivers.ni.errors import Action, DaqError
+from drivers.ni.cards import Action, Cards, CardsSettings, DaqError, Record, Volts, go_on
 
 Input = Annotated[str, Field(pattern=r"^in[1-9][0-9]?$", description="in1, in2, …")]
 Output = Annotated[str, Field(pattern=r"^out[1-9][0-9]?$", description="out1, out2, …")]

@@ -11,8 +11,7 @@ from scipy.signal import butter, sosfilt, sosfreqz
 
 from analysis.arrays import Real
 from drivers.clock import VirtualClock
-from drivers.ni.cards import CARDS
-from drivers.ni.errors import Action, DaqError
+from drivers.ni.cards import CARDS, Action, DaqError
 from drivers.rig.survey import FindingState, look_at_sound
 from drivers.soundcard.card import SoundCard, SoundCards
 from drivers.soundcard.simulated import PortAudioError, SimulatedSound, simulated_sound
