@@ -29,7 +29,7 @@
 ``rendering``          sound through filters that follow the temperature
 ``weather``            a panel whose temperature is a field that moves
 ``health``             what has changed on a panel since its baseline
-``thermometry``        a panel as its own thermometer
+``thermometry``        a panel as its own thermometer: readings of stretches, and readings tracked over time
 ``arrays``             types of arrays
 ``checked_fields``     shape, finiteness, range and order of a value's fields
 ``scatter``            scatter of numbers that are known with different errors

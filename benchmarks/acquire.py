@@ -23,8 +23,8 @@ from threadpoolctl import threadpool_limits
 from analysis.recordings.frf import campaign_frf
 from analysis.updating.update import update
 from app.files.acquisition.campaign_folder import campaign_log
+from app.files.campaigns.folder import Source, digest
 from app.files.campaigns.loading import load_campaign
-from app.files.campaigns.sweep_file import Source, digest
 from app.files.declarations.experiment import AcquiredExperiment, read_acquired_experiment
 from app.rig.assembly import rig_of
 from app.stages.acquire import acquire_campaign

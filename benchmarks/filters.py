@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, toeplitz
 
-from analysis.compensation.direct_filters import direct_filters
+from analysis.compensation.rivals import direct_filters
 from analysis.focusing.design import OUT_OF_BAND_WEIGHT, FieldFit, FieldProblem
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import taper

@@ -22,9 +22,8 @@ from analysis.experiment import Experiment
 from analysis.gap.data.compression import Nodes
 from analysis.health.baseline import HealthBaseline, PanelLinearisation, SelfCheck, self_check
 from analysis.health.candidates import change_candidates
-from analysis.health.health_report import HealthDate, NamedChange
 from analysis.health.recording import DatedRecording, ExpectedResponse, recordings_of
-from analysis.health.watch import HealthWatch
+from analysis.health.watch import HealthDate, HealthWatch, NamedChange
 from analysis.material import MaterialLaws
 from analysis.recordings.frf import Frf
 from analysis.recordings.sweep_point import SweepPoint

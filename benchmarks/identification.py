@@ -40,8 +40,8 @@ from analysis.identification.pole_residue import (
     to_poles,
 )
 from analysis.identification.pole_search import project
-from analysis.identification.synthetic import SyntheticFrf, crowded, pairs, r10, rippled, shared_noise
 from analysis.identification.vector_fitting import start_poles
+from tests.synthetic_frf import SyntheticFrf, crowded, pairs, r10, rippled, shared_noise
 
 ROOT = Path(__file__).resolve().parents[1]
 WHITE = ("R10", "pairs", "forty modes")

@@ -18,7 +18,7 @@ from analysis.identification.measured import Measured
 from analysis.identification.pole_residue import COMPLEX_E_F, REAL_E_F
 from analysis.identification.pole_search import fit, project
 from analysis.identification.settings import Settings
-from analysis.identification.synthetic import SyntheticFrf
+from tests.synthetic_frf import SyntheticFrf
 
 Found = tuple[NDArray[np.complex128], NDArray[np.float64] | None]
 

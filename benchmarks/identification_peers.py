@@ -9,7 +9,7 @@ from contextlib import redirect_stdout
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.synthetic import SyntheticFrf
+from tests.synthetic_frf import SyntheticFrf
 
 Found = tuple[NDArray[np.complex128], NDArray[np.float64] | None]
 

@@ -23,7 +23,7 @@ from filters import paper_laws
 
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import PanelSound, SoundListener
-from analysis.rendering.heard import SAMPLES_BEFORE_ZERO, impulse_responses
+from analysis.rendering.renderer import SAMPLES_BEFORE_ZERO, impulse_responses
 from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.results.laws_file import load_laws
 from app.sound.rendering import ListenersOfPanel

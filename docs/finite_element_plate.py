@@ -13,7 +13,7 @@ from simulation.shell.rigidity import SHEAR_FACTOR, THX, THY, CellMatrices, Rigi
 from simulation.shell.shape_functions import map_cells, quad_functions, triangle_functions
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns, factorize
-from simulation.verification.case import Case
+from tests.simulation.verification.case import Case
 
 DEGREE = 6
 COARSEST = 0.45

@@ -1,7 +1,7 @@
 """Make docs/verification.md and its pictures again: python docs/make_verification.py [--case NAME ...].
 
-Every case of `simulation.verification.cases` is computed on three meshes, each half as wide as the last. With
---case only those are computed and their tables printed; nothing is written.
+Every case of `tests/simulation/verification/cases.py` is computed on three meshes, each half as wide as the last.
+With --case only those are computed and their tables printed; nothing is written.
 """
 
 import argparse
@@ -15,8 +15,8 @@ from solid_comparison import section as solids
 from verification_pictures import draw_mesh, draw_modes
 
 from analysis.arrays import Real
-from simulation.verification.case import Case, CaseComparison, compare_all, left_out, section, summary
-from simulation.verification.cases import CASES
+from tests.simulation.verification.case import Case, CaseComparison, compare_all, left_out, section, summary
+from tests.simulation.verification.cases import CASES
 
 DOCS = Path(__file__).resolve().parent
 PAGE = DOCS / "verification.md"
@@ -32,8 +32,8 @@ Natural frequencies of the finite-element plate (Reissner-Mindlin, shear factor 
 ones. This page is written by `python docs/make_verification.py`.
 
 - *exact*: solutions of the same plate theory. Discs and annuli by Bessel functions, rectangles on hard simple
-  supports by Navier and Levy (`simulation/verification`); these are tested against thin plates, printed values and
-  an independent Ritz solution.
+  supports by Navier and Levy (`tests/simulation/verification`); these are tested against thin plates, printed
+  values and an independent Ritz solution.
 - *converged*: values of an independent finite-element solution of the same theory on fine meshes. Published
   values, of thin plates or coarse elements, stand beside them and lie up to 1.5 % off.
 - The finest mesh has 150 to 320 cells of degree 6 and 12,000 to 26,000 unknowns, the middle one a third of that.

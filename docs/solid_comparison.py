@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from make_solid_references import FILE
 
-from simulation.verification.solids import SolidComparison
+from tests.simulation.verification.solids import SolidComparison
 
 TITLE = "## Against solids"
 HEAD = f"""{TITLE}
@@ -17,8 +17,8 @@ meshes with two to four layers, extrapolated (`docs/make_solid_references.py`; t
 
 - *extrapolated by*: largest distance of the finest mesh from the limit.
 - *error*: of the twin, which is what plate theory leaves out.
-- *left*: of it after the prediction from each mode's own shape, `simulation.verification.solids.mode_errors`; see
-  [the twin](theory/twin.md#what-the-theory-leaves-out).
+- *left*: of it after the prediction from each mode's own shape, `mode_errors` of
+  `tests/simulation/verification/solids.py`; see [the twin](theory/twin.md#what-the-theory-leaves-out).
 
 | plate | modes | largest k h | extrapolated by | error, % | left, % | left, rms, % |
 |---|---|---|---|---|---|---|

@@ -14,11 +14,10 @@ when it is first asked for, so that ``import flexura`` costs little. See ``docs/
 ``forward_twin``      `twin`: material and effects in, FRFs, derivatives, modes and matrices out
 ``um_bridge``         the same served to samplers and optimisers elsewhere: `serve`
 ``arguments``         paths and numbers as the functions take them, and the progress of a call
-``panel_files``       laws, twin files, panels and run folders that `focus` and `compensate` take
 ``figures``           `plot`: figures of all these results
 ``shipped_examples``  `example`: those that come with it
-``argument_kinds``    arguments are of the kind that their annotation says, or refused by keyword and value
-``keywords``          errors name keywords, where those of a verb name options
+``keywords``          errors name keywords, where those of a verb name options; arguments are of their kind, or
+                      refused
 ``own_packages``      Flexura's own packages are imported, not others of the same name
 ====================  ==============================================================
 """

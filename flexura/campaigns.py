@@ -18,8 +18,9 @@ from app.stages import gap as gap_stage
 from app.stages import identify as identify_stage
 from app.stages import update as update_stage
 from app.stages import update_modes as update_modes_stage
-from app.stages.comparison.request import GapRequest, UpdateRequest
+from app.stages.gap import GapRequest
 from app.stages.identify_options import Method, Wanted
+from app.stages.update import UpdateRequest
 from flexura.arguments import File, as_path, computing
 
 

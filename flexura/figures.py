@@ -22,7 +22,7 @@ from app.stages.radiation import RadiatingPanel
 from app.stages.study import FIGURES as STUDIED
 from app.stages.study import StudiedPanel
 from app.stages.update import Updating
-from flexura.argument_kinds import ArgumentKindError
+from flexura.keywords import ArgumentKindError
 
 
 def plot(value: Any, kind: str | None = None, *, channel: int | None = None) -> Figure:

@@ -9,6 +9,5 @@
 ``reduction``         reduced models for a whole range of materials and states
 ``heat``              heat equation of the plate, on the same mesh
 ``twin``              transfers from inputs to outputs, with derivatives
-``verification``      comparison with exact and published solutions
 ====================  ================================================================
 """

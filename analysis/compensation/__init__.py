@@ -2,10 +2,9 @@
 
 ======================  ======================================================================
 ``settings``            settings of the training of networks
-``study``               comparison of all methods over temperature
-``direct_filters``      filters computed at every temperature, and their energies
-``rivals``              interpolation and principal filters, which networks are compared with
-``measured``            the comparison with filters of measured transfers, without a twin
+``study``               comparison of all methods over temperature, with a twin or with measured transfers
+``rivals``              filters computed at every temperature, interpolation and principal filters: what networks
+                        are compared with
 ``knots``               placement of training temperatures
 ``law_band``            contrast under the uncertainty of the material laws
 ``tilted``              contrast if one side of the panel is warmer than the other

@@ -16,8 +16,20 @@ import numpy as np
 from pydantic import ConfigDict, Field, model_validator
 
 from analysis.declaration.strict import Coordinate, Declared, Degrees, Point, Sparse, Thickness
-from analysis.geometry import shapes
-from analysis.geometry.loop import Arc, Cubic, Curve, GeometryError, Loop, Segment, at
+from analysis.geometry.loop import (
+    Arc,
+    Cubic,
+    Curve,
+    GeometryError,
+    Loop,
+    Segment,
+    at,
+    circle,
+    closed_spline,
+    ellipse,
+    polygon,
+    rectangle,
+)
 from analysis.geometry.relations import TOUCH, gap, leaves, overlap, self_crossing
 
 Extent = Annotated[float, Field(ge=0.001, le=5.0, description="m")]
@@ -68,7 +80,7 @@ class RectangleOutline(Outline):
 
     def make(self) -> Loop:
         """Make the loop: curves bottom, right, top, left, as seen before it is turned."""
-        return shapes.rectangle(self.center, self.size, float(np.deg2rad(self.angle)))
+        return rectangle(self.center, self.size, float(np.deg2rad(self.angle)))
 
 
 class PolygonOutline(Outline):
@@ -79,7 +91,7 @@ class PolygonOutline(Outline):
 
     def make(self) -> Loop:
         """Make the loop."""
-        return shapes.polygon(self.points)
+        return polygon(self.points)
 
 
 class CircleOutline(Outline):
@@ -91,7 +103,7 @@ class CircleOutline(Outline):
 
     def make(self) -> Loop:
         """Make the loop."""
-        return shapes.circle(self.center, self.radius)
+        return circle(self.center, self.radius)
 
 
 class EllipseOutline(Outline):
@@ -104,7 +116,7 @@ class EllipseOutline(Outline):
 
     def make(self) -> Loop:
         """Make the loop."""
-        return shapes.ellipse(self.center, self.radii, float(np.deg2rad(self.angle)))
+        return ellipse(self.center, self.radii, float(np.deg2rad(self.angle)))
 
 
 class SplineOutline(Outline):
@@ -115,7 +127,7 @@ class SplineOutline(Outline):
 
     def make(self) -> Loop:
         """Make the loop."""
-        return shapes.closed_spline(self.points)
+        return closed_spline(self.points)
 
 
 class CurvesOutline(Outline):
@@ -276,7 +288,7 @@ def check_disc(
         )
     if not radius:
         return
-    disc = shapes.circle(point, radius)
+    disc = circle(point, radius)
     place = leaves(disc, outline)
     for hole in holes:
         place = overlap(disc, hole) if place is None else place

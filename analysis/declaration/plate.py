@@ -22,8 +22,7 @@ from analysis.declaration.outline import (
 )
 from analysis.declaration.plate_material import PlateMaterial, density_range
 from analysis.declaration.strict import TEMPERATURES, Declared, Length, Point, Sparse, Temperature, Thickness
-from analysis.geometry import shapes
-from analysis.geometry.loop import GeometryError, Loop, at
+from analysis.geometry.loop import GeometryError, Loop, at, circle, rectangle
 from analysis.geometry.relations import TOUCH, just_inside
 from analysis.material import LocalLaws, MaterialBox, MaterialLaws
 
@@ -239,7 +238,7 @@ class Plate(Sparse):
     def loop(self) -> Loop:
         """The outline."""
         if self.outline is None:
-            return shapes.rectangle((0.5 * self.length_x, 0.5 * self.length_y), (self.length_x, self.length_y))
+            return rectangle((0.5 * self.length_x, 0.5 * self.length_y), (self.length_x, self.length_y))
         return self.outline.loop
 
     @property
@@ -331,7 +330,7 @@ class Plate(Sparse):
     def supported_discs(self) -> dict[str, tuple[Support, Loop]]:
         """Supports at points and their discs, by their names: ``support 1`` is the first of all supports."""
         return {
-            f"support {k + 1}": (support, shapes.circle(support.point, support.radius))
+            f"support {k + 1}": (support, circle(support.point, support.radius))
             for k, support in enumerate(self.support)
             if support.point is not None
         }

@@ -5,18 +5,19 @@ Patches are rectangular, turned or round, on either face.
 """
 
 from functools import cached_property
-from typing import Annotated, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from analysis.channel import Channel, Footprint, Motion
 from analysis.declaration.outline import check_disc
-from analysis.declaration.plate import Plate
 from analysis.declaration.strict import Degrees, Point, Sparse, Width
-from analysis.geometry import shapes
-from analysis.geometry.loop import GeometryError, Loop
+from analysis.geometry.loop import GeometryError, Loop, circle, rectangle
 from analysis.geometry.relations import overlap
+
+if TYPE_CHECKING:
+    from analysis.declaration.plate import Plate
 
 MOST_POINTS = 5000
 """Points of one instrument: a laser's, or those at which a hammer hits, each with a force of its own."""
@@ -59,7 +60,7 @@ class Drive(Sparse):
         """The input that it is."""
         return Channel(self.id, "force", footprint=self.footprint)
 
-    def check(self, plate: Plate) -> None:
+    def check(self, plate: "Plate") -> None:
         """Raise GeometryError unless it lies on the plate."""
         check_disc(f"drive {self.id!r}", self.point, self.radius, plate.loop, plate.hole_loops)
 
@@ -103,7 +104,7 @@ class Sensor(Sparse):
         usual = BASE_RADIUS if self.kind == "acceleration" else 0.0
         return usual if self.radius is None else self.radius
 
-    def places(self, plate: Plate) -> tuple[Point, ...]:
+    def places(self, plate: "Plate") -> tuple[Point, ...]:
         """Where it measures, m; of a grid, x slowest."""
         if self.point is not None:
             return (self.point,)
@@ -120,7 +121,7 @@ class Sensor(Sparse):
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
         return tuple((float(x), float(y)) for x, y in points[plate.contains(points)])
 
-    def channels(self, plate: Plate) -> tuple[Channel, ...]:
+    def channels(self, plate: "Plate") -> tuple[Channel, ...]:
         """Return its outputs; those of many points are numbered from 1."""
         radius = self.contact_radius
         along = 1.0 if self.side == "top" else -1.0
@@ -133,7 +134,7 @@ class Sensor(Sparse):
             for number, place in enumerate(self.places(plate), start=1)
         )
 
-    def check(self, plate: Plate) -> None:
+    def check(self, plate: "Plate") -> None:
         """Raise GeometryError unless all of it lies on the plate."""
         self._check_margin(plate)
         channels = self.channels(plate)
@@ -143,7 +144,7 @@ class Sensor(Sparse):
             if footprint is not None:
                 check_disc(f"sensor {self.id!r}", footprint.point, footprint.radius, plate.loop, plate.hole_loops)
 
-    def _check_margin(self, plate: Plate) -> None:
+    def _check_margin(self, plate: "Plate") -> None:
         """Refuse a margin of half a side or more, which would turn the grid inside out."""
         for axis, count, low, high in zip("xy", self.grid or (), *plate.bounds, strict=False):
             most = 0.5 * (high - low)
@@ -193,8 +194,8 @@ class Patch(Sparse):
     def loop(self) -> Loop:
         """Its border."""
         if self.diameter is not None:
-            return shapes.circle(self.center, 0.5 * self.diameter)
-        return shapes.rectangle(self.center, self.size, float(np.deg2rad(self.angle)))
+            return circle(self.center, 0.5 * self.diameter)
+        return rectangle(self.center, self.size, float(np.deg2rad(self.angle)))
 
     @property
     def area(self) -> float:

@@ -2,11 +2,10 @@
 
 =========================  ==================================================================
 ``quantities``             force, acceleration, pressure, ...: units, and the names of their ratios
-``recording``              signals of one run, checked
 ``sampling``               sample rates, by times or steps, and the error that their digits leave
 ``windows``                windows over segments, force and exponential windows, and what those do to poles
-``spectra``                auto and cross spectra of all channels, from segments or blocks; blows, periods, bursts,
-                           sweeps or noise, and the segments that fit them
+``spectra``                signals of one run, checked; auto and cross spectra of all channels, from segments or
+                           blocks; blows, periods, bursts, sweeps or noise, and the segments that fit them
 ``estimators``             H1, H2 and Hv with coherence and variance, of one drive or several; a variance from the
                            coherence that came with an FRF; what windowed segments make of a resonance
 ``impacts``                blows found in a recording, and why some of them do not count

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimation.recording import SampledSignals, clipped
-from analysis.estimation.spectra import Spectra, of_blocks
+from analysis.estimation.spectra import SampledSignals, Spectra, clipped, of_blocks
 from analysis.estimation.windows import RingdownWindow, force_window
 
 USUAL_PRETRIGGER = 0.005

@@ -14,8 +14,7 @@ from analysis.declaration.outline import check_disc
 from analysis.declaration.plate_material import material_box
 from analysis.declaration.strict import Coordinate, Degrees, Point, Sparse
 from analysis.experiment import Declared, Drive, Patch, Plate, Temperature, check_patches
-from analysis.geometry import shapes
-from analysis.geometry.loop import GeometryError, Loop, at
+from analysis.geometry.loop import GeometryError, Loop, at, ellipse, polygon, rectangle
 from analysis.geometry.relations import leaves, overlap, self_crossing
 from analysis.material import MaterialBox
 from analysis.radiation.radiator import LEAST_LISTENER_HEIGHT, Air, Mounting, require_fine
@@ -304,14 +303,12 @@ class Spot(Sparse):
     def loop(self, corner: Pair, lengths: Pair) -> Loop:
         """Border, m, on a plate whose box has this lower left `corner` and these `lengths`, m."""
         if self.center is None or self.size is None:
-            return shapes.polygon(
-                [(corner[0] + x * lengths[0], corner[1] + y * lengths[1]) for x, y in self.polygon]
-            )
+            return polygon([(corner[0] + x * lengths[0], corner[1] + y * lengths[1]) for x, y in self.polygon])
         center = (corner[0] + self.center[0] * lengths[0], corner[1] + self.center[1] * lengths[1])
         size, angle = (self.size[0] * lengths[0], self.size[1] * lengths[1]), float(np.deg2rad(self.angle))
         if self.shape == "ellipse":
-            return shapes.ellipse(center, (0.5 * size[0], 0.5 * size[1]), angle)
-        return shapes.rectangle(center, size, angle)
+            return ellipse(center, (0.5 * size[0], 0.5 * size[1]), angle)
+        return rectangle(center, size, angle)
 
     def _check(self, name: str) -> None:
         if self.polygon:

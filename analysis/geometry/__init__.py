@@ -2,8 +2,8 @@
 
 ==============  ================================================================
 ``loop``        segments, elliptic arcs and cubic Bezier curves; closed chains of them: area, centroid, what lies
-                inside; loose curves put together; what is wrong with a geometry, and where
-``shapes``      rectangles, circles, ellipses, polygons and closed splines
+                inside; rectangles, circles, ellipses, polygons and closed splines; loose curves put together;
+                what is wrong with a geometry, and where
 ``relations``   where loops cross, overlap or touch
 ==============  ================================================================
 """

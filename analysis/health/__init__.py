@@ -7,7 +7,6 @@
 ``evidence``       weeks added up, and the limit that holds the rate of false alarms
 ``refined``        a candidate fitted with its place, by a twin that has it
 ``naming``         what the last dates show: every kind of change fitted
-``watch``          all dates in turn: alarms, names, places
-``health_report``  what comes out
+``watch``          all dates in turn: alarms, names, places; what comes out
 =================  ==================================================================================
 """

@@ -18,8 +18,7 @@ import numpy as np
 from analysis.arrays import Complex, Mask, Real
 from analysis.checked_fields import check_finite, check_shapes
 from analysis.estimation.estimators import FrfEstimate, estimate
-from analysis.estimation.recording import SampledSignals
-from analysis.estimation.spectra import Spectra, welch
+from analysis.estimation.spectra import SampledSignals, Spectra, welch
 from analysis.gap.data.compression import CompressedSweep, Nodes, compress
 from analysis.gap.data.groups import TemperatureGroups
 from analysis.recordings.frf import Frf

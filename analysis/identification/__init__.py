@@ -13,14 +13,12 @@
                            parameters
 ``measured``               measured FRFs of one condition, their variances or noise from a residual; a few sums of
                            many for the search
-``lines``                  measured lines with their weights, and sums over them
+``lines``                  measured lines with their weights, and sums over them; a running median along them
 ``averaging``              fewer lines for the search
-``running_median``         a running median along frequency
 ``pole_search``            least squares over the poles alone, residues eliminated: misfit, gradient, Hessian; the
                            triangular factor; the search
 ``vector_fitting``         start poles without an initial guess
 ``order``                  how many poles: backward elimination by BIC, its penalty for one pole; residual terms
 ``missing``                poles found in the residual and added; one pole replaced by two close ones
-``synthetic``              synthetic FRFs with known poles for tests (R10)
 =========================  ==================================================================
 """

@@ -9,8 +9,7 @@ minutes on 50,000 lines takes a second.
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.lines import Lines
-from analysis.identification.running_median import running_median
+from analysis.identification.lines import Lines, running_median
 
 MOST_LINES_IN_BLOCK = 64
 """Largest number of lines in a block."""

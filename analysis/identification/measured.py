@@ -18,11 +18,10 @@ from scipy.ndimage import uniform_filter1d
 
 from analysis.checked_fields import check_ascending, check_finite, check_range, check_shapes
 from analysis.identification.averaging import roughness
-from analysis.identification.lines import Lines
+from analysis.identification.lines import Lines, running_median
 from analysis.identification.missing import residual
 from analysis.identification.modes import Modes
 from analysis.identification.pole_search import PoleFit
-from analysis.identification.running_median import running_median
 
 NOISE_POWER_RATIO = 1.5
 """Largest ratio of mean noise power to the estimate from its median, in a window that holds noise alone."""

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.protocol.drive_comparison import clock_difference, compare_drive, stretched
 from analysis.protocol.protocol import AcquisitionProtocol, SweepSetPoint
-from analysis.protocol.sweep import SweepSettings
+from analysis.protocol.sweep import SweepSettings, clock_difference, compare_drive, stretched
 from analysis.recordings.campaign import Sweep
 from analysis.recordings.h1 import h1
 

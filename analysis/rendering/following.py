@@ -309,10 +309,6 @@ def raised_cosine(first: int, count: int, length: int) -> NDArray[np.float64]:
     return share
 
 
-TERMS = 4
-"""Of a tilt: along x and y, and half the square of each."""
-
-
 @dataclass(frozen=True)
 class TiltBank:
     """Filters of N actuators and M taps, added where the panel is tilted.

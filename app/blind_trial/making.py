@@ -25,8 +25,8 @@ from app.blind_trial.plates import OTHER_MESH, PlateKind, as_it_is
 from app.blind_trial.specimen import Specimen
 from app.blind_trial.unlisted_effects import UNLISTED_EFFECTS
 from app.files.atomic import write_json
+from app.files.campaigns.folder import Source
 from app.files.campaigns.import_recording import import_joined
-from app.files.campaigns.sweep_file import Source
 from app.files.provenance import sha256
 from app.stages.acquire import acquire_campaign
 from app.twins.campaign_twin import effect_twin

@@ -20,8 +20,7 @@ from app.files.campaigns.loading import load_campaign
 from app.files.declarations.simulation_section import Laws
 from app.files.parsed_text import parse_json, read_text
 from app.stages import gap
-from app.stages.comparison.request import GapRequest
-from app.stages.gap import GAP
+from app.stages.gap import GAP, GapRequest
 
 REFUSED = "refused.json"
 

@@ -29,8 +29,8 @@ from app.blind_trial.outcome import read_record
 from app.blind_trial.plates import PlateKind, draw_plate
 from app.blind_trial.specimen import Specimen, specimen_operators
 from app.files.atomic import write_json
+from app.files.campaigns.folder import Source
 from app.files.campaigns.loading import load_campaign
-from app.files.campaigns.sweep_file import Source
 from app.files.declarations.experiment import AcquiredExperiment, read_acquired_experiment
 from app.files.provenance import sha256
 from app.files.results.next_experiment import NAME, reach_of, write_next_experiment

@@ -126,7 +126,7 @@ def do_identify(work: Work, report: Progress) -> Made:
 def do_update(work: Work, report: Progress) -> Made:
     """Fit E, nu and eta at every temperature, and laws through them."""
     from app.stages import update
-    from app.stages.comparison.request import UpdateRequest
+    from app.stages.update import UpdateRequest
     from app.summaries.update import gains_text, headline, notes
 
     work.models.wait_for(PLATE, report)
@@ -147,7 +147,7 @@ def do_update(work: Work, report: Progress) -> Made:
 def do_gap(work: Work, report: Progress) -> Made:
     """Compare the campaign with its twin, and name what the twin lacks."""
     from app.stages import gap
-    from app.stages.comparison.request import GapRequest
+    from app.stages.gap import GapRequest
     from app.summaries.gap import headline
 
     request = GapRequest(work.campaign, effects=work.effects, mains=work.settings.mains)

@@ -244,7 +244,7 @@ def _acquire(
     again: bool,
     output: Output,
 ) -> "Outcome":
-    from app.files.campaigns.sweep_file import Source
+    from app.files.campaigns.folder import Source
     from app.files.provenance import sha256
     from app.rig.assembly import rig_places
     from app.stages.acquire import acquire_campaign

@@ -96,7 +96,7 @@ def _run(
     """Record; return how it ended, complete or broken off."""
     from app.files.acquisition.hammer_folder import hammer_log
     from app.files.campaign_error import CampaignFileError
-    from app.files.campaigns.sweep_file import Source
+    from app.files.campaigns.folder import Source
     from app.files.provenance import sha256
     from app.rig.assembly import hammer_rig, rig_places
     from app.stages.acquire_hammer import acquire_hammer, interrupted_at

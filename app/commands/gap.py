@@ -111,7 +111,7 @@ def command(
 
         rig = rig_table(campaign, experiment)
     from app.stages import gap  # the import takes a second: a wrong folder is reported before it
-    from app.stages.comparison.request import GapRequest
+    from app.stages.gap import GapRequest
 
     request = GapRequest(
         loaded, twin=twin, effects=effects, mains=mains, plan=plan, hours=hours, rig=rig, after=earlier

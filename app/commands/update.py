@@ -183,7 +183,7 @@ def command(
     started = time.perf_counter()
     loaded = load_campaign(campaign)
     from app.stages import update  # the import takes a second: a wrong folder is reported before it
-    from app.stages.comparison.request import UpdateRequest
+    from app.stages.update import UpdateRequest
 
     request = UpdateRequest(loaded, twin=twin, effects=effects, mains=mains)
     start = request.start

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimation.recording import SampledSignals
-from analysis.estimation.spectra import fitting_segments, is_impacts
+from analysis.estimation.spectra import SampledSignals, fitting_segments, is_impacts
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaigns.kind import DECLARATION

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from analysis.channel import UNITS, Quantity
 from analysis.estimation.estimators import coherence_variance
 from analysis.estimation.quantities import FREQUENCIES, TIMES, Calibration, axis_scale, calibration, frf_name
-from analysis.estimation.recording import SampledSignals, signal_faults
 from analysis.estimation.sampling import RateSeen, of_step, of_times, settled
+from analysis.estimation.spectra import SampledSignals, signal_faults
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.campaign_error import Problem
 from app.files.declarations.modal_test import MEASURED, PARTS, ModalTest, RecordOfTest, dof

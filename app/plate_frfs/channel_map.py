@@ -20,29 +20,6 @@ from app.files.declarations.plate import FrfsOfPlate
 from app.plate_frfs.source_files import FrfsOfFile, captured
 
 
-@dataclass(frozen=True)
-class ChannelsOfFrf:
-    """Of one FRF.
-
-    Attributes
-    ----------
-    output, source : int
-        Which of `Experiment.outputs` and `Experiment.inputs`.
-    scale : float
-        SI value of one of its numbers.
-    star : str
-        What the ``*`` of its key in ``sensors`` stands for; empty without one.
-    assumed : str
-        Units that were assumed where the file gives none; empty where it does.
-    """
-
-    output: int
-    source: int
-    scale: float
-    star: str = ""
-    assumed: str = ""
-
-
 def output_of(
     found: FrfsOfFile, frf: MeasuredTransfer, said: FrfsOfPlate, experiment: Experiment
 ) -> tuple[int, str] | None:

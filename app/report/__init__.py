@@ -2,8 +2,7 @@
 
 ==================  ======================================================
 ``page``            one self-contained HTML page
-``written``         the page written, its figures drawn side by side in worker processes
-``sections``        all of it, stage by stage
+``written``         all of it written, stage by stage; figures drawn side by side in worker processes
 ``plate_sections``  measurement, identification and updated twin on it
 ``panel_sections``  focusing and compensation on it, with sound to be played
 ``summary``         one line a stage; where results came from, and which are out of date

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.effect_card import PEOPLES
-from analysis.health.health_report import HealthReport
+from analysis.health.watch import HealthReport
 from app.report.style import BAND, MEASURED, MODEL, panels
 from app.summaries.gap import USUAL
 

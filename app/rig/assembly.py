@@ -17,15 +17,14 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.progress import Progress
 from analysis.protocol.limits import Limits
-from app.files.declarations.experiment import AcquiredExperiment, RigKind
+from app.files.declarations.experiment import AcquiredExperiment, OvenSection, RigKind
 from app.files.declarations.hammer_experiment import HammerExperiment, HammerSimulation, require_simulated
-from app.files.declarations.instrument_sections import OvenSection
 from drivers.clock import SystemClock, VirtualClock
 from drivers.hammer.hammer_rig import HammerInputs, HammerRig, nobody
 from drivers.ni.cards import Cards
 from drivers.rig.occupancy import instrument_places
 from drivers.rig.rig import Aftercare, Rig
-from drivers.thermometers.settings import ThermometerSettings
+from drivers.thermometers.thermometer import ThermometerSettings
 from drivers.watchdog.frames import WatchdogSettings
 from drivers.watchdog.guard import RestRule
 from drivers.watchdog.remote_oven import RemoteOven

@@ -23,7 +23,7 @@ from app.files.declarations.hammer_experiment import HammerExperiment
 from app.rig.assembly import rig_places
 from app.summaries.numbers import duration
 from drivers.interruptions import held_back
-from drivers.ni.errors import DaqError
+from drivers.ni.cards import DaqError
 from drivers.ni.wiring import InputWiring, Wiring
 from drivers.rig.occupancy import RigInUse, in_use, occupied
 from drivers.rig.rig import Rig
@@ -38,7 +38,7 @@ from drivers.rig.survey import (
     look_at_sound,
     serial_ports,
 )
-from drivers.soundcard.settings import SoundCard
+from drivers.soundcard.card import SoundCard
 
 EARLIEST = datetime(2025, 1, 1, tzinfo=UTC)
 """A clock that shows less was never set."""

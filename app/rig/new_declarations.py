@@ -12,7 +12,7 @@ from app.files.declarations.hammer_experiment import read_hammer_experiment
 from app.files.declarations.panel import SECTION_2, read_panel
 from app.files.settings_toml import read_table, toml_text
 from app.files.shipped import shipped
-from drivers.ni.errors import DaqError
+from drivers.ni.cards import DaqError
 from drivers.rig.survey import serial_ports
 
 if TYPE_CHECKING:

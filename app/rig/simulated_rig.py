@@ -37,7 +37,7 @@ from drivers.ni.simulated.surroundings import DrivenPlate, Module
 from drivers.ni.wiring import Wiring
 from drivers.ovens.simulated.regulated_oven import Chamber
 from drivers.rig.simulated import SimulatedParts, simulated_parts
-from drivers.soundcard.settings import SoundCard
+from drivers.soundcard.card import SoundCard
 from simulation.effects.effect import Effect
 from simulation.heat import HeatModel, settled
 from simulation.shell.shell_plate import ShellPlate

@@ -8,7 +8,6 @@
                        simulated field along the way
 ``said_of_rendering``  both as JSON, notes and one line
 ``listening``          the panel's temperature from what one patch answers
-``played_dates``       drive and response as a later date of a panel's health
 ``stretch``            what one stretch of a recording gives, and the table of all
 =====================  ==================================================================
 """

@@ -10,8 +10,7 @@ from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from analysis.rendering.following import TemperatureProgramme
 from analysis.rendering.renderer import Renderer
-from analysis.thermometry.bands import Decimator
-from analysis.thermometry.listening import Listener, Track, simulated_response
+from analysis.thermometry import Decimator, Listener, Track, simulated_response
 from app.files.bad_file import ResultFileError
 from app.files.exports.shipment import Shipment
 from app.files.sound_file import Sound

@@ -20,8 +20,13 @@ from analysis.progress import Progress
 from analysis.radiation.radiator import Radiator
 from analysis.radiation.spherical_head import at_ears
 from analysis.rendering.following import TemperatureProgramme
-from analysis.rendering.heard import RESPONSE_SAMPLES, HeardRenderer, PanelResponse, between_temperatures
-from analysis.rendering.renderer import Renderer
+from analysis.rendering.renderer import (
+    RESPONSE_SAMPLES,
+    HeardRenderer,
+    PanelResponse,
+    Renderer,
+    between_temperatures,
+)
 from analysis.weather.family import Across
 from app.files.atomic import written_together
 from app.files.bad_file import ResultFileError

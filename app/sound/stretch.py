@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.thermometry.listening import ThermometerReading
+from analysis.thermometry import ThermometerReading
 from app.files.atomic import written_together
 
 NAME = "thermometer.csv"

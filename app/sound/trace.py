@@ -16,7 +16,7 @@ from analysis.focusing.panel_model import constants_at
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from analysis.rendering.following import FollowingBank, TemperatureProgramme
-from analysis.rendering.heard import FieldContrast, field_contrast, power_spectrum
+from analysis.rendering.renderer import FieldContrast, field_contrast, power_spectrum
 from analysis.weather.declared_weather import Weather
 from analysis.weather.family import Across, TiltFamily, plane
 from app.twins.panel_twin import PanelTwin

@@ -11,12 +11,11 @@ from typing import Any
 from app.files.acquisition.campaign_folder import open_campaign
 from app.files.acquisition.events import ReadingLine, append_reading, request, requested
 from app.files.campaign_error import CampaignFileError
-from app.files.campaigns.folder import frozen_protocol, write_index
-from app.files.campaigns.sweep_file import Source
+from app.files.campaigns.folder import Source, frozen_protocol, write_index
 from app.files.declarations.experiment import AcquiredExperiment
 from app.files.folder_lock import FolderInUseError, folder_lock
 from app.rig.doctor import require_room
-from drivers.ni.errors import DaqError
+from drivers.ni.cards import DaqError
 from drivers.rig.campaign import Moment, Observer, Outcome, run_campaign
 from drivers.rig.end_requests import RESUME, RigStopped
 from drivers.rig.occupancy import occupied

@@ -7,15 +7,14 @@ from typing import Any, cast
 
 from app.files.acquisition.events import read_events
 from app.files.acquisition.hammer_folder import open_hammer_folder
-from app.files.campaigns.sweep_file import Source
+from app.files.campaigns.folder import Source
 from app.files.declarations.hammer_experiment import HammerExperiment
 from app.files.folder_lock import folder_lock
 from app.stages.acquire import claimed
 from drivers.hammer.campaign import HammerCampaign, HammerObserver, HeldPlate, Key, no_key, run_set_points
 from drivers.hammer.hammer_rig import HammerInputs, HammerRig, HitTrigger
 from drivers.hammer.judged_hit import HammerProgress, HitJudge, HitTemperature, declared, in_a_room
-from drivers.ni.cards import go_on
-from drivers.ni.errors import DaqError
+from drivers.ni.cards import DaqError, go_on
 from drivers.rig.end_requests import RESUME, RigStopped
 from drivers.rig.occupancy import occupied
 from drivers.rig.readings import Reading

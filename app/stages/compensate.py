@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.compensation.measured import compensate_measured
 from analysis.compensation.outcome import Compensation
 from analysis.compensation.settings import Training, suited_nodes
-from analysis.compensation.study import compensate
+from analysis.compensation.study import compensate, compensate_measured
 from analysis.compensation.tilted import tilted_contrast
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method

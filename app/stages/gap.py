@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +13,10 @@ from analysis.gap.data.noise import NumericalFloor
 from analysis.gap.description.describing import Description, Vocabulary, describe
 from analysis.gap.gap import find_gap
 from analysis.gap.plan.decision import Decision, Plan
+from analysis.gap.plan.measurement import KINDS
 from analysis.gap.report import GapReport
 from analysis.labelled import Labelled, LabelledArrays
-from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
+from analysis.pairing.assignment import PairedSweeps, Pairing
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf
 from analysis.recordings.frf_campaign import AnyCampaign
@@ -23,10 +24,10 @@ from analysis.twin_model import Effects, HeldEffects
 from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
 from analysis.updating.drift import sweep_laws, to_first_order
 from app.files.atomic import write_json
-from app.files.bad_file import ResultFileError
-from app.files.campaigns.inputs import has_other_sweeps, origin_of_result
+from app.files.bad_file import ResultFileError, UnsuitedOptionError
+from app.files.campaigns.inputs import campaign_settings, has_other_sweeps, origin_of_result
 from app.files.declarations.experiment import experiment_model
-from app.files.provenance import sha256
+from app.files.provenance import provenance, sha256
 from app.files.results.described_effect import write_described_effect
 from app.files.results.gap_file import GapFigures, save_gap
 from app.files.results.gap_json import answer_record, description_record, gap_record, plan_record
@@ -38,10 +39,9 @@ from app.files.results.pairing_json import pairing_record
 from app.files.results.twin_file import write_twin
 from app.stages.comparison.compared import Compared, issued_twin
 from app.stages.comparison.pairing import paired_sweeps, with_reason
-from app.stages.comparison.plan import next_experiment, with_answer
-from app.stages.comparison.request import GapRequest
+from app.stages.comparison.plan import next_experiment, open_before, with_answer
 from app.stages.comparison.temperature_notes import untimed
-from app.stages.update import Updating, updated_twin
+from app.stages.update import UpdateRequest, Updating, updated_twin
 from app.summaries.gap import headline, tables
 from app.summaries.table import as_html, as_text
 from app.twins.campaign_twin import OFFSET, WORKERS, campaign_model, judging, offset_wanted
@@ -59,6 +59,63 @@ ROUGH_TWIN_ERROR = 2e-3
 """Certified error of the twin with effects above which a note says so; usual twins stay below."""
 LEAST_LOSS = 1e-4
 """Smallest loss factor for the error estimate of the twin: a fit may end below that of any real plate."""
+
+
+MOST_HOURS = 1e4
+"""Of a measurement: more than a year is a slip of the keyboard."""
+
+
+@dataclass(frozen=True)
+class GapRequest(UpdateRequest):
+    """Comparison of a campaign with its twin, and what follows from it.
+
+    Attributes
+    ----------
+    without : collection of str
+        Effects of the library that are no candidates.
+    describing : bool
+        Whether what no effect explains is described, which takes a minute.
+    plan : bool
+        Whether the next experiment is planned.
+    hours : mapping of str to float
+        Laboratory hours of kinds of measurement, in place of the usual ones.
+    rig : mapping or None
+        Table of the experiment's file, which says what the rig can do; that of a planned campaign is made from it.
+    after : (AnyCampaign, Path) or None
+        An earlier campaign and its run folder, whose plan this campaign follows.
+    """
+
+    without: frozenset[str] = frozenset()
+    describing: bool = True
+    plan: bool = False
+    hours: Mapping[str, float] = field(default_factory=dict)
+    rig: Mapping[str, Any] | None = None
+    after: tuple[AnyCampaign, Path] | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.plan and (self.hours or self.rig):
+            raise UnsuitedOptionError("--experiment and --hours belong to --plan")
+        for kind, hours in self.hours.items():
+            if kind not in KINDS or not 0.0 < hours <= MOST_HOURS:
+                allowed = f"KIND=HOURS, above 0 and at most {MOST_HOURS:g}, KIND one of {', '.join(KINDS)}"
+                raise UnsuitedOptionError(f"--hours '{kind}={hours:g}'; allowed: {allowed}")
+        if self.after is not None:
+            open_before(self.after[1])  # raises where nothing was open
+
+    @property
+    def further(self) -> bool:
+        """Whether further stages take the comparison up."""
+        return self.plan or self.after is not None
+
+    def origin(self) -> dict[str, Any]:
+        """Return the provenance of results: campaign, twin file, a user's effects."""
+        inputs = dict(self.campaign.hashes)
+        if self.twin is not None:
+            inputs[f"twin {self.twin.name}"] = sha256(self.twin)
+        if self.effects is not None:
+            inputs |= {f"effect {file.name}": sha256(file) for file in sorted(self.effects.glob("[!_]*.py"))}
+        return provenance(inputs, {"mains": self.mains, **campaign_settings(self.campaign)})
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""Health stage: what has changed on a panel since its baseline, computed and saved."""
+"""Health stage: what has changed on a panel since its baseline, computed and saved.
+
+A later date is a campaign folder, or drive and response as files of sound.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -7,16 +10,17 @@ from typing import Any
 
 import numpy as np
 
+from analysis.arrays import Real
 from analysis.experiment import Experiment
 from analysis.gap.data.compression import Nodes
 from analysis.gap.data.preparation import EVERY_LINE, sharpest
 from analysis.health.baseline import HealthBaseline, self_check
 from analysis.health.candidates import change_candidates
-from analysis.health.health_report import HealthReport
 from analysis.health.recording import DatedRecording, played_date, recordings_of
-from analysis.health.watch import HealthWatch
+from analysis.health.watch import HealthReport, HealthWatch
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf, campaign_frf
+from analysis.thermometry import Decimator
 from analysis.twin_model import Effects
 from analysis.updated import Updated
 from app.files.atomic import write_json
@@ -28,6 +32,7 @@ from app.files.results.best_twin import best_twin
 from app.files.results.modes_file import load_frf
 from app.files.results.run_folder import run_file
 from app.files.results.twin_file import require_same_panel
+from app.files.sound_file import Sound, opened_sound
 from app.summaries.health import headline, health_record
 from app.twins.campaign_twin import campaign_model
 
@@ -289,8 +294,6 @@ def _recordings(
 
 def _played(one: LaterSound, nodes: Nodes, frf: Frf, experiment: Experiment, updated: Updated) -> DatedRecording:
     """Return the recording of sound; ResultFileError for sound that says nothing of the panel."""
-    from app.sound.played_dates import played_signals
-
     lines = frf.frequency
     half_width = 0.5 * float(lines[~frf.excluded][0]) * sharpest(updated.sharpest)
     drives, responses, rate = played_signals(
@@ -341,3 +344,58 @@ def _nodes(frf: Frf, updated: Updated) -> Nodes:
         return Nodes.over(used, sharpest(updated.sharpest), spacing=spacing)
     except ValueError:  # too few lines for splines: each line is a node
         return Nodes.over(used, EVERY_LINE, spacing=spacing)
+
+
+SAMPLES_AT_ONCE = 65_536
+"""Samples read and filtered at a time."""
+
+
+def played_signals(
+    drive: Path, response: Path, inputs: tuple[str, ...], outputs: tuple[str, ...], highest: float
+) -> tuple[Real, Real, float]:
+    """Read two files that were recorded together, at the sample rate that the band needs.
+
+    Parameters
+    ----------
+    inputs, outputs : tuple of str
+        Names of the I inputs and K outputs of the baseline: a channel each, in this order.
+    highest : float
+        Of the band, Hz.
+
+    Returns
+    -------
+    drives, responses : (I, n) and (K, n) ndarray
+        In the units of the files.
+    rate : float
+        Hz.
+
+    Raises
+    ------
+    ResultFileError
+        For files that cannot be read, are not of this panel, or do not belong together.
+    """
+    with opened_sound(drive) as played, opened_sound(response) as measured:
+        _require_of_panel(played, inputs, "inputs")
+        _require_of_panel(measured, outputs, "outputs")
+        if (played.sample_rate, played.frames) != (measured.sample_rate, measured.frames):
+            raise ResultFileError(
+                f"{response}: {measured.frames} samples at {measured.sample_rate} Hz; those of {drive.name} are "
+                f"{played.frames} at {played.sample_rate} Hz: record both together"
+            )
+        if played.sample_rate < 2.0 * highest:
+            raise ResultFileError(
+                f"{drive}: sampled at {played.sample_rate} Hz; allowed: from {2.0 * highest:.0f} Hz, twice the "
+                "highest line of the baseline"
+            )
+        down = Decimator(len(inputs) + len(outputs), played.sample_rate, highest)
+        blocks = zip(played.blocks(SAMPLES_AT_ONCE), measured.blocks(SAMPLES_AT_ONCE), strict=True)
+        every = np.hstack([down.take(np.vstack(pair)) for pair in blocks])
+    return every[: len(inputs)], every[len(inputs) :], down.rate
+
+
+def _require_of_panel(sound: Sound, names: tuple[str, ...], what: str) -> None:
+    if sound.channels != len(names):
+        raise ResultFileError(
+            f"{sound.path}: {sound.channels} channels; the baseline has {len(names)} {what}: {', '.join(names)}, "
+            "a channel each, in this order"
+        )

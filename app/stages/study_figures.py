@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from analysis.compensation.direct_filters import DirectFilters, direct_filters
 from analysis.compensation.network import InputMap
-from analysis.compensation.rivals import rigidity
+from analysis.compensation.rivals import DirectFilters, direct_filters, rigidity
 from analysis.compensation.settings import Training
 from analysis.compensation.study import compensate
 from analysis.compensation.training import study_networks

@@ -1,9 +1,10 @@
 """Update stage: model updating of a campaign, with or without effects, computed and saved."""
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import KW_ONLY, dataclass, replace
+from functools import cached_property, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +13,12 @@ from analysis.declaration.plate_material import Orthotropy, PlateMaterial
 from analysis.gap.data.preparation import sweep_points
 from analysis.labelled import Labelled, LabelledArrays
 from analysis.material import LocalLaws, MaterialLaws
-from analysis.pairing.paired_sweeps import Pairing
+from analysis.pairing.assignment import Pairing
 from analysis.progress import Progress
 from analysis.protocol.objections import unresolved
 from analysis.recordings.frf import Frf, campaign_frf
 from analysis.recordings.frf_campaign import AnyCampaign
+from analysis.recordings.grid_frequency import require_mains
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import Effects, HeldEffects, TwinModel
 from analysis.updated import Updated
@@ -25,6 +27,8 @@ from analysis.updating.drift import sweep_laws, to_first_order
 from analysis.updating.laws import laws_of_sweeps
 from analysis.updating.sheet_start import sheet_start
 from analysis.updating.update import outlier_sweeps, polarity_corrected, update
+from app.files.campaigns.inputs import campaign_settings
+from app.files.provenance import provenance, sha256
 from app.files.results.laws_file import TwinFrf, save_laws
 from app.files.results.modes_file import save_frf
 from app.files.results.pairing_json import pairing_record
@@ -35,7 +39,6 @@ from app.stages.comparison.pairing import (
     said_of_older_modes,
     with_reason,
 )
-from app.stages.comparison.request import UpdateRequest
 from app.stages.comparison.temperature_notes import drift_notes, label_notes, recorded_notes
 from app.summaries.modes import pairing_tables
 from app.summaries.table import as_html, as_text
@@ -47,11 +50,57 @@ from app.twins.campaign_twin import (
     campaign_twin,
     judging,
     placed,
+    start_of,
     tolerant_twin,
     twin_is_built,
 )
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
+
+
+@dataclass(frozen=True)
+class UpdateRequest:
+    """Model updating of a campaign's twin; its files are read and checked when it is made.
+
+    Attributes
+    ----------
+    campaign : AnyCampaign
+    twin : Path or None
+        Twin file whose effects are on: held by the update stage, where the gap stage begins.
+    effects : Path or None
+        Folder with a user's own effects.
+    mains : float
+        Hz.
+
+    Raises
+    ------
+    CampaignFileError, ResultFileError
+        For a twin file or effects that do not suit the campaign's plate.
+    ValueError
+        For a mains frequency outside its range.
+    """
+
+    campaign: AnyCampaign
+    _: KW_ONLY
+    twin: Path | None = None
+    effects: Path | None = None
+    mains: float = 50.0
+
+    def __post_init__(self) -> None:
+        require_mains(self.mains)
+        _ = self.start
+
+    @cached_property
+    def start(self) -> Start | None:
+        """The twin file as read; None where none is named."""
+        return start_of(self.twin, self.campaign.experiment, self.effects)
+
+    def origin(self) -> dict[str, Any]:
+        """Return the provenance of results."""
+        named: dict[str, Any] = {"mains": self.mains}
+        if self.start is not None:
+            named |= {"twin": sha256(self.start.path), "effects": self.start.twin.effects}
+        return provenance(self.campaign.hashes, named | campaign_settings(self.campaign))
 
 
 @dataclass(frozen=True)

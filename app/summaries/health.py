@@ -5,8 +5,8 @@ from typing import Any
 
 from analysis.effect_card import PEOPLES
 from analysis.health.candidates import WORDS
-from analysis.health.health_report import HealthDate, HealthReport, NamedChange
 from analysis.health.refined import RefinedChange
+from analysis.health.watch import HealthDate, HealthReport, NamedChange
 from app.summaries.gap import USUAL
 from app.summaries.numbers import roughly
 from app.summaries.table import Table

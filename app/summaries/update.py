@@ -13,7 +13,7 @@ from analysis.channel import Channel
 from analysis.estimates import DeclaredQuantity, SheetConstants, SheetMaterial, budget, doubts
 from analysis.gap.data.groups import FEWEST, distinct_temperatures
 from analysis.material import MaterialLaws
-from analysis.pairing.paired_sweeps import Pairing
+from analysis.pairing.assignment import Pairing
 from analysis.updated import GOOD_MISFIT, Updated
 from app.files.results.pairing_json import declared_record
 from app.summaries.numbers import span, sweeps, with_sigma

@@ -1,9 +1,9 @@
 """A running campaign seen from outside: its folder is read, never written.
 
 ===================  ==================================================================================
-``watched``          the folder as it grows: events, readings, last sweeps, whether it is silent
+``watched``          the folder as it grows: events, readings, last sweeps, whether it is silent; the temperature
+                     programme and the set-point as lines over time
 ``watched_hits``     the folder of a hammer test as it grows
-``course``           the temperature programme and the set-point as lines over time
 ``words``            events in sentences, times of day where the reader is
 ``status``           how a campaign or a hammer test stands, in a line, with its exit status
 ``news``             what people are told, and how often at most

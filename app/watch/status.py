@@ -12,8 +12,7 @@ from app.files.acquisition.events import seconds
 from app.files.bad_file import quoted
 from app.files.folder_lock import is_being_written
 from app.summaries.numbers import duration
-from app.watch.course import set_point_line
-from app.watch.watched import Watched
+from app.watch.watched import Watched, set_point_line
 from app.watch.watched_hits import WatchedHits
 from app.watch.words import ended_by, plain
 from drivers.hammer.judged_hit import ACCEPTED, REJECTED

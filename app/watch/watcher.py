@@ -18,10 +18,9 @@ from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.folder import read_protocol
 from app.files.campaigns.kind import HAMMER_TEST, PROTOCOL, is_campaign_folder, is_hammer_folder
-from app.watch.course import set_point_line
 from app.watch.news import BoundedNews, News, NewsOfCampaign
 from app.watch.status import UNDER_WAY, CampaignStatus, gone, status_of, status_of_hits
-from app.watch.watched import MeasuredSweep, Watched
+from app.watch.watched import MeasuredSweep, Watched, set_point_line
 from app.watch.watched_hits import WatchedHits
 from app.watch.words import in_words, plain
 

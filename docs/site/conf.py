@@ -69,9 +69,9 @@ COLON = "\N{WORD JOINER}"
 logger = logging.getLogger(__name__)
 
 PUBLIC = {
-    "flexura": ("__main__.py", "arguments.py", "own_packages.py", "panel_files.py"),
+    "flexura": ("__main__.py", "arguments.py", "own_packages.py"),
     "analysis": (),
-    "simulation": ("meshing", "reduction", "shell", "verification"),
+    "simulation": ("meshing", "reduction", "shell"),
     "drivers": ("**/simulated", "ni"),
 }
 """Packages of the reference, and what of each is left out: insides of the twin, of cards and simulations."""

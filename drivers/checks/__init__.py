@@ -3,8 +3,8 @@
 ======================  ==================================================================
 ``faulty_line``         a line between a driver and its instrument that fails as asked
 ``trial``               one check, and what came of it
-``instrument_checks``   what an oven or a thermometer has to bear, a bad line among it
-``instruments``         declared ovens and thermometers, simulated or real, put on trial
+``instruments``         what an oven or a thermometer has to bear, a bad line among it; declared ones, simulated or
+                        real, put on trial
 ``cards``               declared cards, simulated or real, put on trial
 ======================  ==================================================================
 """

@@ -13,9 +13,8 @@ import numpy as np
 from drivers.checks.instruments import NoCounterpart
 from drivers.checks.trial import Check, CheckVerdict, Failed, NotChecked, verdicts
 from drivers.clock import VirtualClock
-from drivers.ni.cards import Cards, CardsSettings
+from drivers.ni.cards import Cards, CardsSettings, DaqError
 from drivers.ni.daqmx import DaqmxCards
-from drivers.ni.errors import DaqError
 from drivers.ni.modules import NI_9211, NI_9234, NI_9260
 from drivers.ni.simulated.faults import Faults
 from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq

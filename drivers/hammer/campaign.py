@@ -22,8 +22,7 @@ from drivers.hammer.judged_hit import (
     JudgedHit,
     KeptHit,
 )
-from drivers.ni.cards import go_on
-from drivers.ni.errors import Action, DaqError
+from drivers.ni.cards import Action, DaqError, go_on
 from drivers.ovens.error import OvenError
 from drivers.rig.end_requests import RESUME, RigStopped
 from drivers.rig.readings import Reading

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from analysis.estimation.impacts import HammerTest, find_blows
-from analysis.estimation.recording import SampledSignals
-from analysis.estimation.spectra import Spectra
+from analysis.estimation.spectra import SampledSignals, Spectra
 from analysis.plate_temperature.plate_sensors import APART
 from analysis.plate_temperature.sensor_check import OPEN
 

@@ -29,7 +29,7 @@ from nidaqmx.stream_readers import AnalogMultiChannelReader
 from nidaqmx.system import System
 from numpy.typing import NDArray
 
-from drivers.ni.errors import CHECK_CABLE, Action, DaqError, from_status
+from drivers.ni.cards import CHECK_CABLE, Action, DaqError, from_status
 from drivers.ni.modules import WITH_IEPE, find_module
 from drivers.ni.wiring import InputWiring, Wiring
 

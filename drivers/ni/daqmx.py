@@ -18,7 +18,7 @@ from nidaqmx.stream_writers import AnalogSingleChannelWriter
 from numpy.typing import ArrayLike, NDArray
 
 from drivers.interruptions import held_back
-from drivers.ni.cards import Cards, Record, go_on
+from drivers.ni.cards import Action, Cards, DaqError, Record, go_on
 from drivers.ni.connection import (
     Connection,
     read_thermocouples,
@@ -27,7 +27,6 @@ from drivers.ni.connection import (
     set_up_output_channel,
     verified_inputs,
 )
-from drivers.ni.errors import Action, DaqError
 from drivers.ni.wiring import InputWiring, Wiring
 
 DONE_MARGIN = 5.0

@@ -13,7 +13,7 @@ from analysis.protocol.protocol import AcquisitionProtocol, Leg, SweepSetPoint
 from analysis.protocol.sweep import drive_signal
 from analysis.recordings.campaign import Sweep
 from analysis.recordings.h1 import h1
-from drivers.ni.errors import DaqError
+from drivers.ni.cards import DaqError
 from drivers.ovens.error import OvenError
 from drivers.rig.end_requests import RESUME, RigStopped
 from drivers.rig.readings import Reading

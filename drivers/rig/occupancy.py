@@ -24,7 +24,7 @@ from drivers.exclusive import NameTakenError, is_still_there, take, take_name
 from drivers.ni.cards import CardsSettings
 from drivers.ovens.settings import OvenSettings
 from drivers.rig.end_requests import RigStopped
-from drivers.thermometers.settings import ThermometerSettings
+from drivers.thermometers.thermometer import ThermometerSettings
 
 log = logging.getLogger(__name__)
 

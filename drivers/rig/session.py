@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from analysis.protocol.limits import Limits
 from drivers.clock import Clock
 from drivers.interruptions import held_back
-from drivers.ni.cards import Cards, go_on
-from drivers.ni.errors import DaqError
+from drivers.ni.cards import Cards, DaqError, go_on
 from drivers.ovens.error import OvenError
 from drivers.ovens.oven import Oven
 from drivers.rig.end_requests import RESUME, RigStopped

@@ -24,11 +24,9 @@ from drivers.ovens.settings import OvenSettings, open_oven
 from drivers.ovens.simulated.controller import Controller, MemoryTransport
 from drivers.ovens.simulated.regulated_oven import Chamber, RegulatedOven
 from drivers.rig.rig import Rig
-from drivers.soundcard.card import SoundCards
-from drivers.soundcard.settings import SoundCard
+from drivers.soundcard.card import SoundCard, SoundCards
 from drivers.soundcard.simulated import SimulatedSound, simulated_sound
-from drivers.thermometers.settings import ThermometerSettings
-from drivers.thermometers.thermometer import Thermometer
+from drivers.thermometers.thermometer import Thermometer, ThermometerSettings
 from drivers.watchdog.guard import RestRule
 from drivers.watchdog.supervision import PERIOD, QUIET
 

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from analysis.plate_temperature.plate_sensors import PlateReading, PlateSensors
 from analysis.protocol.protocol import AcquisitionProtocol
-from drivers.ni.cards import Record
-from drivers.ni.errors import Action, DaqError
+from drivers.ni.cards import Action, DaqError, Record
 from drivers.ovens.error import OvenError
 from drivers.ovens.line import PASSING
 from drivers.rig.end_requests import RESUME, RigStopped

@@ -7,12 +7,11 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drivers.ni.errors import DaqError
+from drivers.ni.cards import DaqError
 from drivers.ni.wiring import InputWiring
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import OvenSettings, open_oven
-from drivers.soundcard.card import NOT_STARTED, backend
-from drivers.soundcard.settings import SoundCard, channel_number
+from drivers.soundcard.card import NOT_STARTED, SoundCard, backend, channel_number
 
 if TYPE_CHECKING:
     from serial.tools.list_ports_common import ListPortInfo

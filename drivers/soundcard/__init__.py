@@ -1,8 +1,7 @@
 """A sound card as output and inputs: what everybody owns, with one clock for both.
 
 ==============  =================================================================
-``settings``    its channels and full scales, as an experiment declares them
-``card``        a sweep through the package ``sounddevice``
+``card``        its channels and full scales as declared; a sweep through the package ``sounddevice``
 ``simulated``   a stand-in for that package around a plate
 ==============  =================================================================
 """

@@ -167,7 +167,7 @@ def simulated_sound(settings: Any, plate: DrivenPlate, clock: Clock, **others: A
     **others
         Any other attribute of `SimulatedSound`.
     """
-    from drivers.soundcard.settings import channel_number
+    from drivers.soundcard.card import channel_number
 
     rows = {channel_number(name): row for row, name in enumerate(settings.responses)}
     rows[channel_number(settings.drive_input)] = -1

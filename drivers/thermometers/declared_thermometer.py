@@ -17,8 +17,7 @@ from drivers.ovens.simulated.controller import Controller
 from drivers.ovens.simulated.declared_oven import SimulatedQueries, simulated_registers
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.text_protocol import TemperatureQuery, TextLine, TextValue
-from drivers.thermometers.settings import ThermometerSettings
-from drivers.thermometers.thermometer import Thermometer, ThermometerError
+from drivers.thermometers.thermometer import Thermometer, ThermometerError, ThermometerSettings
 
 
 class PointThermometer:

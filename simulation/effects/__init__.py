@@ -1,6 +1,6 @@
 """Physical effects of real plates and rigs that a twin without effects lacks, one per file.
 
-`effect` defines the class, `library` lists all effects in the order of application, `user_folder` loads a user's
+`effect` defines the class, `library` lists all effects in the order of application, loads a user's
 own and checks the requirements on every effect. By what they change:
 
 - temperature over the plate: `thermal_lag`, `thermal_gradient`, `thermal_crown`, `draught_gradient`

@@ -1,18 +1,24 @@
-"""The project's effects in the order of application, and a user's own.
+"""The project's effects in the order of application, and a user's own: Python files, each defining EFFECT.
+
+Requirements on every effect: no change at zero amplitude, and correct derivatives by a complex step.
 
 Candidates only beside another effect: a second of two alike, and the size of a damaged spot.
 """
 
-from collections.abc import Mapping
+import importlib.util
+from collections.abc import Container, Mapping
 from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
+from types import MappingProxyType, ModuleType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from analysis.effect_card import EffectCard
+from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
+from analysis.material import LocalLaws
+from analysis.recordings.sweep_point import SweepPoint
 from simulation.effects import (
     accelerometer_mass,
     air_loading,
@@ -64,7 +70,6 @@ from simulation.effects import (
     viscoelastic_dispersion,
 )
 from simulation.effects.effect import Effect
-from simulation.effects.user_folder import load_folder
 from simulation.state.plate_state import Circumstances, PlateState
 from simulation.tolerances import tolerances
 
@@ -205,3 +210,248 @@ def _second(first: Effect, name: str) -> Effect:
         )
 
     return replace(first, card=card)
+
+
+def load_folder(folder: Path, experiment: Experiment, taken: Container[str] = ()) -> dict[str, Effect]:
+    """Run every ``*.py`` of `folder` and return their effects by name, in the order of the files' names.
+
+    Files whose names begin with an underscore are ignored.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        Declaration for which the effects are made and verified.
+    taken : container of str
+        Names already used in the library.
+
+    Raises
+    ------
+    ValueError
+        With the file and the error: it raises, defines no EFFECT, has an invalid card or a name that is `taken`
+        (or another file's), or fails `verify`. Also if `folder` is no folder or contains no effect.
+    """
+    if not folder.is_dir():
+        raise ValueError(f"{folder}: not a folder; a folder of Python files that define EFFECT is wanted")
+    loaded: dict[str, Effect] = {}
+    origin: dict[str, Path] = {}
+    for file in sorted(folder.glob("[!_]*.py")):
+        effect, name = _checked(file, experiment)
+        if name in taken:
+            raise ValueError(f"{file}: its effect is called {name!r}, which the library has already; rename it")
+        if name in loaded:
+            raise ValueError(f"{file}: its effect is called {name!r}, as that of {origin[name].name}; rename one")
+        loaded[name], origin[name] = effect, file
+    if not loaded:
+        raise ValueError(f"{folder}: holds no *.py file; an effect is a Python file that defines EFFECT")
+    return loaded
+
+
+def _checked(file: Path, experiment: Experiment) -> tuple[Effect, str]:
+    """Return the effect of a file and its name."""
+    effect = getattr(_run(file), "EFFECT", None)
+    if not isinstance(effect, Effect):
+        found = "no EFFECT" if effect is None else f"an EFFECT that is a {type(effect).__name__}"
+        raise ValueError(f"{file}: defines {found}; EFFECT = Effect(card, apply) is wanted")
+    try:
+        card = effect.card(experiment)
+        wanted = effect.available(experiment)
+    except Exception as error:
+        raise ValueError(f"{file}: its card cannot be made: {type(error).__name__}: {error}") from error
+    if not isinstance(card, EffectCard):
+        raise ValueError(f"{file}: card returns a {type(card).__name__}; an EffectCard is wanted")
+    if wanted:
+        try:
+            verify(effect, experiment)
+        except ValueError as error:
+            raise ValueError(f"{file}: {error}") from error
+    return effect, card.name
+
+
+def _run(file: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"user_effect_{file.stem}", file)
+    if spec is None or spec.loader is None:
+        raise ValueError(f"{file}: Python knows no way to import it")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as error:
+        raise ValueError(f"{file}: cannot be run: {type(error).__name__}: {error}") from error
+    return module
+
+
+COMPLEX_STEP = 1e-30
+"""Complex step, in prior sigma of the parameter; it may be tiny because nothing is subtracted."""
+REAL_STEP = 1e-4
+"""Step of central differences, in prior sigma of the parameter."""
+LARGEST_DIFFERENCE = 1e-5
+"""Largest relative difference of the two derivatives; central differences are accurate to about 1e-8."""
+STEEPEST_AT_ZERO = 1e3
+"""Largest slope at zero over the mean slope to a third of a sigma: the slope of a square root is infinite."""
+
+SPECTRA = ("storage", "loss", "area_mass", "area_resistance", "log_gain", "phase")
+"""Attributes of a state with one value per line."""
+
+
+def verify(effect: Effect, experiment: Experiment) -> None:
+    """Raise ValueError, with the reason, unless an effect can be used in the search.
+
+    Requirements, at three sweeps with different temperature, rate and level: with all amplitudes zero the state is
+    not changed, whatever the shapes; derivatives by a complex step equal those by central differences, for every
+    number of the state; every amplitude has a slope at zero that is finite, and nonzero at one sweep at least,
+    because the score test uses this slope. An effect that depends on strain energy does so line by line, in
+    spectra only, and accepts complex energies.
+    """
+    card = effect.card(experiment)
+    idle = {parameter.name for parameter in card.amplitudes}
+    for circumstances, state in _trials(experiment):
+        try:
+            _check_absent(effect, card, state, circumstances)
+            _check_derivatives(effect, card, state, circumstances)
+            _check_energy(effect, card, state, circumstances)
+            idle -= _slopes_at_zero(effect, card, state, circumstances)
+        except (ArithmeticError, AttributeError, IndexError, LookupError, TypeError) as error:
+            raise ValueError(f"apply fails: {type(error).__name__}: {error}") from error
+    if idle:
+        raise ValueError(
+            f"{', '.join(sorted(idle))}: no slope at zero in anything of the state, at any sweep tried"
+        )
+
+
+def numbers(state: PlateState) -> dict[str, NDArray[Any]]:
+    """All numbers of a state, as flat arrays by attribute, to compare two states.
+
+    Loads and attachments without stiffness, damping and mass, and discs without loss, are left out.
+    """
+    loads = [load for load in state.point_loads if load.stiffness or load.damping or load.mass]
+    attached = [one for one in state.attached if np.any(one.stiffness) or np.any(one.loss)]
+    discs = [disc for disc in state.discs if disc.loss]
+    flat = {
+        "point_loads": [(*load.point, load.stiffness, load.damping, load.mass) for load in loads],
+        "attached": [np.hstack([one.x, one.y, one.stiffness, one.loss]) for one in attached],
+        "discs": [(disc.x, disc.y, disc.radius, disc.loss) for disc in discs],
+        "laws": [state.laws.value, state.laws.slope, state.laws.curvature, np.full(3, state.laws.reference)],
+    }
+    others = {name: value for name, value in vars(state).items() if name not in (*flat, "departures")}
+    departures = {f"departures.{name}": value for name, value in vars(state.departures).items()}
+    return {name: np.ravel(value) for name, value in {**others, **flat, **departures}.items()}
+
+
+def interior_point(card: EffectCard, site: Mapping[str, float]) -> dict[str, float]:
+    """Return values with every amplitude a third of a sigma inside its range, and shapes moved off the site."""
+    starts = card.zero(site)
+    return {parameter.name: _inside(parameter, starts[parameter.name]) for parameter in card.parameters}
+
+
+def _inside(parameter: Parameter, start: float) -> float:
+    """Move up by a third of a sigma if the range allows it, else down, at most half-way to its end."""
+    away, up, down = parameter.sigma / 3.0, parameter.high - start, start - parameter.low
+    return start + min(away, 0.5 * up) if up > 0.0 else start - min(away, 0.5 * down)
+
+
+def _trials(experiment: Experiment) -> list[tuple[Circumstances, PlateState]]:
+    """Circumstances and states of three sweeps of a plate with steep laws."""
+    low, high = experiment.protocol.band
+    frequency = np.geomspace(low, high, 7)
+    axis = np.array([-1.0, -0.4, 0.3, 1.0])
+    xi, zeta = (grid.ravel() for grid in np.meshgrid(axis, axis))
+    laws = LocalLaws(
+        reference=30.0,
+        value=np.array([np.log(2e9), 0.38, np.log(0.06)]),
+        slope=np.array([-0.02, 0.002, -0.01]),
+        curvature=np.array([1e-4, 1e-5, 1e-4]),
+    )
+    rate = experiment.protocol.ramp_rate / 60.0 or 0.01
+    points = [SweepPoint(10.0, rate, 1.0), SweepPoint(45.0, -rate, 1.0), SweepPoint(45.0, rate, 2.0)]
+    trials = []
+    for point in points:
+        declared = Circumstances.of(experiment, point, frequency)
+        energy = point.level**2 * np.linspace(0.05, 0.9, frequency.size)
+        circumstances = replace(declared, strain_energy=energy)
+        trials.append((circumstances, PlateState.baseline(xi, zeta, laws, point.temperature, frequency)))
+    return trials
+
+
+def _check_absent(effect: Effect, card: EffectCard, state: PlateState, circumstances: Circumstances) -> None:
+    before = numbers(state)
+    for site in (*card.sites, {}):
+        after = numbers(effect.apply(state, circumstances, card.zero(site)))
+        for name, value in before.items():
+            if not _same(after[name], value):
+                raise ValueError(f"changes {name} although all its amplitudes are zero")
+
+
+def _same(a: NDArray[Any], b: NDArray[Any]) -> bool:
+    """Whether two attributes are equal; one number may stand for many, as in `Departures`."""
+    if a.size != b.size and 1 not in (a.size, b.size):
+        return False
+    return bool((a == b).all())
+
+
+def _check_derivatives(effect: Effect, card: EffectCard, state: PlateState, circumstances: Circumstances) -> None:
+    base = interior_point(card, card.sites[len(card.sites) // 2])
+    for parameter in card.parameters:
+
+        def moved(step: complex, name: str = parameter.name) -> dict[str, NDArray[Any]]:
+            return numbers(effect.apply(state, circumstances, {**base, name: base[name] + step}))
+
+        tiny, small = COMPLEX_STEP * parameter.sigma, REAL_STEP * parameter.sigma
+        stepped, above, below = moved(1j * tiny), moved(small), moved(-small)
+        for name, value in stepped.items():
+            if not all(np.isfinite(those).all() for those in (value, above[name], below[name])):
+                raise ValueError(f"{parameter.name}: {name} is not finite near {base}")
+            exact = np.imag(value) / tiny
+            central = np.real(above[name] - below[name]) / (2.0 * small)
+            scale = max(_largest(exact), _largest(central))
+            if _largest(exact - central) > LARGEST_DIFFERENCE * scale + 1e-12 * _largest(np.real(value)) / small:
+                raise ValueError(
+                    f"{parameter.name}: a complex step in it does not give the slope of {name}; "
+                    "abs, float, real, comparisons and the math module lose the imaginary part"
+                )
+
+
+def _check_energy(effect: Effect, card: EffectCard, state: PlateState, circumstances: Circumstances) -> None:
+    """Step the energy of one line: only that line of spectra may change, with the correct slope."""
+    if not effect.needs_strain_energy:
+        return
+    at, line = interior_point(card, card.sites[len(card.sites) // 2]), circumstances.frequency.size // 2
+
+    def moved(step: complex) -> dict[str, NDArray[Any]]:
+        energy = circumstances.strain_energy + step * np.eye(circumstances.frequency.size)[line]
+        return numbers(effect.apply(state, replace(circumstances, strain_energy=energy), at))
+
+    stepped, above, below = moved(1j * COMPLEX_STEP), moved(REAL_STEP), moved(-REAL_STEP)
+    for name, value in stepped.items():
+        exact = np.imag(value) / COMPLEX_STEP
+        central = np.real(above[name] - below[name]) / (2.0 * REAL_STEP)
+        scale = max(_largest(exact), _largest(central))
+        if _largest(exact - central) > LARGEST_DIFFERENCE * scale + 1e-12 * _largest(np.real(value)) / REAL_STEP:
+            raise ValueError(f"a complex step in strain_energy does not give the slope of {name}")
+        elsewhere = exact != 0.0
+        if name in SPECTRA:
+            elsewhere[line] = False
+        if elsewhere.any():
+            raise ValueError(
+                f"{name} follows the strain energy of another line; each line of "
+                f"{', '.join(SPECTRA)} may follow its own, and nothing else"
+            )
+
+
+def _slopes_at_zero(effect: Effect, card: EffectCard, state: PlateState, circumstances: Circumstances) -> set[str]:
+    """Return the amplitudes with a nonzero slope at zero; ValueError for one without a finite slope there."""
+    zero, alive = card.zero(card.sites[len(card.sites) // 2]), set()
+    for parameter in card.amplitudes:
+        tiny, away = COMPLEX_STEP * parameter.sigma, _inside(parameter, 0.0)
+        near = numbers(effect.apply(state, circumstances, {**zero, parameter.name: 1j * tiny}))
+        far = numbers(effect.apply(state, circumstances, {**zero, parameter.name: away}))
+        for name, value in near.items():
+            slope = _largest(np.imag(value)) / tiny
+            mean = _largest(far[name] - np.real(value)) / abs(away)
+            if not slope <= STEEPEST_AT_ZERO * mean + 1e-12 * _largest(np.real(value)) / abs(away):
+                raise ValueError(f"{parameter.name}: the slope of {name} is not finite at zero")
+            if slope > 0.0:
+                alive.add(parameter.name)
+    return alive
+
+
+def _largest(values: NDArray[Any]) -> float:
+    return float(np.abs(values).max(initial=0.0))

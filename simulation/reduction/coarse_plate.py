@@ -18,8 +18,7 @@ from simulation.reduction.vectors.energy_decomposition import energy_shift, mass
 from simulation.reduction.vectors.rational_krylov import Chain
 from simulation.shell.assembly import assemble
 from simulation.shell.unknowns import factorize
-from simulation.twin.instruments import Instruments
-from simulation.twin.transfer import Transfer
+from simulation.twin.instruments import Instruments, Transfer
 
 DEGREE, CELLS = 4, 5
 """Degree of the mesh, and cells along the shorter side: frequencies accurate to a few per mille."""

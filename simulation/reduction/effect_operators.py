@@ -134,7 +134,7 @@ class EffectOperators:
         Derivatives of `footprints` by shifts along x and y, 1/m, and by the share by which their area is larger;
         ``deflection_slopes`` (2, K, r) of `deflection`, by shifts.
     momentum : (r, r) ndarray
-        Change of the mass by the momentum of the mean deflection, see `simulation.verification.solids`, for a
+        Change of the mass by the momentum of the mean deflection, see docs/theory/twin.md, for a
         share c of 1.
     angle : float
         Of the sheet's x axis against the plate's, rad.

@@ -18,14 +18,13 @@ from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.meshing.plate_mesh import MeshRecipe
-from simulation.shell.coupling import couplings
 from simulation.shell.edges import LineBlock
 from simulation.shell.fineness import Fineness
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.points import footprint_rows, spring_discs
 from simulation.shell.rigidity import THX, THY, Block, U, V, W, moduli, plane_stress_moduli, transverse
 from simulation.shell.shell_model import ShellModel
-from simulation.shell.shell_plate import ShellPlate
+from simulation.shell.shell_plate import ShellPlate, couplings
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns, elimination_order, factorize
 

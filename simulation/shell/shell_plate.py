@@ -1,6 +1,8 @@
 """A declared plate with patches on a mesh: sections of every cell, and blocks of its matrices.
 
 Lines that the mesh of a declared plate follows, and the mesh itself.
+
+The force of one volt on each of its patches, too.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,12 +21,16 @@ from simulation.shell.edges import LineBlock, held_functions, spring_blocks
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.rigidity import (
     SHEAR_FACTOR,
+    THX,
+    THY,
     Block,
     CellMatrices,
     CurvedSurface,
     InPlane,
     Rigidity,
     Transverse,
+    U,
+    V,
     Weight,
     laminate,
     matrix,
@@ -293,3 +299,48 @@ def mesh_of(plate: Plate, patches: Sequence[Patch], recipe: MeshRecipe | None = 
     if plate.mesh is not None:
         return foreign_mesh(plate.mesh, borders, cuts)
     return mesh_plate(borders, plate.thickness, recipe, cuts)
+
+
+def couplings(shell: ShellPlate, thickness: Real, bond: float = 1.0) -> list[dict[int, Real]]:
+    """Force of one volt on every patch.
+
+    Parameters
+    ----------
+    thickness : (cells,) or (Q,) ndarray
+        Of the plate, for every cell or every point of quadrature, m.
+    bond : float
+        Share of the force transmitted by the bond.
+
+    Returns
+    -------
+    list of dict of int to (N,) ndarray
+        Of each patch, by field, values over the functions, N/V.
+    """
+    found = []
+    for k, patch in enumerate(shell.patches):
+        h = thickness if len(thickness) == len(shell.space.dx) else shell.space.spread(thickness)
+        sign = 1.0 if patch.side == "top" else -1.0
+        height = 0.5 * sign * (h + patch.thickness)
+        factor = bond * shell.materials[patch.material].e31
+        found.append(_dilatation(shell, k, factor * np.ones_like(h), factor * height))
+    return found
+
+
+def _dilatation(shell: ShellPlate, patch: int, flat: Real, height: Real) -> dict[int, Real]:
+    """Integral under a patch of flat (u,x + v,y) + height (thx,x + thy,y), (Q,) each, by field (N,)."""
+    cells = shell.under[patch]
+    moments = shell.space.moments
+    if shell.surface is None:
+        return {
+            U: moments("x", flat, cells),
+            V: moments("y", flat, cells),
+            THX: moments("x", height, cells),
+            THY: moments("y", height, cells),
+        }
+    found: dict[int, Real] = {}
+    for weight, strains in ((flat, (0, 1)), (height, (3, 4))):
+        for strain in strains:
+            for (unknown, letter), factor in shell.surface.strains[strain].items():
+                part = moments(letter, shell.surface.area * weight * factor, cells)
+                found[unknown] = found.get(unknown, 0.0) + part
+    return found

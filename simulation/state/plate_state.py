@@ -69,7 +69,7 @@ class Departures:
         Of such a sheet: loss factors of E_x, of E_y and of all shear, over the laws' own.
     momentum : float
         Share of what elasticity adds to Mindlin's plate: the momentum is that of the mean deflection over the
-        thickness, w - c h**2 div theta with c = nu / (60 (1 - nu)), see `simulation.verification.solids`.
+        thickness, w - c h**2 div theta with c = nu / (60 (1 - nu)), see docs/theory/twin.md.
     """
 
     thickness: Any = 1.0

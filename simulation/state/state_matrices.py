@@ -13,11 +13,10 @@ from analysis.arrays import Real
 from analysis.channel import Footprint
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import overlap
-from simulation.shell.coupling import couplings
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W, moduli, transverse
 from simulation.shell.shell_model import ShellModel
-from simulation.shell.shell_plate import ShellPlate
+from simulation.shell.shell_plate import ShellPlate, couplings
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns
 from simulation.state.plate_state import PlateState

@@ -2,6 +2,8 @@
 
 With the compliance G = b' Z**-1 b between patches and weights l and r on them, a change dZ, db alters l' G r by
 -y' dZ u + y' db r + l' db' u: the field u = Z**-1 b r that r drives, and y = Z**-1 b l that l would drive.
+
+Of a strain energy on which the state depends, by the theorem of implicit functions.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,9 +19,9 @@ from simulation.reduction.composition import COMPLEX_STEP, Composite, proportion
 from simulation.reduction.modal_form import ModalSlopes
 from simulation.state.attached import Seat
 from simulation.state.plate_state import PlateState, PointLoad
+from simulation.twin.instruments import Transfer
 from simulation.twin.local_plate import deflection_at
-from simulation.twin.local_solution import LocalSolution
-from simulation.twin.transfer import Transfer
+from simulation.twin.local_solution import LineSolver, LocalSolution
 
 ParameterChange = tuple[Composite, PlateState]
 """What a parameter changes: the derivative of the composite, in local coordinates, and the state with an imaginary
@@ -231,6 +233,78 @@ def point_changes(
         if moved is not None and moved.any() and np.any(acting):
             found += [(moved, row, acting), (row, moved, acting)]
     return found
+
+
+@dataclass(frozen=True)
+class EnergySlopes:
+    """Derivatives of the self-consistent strain energy by any parameter of a state (implicit function theorem).
+
+    Attributes
+    ----------
+    sensitivity : TransferSensitivity
+        Of the single sum (K u)^H du, with the motion u per volt on the actuator.
+    stored : (F,) ndarray
+        u^H K u / 2.
+    scale : float
+    feedback : (F,) ndarray
+        dg/de.
+    """
+
+    sensitivity: TransferSensitivity
+    stored: Real
+    scale: float
+    feedback: Real
+
+    @classmethod
+    def of(
+        cls, solved: LocalSolution, actuator: int, state: PlateState, stepped: PlateState, scale: float
+    ) -> Self:
+        """Prepare derivatives at the self-consistent energy.
+
+        Parameters
+        ----------
+        solved : LocalSolution
+            At the self-consistent energy.
+        actuator : int
+            Port of the patch that is driven.
+        state : PlateState
+            At the self-consistent energy.
+        stepped : PlateState
+            The state with the energy e stepped by j `COMPLEX_STEP`.
+        scale : float
+            Energies per J/V2.
+
+        Returns
+        -------
+        EnergySlopes
+        """
+        u = np.ascontiguousarray(solved.answers[:, actuator])
+        force = solved.composite.plate @ u
+        solver = LineSolver.of(solved.plate, state, solved.frequency)
+        lines = np.arange(solved.frequency.size)
+        adjoint = solver.back(solver.solve(solver.weights(state), solver.into(force.conj()), lines))
+        drive = np.zeros(solved.answers.shape[1:], complex)
+        drive[actuator] = 1.0
+        sensitivity = TransferSensitivity(
+            solved, state, drive, np.zeros((1, *drive.shape), complex), u, adjoint[None]
+        )
+        stored = 0.5 * np.einsum("mf,mf->f", u.conj(), force).real
+        slopes = cls(sensitivity, stored, scale, np.zeros(stored.size))
+        nothing = np.zeros_like(solved.normal)
+        still = Composite(nothing, nothing, nothing, nothing, np.zeros_like(solved.composite.coupling))
+        return cls(sensitivity, stored, scale, slopes.by(still, stepped))
+
+    def by(self, local: Composite, stepped: PlateState) -> Real:
+        """Differentiate e, (F,), by the parameter whose imaginary step gave `stepped` at the same e.
+
+        `local` is as in `TransferSensitivity.by`.
+        """
+        u, storage = self.sensitivity.field, self.sensitivity.state.storage
+        change = self.sensitivity.by(local, stepped)[0].real
+        if local.plate.any():
+            change = change + 0.5 * np.einsum("mf,mf->f", u.conj(), local.plate @ u).real
+        direct = np.imag(stepped.storage) / COMPLEX_STEP * self.stored + storage * change
+        return np.asarray(self.scale * direct / (1.0 - self.feedback))
 
 
 Point = tuple[Real, NDArray[Any], Real | None, Any]

@@ -1,4 +1,4 @@
-"""Self-consistent strain energy, line by line, of a plate whose state depends on it, and its derivatives.
+"""Self-consistent strain energy, line by line, of a plate whose state depends on it.
 
 At every line e = g(e), where g(e) is the energy of the plate in the state for the relative energy e. At high
 levels there may be three solutions, as beside every resonance that bends over. The one computed is the lowest,
@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real, Whole
-from simulation.reduction.composition import COMPLEX_STEP, Composite
+from simulation.reduction.composition import COMPLEX_STEP
 from simulation.state.plate_state import SPECTRA, PlateState
 from simulation.twin.local_plate import LocalPlate
-from simulation.twin.local_solution import LineSolver, LocalSolution
-from simulation.twin.sensitivity import TransferSensitivity
+from simulation.twin.local_solution import LineSolver
 
 StateOf = Callable[[NDArray[Any]], PlateState]
 """State of the plate for given relative strain energies (F,); only its spectra may depend on them."""
@@ -159,75 +158,3 @@ class StrainEnergy:
             settled = (np.abs(f) <= SETTLED_ENERGY * (1.0 + found[left])) | (a[left] == b[left])
             left = left[~settled]
         return found
-
-
-@dataclass(frozen=True)
-class EnergySlopes:
-    """Derivatives of the self-consistent strain energy by any parameter of a state (implicit function theorem).
-
-    Attributes
-    ----------
-    sensitivity : TransferSensitivity
-        Of the single sum (K u)^H du, with the motion u per volt on the actuator.
-    stored : (F,) ndarray
-        u^H K u / 2.
-    scale : float
-    feedback : (F,) ndarray
-        dg/de.
-    """
-
-    sensitivity: TransferSensitivity
-    stored: Real
-    scale: float
-    feedback: Real
-
-    @classmethod
-    def of(
-        cls, solved: LocalSolution, actuator: int, state: PlateState, stepped: PlateState, scale: float
-    ) -> Self:
-        """Prepare derivatives at the self-consistent energy.
-
-        Parameters
-        ----------
-        solved : LocalSolution
-            At the self-consistent energy.
-        actuator : int
-            Port of the patch that is driven.
-        state : PlateState
-            At the self-consistent energy.
-        stepped : PlateState
-            The state with the energy e stepped by j `COMPLEX_STEP`.
-        scale : float
-            Energies per J/V2.
-
-        Returns
-        -------
-        EnergySlopes
-        """
-        u = np.ascontiguousarray(solved.answers[:, actuator])
-        force = solved.composite.plate @ u
-        solver = LineSolver.of(solved.plate, state, solved.frequency)
-        lines = np.arange(solved.frequency.size)
-        adjoint = solver.back(solver.solve(solver.weights(state), solver.into(force.conj()), lines))
-        drive = np.zeros(solved.answers.shape[1:], complex)
-        drive[actuator] = 1.0
-        sensitivity = TransferSensitivity(
-            solved, state, drive, np.zeros((1, *drive.shape), complex), u, adjoint[None]
-        )
-        stored = 0.5 * np.einsum("mf,mf->f", u.conj(), force).real
-        slopes = cls(sensitivity, stored, scale, np.zeros(stored.size))
-        nothing = np.zeros_like(solved.normal)
-        still = Composite(nothing, nothing, nothing, nothing, np.zeros_like(solved.composite.coupling))
-        return cls(sensitivity, stored, scale, slopes.by(still, stepped))
-
-    def by(self, local: Composite, stepped: PlateState) -> Real:
-        """Differentiate e, (F,), by the parameter whose imaginary step gave `stepped` at the same e.
-
-        `local` is as in `TransferSensitivity.by`.
-        """
-        u, storage = self.sensitivity.field, self.sensitivity.state.storage
-        change = self.sensitivity.by(local, stepped)[0].real
-        if local.plate.any():
-            change = change + 0.5 * np.einsum("mf,mf->f", u.conj(), local.plate @ u).real
-        direct = np.imag(stepped.storage) / COMPLEX_STEP * self.stored + storage * change
-        return np.asarray(self.scale * direct / (1.0 - self.feedback))

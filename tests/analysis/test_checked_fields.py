@@ -26,13 +26,13 @@ from analysis.focusing.performance import Aim
 from analysis.focusing.played import Played
 from analysis.health.baseline import PanelLinearisation, SelfCheck
 from analysis.health.evidence import SpanEstimate
-from analysis.health.health_report import HealthDate, HealthReport, NamedChange
 from analysis.health.recording import DatedRecording, DateEquations, ExpectedResponse
+from analysis.health.watch import HealthDate, HealthReport, NamedChange
 from analysis.identification.measured import Measured
 from analysis.material import Material, MaterialBox, MaterialLaws, MaterialSigma
 from analysis.recordings.frf import Frf
 from analysis.shapes.stabilization import StabilizationChart
-from analysis.thermometry.listening import Listener
+from analysis.thermometry import Listener
 from analysis.updated import Updated
 from analysis.updating.normal_equations import SweepData
 from analysis.weather.family import TiltFamily, WarmAnswer

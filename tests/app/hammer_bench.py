@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 
 from analysis.arrays import Real
 from app.files.acquisition.hammer_folder import hammer_log
-from app.files.campaigns.sweep_file import Source
+from app.files.campaigns.folder import Source
 from app.files.declarations.hammer_experiment import HammerExperiment, read_hammer_experiment
 from app.rig.assembly import SimulatedHammerRig, simulated_hammer_rig
 from app.stages.acquire_hammer import HammerOutcome, acquire_hammer, interrupted_at

@@ -21,8 +21,8 @@ from drivers.ni.simulated.servicer import SimulatedDaq, serving
 from drivers.ni.simulated.surroundings import Surroundings
 from drivers.ovens.settings import oven_settings
 from drivers.ovens.simulated.regulated_oven import RegulatedOven, Regulator
-from drivers.ovens.simulated.served import TcpPort
 from tests.app.hammer_bench import EXAMPLE, one_mode
+from tests.drivers.ovens.served import TcpPort
 from tests.drivers.watchdog.served_oven import LIGHT, SETTINGS, Asked
 
 PERIOD, PEAK, WIDTH, RING = 0.8, 20.0, 4e-4, 0.3

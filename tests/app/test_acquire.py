@@ -33,7 +33,7 @@ from app.main import flexura, main
 from app.rig import doctor
 from app.rig.assembly import rig_places
 from app.rig.simulated_rig import parts_around
-from drivers.ni.errors import Action, DaqError
+from drivers.ni.cards import Action, DaqError
 from drivers.ni.simulated.faults import Faults
 from drivers.rig import session as rest
 from drivers.rig.end_requests import RigInterrupted, RigStopped

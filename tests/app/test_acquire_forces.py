@@ -16,8 +16,8 @@ from analysis.material import LocalLaws, MaterialBox
 from analysis.recordings.frf import Frf, campaign_frf
 from app.files.acquisition.campaign_folder import AcquiredCampaign
 from app.files.acquisition.events import append_event
+from app.files.campaigns.folder import digest
 from app.files.campaigns.loading import load_campaign
-from app.files.campaigns.sweep_file import digest
 from app.files.declarations.experiment import AcquiredExperiment, read_acquired_experiment
 from app.files.results.modes_file import load_frf, save_frf
 from app.main import flexura

@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 from app.files.declarations.experiment import read_acquired_experiment
 from app.main import flexura
 from app.rig.doctor import look_before
-from drivers.ni.errors import Action, DaqError
+from drivers.ni.cards import Action, DaqError
 from drivers.rig import survey
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "sound-card.toml"

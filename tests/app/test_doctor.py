@@ -20,7 +20,7 @@ from drivers.ni.simulated.servicer import SimulatedDaq, serving
 from drivers.ni.simulated.surroundings import Surroundings
 from drivers.ovens.settings import oven_settings
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.ovens.simulated.served import TcpPort
+from tests.drivers.ovens.served import TcpPort
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "simulated-rig.toml"
 

@@ -666,7 +666,7 @@ def test_results_of_two_panels_come_into_no_folder_of_their_own(run, panel, tmp_
 
 
 def test_a_report_says_where_compensation_and_filters_are_of_two_panels(run, panel, tmp_path):
-    from app.report.sections import _of_two_panels
+    from app.report.written import _of_two_panels
 
     other = tmp_path / "other.toml"
     other.write_text(PANEL.replace("two patches", "right seat"), encoding="utf-8")

@@ -15,7 +15,7 @@ from app.files.results.gap_file import load_gap
 from app.files.results.laws_file import load_laws, load_updated
 from app.files.results.twin_file import read_twin
 from app.main import flexura
-from app.stages.comparison.request import open_before
+from app.stages.comparison.plan import open_before
 from app.stages.gap import missing_words, roughness
 
 Run = Callable[..., tuple[int, str, str]]

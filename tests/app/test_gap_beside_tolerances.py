@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from app.files.campaigns.loading import load_campaign
-from app.stages.comparison.request import GapRequest
-from app.stages.gap import GapComparison, compute
+from app.stages.gap import GapComparison, GapRequest, compute
 
 FOLDER = Path(__file__).parents[3] / "shared" / "data" / "campaigns"
 

@@ -11,16 +11,15 @@ import pytest
 
 import flexura
 from analysis.health.candidates import ChangeCandidate, change_candidates
-from analysis.health.health_report import HealthDate, HealthReport, NamedChange
 from analysis.health.refined import RefinedChange
+from analysis.health.watch import HealthDate, HealthReport, NamedChange
 from analysis.recordings.frf import Frf
 from app.files.bad_file import ResultFileError
 from app.files.provenance import provenance
 from app.files.results.modes_file import save_frf
 from app.report.health import trend
 from app.report.style import drawing
-from app.sound.played_dates import played_signals
-from app.stages.health import LaterDate, same_sweeps
+from app.stages.health import LaterDate, played_signals, same_sweeps
 from app.summaries.health import change_words, headline, health_record, tables
 from simulation.effects.library import library
 from tests.app.corrected_run import write_run

@@ -15,7 +15,6 @@ from analysis.estimation.windows import without_window
 from analysis.identification.modes import Modes
 from analysis.identification.pole_residue import named
 from analysis.identification.settings import Settings
-from analysis.identification.synthetic import SyntheticFrf, r10
 from analysis.shapes.participation import mac
 from app.files.uff.frfs import read_frfs, write_frfs
 from app.main import flexura
@@ -25,6 +24,7 @@ from app.stages.identify import uff_records
 from app.stages.identify_options import Wanted
 from app.summaries.modes import mode_table, modes_record
 from app.terminal.tables import show
+from tests.synthetic_frf import SyntheticFrf, r10
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 BEAM = SHARED / "real" / "beam_roving_hammer"

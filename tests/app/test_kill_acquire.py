@@ -14,8 +14,8 @@ from scipy.signal import butter, sosfilt
 
 from analysis.arrays import Real
 from app.files.acquisition.campaign_folder import campaign_log
+from app.files.campaigns.folder import Source, digest
 from app.files.campaigns.loading import load_campaign
-from app.files.campaigns.sweep_file import Source, digest
 from app.files.declarations.experiment import AcquiredExperiment, read_acquired_experiment
 from app.stages.acquire import acquire_campaign
 from drivers.ni.modules import NI_9211, NI_9234, NI_9260

@@ -16,9 +16,9 @@ from app.commands.update import overtaken
 from app.files.bad_file import ResultFileError
 from app.files.results.best_twin import best_twin
 from app.report.page import PageTable, Paragraph, Picture, Section, Words
-from app.report.sections import Found, sections
 from app.report.style import drawing
 from app.report.summary import summary
+from app.report.written import Found, sections
 from app.stages.panel.laws import laws_for
 from app.summaries.numbers import FIXED
 from tests.app.corrected_run import corrected, laws_of, record, write_run
@@ -173,7 +173,7 @@ def test_update_says_which_laws_are_used_from_here_on(run: Path) -> None:
 
 
 def test_filters_from_the_plain_laws_are_said_to_be_overtaken(run: Path) -> None:
-    from app.report.sections import _overtaken
+    from app.report.written import _overtaken
 
     stale = {"filters.h5": {"inputs": {"laws.h5": "0a"}}, "studies.h5": {"inputs": {"laws-corrected.h5": "0b"}}}
     (said,) = _overtaken(run, stale)

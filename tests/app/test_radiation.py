@@ -14,7 +14,7 @@ from app.files.declarations.panel import read_panel
 from app.files.provenance import read_stamp
 from app.files.results.panel_files import load_compensation, load_focusing, load_radiation
 from app.files.results.transfers_file import write_transfers
-from app.report.sections import part_of
+from app.report.written import part_of
 from app.twins.panel_twin import panel_twin
 from tests.app.test_focus_compensate import flex, laws, silent, write_laws
 from tests.two_patch_panel import PANEL, TARGET_AND_FILTERS

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.compensation.direct_filters import DirectFilters, direct_filters
+from analysis.compensation.rivals import DirectFilters, direct_filters
 from analysis.focusing.methods import tikhonov
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import contrast, decibels, mean_response

@@ -18,7 +18,7 @@ from app.files.folder_lock import folder_lock
 from app.files.results.laws_file import load_laws, load_updated
 from app.files.results.modes_file import load_frf
 from app.main import main
-from app.report.sections import sections
+from app.report.written import sections
 
 QUICK = Path(__file__).resolve().parents[2] / "examples" / "quick-rig.toml"
 THREE = "interrupted, 3 of 4 sweeps, 15 to 35 °C"

@@ -15,7 +15,7 @@ from analysis.compensation.settings import Training
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from analysis.radiation.radiator import Radiator
-from analysis.rendering.heard import SAMPLES_BEFORE_ZERO, impulse_responses
+from analysis.rendering.renderer import SAMPLES_BEFORE_ZERO, impulse_responses
 from analysis.weather.judged import ONE, OWN_TILTED, SEVERAL, TILTED, WAYS
 from app.chain.links import compensate_inputs, do_compensate
 from app.chain.work import RunRequest, Work

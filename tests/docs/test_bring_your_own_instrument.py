@@ -18,7 +18,7 @@ from drivers.ovens.declared_oven import ModbusMapOven, ScpiOven
 from drivers.ovens.registers import Number, RunRegister, StatusRegister
 from drivers.ovens.settings import oven_settings
 from drivers.ovens.text_protocol import Phrase, RunPhrase, StatusPhrase
-from drivers.thermometers.settings import THERMOMETERS
+from drivers.thermometers.thermometer import THERMOMETERS
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "guide" / "bring-your-own-instrument.md").read_text(encoding="utf-8")

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from simulation.verification.case import compare
-from simulation.verification.cases import CASES
+from tests.simulation.verification.case import compare
+from tests.simulation.verification.cases import CASES
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

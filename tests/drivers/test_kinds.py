@@ -9,7 +9,7 @@ import pytest
 from drivers.kinds import KindError
 from drivers.ni.cards import CARDS
 from drivers.ovens.settings import OVENS, OvenSettings
-from drivers.thermometers.settings import THERMOMETERS
+from drivers.thermometers.thermometer import THERMOMETERS
 
 Install = Callable[..., None]
 

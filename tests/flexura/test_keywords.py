@@ -13,9 +13,8 @@ from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.campaign_error import CampaignFileError
 from app.summaries.keywords import in_keywords
 from app.summaries.table import as_html, as_text
-from flexura.argument_kinds import ArgumentKindError
 from flexura.forward_twin import ForwardTwin
-from flexura.keywords import keyworded
+from flexura.keywords import ArgumentKindError, keyworded
 
 RUN = "no-run"
 

@@ -14,9 +14,8 @@ from app.blind_trial.trial import Trial, begin
 from app.files.acquisition import events
 from app.files.acquisition.hammer_folder import hit_doubts, open_hammer_folder
 from app.files.campaigns.channels import RecorderLayout, read_declaration
-from app.files.campaigns.folder import frozen_protocol, read_protocol
+from app.files.campaigns.folder import Source, frozen_protocol, read_protocol, read_sweep_file
 from app.files.campaigns.recorded import read_recording
-from app.files.campaigns.sweep_file import Source, read_sweep_file
 from app.files.campaigns.tdms_sweep import read_sweep
 from app.files.declarations.experiment import read_acquired_experiment
 from app.files.declarations.hammer_experiment import read_hammer_experiment

@@ -17,10 +17,9 @@ from app.files.acquisition.hammer_folder import open_hammer_folder
 from app.files.atomic import write_json
 from app.files.campaigns.channels import read_experiment
 from app.files.campaigns.export import export_frfs
-from app.files.campaigns.folder import frozen_protocol, write_protocol
+from app.files.campaigns.folder import Source, frozen_protocol, write_protocol
 from app.files.campaigns.import_recording import import_recording
 from app.files.campaigns.recorded import read_recorded_campaign
-from app.files.campaigns.sweep_file import Source
 from app.files.declarations.experiment import read_acquired_experiment
 from app.files.declarations.hammer_experiment import read_hammer_experiment
 from app.files.results.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin, write_twin

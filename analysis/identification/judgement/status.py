@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 
 from analysis.identification.averaging import roughness
 from analysis.identification.judgement.resolution import heights, unresolved
-from analysis.identification.lines import Lines
+from analysis.identification.lines import Lines, running_median
 from analysis.identification.order import pole_penalty, support
 from analysis.identification.pole_search import PoleFit
-from analysis.identification.running_median import running_median
 
 MOST_DAMPED = 0.2
 """Damping ratio above which a pole is background; the lossiest plate polymers stay near 0.05."""

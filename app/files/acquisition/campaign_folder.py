@@ -25,9 +25,17 @@ from app.files.acquisition.same_experiment import (
 from app.files.atomic import force_folder_to_disk
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaigns.coverage import Place
-from app.files.campaigns.folder import SWEEPS, remove_unfinished, sweep_paths, write_protocol
+from app.files.campaigns.folder import (
+    SWEEPS,
+    Source,
+    file_name,
+    read_sweep_file,
+    remove_unfinished,
+    sweep_paths,
+    write_protocol,
+    write_sweep,
+)
 from app.files.campaigns.kind import is_campaign_folder
-from app.files.campaigns.sweep_file import Source, file_name, read_sweep_file, write_sweep
 from app.files.folder_lock import writable
 from drivers.ni.cards import Record, go_on
 

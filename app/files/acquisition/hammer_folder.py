@@ -20,8 +20,8 @@ from app.files.acquisition.same_experiment import REWIRED, changed_wiring, diffe
 from app.files.atomic import PARTIAL, atomic_hdf5, force_folder_to_disk, write_json, write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError, Problem
+from app.files.campaigns.folder import Source
 from app.files.campaigns.kind import HAMMER_TEST, is_hammer_folder
-from app.files.campaigns.sweep_file import Source
 from app.files.declarations.hammer_experiment import HammerExperiment
 from app.files.declarations.modal_test import FORMAT as OF_TEST
 from app.files.declarations.modal_test import NAME as TEST

@@ -12,8 +12,7 @@
 ``of_run``            which campaign a run folder belongs to, as commands name it
 ``import_recording``  from a recorded campaign to a folder, surviving a kill; campaigns with an actuator each put
                       together
-``folder``            one in Flexura's own form, which survives a kill at any moment
-``sweep_file``        one finished sweep
+``folder``            one in Flexura's own form, which survives a kill at any moment; its finished sweeps
 ``inputs``            whether a result was made from the sweeps that are there now
 ``coverage``          the sweeps there against the sweeps asked for
 ``export``            FRFs of a campaign for other programs, and their names in universal files

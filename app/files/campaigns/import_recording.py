@@ -28,18 +28,22 @@ from app.files.campaigns.coverage import coverage_problems, missing_places, plac
 from app.files.campaigns.folder import (
     INDEX,
     SWEEPS,
+    Source,
+    digest,
+    file_name,
     frozen_protocol,
     read_campaign_folder,
     read_protocol,
+    read_sweep_file,
     remove_unfinished,
     sweep_paths,
     write_index,
     write_protocol,
+    write_sweep,
 )
 from app.files.campaigns.kind import PROTOCOL, is_campaign_folder, is_recorded_campaign
 from app.files.campaigns.loading import not_a_campaign
 from app.files.campaigns.recorded import Recording, read_recording
-from app.files.campaigns.sweep_file import Source, digest, file_name, read_sweep_file, write_sweep
 from app.files.disk_room import RESULTS, UnwrittenFileError, require_room
 from app.files.folder_lock import folder_lock
 

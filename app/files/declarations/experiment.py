@@ -1,13 +1,16 @@
-"""An experiment that is to be acquired: one TOML file with the plate, the rig and the protocol."""
+"""An experiment that is to be acquired: one TOML file with the plate, the rig and the protocol.
+
+The sections that are instruments are checked by the class that their ``kind`` names.
+"""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import Field, create_model, model_validator
 
 from analysis.channel import UNITS, Motion
-from analysis.declaration.strict import Declared, Sparse
+from analysis.declaration.strict import Declared, Sparse, Temperature
 from analysis.declaration.tolerances import Tolerances
 from analysis.declaration.transducers import Drive, Patch, Sensor
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Plate
@@ -20,13 +23,75 @@ from app.files.bad_file import quoted
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaigns.channels import FORMAT
 from app.files.campaigns.kind import DECLARATION
-from app.files.declarations.instrument_sections import OvenSection, UnknownInstrument, instrument_sections
 from app.files.declarations.simulation_section import Simulation
 from app.files.settings_toml import checked, read_table
-from drivers.ni.cards import CardsSettings
+from drivers.kinds import KindError, Kinds
+from drivers.ni.cards import CARDS, CardsSettings
 from drivers.ni.modules import find_module
-from drivers.ovens.settings import OvenSettings
-from drivers.thermometers.settings import ThermometerSettings
+from drivers.ovens.settings import OVENS, OvenSettings
+from drivers.thermometers.thermometer import THERMOMETERS, ThermometerSettings
+
+Model = TypeVar("Model", bound=Declared)
+
+
+class OvenSection(OvenSettings):
+    """The oven's limits and whatever its kind adds, and the room it stands in."""
+
+    room_temperature: Temperature
+
+
+class UnknownInstrument(ValueError):  # noqa: N818 (said of the file, whose section is wrong)
+    """A section names a kind that is not there, or whose package is broken.
+
+    Attributes
+    ----------
+    section : str
+        ``cards``, ``oven`` or ``thermometer``.
+    wrong : KindError
+    """
+
+    def __init__(self, section: str, wrong: KindError) -> None:
+        self.section, self.wrong = section, wrong
+        super().__init__(f"{section}.kind: {wrong}")
+
+    def said_of(self, path: Path) -> CampaignFileError:
+        """Return what a reader of the file raises in its place."""
+        wrong = self.wrong
+        problem = Problem(path.name, f"{self.section}.kind", wrong.seen, wrong.allowed, wrong.remedy)
+        return CampaignFileError(path.parent, [problem])
+
+
+def instrument_sections(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields that the instruments of an experiment's table make of its model.
+
+    Raises
+    ------
+    UnknownInstrument
+        For a kind that is not there.
+    """
+    sections: dict[str, Any] = {"cards": (_kind("cards", CARDS, table, default="ni") or CardsSettings, ...)}
+    oven = _kind("oven", OVENS, table)
+    if oven is not None:
+        sections["oven"] = (create_model("OvenSection", __base__=(oven, OvenSection)), ...)
+    thermometer = _kind("thermometer", THERMOMETERS, table)
+    if thermometer is not None:
+        sections["thermometer"] = (thermometer, ...)
+    return sections
+
+
+def _kind(
+    section: str, kinds: Kinds[Model], table: Mapping[str, Any], default: str | None = None
+) -> type[Model] | None:
+    """Return the class of the kind a section names; None where it names none, which its own check then reports."""
+    declared = table.get(section)
+    name = declared.get("kind", default) if isinstance(declared, Mapping) else default
+    if not isinstance(name, str):
+        return None
+    try:
+        return kinds.find(name)
+    except KindError as error:
+        raise UnknownInstrument(section, error) from error
+
 
 RANGES: dict[Motion, tuple[float, float]] = {
     "acceleration": (1e-5, 2.0),

@@ -15,13 +15,19 @@ from analysis.protocol.limits import Limits
 from analysis.protocol.protocol import AcquisitionProtocol, Programme, Rate, Settling
 from analysis.protocol.sweep import SweepSettings
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.declarations.experiment import AcquiredSensor, RigKind, far_limits
-from app.files.declarations.instrument_sections import OvenSection, UnknownInstrument, instrument_sections
+from app.files.declarations.experiment import (
+    AcquiredSensor,
+    OvenSection,
+    RigKind,
+    UnknownInstrument,
+    far_limits,
+    instrument_sections,
+)
 from app.files.declarations.simulation_section import Simulation
 from app.files.settings_toml import checked, read_table
 from drivers.hammer.hammer_rig import TriggerSettings
 from drivers.ni.wiring import InputWiring
-from drivers.thermometers.settings import ThermometerSettings
+from drivers.thermometers.thermometer import ThermometerSettings
 
 KIND = "hammer"
 MOST_SIMULATED = 100

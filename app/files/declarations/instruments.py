@@ -8,14 +8,14 @@ from pydantic import ConfigDict, ValidationError, create_model
 from analysis.declaration.strict import Declared
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError, Problem
+from app.files.declarations.experiment import UnknownInstrument, instrument_sections
 from app.files.declarations.hammer_experiment import is_hammer_table
-from app.files.declarations.instrument_sections import UnknownInstrument, instrument_sections
 from app.files.settings_toml import checked, read_table
 from drivers.kinds import KindError
 from drivers.ni.cards import CardsSettings
 from drivers.ovens.settings import OVENS, OvenSettings
 from drivers.rig.occupancy import instrument_places
-from drivers.thermometers.settings import ThermometerSettings
+from drivers.thermometers.thermometer import ThermometerSettings
 
 USUAL: dict[str, Any] = {"port": "simulated", "minimum": -5.0, "maximum": 65.0, "max_rate": 3.0}
 """What a kind is declared with where only its name is known."""

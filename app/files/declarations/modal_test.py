@@ -18,7 +18,6 @@ from app.files.settings_toml import checked, read_table
 
 FORMAT = "flexura-test/1"
 NAME = "test.toml"
-DRIVES = ("drive",)
 MEASURED = ("drive", "response")
 AXES = {"x": 1, "y": 2, "z": 3}
 

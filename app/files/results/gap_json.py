@@ -17,7 +17,7 @@ from analysis.gap.plan.separation import ENOUGH, Question
 from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect
 from analysis.gap.search.held_out import HeldOut
 from analysis.gap.search.observability import Observability
-from analysis.pairing.paired_sweeps import Pairing
+from analysis.pairing.assignment import Pairing
 from analysis.updating.corrected_twin import material_of
 from app.files.results.pairing_json import declared_record, pairing_record
 

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.estimates import DeclaredQuantity
-from analysis.pairing.assignment import ModeList, ModePairs
-from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
+from analysis.pairing.assignment import ModeList, ModePairs, PairedSweeps, Pairing
 from analysis.pairing.points import PointComparison
 
 

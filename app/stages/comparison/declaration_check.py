@@ -12,9 +12,8 @@ from analysis.declaration.plate_material import KINDS, DeclaredOrthotropy, mater
 from analysis.experiment import Experiment, check_patches
 from analysis.geometry.loop import GeometryError
 from analysis.material import MaterialBox
-from analysis.pairing.assignment import ModeList
+from analysis.pairing.assignment import LEAST_SHARE, ModeList
 from analysis.pairing.coarse_trial import CoarseTrial, SweepModes, scanned_materials, tried
-from analysis.pairing.paired_sweeps import LEAST_SHARE
 from analysis.progress import Progress
 from analysis.recordings.frf import Frf
 from analysis.updating.start import ModulusScan, levels, scan_grid, scan_modulus, scanned_box, smoothed

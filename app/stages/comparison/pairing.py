@@ -17,9 +17,17 @@ from analysis.identification.over_temperature.tracking import sweep_measured
 from analysis.identification.pole_residue import ResidualTerms, choices_for
 from analysis.identification.settings import Settings
 from analysis.material import LocalLaws
-from analysis.pairing.assignment import HALF_POWER, ModeList, ModePairs, pair_modes
+from analysis.pairing.assignment import (
+    HALF_POWER,
+    POOR,
+    ModeList,
+    ModePairs,
+    PairedSweeps,
+    Pairing,
+    Source,
+    pair_modes,
+)
 from analysis.pairing.coarse_trial import SweepModes
-from analysis.pairing.paired_sweeps import POOR, PairedSweeps, Pairing, Source
 from analysis.pairing.points import (
     FittingPlace,
     KnownShapes,
@@ -52,7 +60,7 @@ class MeasuredSweeps:
     modes : mapping of int to Modes
         By the sweep's number, channels turned as in the FRF.
     source : str
-        See `analysis.pairing.paired_sweeps.PairedSweeps`.
+        See `analysis.pairing.assignment.PairedSweeps`.
     terms : ResidualTerms
         With which residues of computed modes are found.
     """

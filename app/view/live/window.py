@@ -25,8 +25,7 @@ from app.summaries.numbers import duration
 from app.view.chart import Chart
 from app.view.theme import Theme
 from app.view.window import Window
-from app.watch.course import set_point_line
-from app.watch.watched import FRFS_SHOWN, Watched
+from app.watch.watched import FRFS_SHOWN, Watched, set_point_line
 from app.watch.words import in_words, said_at
 
 LOWEST_LEVEL = -100.0

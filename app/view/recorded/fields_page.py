@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QPush
 from analysis.arrays import Real
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
-from analysis.geometry.shapes import circle
+from analysis.geometry.loop import circle
 from analysis.material import MaterialLaws
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors

@@ -8,6 +8,5 @@
 ``votsch``          Vötsch and Weiss, ASCII-2
 ``espec``           Espec P-300
 ``declared_oven``   controllers with the registers, or the words, that a file declares
-``served``          simulated controllers at a real port; what happens to answers on a bad line
 ==================  ======================================================================
 """

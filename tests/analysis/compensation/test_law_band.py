@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.compensation.direct_filters import local_model
 from analysis.compensation.law_band import DRAWS, law_band
+from analysis.compensation.rivals import local_model
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel_model import constants_at
 from analysis.focusing.performance import contrast

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from analysis.compensation.measured import compensate_measured
 from analysis.compensation.rivals import cubic_spline
 from analysis.compensation.settings import Training, suited_nodes
-from analysis.compensation.study import compensate
+from analysis.compensation.study import compensate, compensate_measured
 from analysis.compensation.training import left_out_taps
 from analysis.focusing.measured import MeasuredPanel, MeasuredTransfers
 from analysis.focusing.over_temperature import focus

@@ -6,8 +6,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from analysis.estimation.estimators import estimate
-from analysis.estimation.recording import SampledSignals
-from analysis.estimation.spectra import pooled, welch
+from analysis.estimation.spectra import SampledSignals, pooled, welch
 from analysis.estimation.windows import effective_averages, segment_window
 
 RATE = 1000.0

@@ -5,8 +5,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import butter, lfilter
 
-from analysis.estimation.recording import SampledSignals
-from analysis.estimation.spectra import is_impacts, is_swept, leaks, period
+from analysis.estimation.spectra import SampledSignals, is_impacts, is_swept, leaks, period
 
 RATE = 1024
 SECONDS = 48

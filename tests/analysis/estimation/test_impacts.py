@@ -9,8 +9,8 @@ from scipy.signal import butter, lfilter
 
 from analysis.estimation.estimators import estimate
 from analysis.estimation.impacts import HammerTest, find_blows
-from analysis.estimation.recording import SampledSignals, clipped, signal_faults
 from analysis.estimation.ringing import ringing
+from analysis.estimation.spectra import SampledSignals, clipped, signal_faults
 from analysis.estimation.windows import without_window
 from analysis.identification.automatic import identify
 from analysis.identification.measured import Measured

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.estimation.agreement import of_hits, of_records
-from analysis.estimation.recording import SampledSignals
-from analysis.estimation.spectra import welch
+from analysis.estimation.spectra import SampledSignals, welch
 
 RATE = 1024.0
 LINES = np.fft.rfftfreq(2048, 1.0 / RATE)

@@ -7,8 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.estimation.estimators import Estimator, FrfEstimate, estimate
-from analysis.estimation.recording import SampledSignals
-from analysis.estimation.spectra import welch
+from analysis.estimation.spectra import SampledSignals, welch
 from analysis.identification.automatic import identify
 from analysis.identification.measured import Measured
 from analysis.identification.settings import Settings

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from analysis.compensation import direct_filters as module
-from analysis.compensation.direct_filters import direct_filters, local_model, local_models
+from analysis.compensation.rivals import direct_filters, local_model, local_models
 from analysis.focusing.methods import invert
 from analysis.focusing.panel_model import constants_at
 from analysis.focusing.performance import contrast

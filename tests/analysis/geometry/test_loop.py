@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.geometry import shapes
+from analysis.geometry import loop
 from analysis.geometry.loop import Arc, GeometryError, Loop, Segment
 
 HALF_DISC = Loop((Arc((0.0, 0.0), (0.2, 0.2), 0.0, 0.0, np.pi), Segment((-0.2, 0.0), (0.2, 0.0))))
@@ -28,14 +28,14 @@ def test_an_open_chain_is_refused_with_both_places() -> None:
 
 
 def test_a_clockwise_chain_is_turned_round() -> None:
-    clockwise = shapes.polygon([(0.0, 0.0), (0.0, 0.1), (0.2, 0.1), (0.2, 0.0)])
+    clockwise = loop.polygon([(0.0, 0.0), (0.0, 0.1), (0.2, 0.1), (0.2, 0.0)])
     assert clockwise.turned
     assert clockwise.area == pytest.approx(0.02)
-    assert not shapes.polygon([(0.0, 0.0), (0.2, 0.0), (0.2, 0.1), (0.0, 0.1)]).turned
+    assert not loop.polygon([(0.0, 0.0), (0.2, 0.0), (0.2, 0.1), (0.0, 0.1)]).turned
 
 
 def test_what_lies_inside_a_circle_is_told_to_the_micrometre() -> None:
-    circle = shapes.circle((0.1, 0.2), 0.15)
+    circle = loop.circle((0.1, 0.2), 0.15)
     angle = np.linspace(0.01, 6.2, 97)
     around = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     assert circle.contains((0.1, 0.2) + (0.15 - 1e-7) * around).all()
@@ -45,7 +45,7 @@ def test_what_lies_inside_a_circle_is_told_to_the_micrometre() -> None:
 
 
 def test_what_lies_inside_an_l() -> None:
-    ell = shapes.polygon([(0, 0), (0.4, 0), (0.4, 0.3), (0.2, 0.3), (0.2, 0.2), (0, 0.2)])
+    ell = loop.polygon([(0, 0), (0.4, 0), (0.4, 0.3), (0.2, 0.3), (0.2, 0.2), (0, 0.2)])
     rng = np.random.default_rng(1)
     points = rng.uniform(-0.1, 0.5, (3000, 2))
     x, y = points.T
@@ -54,7 +54,7 @@ def test_what_lies_inside_an_l() -> None:
 
 
 def test_bounds_are_those_of_the_curves_and_not_of_chords() -> None:
-    ellipse = shapes.ellipse((0.1, 0.0), (0.3, 0.1), 0.5)
+    ellipse = loop.ellipse((0.1, 0.0), (0.3, 0.1), 0.5)
     half = np.hypot([0.3 * np.cos(0.5), 0.3 * np.sin(0.5)], [0.1 * np.sin(0.5), 0.1 * np.cos(0.5)])
     np.testing.assert_allclose(
         ellipse.bounds, [np.subtract((0.1, 0.0), half), np.add((0.1, 0.0), half)], atol=1e-12
@@ -62,7 +62,7 @@ def test_bounds_are_those_of_the_curves_and_not_of_chords() -> None:
 
 
 def test_the_nearest_point_lies_on_the_curve_itself() -> None:
-    circle = shapes.circle((0.0, 0.0), 0.2)
+    circle = loop.circle((0.0, 0.0), 0.2)
     angle = np.array([0.3, 2.0, 3.9, 5.5])
     around = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     for radius in (0.05, 0.199, 0.35):
@@ -74,6 +74,6 @@ def test_the_nearest_point_lies_on_the_curve_itself() -> None:
 
 
 def test_distance_from_a_square() -> None:
-    square = shapes.rectangle((0.0, 0.0), (0.2, 0.2))
+    square = loop.rectangle((0.0, 0.0), (0.2, 0.2))
     points = np.array([[0.0, 0.0], [0.3, 0.0], [0.2, 0.2], [0.1, 0.05]])
     np.testing.assert_allclose(square.distance(points), [0.1, 0.2, np.hypot(0.1, 0.1), 0.0], atol=1e-15)

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from analysis.health.health_report import NamedChange
 from analysis.health.recording import temperature_found
-from analysis.health.watch import HealthWatch
+from analysis.health.watch import HealthWatch, NamedChange
 from analysis.twin_model import NO_EFFECTS, Effects
 from tests.analysis.health.healthy_panel import measured, recorded, usual_watch
 

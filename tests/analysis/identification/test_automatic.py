@@ -8,7 +8,7 @@ from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.pole_residue import REAL_E_F, choices_for, synthesis
 from analysis.identification.settings import Settings
-from analysis.identification.synthetic import SyntheticFrf, r10
+from tests.synthetic_frf import SyntheticFrf, r10
 
 FREQUENCY = np.arange(100.0, 1500.25, 0.5)
 

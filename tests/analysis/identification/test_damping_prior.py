@@ -11,7 +11,7 @@ from analysis.identification.measured import Measured
 from analysis.identification.modes import DampingPrior
 from analysis.identification.pole_residue import REAL_E_F, to_parameters, to_poles
 from analysis.identification.pole_search import project
-from analysis.identification.synthetic import crowded, r10
+from tests.synthetic_frf import crowded, r10
 
 BAND = (2 * np.pi * 100.0, 2 * np.pi * 1500.0)
 

@@ -6,7 +6,7 @@ from analysis.identification.lines import Lines
 from analysis.identification.missing import add_missing, gains, matched, residual
 from analysis.identification.pole_residue import REAL_E_F
 from analysis.identification.pole_search import fit, misfit_at
-from analysis.identification.synthetic import r10
+from tests.synthetic_frf import r10
 
 CASE = r10(np.random.default_rng(81))
 LINES = Lines(CASE.frequency, CASE.h[None], np.full((1, len(CASE.h)), CASE.deviation))

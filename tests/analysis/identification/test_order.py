@@ -15,7 +15,7 @@ from analysis.identification.order import (
 )
 from analysis.identification.pole_residue import COMPLEX_E_F_G, NONE, REAL_E_F
 from analysis.identification.pole_search import fit
-from analysis.identification.synthetic import SyntheticFrf, r10
+from tests.synthetic_frf import SyntheticFrf, r10
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,8 @@ from analysis.identification.order import covariance
 from analysis.identification.pole_residue import EVERY_CHOICE, NONE, synthesis
 from analysis.identification.pole_search import fit
 from analysis.identification.settings import Settings
-from analysis.identification.synthetic import SyntheticFrf, crowded, pairs, r10, rippled, shared_noise
 from tests.analysis.identification.test_automatic import Score, score
+from tests.synthetic_frf import SyntheticFrf, crowded, pairs, r10, rippled, shared_noise
 
 CASE_2 = Path(__file__).parent / "data" / "vibration_toolbox_case2.npz"
 

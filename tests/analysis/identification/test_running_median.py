@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import median_filter
 
-from analysis.identification.running_median import running_median
+from analysis.identification.lines import running_median
 
 
 @pytest.mark.parametrize("mode", ["nearest", "reflect"])

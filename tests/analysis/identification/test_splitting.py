@@ -8,7 +8,7 @@ from analysis.identification.measured import Measured
 from analysis.identification.missing import split
 from analysis.identification.pole_residue import NONE, REAL_E_F, synthesis
 from analysis.identification.pole_search import fit
-from analysis.identification.synthetic import pairs, r10
+from tests.synthetic_frf import pairs, r10
 
 FREQUENCY = np.arange(100.0, 500.0, 0.25)
 TWO = 2 * np.pi * np.array([-5.0 + 299.2j, -4.0 + 301.1j])

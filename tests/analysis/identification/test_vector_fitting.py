@@ -2,8 +2,8 @@ import numpy as np
 
 from analysis.identification.lines import Lines
 from analysis.identification.pole_residue import COMPLEX_E_F_G
-from analysis.identification.synthetic import r10
 from analysis.identification.vector_fitting import Relocation, start_poles
+from tests.synthetic_frf import r10
 
 
 def test_poles_of_an_exact_rational_function_are_found_from_nothing() -> None:

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.pairing.assignment import ModeList, ModePairs, pair_modes
-from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
+from analysis.pairing.assignment import ModeList, ModePairs, PairedSweeps, Pairing, pair_modes
 
 F = np.array([100.0, 200.0, 330.0, 500.0, 720.0])
 

@@ -7,9 +7,8 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt
 
 from analysis.protocol.acceptance import faults
-from analysis.protocol.drive_comparison import compare_drive, stretched
 from analysis.protocol.protocol import AcquisitionProtocol
-from analysis.protocol.sweep import drive_signal
+from analysis.protocol.sweep import compare_drive, drive_signal, stretched
 from analysis.recordings.campaign import Sweep
 
 RATE = 51_200.0 / 6.0

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.protocol.drive_comparison import clock_difference, compare_drive, stretched
-from analysis.protocol.sweep import SweepSettings, drive_signal
+from analysis.protocol.sweep import SweepSettings, clock_difference, compare_drive, drive_signal, stretched
 
 RATE = 51_200.0 / 6.0
 MINUTE = {"band": (100.0, 2000.0), "duration": 60.0}

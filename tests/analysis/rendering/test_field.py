@@ -5,7 +5,7 @@ import pytest
 
 from analysis.focusing.energy import EnergyForms
 from analysis.rendering.following import TemperatureProgramme
-from analysis.rendering.heard import field_contrast, power_spectrum
+from analysis.rendering.renderer import field_contrast, power_spectrum
 
 LINES = np.arange(100.0, 301.0, 10.0)
 

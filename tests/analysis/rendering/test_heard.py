@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.focusing.panel import Filters
-from analysis.rendering.heard import (
+from analysis.rendering.renderer import (
     RESPONSE_SAMPLES,
     SAMPLES_AT_ONCE,
     SAMPLES_BEFORE_ZERO,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.thermometry.bands import Decimator
+from analysis.thermometry import Decimator
 
 
 def test_blocks_do_not_matter():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.rendering.following import TemperatureProgramme
-from analysis.thermometry.listening import Listener, Track, simulated_response
+from analysis.thermometry import Listener, Track, simulated_response
 
 RATE, BAND = 1_000.0, (40.0, 380.0)
 GRID = np.linspace(0.0, 60.0, 121)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.rendering.following import TemperatureProgramme
-from analysis.thermometry.listening import simulated_response
+from analysis.thermometry import simulated_response
 
 RATE, BAND = 1_000.0, (40.0, 380.0)
 

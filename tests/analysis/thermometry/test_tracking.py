@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.thermometry.listening import ThermometerReading, Track
+from analysis.thermometry import ThermometerReading, Track
 
 REFUSED = ThermometerReading(np.nan, np.nan, np.nan, 0.0, "silence")
 

@@ -17,7 +17,7 @@ import numpy as np
 from pathlib import Path
 from app.files.campaigns.folder import SWEEPS, remove_unfinished, write_index
 from app.files.acquisition.events import LatestRepeat, load_latest, save_latest
-from app.files.campaigns.sweep_file import Source, read_sweep_file, write_sweep
+from app.files.campaigns.folder import Source, read_sweep_file, write_sweep
 from analysis.recordings.campaign import Sweep
 
 folder, every = Path(sys.argv[1]), int(sys.argv[2])

@@ -5,7 +5,7 @@ import pytest
 
 from analysis.declaration.plate import ForeignMesh, Plate
 from analysis.declaration.transducers import Patch
-from analysis.geometry import shapes
+from analysis.geometry import loop
 from analysis.geometry.loop import GeometryError
 from app.files.drawings.drawing import DrawingError, mesh_of_file, with_drawings
 from simulation.meshing.foreign import foreign_mesh as mesh_of
@@ -16,13 +16,13 @@ from simulation.shell.shape_functions import lobatto
 from simulation.shell.space import ShapeSpace
 
 SQUARE = [
-    Border("outline", shapes.rectangle((0.05, 0.05), (0.1, 0.1)), "outline"),
-    Border("hole 1", shapes.rectangle((0.07, 0.07), (0.02, 0.02)), "hole"),
-    Border("patch 1", shapes.rectangle((0.03, 0.03), (0.02, 0.02), 0.3)),
+    Border("outline", loop.rectangle((0.05, 0.05), (0.1, 0.1)), "outline"),
+    Border("hole 1", loop.rectangle((0.07, 0.07), (0.02, 0.02)), "hole"),
+    Border("patch 1", loop.rectangle((0.03, 0.03), (0.02, 0.02), 0.3)),
 ]
 DISC = [
-    Border("outline", shapes.circle((0.0, 0.0), 0.1), "outline"),
-    Border("patch 1", shapes.circle((0, 0), 0.02)),
+    Border("outline", loop.circle((0.0, 0.0), 0.1), "outline"),
+    Border("patch 1", loop.circle((0, 0), 0.02)),
 ]
 TYPES = {(3, False): 2, (4, False): 3, (3, True): 9, (4, True): 16}
 
@@ -111,7 +111,7 @@ def test_points_need_not_be_where_the_declared_curves_meet(tmp_path):
     """A circle is declared as four arcs, of which Gmsh knows nothing: here the mesh is turned by 0.2 rad."""
     mesh, turned = mesh_plate(DISC, 0.003), []
     for border, radius in zip(DISC, (0.1, 0.02), strict=True):
-        turned.append(Border(border.name, shapes.ellipse((0.0, 0.0), (radius, radius), 0.2), border.kind))
+        turned.append(Border(border.name, loop.ellipse((0.0, 0.0), (radius, radius), 0.2), border.kind))
     read = foreign_mesh(written(tmp_path / "d.msh", mesh, quadratic=True), turned, tolerance=0.01)
     for border in turned:
         own = read.borders[border.name]

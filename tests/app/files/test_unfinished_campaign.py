@@ -18,11 +18,10 @@ from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns import folder as campaign_folder
-from app.files.campaigns.folder import frozen_protocol, write_protocol
+from app.files.campaigns.folder import Source, frozen_protocol, write_protocol, write_sweep
 from app.files.campaigns.import_recording import import_joined
 from app.files.campaigns.inputs import campaign_settings, has_other_sweeps, origin_of_result, said_of_more_sweeps
 from app.files.campaigns.loading import load_campaign
-from app.files.campaigns.sweep_file import Source, write_sweep
 from app.files.declarations.experiment import read_acquired_experiment
 from app.files.folder_lock import folder_lock, is_being_written
 from app.files.provenance import provenance, sha256, stamp

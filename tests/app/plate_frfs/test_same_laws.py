@@ -15,7 +15,7 @@ from analysis.updated import Updated
 from app.files.campaigns.export import export_frfs
 from app.files.campaigns.loading import load_campaign
 from app.stages import update
-from app.stages.comparison.request import UpdateRequest
+from app.stages.update import UpdateRequest
 
 Run = Callable[..., tuple[int, str, str]]
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "data" / "campaigns" / "pp-plate-nominal"

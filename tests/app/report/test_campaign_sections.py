@@ -11,7 +11,7 @@ import pytest
 from app.files.results.modes_file import load_frf, load_modes
 from app.report.measured import overlay
 from app.report.page import PageTable, Paragraph, Picture, Section
-from app.report.sections import sections
+from app.report.written import sections
 from tests.app.modal_test.conftest import typed
 
 HAMMER_PLATE = Path(__file__).resolve().parents[3] / "examples" / "hammer-plate"

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Plate
-from analysis.pairing.assignment import ModeList, pair_modes
-from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
+from analysis.pairing.assignment import ModeList, PairedSweeps, Pairing, pair_modes
 from analysis.pairing.points import compare_points
 from app.files.results.pairing_json import pairing_record, shown
 from app.report.page import PageTable, Picture, VerdictBox

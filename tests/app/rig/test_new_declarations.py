@@ -11,8 +11,8 @@ from app.files.declarations.experiment import read_acquired_experiment
 from app.files.declarations.panel import read_panel
 from app.rig import new_declarations
 from app.rig.new_declarations import NewExperiment, new_experiment, new_panel
+from drivers.ni.cards import Action, DaqError
 from drivers.ni.connection import Device
-from drivers.ni.errors import Action, DaqError
 
 Flexura = Callable[..., tuple[int, str, str]]
 PLATE = (0.3, 0.2, 0.003, 0.162)

@@ -12,7 +12,7 @@ from matplotlib.cbook import STEP_LOOKUP_MAP
 from scipy.io import wavfile
 
 import flexura as library
-from analysis.rendering.heard import FieldContrast
+from analysis.rendering.renderer import FieldContrast
 from app.files.bad_file import ResultFileError
 from app.files.results.laws_file import load_laws
 from app.files.results.panel_files import load_compensation, load_panel

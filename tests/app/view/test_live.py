@@ -19,9 +19,8 @@ from PySide6.QtWidgets import QMessageBox
 
 from app.files.acquisition.campaign_folder import campaign_log
 from app.files.acquisition.events import LatestRepeat, requested, save_latest
-from app.files.campaigns.folder import sweep_paths
+from app.files.campaigns.folder import Source, sweep_paths
 from app.files.campaigns.loading import load_campaign
-from app.files.campaigns.sweep_file import Source
 from app.files.declarations.experiment import AcquiredExperiment, read_acquired_experiment
 from app.stages.acquire import acquire_campaign
 from app.view.application import application

@@ -13,8 +13,7 @@ pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 
-from analysis.pairing.assignment import ModeList, pair_modes
-from analysis.pairing.paired_sweeps import PairedSweeps, Pairing
+from analysis.pairing.assignment import ModeList, PairedSweeps, Pairing, pair_modes
 from app.files.results.laws_file import load_laws, load_updated, save_laws
 from app.files.results.pairing_json import pairing_record
 from app.view.application import application

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from app.files.acquisition.campaign_folder import campaign_log
-from app.files.campaigns.sweep_file import Source
+from app.files.campaigns.folder import Source
 from app.files.declarations.experiment import read_acquired_experiment
 from app.stages.acquire import acquire_campaign
 from drivers.ni.modules import NI_9211, NI_9234, NI_9260

@@ -4,7 +4,7 @@ import pytest
 from analysis.protocol.limits import Limits
 from analysis.protocol.protocol import AcquisitionProtocol, Programme, Settling
 from analysis.protocol.sweep import SweepSettings
-from app.watch.course import course, set_point_line
+from app.watch.watched import course, set_point_line
 
 PROTOCOL = AcquisitionProtocol(
     SweepSettings(

@@ -16,8 +16,8 @@ from typing import Any
 
 import pytest
 
+from app.files.campaigns.folder import digest
 from app.files.campaigns.loading import load_campaign
-from app.files.campaigns.sweep_file import digest
 from app.files.folder_lock import folder_lock
 from app.watch.watched import Watched
 from tests.app.hammer_bench import acquire as acquire_hits

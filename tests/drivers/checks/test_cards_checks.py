@@ -11,9 +11,8 @@ from app.files.declarations.instruments import declared_instruments
 from drivers.checks import cards as trials
 from drivers.checks.cards import check_cards, check_real_cards
 from drivers.checks.instruments import NoCounterpart
-from drivers.ni.cards import CardsSettings, Record
+from drivers.ni.cards import CardsSettings, DaqError, Record
 from drivers.ni.daqmx import DaqmxCards
-from drivers.ni.errors import DaqError
 from drivers.ni.wiring import Wiring
 
 EXAMPLES = sorted((Path(__file__).resolve().parents[3] / "examples").glob("*.toml"))

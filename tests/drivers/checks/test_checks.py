@@ -18,8 +18,8 @@ from drivers.ovens.oven import OvenLimits, SetPoint
 from drivers.ovens.settings import OvenSettings, oven_settings
 from drivers.ovens.simulated.controller import LineController
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.ovens.simulated.served import TcpPort
-from drivers.thermometers.settings import THERMOMETERS
+from drivers.thermometers.thermometer import THERMOMETERS
+from tests.drivers.ovens.served import TcpPort
 
 GIVEN = {"port": "none", "minimum": -5.0, "maximum": 65.0, "max_rate": 3.0}
 WORDS = {

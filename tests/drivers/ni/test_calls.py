@@ -8,9 +8,9 @@ import pytest
 from nidaqmx._stubs.nidaqmx_pb2_grpc import NiDAQmxServicer
 from numpy.typing import NDArray
 
+from drivers.ni.cards import DaqError
 from drivers.ni.connection import Connection
 from drivers.ni.daqmx import DaqmxCards
-from drivers.ni.errors import DaqError
 from drivers.ni.simulated.faults import FailingCall, Faults
 from drivers.ni.simulated.servicer import InProcessChannel, Refusals, SimulatedDaq
 from drivers.ni.wiring import Wiring

@@ -7,8 +7,8 @@ import nidaqmx
 import pytest
 from nidaqmx import errors
 
+from drivers.ni.cards import Action, DaqError
 from drivers.ni.connection import Connection
-from drivers.ni.errors import Action, DaqError
 from drivers.ni.simulated.faults import FailingCall, Faults
 from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq, serving
 

@@ -14,9 +14,9 @@ from nidaqmx.stream_writers import AnalogSingleChannelWriter
 
 from analysis.arrays import Real
 from drivers.clock import SystemClock
+from drivers.ni.cards import KNOWN_ERRORS, Action, DaqError, KnownError
 from drivers.ni.connection import set_up_inputs, set_up_output
 from drivers.ni.daqmx import DaqmxCards
-from drivers.ni.errors import KNOWN_ERRORS, Action, DaqError, KnownError
 from drivers.ni.modules import NI_9234, NI_9263
 from drivers.ni.simulated.faults import FailingCall, Faults
 from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq, serving

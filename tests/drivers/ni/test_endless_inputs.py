@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from drivers.ni.cards import Action, DaqError
 from drivers.ni.daqmx import EndlessInputs
-from drivers.ni.errors import Action, DaqError
 from drivers.ni.simulated.faults import Faults
 from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq
 from drivers.ni.wiring import InputWiring

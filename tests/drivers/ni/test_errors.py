@@ -1,7 +1,7 @@
 import pytest
 from nidaqmx.error_codes import DAQmxErrors
 
-from drivers.ni.errors import KNOWN_ERRORS, Action, from_status
+from drivers.ni.cards import KNOWN_ERRORS, Action, from_status
 
 ACTIONS = {
     Action.RETRY_DISCARD: (-200279, -200361, -200010, -200019, -200290, -200018, -200621),

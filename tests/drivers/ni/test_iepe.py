@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from drivers.ni.cards import Action, DaqError
 from drivers.ni.connection import Connection
 from drivers.ni.daqmx import DaqmxCards
-from drivers.ni.errors import Action, DaqError
 from drivers.ni.modules import NI_9215, NI_9234
 from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq
 from drivers.ni.simulated.surroundings import Surroundings

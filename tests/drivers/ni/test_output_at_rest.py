@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from drivers.ni.cards import Action, DaqError
 from drivers.ni.daqmx import DaqmxCards
-from drivers.ni.errors import Action, DaqError
 from drivers.ni.simulated.faults import FailingCall, Faults
 from drivers.ni.simulated.servicer import InProcessChannel, SimulatedDaq
 from drivers.ni.simulated.surroundings import Surroundings

@@ -13,7 +13,7 @@ from drivers.ovens.line import Line, Timing
 from drivers.ovens.settings import OvenSettings, open_oven, oven_settings
 from drivers.ovens.simulated.controller import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.ovens.simulated.served import Disturbed
+from tests.drivers.ovens.served import Disturbed
 
 DECLARED: dict[str, dict[str, Any]] = {
     "modbus-map": {

@@ -6,8 +6,8 @@ from drivers.clock import VirtualClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Line, Timing, up_to
 from drivers.ovens.simulated.controller import Delivery, MemoryTransport
-from drivers.ovens.simulated.served import flipped, halved, late, noisy, silenced
-from drivers.thermometers.settings import THERMOMETERS
+from drivers.thermometers.thermometer import THERMOMETERS
+from tests.drivers.ovens.served import flipped, halved, late, noisy, silenced
 
 
 class Echoing:

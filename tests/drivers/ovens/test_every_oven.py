@@ -4,7 +4,7 @@ import pytest
 
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.oven import Oven, OvenLimits
-from drivers.ovens.simulated.served import flipped, halved, late, noisy, silenced
+from tests.drivers.ovens.served import flipped, halved, late, noisy, silenced
 
 
 def test_is_an_oven(rig):

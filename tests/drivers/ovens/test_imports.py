@@ -8,7 +8,7 @@ import pytest
 import drivers.ovens
 
 POSIX_ONLY = {"termios", "tty", "pty", "fcntl", "pwd", "resource"}
-FILES = sorted(Path(drivers.ovens.__file__).parent.rglob("*.py"))
+FILES = [*sorted(Path(drivers.ovens.__file__).parent.rglob("*.py")), Path(__file__).with_name("served.py")]
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)

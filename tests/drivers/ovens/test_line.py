@@ -8,7 +8,7 @@ from drivers.clock import VirtualClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Line, Timing, up_to
 from drivers.ovens.simulated.controller import LineController, MemoryTransport
-from drivers.ovens.simulated.served import Disturbed, halved, in_pieces, late, silenced
+from tests.drivers.ovens.served import Disturbed, halved, in_pieces, late, silenced
 
 END = up_to(b"\n")
 

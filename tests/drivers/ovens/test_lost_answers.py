@@ -5,7 +5,7 @@ import contextlib
 import pytest
 
 from drivers.ovens.error import OvenError
-from drivers.ovens.simulated.served import late, silenced, untouched
+from tests.drivers.ovens.served import late, silenced, untouched
 
 
 @pytest.mark.parametrize("verb", ["ramp_to", "hold"])

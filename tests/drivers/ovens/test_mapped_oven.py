@@ -12,7 +12,7 @@ from drivers.ovens.modbus import ModbusUnit
 from drivers.ovens.registers import Register, TemperatureRegister
 from drivers.ovens.settings import oven_settings
 from drivers.ovens.simulated.controller import MemoryTransport
-from drivers.ovens.simulated.served import instead, late, silenced
+from tests.drivers.ovens.served import instead, late, silenced
 
 GIVEN = {"port": "none", "minimum": -5.0, "maximum": 65.0, "max_rate": 2.0, "timeout": 0.5}
 REGISTERS = {

@@ -10,7 +10,7 @@ from drivers.ovens.modbus import ModbusUnit, crc16
 from drivers.ovens.simulated.controller import Delivery, MemoryTransport, ModbusTcp
 from drivers.ovens.simulated.f4t import SimulatedF4T
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.ovens.simulated.served import untouched
+from tests.drivers.ovens.served import untouched
 
 PASSES, STAYS = (4, 5, 6, 8, 10, 11, 99), (1, 2, 3, 7)
 REFUSALS = {"espec-p300": b"NA:CHB NOT READY\r\n", "votsch-ascii2": b"1\r", "scpi": b"ERR -350\n"}

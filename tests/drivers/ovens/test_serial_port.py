@@ -11,7 +11,7 @@ from drivers.ovens.line_settings import SerialPort
 from drivers.ovens.settings import open_oven, oven_settings
 from drivers.ovens.simulated.controller import LineController
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.ovens.simulated.served import (
+from tests.drivers.ovens.served import (
     Disturbed,
     PtyPort,
     TcpPort,

@@ -7,8 +7,8 @@ from drivers.ovens.line import Timing
 from drivers.ovens.oven import OvenLimits
 from drivers.ovens.settings import OVENS, open_oven, oven_settings
 from drivers.ovens.simulated.controller import MemoryTransport
-from drivers.ovens.simulated.served import Disturbed, silenced
 from drivers.ovens.simulated.votsch import SimulatedVotsch
+from tests.drivers.ovens.served import Disturbed, silenced
 
 GIVEN = {"kind": "watlow-f4t", "port": "COM3", "minimum": -5, "maximum": 65, "max_rate": 2}
 

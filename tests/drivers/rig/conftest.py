@@ -22,12 +22,12 @@ from drivers.ni.simulated.surroundings import Module
 from drivers.ni.wiring import Wiring
 from drivers.ovens.settings import oven_settings
 from drivers.ovens.simulated.regulated_oven import Chamber
-from drivers.ovens.simulated.served import Disturbed
 from drivers.rig.campaign import Outcome, run_campaign
 from drivers.rig.rig import Rig
 from drivers.rig.session import Session
 from drivers.rig.simulated import simulated_parts
-from drivers.thermometers.settings import ThermometerSettings
+from drivers.thermometers.thermometer import ThermometerSettings
+from tests.drivers.ovens.served import Disturbed
 
 LIGHT = Chamber(plate_capacity=180.0)
 """A plate that lags 30 s behind the air."""

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from drivers.rig.end_requests import RigStopped
-from drivers.thermometers.settings import THERMOMETERS
+from drivers.thermometers.thermometer import THERMOMETERS
 
 OVENS: dict[str, dict[str, Any]] = {
     "modbus-map": {"temperature": {"at": 1}, "set_point": {"at": 2, "scale": 0.1}, "run": {"at": 3}, "step": 0.3},

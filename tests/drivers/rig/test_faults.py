@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from drivers.ni.simulated.faults import FailingCall, Faults
 from drivers.ovens import f4t
 from drivers.ovens.simulated.controller import MemoryTransport
-from drivers.ovens.simulated.served import flipped, halved, instead, late, noisy, silenced, untouched
 from drivers.rig.end_requests import RigStopped
 from drivers.rig.rig import Rig
+from tests.drivers.ovens.served import flipped, halved, instead, late, noisy, silenced, untouched
 
 HANGUP = getattr(signal, "SIGHUP", signal.SIGTERM)
 """Windows has no such signal."""

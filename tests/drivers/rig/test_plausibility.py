@@ -17,9 +17,9 @@ from drivers.ovens.settings import open_oven, oven_settings
 from drivers.ovens.simulated import votsch as simulated_votsch
 from drivers.ovens.simulated.controller import Delivery, MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.ovens.simulated.served import Disturbed
 from drivers.rig.end_requests import RigStopped
 from drivers.rig.readings import CheckedSensor, Reading, require_agreement, require_celsius
+from tests.drivers.ovens.served import Disturbed
 
 World = Any
 

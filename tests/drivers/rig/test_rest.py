@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from drivers.ni.errors import Action, DaqError
+from drivers.ni.cards import Action, DaqError
 from drivers.ni.simulated.faults import Faults
 from drivers.ovens.error import Fault, OvenError
 from drivers.rig.end_requests import EndRequests, RigInterrupted, RigStopped

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from drivers.ni.errors import DaqError
+from drivers.ni.cards import DaqError
 from drivers.ni.simulated.faults import Faults
 from drivers.rig.shot import Shot, fire
 

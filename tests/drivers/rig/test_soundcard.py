@@ -8,7 +8,7 @@ import pytest
 
 from drivers.rig.end_requests import RigStopped
 from drivers.rig.simulated import PlateForecast
-from drivers.soundcard.settings import SoundCard
+from drivers.soundcard.card import SoundCard
 from drivers.soundcard.simulated import simulated_sound
 
 CARD = SoundCard(output="out1", drive_input="in1", responses=("in2",), input_range=2.5, output_range=2.0)

@@ -11,11 +11,9 @@ from scipy.signal import butter, sosfilt, sosfreqz
 
 from analysis.arrays import Real
 from drivers.clock import VirtualClock
-from drivers.ni.cards import CARDS
-from drivers.ni.errors import Action, DaqError
+from drivers.ni.cards import CARDS, Action, DaqError
 from drivers.rig.survey import FindingState, look_at_sound
-from drivers.soundcard.card import SoundCards
-from drivers.soundcard.settings import SoundCard
+from drivers.soundcard.card import SoundCard, SoundCards
 from drivers.soundcard.simulated import PortAudioError, SimulatedSound, simulated_sound
 
 RATE = 44_100.0

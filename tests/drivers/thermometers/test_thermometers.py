@@ -9,8 +9,8 @@ from drivers.clock import VirtualClock
 from drivers.ovens.error import OvenError
 from drivers.ovens.simulated.controller import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.ovens.simulated.served import Disturbed, silenced
-from drivers.thermometers.settings import THERMOMETERS
+from drivers.thermometers.thermometer import THERMOMETERS
+from tests.drivers.ovens.served import Disturbed, silenced
 
 DECLARED: dict[str, dict[str, Any]] = {
     "modbus-map": {

@@ -14,7 +14,7 @@ import numpy as np
 from drivers.clock import SystemClock
 from drivers.ovens.settings import oven_settings
 from drivers.ovens.simulated.regulated_oven import Chamber, RegulatedOven, Regulator
-from drivers.ovens.simulated.served import TcpPort
+from tests.drivers.ovens.served import TcpPort
 
 SETTINGS = {
     "kind": "watlow-f4t",

@@ -8,10 +8,9 @@ import pytest
 
 from analysis.declaration.outline import CircleOutline, PolygonOutline
 from analysis.experiment import Experiment, Plate
-from simulation.effects.library import LIBRARY
+from simulation.effects.library import LIBRARY, verify
 from simulation.effects.local_damage import RADIUS
 from simulation.effects.sensor_offset import LARGEST_OFFSET
-from simulation.effects.user_folder import verify
 
 L_SHAPE = PolygonOutline(
     kind="polygon", points=((-0.1, 0.2), (0.1, 0.2), (0.1, 0.3), (0.0, 0.3), (0.0, 0.4), (-0.1, 0.4))

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from simulation.effects.library import apply_all, library
-from simulation.effects.user_folder import interior_point, numbers
+from simulation.effects.library import apply_all, interior_point, library, numbers
 
 PAGE = Path(__file__).parents[3] / "docs" / "adding-an-effect.md"
 

@@ -6,8 +6,7 @@ import pytest
 from app.files.declarations.experiment import read_acquired_experiment
 from simulation.effects.effect import Effect
 from simulation.effects.free_curves import FORMS, GAIN, LOAD, MODULUS, free_effects, hats, knots
-from simulation.effects.library import LIBRARY
-from simulation.effects.user_folder import verify
+from simulation.effects.library import LIBRARY, verify
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simulation.effects.library import LIBRARY, apply_all, library
-from simulation.effects.user_folder import interior_point, numbers, verify
+from simulation.effects.library import LIBRARY, apply_all, interior_point, library, numbers, verify
 
 CONTRACT = {
     "orthotropy": ("delta_e", "delta_g"),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.geometry import shapes
+from analysis.geometry import loop
 from analysis.geometry.loop import GeometryError
 from simulation.meshing.arrangement import Arrangement
 from simulation.meshing.mesher import Border, jacobian_ratio, mesh_plate
@@ -11,57 +11,57 @@ from simulation.meshing.plate_mesh import CURVE_DEGREE, MeshRecipe
 from simulation.shell.shape_functions import lobatto
 from simulation.shell.space import ShapeSpace
 
-OUTLINE = Border("outline", shapes.rectangle((0.12, 0.095), (0.24, 0.19)), "outline")
+OUTLINE = Border("outline", loop.rectangle((0.12, 0.095), (0.24, 0.19)), "outline")
 ANGLES = np.arange(12) * 2.0 * np.pi / 12.0
 BLOB = np.stack([0.2 * np.cos(ANGLES) * (1 + 0.2 * np.cos(3 * ANGLES)), 0.15 * np.sin(ANGLES)], axis=1)
 PLATES = {
     "paper": [
         OUTLINE,
-        Border("A1", shapes.rectangle((0.2, 0.155), (0.02, 0.02))),
-        Border("S1", shapes.rectangle((0.04, 0.035), (0.02, 0.02))),
+        Border("A1", loop.rectangle((0.2, 0.155), (0.02, 0.02))),
+        Border("S1", loop.rectangle((0.04, 0.035), (0.02, 0.02))),
     ],
     "flush": [
         OUTLINE,
-        Border("A1", shapes.rectangle((0.01, 0.095), (0.02, 0.02))),
-        Border("A2", shapes.rectangle((0.01, 0.01), (0.02, 0.02))),
+        Border("A1", loop.rectangle((0.01, 0.095), (0.02, 0.02))),
+        Border("A2", loop.rectangle((0.01, 0.01), (0.02, 0.02))),
     ],
     "both faces": [
         OUTLINE,
-        Border("A1", shapes.rectangle((0.1, 0.1), (0.02, 0.02))),
-        Border("A2", shapes.rectangle((0.105, 0.112), (0.02, 0.02), 0.4)),
-        Border("B1", shapes.circle((0.2, 0.05), 0.01)),
-        Border("B2", shapes.circle((0.2, 0.05), 0.01)),
+        Border("A1", loop.rectangle((0.1, 0.1), (0.02, 0.02))),
+        Border("A2", loop.rectangle((0.105, 0.112), (0.02, 0.02), 0.4)),
+        Border("B1", loop.circle((0.2, 0.05), 0.01)),
+        Border("B2", loop.circle((0.2, 0.05), 0.01)),
     ],
     "annulus": [
-        Border("outline", shapes.circle((0.0, 0.0), 0.1), "outline"),
-        Border("hole 1", shapes.circle((0.0, 0.0), 0.03), "hole"),
+        Border("outline", loop.circle((0.0, 0.0), 0.1), "outline"),
+        Border("hole 1", loop.circle((0.0, 0.0), 0.03), "hole"),
     ],
     "trim": [
-        Border("outline", shapes.polygon([(0, 0), (0.4, 0), (0.4, 0.2), (0.3, 0.3), (0, 0.25)]), "outline"),
-        Border("hole 1", shapes.ellipse((0.12, 0.12), (0.05, 0.03), 0.4), "hole"),
-        Border("p1", shapes.rectangle((0.3, 0.1), (0.03, 0.02), 0.5)),
-        Border("p2", shapes.circle((0.25, 0.22), 0.0125)),
+        Border("outline", loop.polygon([(0, 0), (0.4, 0), (0.4, 0.2), (0.3, 0.3), (0, 0.25)]), "outline"),
+        Border("hole 1", loop.ellipse((0.12, 0.12), (0.05, 0.03), 0.4), "hole"),
+        Border("p1", loop.rectangle((0.3, 0.1), (0.03, 0.02), 0.5)),
+        Border("p2", loop.circle((0.25, 0.22), 0.0125)),
     ],
     "blob": [
-        Border("outline", shapes.closed_spline(BLOB), "outline"),
-        Border("p1", shapes.rectangle((0.1, 0.02), (0.03, 0.02), 0.5)),
+        Border("outline", loop.closed_spline(BLOB), "outline"),
+        Border("p1", loop.rectangle((0.1, 0.02), (0.03, 0.02), 0.5)),
     ],
     "close patches": [
-        Border("outline", shapes.polygon([(0, 0), (0.2, 0), (0.05, 0.15)]), "outline"),
-        Border("A1", shapes.rectangle((0.05, 0.02), (0.02, 0.02))),
-        Border("A2", shapes.rectangle((0.079, 0.02), (0.02, 0.02), 0.1)),
-        Border("A3", shapes.circle((0.05, 0.05), 0.01)),
+        Border("outline", loop.polygon([(0, 0), (0.2, 0), (0.05, 0.15)]), "outline"),
+        Border("A1", loop.rectangle((0.05, 0.02), (0.02, 0.02))),
+        Border("A2", loop.rectangle((0.079, 0.02), (0.02, 0.02), 0.1)),
+        Border("A3", loop.circle((0.05, 0.05), 0.01)),
     ],
     "sharp corner": [
-        Border("outline", shapes.polygon([(0, 0), (0.3, 0), (0.3, 0.3 * np.tan(np.deg2rad(20)))]), "outline")
+        Border("outline", loop.polygon([(0, 0), (0.3, 0), (0.3, 0.3 * np.tan(np.deg2rad(20)))]), "outline")
     ],
     "narrow gap": [
-        Border("outline", shapes.rectangle((0.1, 0.05), (0.2, 0.1)), "outline"),
-        Border("slit", shapes.rectangle((0.1, 0.0035), (0.06, 0.004)), "hole"),
+        Border("outline", loop.rectangle((0.1, 0.05), (0.2, 0.1)), "outline"),
+        Border("slit", loop.rectangle((0.1, 0.0035), (0.06, 0.004)), "hole"),
     ],
     "slender hole": [
-        Border("outline", shapes.circle((0.0, 0.0), 0.1), "outline"),
-        Border("slit", shapes.ellipse((0.0, 0.0), (0.08, 0.002)), "hole"),
+        Border("outline", loop.circle((0.0, 0.0), 0.1), "outline"),
+        Border("slit", loop.ellipse((0.0, 0.0), (0.08, 0.002)), "hole"),
     ],
 }  # fmt: skip
 
@@ -141,7 +141,7 @@ def test_corners_of_the_outline_are_graded_where_asked(levels):
 
 
 def test_strips_end_where_there_is_no_room_and_go_on_elsewhere():
-    hole = Border("hole", shapes.rectangle((0.12, 0.0053), (0.02, 0.01), 0.001), "hole")
+    hole = Border("hole", loop.rectangle((0.12, 0.0053), (0.02, 0.01), 0.001), "hole")
     mesh = mesh_plate([OUTLINE, hole], 0.006)
     check([OUTLINE, hole], mesh)
     own = mesh.borders["outline"].edge
@@ -152,8 +152,8 @@ def test_strips_end_where_there_is_no_room_and_go_on_elsewhere():
 
 
 def test_borders_that_nearly_coincide_are_refused_with_their_place():
-    hole = Border("hole", shapes.rectangle((0.12, 0.005 + 3e-6), (0.02, 0.01)), "hole")
-    patch = Border("patch 1", shapes.rectangle((0.12, 0.15), (0.02, 0.02)))
+    hole = Border("hole", loop.rectangle((0.12, 0.005 + 3e-6), (0.02, 0.01)), "hole")
+    patch = Border("patch 1", loop.rectangle((0.12, 0.15), (0.02, 0.02)))
     with pytest.raises(GeometryError, match=r"outline and hole|hole and outline") as caught:
         mesh_plate([OUTLINE, patch, hole], 0.003)
     assert "too close to each other" in str(caught.value)
@@ -167,16 +167,16 @@ def across(seed):
     rng = np.random.default_rng(seed)
     center = np.array([rng.uniform(0.05, 0.15), rng.uniform(0.05, 0.1)])
     both = [center, center + rng.uniform(-0.02, 0.02, 2)]
-    loops = [shapes.rectangle(c, rng.uniform(0.012, 0.045, 2), float(rng.uniform(-1.57, 1.57))) for c in both]
+    loops = [loop.rectangle(c, rng.uniform(0.012, 0.045, 2), float(rng.uniform(-1.57, 1.57))) for c in both]
     patches = [Border(f"patch {k + 1}", loop) for k, loop in enumerate(loops)]
-    return [Border("outline", shapes.rectangle((0.1, 0.075), (0.2, 0.15)), "outline"), *patches]
+    return [Border("outline", loop.rectangle((0.1, 0.075), (0.2, 0.15)), "outline"), *patches]
 
 
 @pytest.mark.parametrize("recipe", [None, FINER])
 def test_a_turned_patch_partly_over_another_one_is_meshed(recipe):
     borders = across(0)[:1]
-    borders += [Border("A", shapes.rectangle((0.08, 0.07), (0.04, 0.03)))]
-    borders += [Border("S", shapes.rectangle((0.1, 0.08), (0.03, 0.03), np.deg2rad(30.0)))]
+    borders += [Border("A", loop.rectangle((0.08, 0.07), (0.04, 0.03)))]
+    borders += [Border("S", loop.rectangle((0.1, 0.08), (0.03, 0.03), np.deg2rad(30.0)))]
     check(borders, mesh_plate(borders, 0.004, recipe))
 
 
@@ -189,8 +189,8 @@ def test_patches_drawn_across_each_other_are_meshed(seed):
 
 def test_patches_turned_by_next_to_nothing_are_refused_by_name():
     plate, first, second = across(0)[0], (0.04, 0.03), np.deg2rad(0.05)
-    patches = [Border("A", shapes.rectangle((0.08, 0.07), first))]
-    patches += [Border("S", shapes.rectangle((0.09, 0.07), first, second))]
+    patches = [Border("A", loop.rectangle((0.08, 0.07), first))]
+    patches += [Border("S", loop.rectangle((0.09, 0.07), first, second))]
     with pytest.raises(GeometryError, match=r"^(A and S|S and A): two borders touch without crossing") as caught:
         mesh_plate([plate, *patches], 0.004)
     assert len(caught.value.places) == 1

@@ -17,7 +17,7 @@ from simulation.shell.shell_model import ShellModel
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns
-from simulation.verification.exact_plates import HardRectangle, LevyPlate
+from tests.simulation.verification.exact_plates import HardRectangle, LevyPlate
 
 HARD = ({"kind": "hard-simple", "edge": "all"},)
 E, NU = 2e9, 0.35

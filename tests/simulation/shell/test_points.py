@@ -13,7 +13,7 @@ from simulation.shell.fineness import Fineness
 from simulation.shell.points import footprint_points
 from simulation.shell.shell_model import ShellModel
 from simulation.shell.unknowns import factorize
-from simulation.verification.exact_plates import ExactDisc
+from tests.simulation.verification.exact_plates import ExactDisc
 
 E, NU = 2e9, 0.35
 POINT, RADIUS, STIFFNESS = (0.05, 0.04), 0.002, 3e3

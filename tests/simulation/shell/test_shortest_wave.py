@@ -8,7 +8,7 @@ from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness, shortest_wave
-from simulation.verification.exact_plates import PlateWaves
+from tests.simulation.verification.exact_plates import PlateWaves
 
 BOX = MaterialBox((0.8e9, 4e9), (0.30, 0.49), (0.02, 0.15))
 DISC = CircleOutline(kind="circle", center=(0.0, 0.0), radius=0.1)

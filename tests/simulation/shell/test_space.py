@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
-from analysis.geometry import shapes
+from analysis.geometry import loop
 from analysis.geometry.relations import TOUCH
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.plate_mesh import CURVE_DEGREE, PlateMesh, edges_of
@@ -12,12 +12,12 @@ from simulation.shell.shape_functions import lobatto
 from simulation.shell.space import ShapeSpace
 
 STRAIGHT = [
-    Border("outline", shapes.polygon([(0, 0), (0.2, 0), (0.2, 0.1), (0.1, 0.1), (0.1, 0.2), (0, 0.2)]), "outline"),
-    Border("patch", shapes.rectangle((0.05, 0.05), (0.02, 0.03), 0.4)),
+    Border("outline", loop.polygon([(0, 0), (0.2, 0), (0.2, 0.1), (0.1, 0.1), (0.1, 0.2), (0, 0.2)]), "outline"),
+    Border("patch", loop.rectangle((0.05, 0.05), (0.02, 0.03), 0.4)),
 ]
 CURVED = [
-    Border("outline", shapes.circle((0.0, 0.0), 0.1), "outline"),
-    Border("hole", shapes.ellipse((0.0, 0.01), (0.03, 0.02)), "hole"),
+    Border("outline", loop.circle((0.0, 0.0), 0.1), "outline"),
+    Border("hole", loop.ellipse((0.0, 0.01), (0.03, 0.02)), "hole"),
 ]
 
 
@@ -113,7 +113,7 @@ def test_functions_are_continuous_across_a_curved_edge_of_two_kinds_of_cells(deg
 
 
 def test_areas_and_moments_of_a_disc():
-    space = ShapeSpace.on(mesh_plate([Border("outline", shapes.circle((0.02, -0.01), 0.1), "outline")], 0.005), 4)
+    space = ShapeSpace.on(mesh_plate([Border("outline", loop.circle((0.02, -0.01), 0.1), "outline")], 0.005), 4)
     x, y = (space.points - [0.02, -0.01]).T
     area = np.pi * 0.1**2
     assert space.dx.sum() == pytest.approx(area, rel=1e-10)

@@ -9,8 +9,8 @@ import skfem
 from scipy.sparse import block_diag, bmat
 from scipy.sparse.linalg import eigsh
 
-from analysis.geometry.shapes import circle, rectangle
-from simulation.verification.cases import CASES, STEEL, disc_case, rectangle_case
+from analysis.geometry.loop import circle, rectangle
+from tests.simulation.verification.cases import CASES, STEEL, disc_case, rectangle_case
 
 
 def named(name):

@@ -9,7 +9,7 @@ from scipy.linalg import eigh, null_space
 from scipy.optimize import brentq
 from scipy.special import iv, ivp, jv, jvp
 
-from simulation.verification.exact_plates import ExactDisc
+from tests.simulation.verification.exact_plates import ExactDisc
 
 PRINTED = {
     ExactDisc(0.01, 0.3, "free"): "9.0018 38.4164 | 20.4613 | 5.3545 35.214 | 12.4237 | 21.7983",

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simulation.verification.exact_plates import HardRectangle, LevyPlate, PlateWaves
+from tests.simulation.verification.exact_plates import HardRectangle, LevyPlate, PlateWaves
 
 
 @pytest.mark.parametrize(("m", "n"), [(1, 1), (2, 1), (3, 4)])

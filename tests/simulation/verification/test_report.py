@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simulation.verification.case import (
+from tests.simulation.verification.case import (
     NotCovered,
     compare,
     compare_all,
@@ -16,7 +16,7 @@ from simulation.verification.case import (
     section,
     summary,
 )
-from simulation.verification.cases import PUBLISHED
+from tests.simulation.verification.cases import PUBLISHED
 
 FV12 = next(case for case in PUBLISHED if case.name == "fv12")
 FV15 = next(case for case in PUBLISHED if case.name == "fv15")

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from simulation.verification.exact_plates import roots
+from tests.simulation.verification.exact_plates import roots
 
 
 def test_roots_of_a_polynomial_are_found_with_none_between():

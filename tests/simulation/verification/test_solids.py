@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simulation.verification.solids import SolidComparison, frequency_error
+from tests.simulation.verification.solids import SolidComparison, frequency_error
 
 REFERENCES: dict[str, Any] = json.loads(Path(__file__).with_name("solid_references.json").read_text("utf-8"))
 """Made by docs/make_solid_references.py."""

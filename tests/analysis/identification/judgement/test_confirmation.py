@@ -19,8 +19,8 @@ from analysis.identification.over_temperature.tracked_modes import TrackedModes
 from analysis.identification.pole_residue import EVERY_CHOICE, REAL_E_F, choices_for, synthesis
 from analysis.identification.pole_search import PoleFit, fit, project
 from analysis.identification.settings import Settings
-from analysis.identification.synthetic import SyntheticFrf, crowded, r10
 from tests.analysis.identification.test_modes import modes as two_poles
+from tests.synthetic_frf import SyntheticFrf, crowded, r10
 
 BEAM = Path(__file__).resolve().parents[5] / "shared" / "data" / "real" / "beam_roving_hammer"
 CASE_2 = Path(__file__).parents[1] / "data" / "vibration_toolbox_case2.npz"

@@ -7,8 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.estimation.estimators import Estimator, Segments, estimate
-from analysis.estimation.recording import SampledSignals
-from analysis.estimation.spectra import welch
+from analysis.estimation.spectra import SampledSignals, welch
 from analysis.estimation.windows import Shape, segment_window
 from analysis.identification.automatic import identify
 from analysis.identification.judgement.leakage import seen_through, without_leakage

@@ -16,9 +16,8 @@ from analysis.protocol.protocol import SweepSetPoint
 from analysis.recordings.campaign import Sweep
 from app.files.acquisition.campaign_folder import AcquiredCampaign, open_campaign
 from app.files.campaign_error import CampaignFileError
-from app.files.campaigns.folder import frozen_protocol, read_protocol, sweep_paths
+from app.files.campaigns.folder import Source, frozen_protocol, read_protocol, read_sweep_file, sweep_paths
 from app.files.campaigns.loading import load_campaign
-from app.files.campaigns.sweep_file import Source, read_sweep_file
 from app.files.declarations.experiment import read_acquired_experiment
 from app.files.folder_lock import folder_lock
 

@@ -8,7 +8,7 @@ import pytest
 
 from app.files.bad_file import ResultFileError
 from app.files.campaigns.of_run import POINTER, campaign_of, campaign_typed, remember_campaign
-from app.stages.comparison.request import open_before
+from app.stages.comparison.plan import open_before
 
 
 def campaign(folder: Path) -> Path:

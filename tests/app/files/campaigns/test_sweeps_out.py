@@ -11,8 +11,8 @@ import pytest
 import pyuff
 from scipy.io import loadmat
 
+from app.files.campaigns.folder import digest
 from app.files.campaigns.loading import load_campaign
-from app.files.campaigns.sweep_file import digest
 from app.files.measurements.guarded import read_columns
 
 Flexura = Callable[..., tuple[int, str, str]]

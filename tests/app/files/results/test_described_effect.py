@@ -17,7 +17,7 @@ from app.files.results.described_effect import write_described_effect
 from app.files.results.gap_json import description_record
 from app.summaries.gap import description_words
 from simulation.effects.free_curves import KNOTS, LOAD, free_effects, knots
-from simulation.effects.user_folder import load_folder
+from simulation.effects.library import load_folder
 from simulation.state.plate_state import Circumstances, PlateState
 
 EXAMPLE = Path(__file__).parents[4] / "examples" / "hidden-effect.toml"

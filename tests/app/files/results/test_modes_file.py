@@ -10,11 +10,11 @@ from analysis.identification.automatic import identify
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes, Rejected
 from analysis.identification.over_temperature.tracked_modes import TrackedModes
-from analysis.identification.synthetic import r10
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.provenance import provenance, read_stamp
 from app.files.results.modes_file import load_modes, save_modes, write_table
+from tests.synthetic_frf import r10
 
 
 @pytest.fixture(scope="module")

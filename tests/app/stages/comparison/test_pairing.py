@@ -15,8 +15,8 @@ from app.files.results.laws_file import load_pairing
 from app.files.results.pairing_json import checked_pairing, pairing_record, shown
 from app.stages import identify, update
 from app.stages.comparison.pairing import measured_sweeps, paired_sweeps
-from app.stages.comparison.request import UpdateRequest
 from app.stages.identify_options import Wanted
+from app.stages.update import UpdateRequest
 from app.twins.campaign_twin import campaign_twin
 
 

@@ -10,10 +10,9 @@ import pytest
 
 from analysis.recordings.campaign import Campaign, Sweep
 from app.files.acquisition.events import append_event
-from app.files.campaigns.folder import read_campaign_folder
+from app.files.campaigns.folder import Source, read_campaign_folder, read_sweep_file, write_sweep
 from app.files.campaigns.import_recording import import_recording
 from app.files.campaigns.loading import load_campaign
-from app.files.campaigns.sweep_file import Source, read_sweep_file, write_sweep
 from app.stages.comparison.temperature_notes import label_notes, recorded_notes
 
 RECORDED = Path(__file__).resolve().parents[4] / "examples" / "pp-plate"

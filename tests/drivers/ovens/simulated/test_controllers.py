@@ -3,7 +3,7 @@
 import pytest
 
 from drivers.ovens.error import Fault, OvenError
-from drivers.ovens.simulated.served import silenced, untouched
+from tests.drivers.ovens.served import silenced, untouched
 
 
 def fault_of(action, *arguments):

@@ -1,10 +1,12 @@
-"""Stretches of drive and response: which temperature explains each, how surely, and readings tracked over time.
+"""A panel as its own thermometer: temperature from what one of its patches answers while the others play.
+
+Which temperature explains a stretch of drive and response, how surely, and readings tracked over time.
 
 The response of a patch is y = g Σₙ hₙ(T) * uₙ + noise, the drives uₙ of the others known, the gain g not.
 For every temperature of a grid the twin's answer to the drives is computed, with what they did before the stretch,
 cut to the stretch and transformed; the one that leaves the least noise-weighted error at its own best gain is
 refined between the grid's temperatures by Gauss and Newton. The power of the noise is that of what is left,
-smoothed over lines.
+smoothed over lines. Signals are brought to the low sample rate that the band needs first.
 """
 
 from dataclasses import dataclass, field
@@ -13,10 +15,64 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+from scipy.signal import cheby2, sosfilt
 
 from analysis.arrays import Complex, Real
 from analysis.checked_fields import check_ascending, check_finite, check_shapes
 from analysis.rendering.following import TemperatureProgramme
+
+
+@dataclass
+class Decimator:
+    """Keeps every `factor`-th sample of channels, block by block, with what would be folded back filtered out.
+
+    Drive and response have to go through the same filter: it then changes nothing of what joins them.
+
+    Attributes
+    ----------
+    channels : int
+    sample_rate : float
+        Before, Hz.
+    highest : float
+        Of the band, Hz: up to there nothing is lost or folded back.
+    """
+
+    channels: int
+    sample_rate: float
+    highest: float
+    _state: Real = field(init=False, repr=False)
+    _seen: int = field(init=False, default=0, repr=False)
+
+    def __post_init__(self) -> None:
+        self._state = np.zeros((len(self._sections), self.channels, 2))
+
+    @property
+    def factor(self) -> int:
+        """Samples of which one is kept: the new rate is 2.56 times the band, or a little more."""
+        return max(1, int(self.sample_rate / (2.56 * self.highest)))
+
+    @property
+    def rate(self) -> float:
+        """Sample rate after, Hz."""
+        return self.sample_rate / self.factor
+
+    @property
+    def _sections(self) -> Real:
+        if self.factor == 1:
+            return np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]])
+        # 80 dB down where what is folded back would reach the band.
+        edge = 2.0 * (self.rate - self.highest) / self.sample_rate
+        sections: Real = cheby2(12, 80.0, edge, output="sos")
+        return sections
+
+    def take(self, samples: Real) -> Real:
+        """Filter a block (channels, n) and return the samples kept of it."""
+        filtered, self._state = sosfilt(self._sections, samples, axis=-1, zi=self._state)
+        first = -self._seen % self.factor
+        self._seen += samples.shape[1]
+        kept: Real = filtered[:, first :: self.factor]
+        return kept
+
 
 TIME_BEFORE, TIME_AFTER = 0.5, 0.1
 """Seconds of drive ahead of a stretch, whose ringing reaches into it, and behind, over which it is faded out."""

@@ -7,10 +7,9 @@ converged ones: they are shown, but not used in the comparison.
 
 import numpy as np
 
-from analysis.geometry.loop import Loop
-from analysis.geometry.shapes import circle, ellipse, polygon, rectangle
-from simulation.verification.case import Case, CaseMaterial, Support
-from simulation.verification.exact_plates import ExactDisc, HardRectangle, LevyPlate
+from analysis.geometry.loop import Loop, circle, ellipse, polygon, rectangle
+from tests.simulation.verification.case import Case, CaseMaterial, Support
+from tests.simulation.verification.exact_plates import ExactDisc, HardRectangle, LevyPlate
 
 ALUMINIUM = CaseMaterial(youngs_modulus=70e9, poisson_ratio=0.3, density=2700.0)
 """Material of the cases: normalised frequencies depend only on its Poisson's ratio."""

@@ -32,7 +32,7 @@ from scipy.special import ive, jv, kve, yv
 
 from analysis.arrays import Real
 from simulation.shell.rigidity import SHEAR_FACTOR
-from simulation.verification.case import CONDITIONS, RIGID_FREQUENCY, Support
+from tests.simulation.verification.case import CONDITIONS, RIGID_FREQUENCY, Support
 
 Determinant = Callable[[Real], Real]
 """Signed values at frequencies (F,), continuous except at the `breaks` of the search."""

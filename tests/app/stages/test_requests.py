@@ -9,7 +9,8 @@ import pytest
 from app.files.bad_file import ResultFileError, UnsuitedOptionError
 from app.files.campaign_error import CampaignFileError
 from app.files.campaigns.loading import load_campaign
-from app.stages.comparison.request import GapRequest, UpdateRequest
+from app.stages.gap import GapRequest
+from app.stages.update import UpdateRequest
 
 
 @pytest.fixture
