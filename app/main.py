@@ -89,8 +89,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     lasting_streams()
     for pool in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         # Read by libraries the verbs import later, which no limit set now would reach. Their matrices are
-        # small: two threads waiting for each other on a busy machine take twenty times as long as one.
-        os.environ.setdefault(pool, "1")
+        # small: two threads waiting for each other on a busy machine take twenty times as long as one. A
+        # cluster sets another number for all programs; it was not meant for these matrices.
+        os.environ[pool] = "1"
     with threadpool_limits(1), end_signals() as ends:  # and for those that are loaded already
         try:
             color = False if os.environ.get("NO_COLOR") else None  # None: where there is a terminal

@@ -20,8 +20,10 @@ from app.files.campaigns.kind import DECLARATION, PROTOCOL
 from app.files.campaigns.loading import load_campaign
 from app.files.declarations.experiment import read_declared_experiment
 from app.files.declarations.plate import NAME as PLATE
+from app.files.declarations.plate import declares_plate, plate_file, read_plate_measurement
 from app.files.results.twin_file import TwinFile, read_twin
 from app.files.settings_toml import read_table
+from app.plate_frfs.given_campaign import declared_experiment
 from app.stages.panel.laws import laws_of_twin
 from app.twins.campaign_twin import effect_twin
 from flexura.arguments import File, as_path, computing
@@ -423,7 +425,20 @@ def _declared(plate: File | AnyCampaign | Experiment) -> Experiment:
     if path.suffix == ".toml" and "oven" in read_table(path) and "cards" in read_table(path):
         found = read_declared_experiment(path)
         return found.recorded(found.sample_rate)
-    return load_campaign(path).experiment
+    return _without_frfs(path) or load_campaign(path).experiment
+
+
+def _without_frfs(path: Path) -> Experiment | None:
+    """Return what a ``plate.toml`` declares that names no FRFs: a twin needs none; None for anything else."""
+    if not declares_plate(path):
+        return None
+    file = plate_file(path)
+    said, rest = read_plate_measurement(file)
+    if said.frf:
+        return None
+    if said.measurement.band is None and "protocol" not in rest:
+        raise ResultFileError(f"{file}: without FRFs, give [measurement] band = [100.0, 1000.0]")
+    return declared_experiment(file, said, rest, said.measurement.band or (1.0, 1000.0))
 
 
 def _laws_of(material: Material, temperature: float) -> LocalLaws:

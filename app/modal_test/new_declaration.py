@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.estimation.quantities import SCALES, unit
 from analysis.estimation.recording import SampledSignals
 from analysis.estimation.spectra import fitting_segments, is_impacts
 from app.files.atomic import write_text
@@ -389,18 +390,22 @@ def points_of_table(path: Path) -> dict[str, list[float]]:
     Parameters
     ----------
     path : Path
-        Table of four columns: number of the node, x, y, z in m.
+        Table of four columns: number of the node, x, y, z; in m, or in the unit that stands behind their names.
 
     Raises
     ------
     ResultFileError
         Where it holds something else; the message names the row.
     """
-    columns = list(read_columns(path).values.values())
+    read = read_columns(path)
+    names = _coordinates(list(read.values))
+    columns = [read.values[name] for name in names]
     if len(columns) != 4 or len({len(column) for column in columns}) > 1:
         raise ResultFileError(f"{path}: {len(columns)} columns; node, x, y and z (m) of all nodes are needed")
+    metres = [_metres(path, name, read.units.get(name)) for name in names[1:]]
+    table = np.column_stack(columns).real * [1.0, *metres]
     places: dict[str, list[float]] = {}
-    for row, (node, x, y, z) in enumerate(np.column_stack(columns).real, start=1):
+    for row, (node, x, y, z) in enumerate(table, start=1):
         if not np.isfinite([node, x, y, z]).all() or node < 1 or node != round(node):
             message = (
                 f"node {node:g} at {x:g}, {y:g}, {z:g}; allowed: a whole number from 1, and three numbers in m"
@@ -410,3 +415,28 @@ def points_of_table(path: Path) -> dict[str, list[float]]:
             raise ResultFileError(f"{path}: row {row}: node {node:g} occurs twice; give it one place")
         places[str(round(node))] = [float(x), float(y), float(z)]
     return places
+
+
+COORDINATE = re.compile(r"\s*([xyz])(?:\s*coord\w*)?(?:[\s_/]*\(?([a-zµ]+)\)?)?\s*", re.IGNORECASE)
+"""``x``, ``X_mm``, ``y / mm``: which coordinate, and its unit."""
+
+
+def _coordinates(names: list[str]) -> list[str]:
+    """Return the columns of a table of nodes in the order node, x, y, z, where their names say which is which."""
+    axes = {found[1].lower(): name for name in names if (found := COORDINATE.fullmatch(name))}
+    others = [name for name in names if name not in axes.values()]
+    return [*others, *(axes[axis] for axis in "xyz")] if len(axes) == 3 and len(others) == 1 else names
+
+
+def _metres(path: Path, name: str, written: str | None) -> float:
+    """Metres of one unit of a coordinate."""
+    behind = COORDINATE.fullmatch(name)
+    text = written or (behind[2] if behind else None) or "m"
+    try:
+        found = unit(text)
+    except ValueError as error:
+        raise ResultFileError(f"{path}: column {name!r}: {error}") from error
+    if found.quantity != "displacement":
+        known = ", ".join(SCALES["displacement"])
+        raise ResultFileError(f"{path}: column {name!r} is in {text}; allowed: {known}")
+    return found.scale
