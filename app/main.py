@@ -98,7 +98,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             status = flexura.main(arguments, prog_name="flexura", standalone_mode=False, color=color)
         except click.ClickException as error:
             error.show()
-            for line in _decimal_comma(error.message, sys.argv[1:] if arguments is None else arguments):
+            typed = sys.argv[1:] if arguments is None else arguments
+            for line in (*_decimal_comma(error.message, typed), *_leading_dash(error, typed)):
                 click.echo(line, err=True)
             sys.exit(2)
         except (click.Abort, KeyboardInterrupt):
@@ -118,6 +119,12 @@ def _decimal_comma(message: str, arguments: Sequence[str]) -> list[str]:
             thousands = f" (or {number.replace(',', '')}, if that is meant)" if len(parts) == 3 else ""
             return [f"Write {number.replace(',', '.')}{thousands}, with a point."]
     return []
+
+
+def _leading_dash(error: click.ClickException, arguments: Sequence[str]) -> list[str]:
+    """Say how a file is named whose name begins like an option."""
+    there = [one for one in arguments if one.startswith("-") and os.path.lexists(one)]
+    return [f"Write ./{there[0]} for what is called so here."] if there and "option" in error.message else []
 
 
 def _of_output(status: int) -> int:

@@ -167,8 +167,8 @@ def _refuse_tests(folder: Path) -> None:
     if is_test_run(folder) and not (folder / "filters.h5").is_file():
         there = [name for name in ("frfs.uff", "modes.uff", "modes.csv") if (folder / name).is_file()]
         raise click.UsageError(
-            f"{folder} is the run of a modal test, with neither filters nor sweeps; FRFs and modes for other programs "
-            f"lie there: {', '.join(there) or 'none; flexura identify writes them'}"
+            f"{folder} is the run of a modal test, with neither filters nor sweeps; FRFs and modes for other "
+            f"programs lie there: {', '.join(there) or 'none; flexura identify writes them'}"
         )
     if is_hammer_folder(folder):
         raise click.UsageError(

@@ -147,17 +147,20 @@ def _read_files(
 
 
 def _of_copy(record: RecordOfTest, test: ModalTest, hashes: Mapping[str, str]) -> tuple[str, bool] | None:
-    """Say of which file before it a file is a copy, and whether it is at the same places: then it tells nothing."""
+    """Say of which file before it a file is a copy, and whether it is at the same places."""
     alike = [file for file, sha in hashes.items() if sha == hashes[record.file] and file != record.file]
     if not alike:
         return None
     own = _places(record, test)
     before = [other for other in test.record if other.file in alike and other.group == record.group]
     if any(_places(other, test) == own for other in before):
-        return f"{record.name} is left out: a copy of {alike[0]}, byte for byte, makes the noise look smaller", True
+        return (
+            f"{record.name} is left out: a copy of {alike[0]}, byte for byte, makes the noise look smaller",
+            True,
+        )
     return (
-        f"{record.name} is a copy of {alike[0]}, byte for byte, and stands for other points: which points are they "
-        "of? Remove the [[record]] of one, or measure it again",
+        f"{record.name} is a copy of {alike[0]}, byte for byte, and stands for other points: of which points are "
+        "they? Remove the [[record]] of one, or measure it again",
         False,
     )
 

@@ -290,3 +290,15 @@ def test_a_machine_that_sets_many_threads_slows_no_verb() -> None:
     words = [sys.executable, "-c", code]
     done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
     assert set(json.loads(done.stdout.split("POOLS ")[1])) == {1}
+
+
+def test_a_file_whose_name_begins_like_an_option_is_told_with_how_to_name_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run_flexura: Flexura
+) -> None:
+    (tmp_path / "-plate").mkdir()
+    monkeypatch.chdir(tmp_path)
+    status, _, err = run_flexura("status", "-plate")
+    assert status == 2
+    assert err.splitlines()[-1] == "Write ./-plate for what is called so here."
+    status, _, err = run_flexura("status", "-other")
+    assert "Write" not in err

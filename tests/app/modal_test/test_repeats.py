@@ -52,7 +52,10 @@ def test_a_file_that_was_copied_is_told(tmp_path: Path, beam: Beam) -> None:
     file = hammer_files(tmp_path, beam, count=2, seconds=4.0)
     text = file.read_text()
     (tmp_path / "copy.csv").write_bytes((tmp_path / "point2.csv").read_bytes())
-    for node, words in ((2, "copy.csv is left out: a copy of point2.csv"), (6, "copy.csv is a copy of point2.csv")):
+    for node, words in (
+        (2, "copy.csv is left out: a copy of point2.csv"),
+        (6, "copy.csv is a copy of point2.csv"),
+    ):
         record = f'[[record]]\nfile = "copy.csv"\nat = {{ Hammer = "{node}:+z" }}\n\n[points]'
         file.write_text(text.replace("[points]", record))
         read = declared_frfs(file, lambda *_: None)

@@ -329,7 +329,7 @@ def test_a_run_takes_a_plate_with_frfs_as_it_is(
 
 
 def test_a_copy_is_no_repeat(exported: Any, tiny: Any) -> None:
-    """A file copied into the folder counted as a second measurement, and made every deviation smaller by sqrt(2)."""
+    """A file copied into the folder counted as a second measurement: deviations were too small by sqrt(2)."""
     folder = exported[2]
     text = declared(tiny.toml, FRFS["csv"])
     wanted = load_campaign(write_plate(folder / "..", text.replace("frfs_*", "frfs/frfs_*")))
@@ -347,5 +347,7 @@ def test_the_same_numbers_at_two_temperatures_are_told(exported: Any, tiny: Any)
     other = re.sub(r"[0-9.]+C", "71.5C", first.name)
     assert other != first.name
     (folder / other).write_bytes(first.read_bytes())
-    read = load_campaign(write_plate(folder / "..", declared(tiny.toml, FRFS["csv"].replace("frfs_*", "frfs/frfs_*"))))
+    read = load_campaign(
+        write_plate(folder / "..", declared(tiny.toml, FRFS["csv"].replace("frfs_*", "frfs/frfs_*")))
+    )
     assert any("holds the same numbers for S1 at 71.5" in note for note in read.notes)
