@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from analysis.arrays import Complex, Real
+from analysis.declaration.strict import TEMPERATURES
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
 from analysis.material import LocalLaws
@@ -26,7 +27,7 @@ from app.files.settings_toml import read_table
 from app.plate_frfs.given_campaign import declared_experiment
 from app.stages.panel.laws import laws_of_twin
 from app.twins.campaign_twin import effect_twin
-from flexura.arguments import File, as_path, computing
+from flexura.arguments import File, as_path, computing, require_range
 from flexura.keywords import keyworded
 from simulation.state.attached import deflection_at
 from simulation.twin.effect_plate import EffectPlate
@@ -318,6 +319,10 @@ class ForwardTwin:
     ) -> tuple[LocalLaws, Effects, SweepPoint]:
         if actuator is not None and actuator not in self.inputs:
             raise ValueError(f"actuator {actuator!r} is not one of {', '.join(self.inputs)}")
+        if level <= 0.0:
+            raise ValueError(f"level {level:g}: an amplitude above 0 is wanted, V or N")
+        if temperature is not None:
+            require_range("temperature", [temperature], *TEMPERATURES, " °C")
         if material is None:
             if self.given is None or temperature is None:
                 raise ValueError(

@@ -147,6 +147,8 @@ def test_shapes_are_wanted_where_one_asks_for_them(twin: ForwardTwin) -> None:
         ({"material": MATERIAL, "effects": {"point_mass": {"mass": 9.0}}}, "point_mass.mass = 9; allowed: "),
         ({"material": MATERIAL, "effects": {"point_mass": {"mass": float("nan")}}}, "point_mass.mass = nan"),
         ({"material": MATERIAL, "actuator": "A9"}, "'A9' is not one of A1"),
+        ({"material": MATERIAL, "level": 0.0}, "level 0: an amplitude above 0"),
+        ({"material": MATERIAL, "temperature": 293.15}, "temperature 293.15 °C: allowed is -80 to 200 °C"),
     ],
 )
 def test_bad_questions_are_refused_by_name(twin: ForwardTwin, asked: dict[str, Any], message: str) -> None:
