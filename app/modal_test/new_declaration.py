@@ -19,6 +19,7 @@ from analysis.estimation.spectra import fitting_segments, is_impacts
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaigns.kind import DECLARATION
+from app.files.campaigns.recorded import SWEEPS
 from app.files.declarations.modal_test import FORMAT, NAME, ModalTest
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns, read_each
@@ -311,6 +312,10 @@ def new_campaign(
     if plate is not None:
         table["plate"] |= dict(zip(("length_x", "length_y", "thickness", "mass"), plate, strict=True))
     missing = _recorded(table, files, said or NewTest(None, {}, {})) if files else []
+    sweeps = file.resolve().parent / SWEEPS
+    elsewhere = [one.name for one in files if one.resolve().parent != sweeps]
+    if elsewhere:
+        missing.append(f"sweeps are read from {sweeps}: put {len(elsewhere)} files there, {elsewhere[0]}, ...")
     write_text(file, toml_text(table, CAMPAIGN_HEAD))
     return file, missing
 
