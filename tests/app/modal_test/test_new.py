@@ -231,7 +231,7 @@ def test_a_campaign_is_declared_from_a_recorders_files(
 
 
 def test_sweeps_that_lie_elsewhere_are_told_where_they_belong(tmp_path: Path, run_flexura: Flexura) -> None:
-    """Nothing said so before import found none of them; without --out the declaration was in the current folder."""
+    """Nothing said so before import found none; without --out the declaration was in the current folder."""
     files = recorder_files(tmp_path / "plate" / "sweeps", groups=("Log",))
     words = ["--drive", "cDAQ1Mod1/ai0=50 mV/V"]
     status, _, err = run_flexura("new", "campaign", *files, *words)
