@@ -89,15 +89,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
     lasting_streams()
     for pool in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         # Read by libraries the verbs import later, which no limit set now would reach. Their matrices are
-        # small: two threads waiting for each other on a busy machine take twenty times as long as one.
-        os.environ.setdefault(pool, "1")
+        # small: two threads waiting for each other on a busy machine take twenty times as long as one. A
+        # cluster sets another number for all programs; it was not meant for these matrices.
+        os.environ[pool] = "1"
     with threadpool_limits(1), end_signals() as ends:  # and for those that are loaded already
         try:
             color = False if os.environ.get("NO_COLOR") else None  # None: where there is a terminal
             status = flexura.main(arguments, prog_name="flexura", standalone_mode=False, color=color)
         except click.ClickException as error:
             error.show()
-            for line in _decimal_comma(error.message, sys.argv[1:] if arguments is None else arguments):
+            typed = sys.argv[1:] if arguments is None else arguments
+            for line in (*_decimal_comma(error.message, typed), *_leading_dash(error, typed)):
                 click.echo(line, err=True)
             sys.exit(2)
         except (click.Abort, KeyboardInterrupt):
@@ -117,6 +119,12 @@ def _decimal_comma(message: str, arguments: Sequence[str]) -> list[str]:
             thousands = f" (or {number.replace(',', '')}, if that is meant)" if len(parts) == 3 else ""
             return [f"Write {number.replace(',', '.')}{thousands}, with a point."]
     return []
+
+
+def _leading_dash(error: click.ClickException, arguments: Sequence[str]) -> list[str]:
+    """Say how a file is named whose name begins like an option."""
+    there = [one for one in arguments if one.startswith("-") and os.path.lexists(one)]
+    return [f"Write ./{there[0]} for what is called so here."] if there and "option" in error.message else []
 
 
 def _of_output(status: int) -> int:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from analysis.arrays import Complex, Real
+from analysis.declaration.strict import TEMPERATURES
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
 from analysis.material import LocalLaws
@@ -20,11 +21,13 @@ from app.files.campaigns.kind import DECLARATION, PROTOCOL
 from app.files.campaigns.loading import load_campaign
 from app.files.declarations.experiment import read_declared_experiment
 from app.files.declarations.plate import NAME as PLATE
+from app.files.declarations.plate import declares_plate, plate_file, read_plate_measurement
 from app.files.results.twin_file import TwinFile, read_twin
 from app.files.settings_toml import read_table
+from app.plate_frfs.given_campaign import declared_experiment
 from app.stages.panel.laws import laws_of_twin
 from app.twins.campaign_twin import effect_twin
-from flexura.arguments import File, as_path, computing
+from flexura.arguments import File, as_path, computing, require_range
 from flexura.keywords import keyworded
 from simulation.state.attached import deflection_at
 from simulation.twin.effect_plate import EffectPlate
@@ -316,6 +319,10 @@ class ForwardTwin:
     ) -> tuple[LocalLaws, Effects, SweepPoint]:
         if actuator is not None and actuator not in self.inputs:
             raise ValueError(f"actuator {actuator!r} is not one of {', '.join(self.inputs)}")
+        if level <= 0.0:
+            raise ValueError(f"level {level:g}: an amplitude above 0 is wanted, V or N")
+        if temperature is not None:
+            require_range("temperature", [temperature], *TEMPERATURES, " °C")
         if material is None:
             if self.given is None or temperature is None:
                 raise ValueError(
@@ -423,7 +430,20 @@ def _declared(plate: File | AnyCampaign | Experiment) -> Experiment:
     if path.suffix == ".toml" and "oven" in read_table(path) and "cards" in read_table(path):
         found = read_declared_experiment(path)
         return found.recorded(found.sample_rate)
-    return load_campaign(path).experiment
+    return _without_frfs(path) or load_campaign(path).experiment
+
+
+def _without_frfs(path: Path) -> Experiment | None:
+    """Return what a ``plate.toml`` declares that names no FRFs: a twin needs none; None for anything else."""
+    if not declares_plate(path):
+        return None
+    file = plate_file(path)
+    said, rest = read_plate_measurement(file)
+    if said.frf:
+        return None
+    if said.measurement.band is None and "protocol" not in rest:
+        raise ResultFileError(f"{file}: without FRFs, give [measurement] band = [100.0, 1000.0]")
+    return declared_experiment(file, said, rest, said.measurement.band or (1.0, 1000.0))
 
 
 def _laws_of(material: Material, temperature: float) -> LocalLaws:

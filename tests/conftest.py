@@ -11,7 +11,7 @@ from importlib import import_module
 import pytest
 
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(name, "1")
+    os.environ[name] = "1"
 
 # a shell starts background jobs with SIGINT ignored, and children inherit that: tests of Ctrl-C would wait in vain
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -152,6 +152,31 @@ def axis_scale(text: str, scales: Mapping[str, float], axis: str) -> float:
     return scales[plain]
 
 
+BEHIND_NAMES = (
+    ("krad/s", r"krad(/|_|_per_|\s+per\s+|p)s(ec)?\)?$"),
+    ("rad/s", r"rad(/|_|_per_|\s+per\s+|p)s(ec)?\)?$|(^|[^a-z])(omega|ω)([^a-z]|$)"),
+    ("kHz", r"khz\)?$"),
+    ("ms", r"(^|[\s_/.(-])(ms|msec|millis(econds)?)\)?$"),
+    ("us", r"(^|[\s_/.(-])([uµμ]s|usec|micros(econds)?)\)?$"),
+    ("ns", r"(^|[\s_/.(-])(ns|nsec|nanos(econds)?)\)?$"),
+)
+"""Units of axes that stand behind names without square brackets: ``time_ms``, ``f/kHz``; ``omega`` means it."""
+
+
+def unit_behind_name(name: str, scales: Mapping[str, float]) -> str:
+    """Return the unit of an axis that its name ends with, empty where it names none.
+
+    Parameters
+    ----------
+    name : str
+        ``time_ms``, ``Frequency kHz``; variables of MATLAB can have no brackets.
+    scales : dict of str to float
+        `TIMES` or `FREQUENCIES`.
+    """
+    plain = name.strip().lower()
+    return next((unit for unit, how in BEHIND_NAMES if unit in scales and re.search(how, plain)), "")
+
+
 def is_unit(text: str) -> bool:
     """Whether a text is a unit that channels, times or frequencies may have."""
     plain = plain_unit(text)

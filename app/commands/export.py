@@ -115,9 +115,9 @@ def command(
         given["--number"] = None if number == "float32" else number
         _sweeps(run, form, given, out, output)
         return
-    _refuse_hits(run or Path())
+    _refuse_tests(run or Path())
     if form not in FORMS[:5]:
-        raise click.UsageError(f"--to {form} is for the sweeps of a campaign; {run or Path()} holds filters")
+        raise click.UsageError(f"--to {form} is for the sweeps of a campaign; {run or Path()} holds none")
     if number == "int16" and form != "c":
         raise click.UsageError(f"--number int16 is for --to c; {form} holds floats")
     if example and (form != "c" or number != "int16"):
@@ -158,11 +158,18 @@ def command(
     output.summary(summary(sent, written, cost))
 
 
-def _refuse_hits(folder: Path) -> None:
-    """Say how other programs get what a hammer test holds."""
+def _refuse_tests(folder: Path) -> None:
+    """Say how other programs get what a hammer test, or the run of a modal test, holds."""
     from app.files.bad_file import quoted
     from app.files.campaigns.kind import is_hammer_folder
+    from app.files.results.run_folder import is_test_run
 
+    if is_test_run(folder) and not (folder / "filters.h5").is_file():
+        there = [name for name in ("frfs.uff", "modes.uff", "modes.csv") if (folder / name).is_file()]
+        raise click.UsageError(
+            f"{folder} is the run of a modal test, with neither filters nor sweeps; FRFs and modes for other "
+            f"programs lie there: {', '.join(there) or 'none; flexura identify writes them'}"
+        )
     if is_hammer_folder(folder):
         raise click.UsageError(
             f"{folder} is a hammer test, with neither filters nor sweeps; its FRFs, as universal files: "

@@ -164,7 +164,9 @@ def command(
         _refuse("belongs to a test; in a campaign it is declared in campaign.toml", of_tests | of_frfs)
         if not files:
             _refuse("names a channel of the recorder's TDMS files: name these, too", channels)
-        _campaign(files, (drive, response, unused), title, plate, out or Path(), output)
+        beside = files[0].parent if files else Path()
+        beside = beside.resolve().parent if beside.resolve().name == "sweeps" else beside
+        _campaign(files, (drive, response, unused), title, plate, out or beside, output)
         return
     _refuse("belongs to a campaign; a test has --points POINTS.csv for its nodes", {"--plate": plate})
 

@@ -9,6 +9,7 @@ import logging
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -50,6 +51,16 @@ def cache_folder() -> Path:
     """Where bases are kept: ``FLEXURA_CACHE`` if it is set, else the user's cache folder."""
     chosen = os.environ.get("FLEXURA_CACHE")
     return Path(chosen) if chosen else user_cache_path("flexura", appauthor=False)
+
+
+@cache
+def told_unkept(file: str, reason: str) -> None:
+    """Say that a model is not kept, and how another folder is named; once of each file."""
+    log.warning(
+        "note: %s: %s; the model is built again next time (FLEXURA_CACHE=FOLDER keeps models elsewhere)",
+        file,
+        reason,
+    )
 
 
 def cached_reduction(
@@ -125,7 +136,7 @@ def cached_reduction(
     try:
         save_basis(file, reduced, None if attached is None else basis)
     except UnwrittenFileError as error:
-        log.warning("this plate will be reduced again next time: %s", error)
+        told_unkept(error.filename, error.strerror)
     # as it will be read next time: arrays laid out otherwise in memory round otherwise in the last digit
     return load_basis(file) or reduced
 

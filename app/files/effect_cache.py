@@ -6,7 +6,6 @@ matrices are stored as their upper triangles.
 
 import hashlib
 import json
-import logging
 from collections.abc import Callable
 from dataclasses import asdict, fields
 from math import isqrt
@@ -21,7 +20,7 @@ from analysis.material import MaterialBox
 from analysis.progress import Progress
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
-from app.files.basis_cache import cache_folder, reducing
+from app.files.basis_cache import cache_folder, reducing, told_unkept
 from app.files.disk_room import UnwrittenFileError
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
 
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     from simulation.shell.fineness import Fineness
     from simulation.state.plate_state import Sheet
 
-log = logging.getLogger(__name__)
 FORMAT = "flexura-effect-operators/1"
 METHOD = 30
 """Raised whenever the same declaration would give other operators."""
@@ -161,7 +159,7 @@ def _kept(
         try:
             save_operators(file, fresh)
         except UnwrittenFileError as error:
-            log.warning("this plate will be reduced again next time: %s", error)
+            told_unkept(error.filename, error.strerror)
             return fresh
         del fresh  # half a gigabyte: what is used is read back, as by every later run
         stored = load_operators(file)

@@ -80,6 +80,7 @@ def checked(path: Path, table: Mapping[str, Any], model: type[Model]) -> Model:
     except ValidationError as error:
         details = error.errors(include_url=False)
         wrong = [detail for detail in details if not _follows_from_another(detail, details)]
+        wrong = [detail for detail in wrong if of_another_kind(detail)] or wrong
         problems = dict.fromkeys(_problem(path.name, model, detail) for detail in wrong)
         raise CampaignFileError(path.parent, [*problems], misplaced(path, table, details)) from error
     fault = mesh_fault(path, table, made)
@@ -87,6 +88,13 @@ def checked(path: Path, table: Mapping[str, Any], model: type[Model]) -> Model:
         key, seen, place = fault
         raise CampaignFileError(path.parent, [Problem(path.name, key, seen, "")], place)
     return made
+
+
+def of_another_kind(detail: Any) -> bool:
+    """Whether a file says that it declares something else, a campaign for a panel: other keys differ by that."""
+    said, wanted = detail["input"], str(detail.get("ctx", {}).get("expected", "")).strip("'")
+    named = detail["loc"] == ("format",) and isinstance(said, str) and "/" in wanted
+    return named and said.partition("/")[0] != wanted.partition("/")[0]
 
 
 def _text(path: Path) -> str:

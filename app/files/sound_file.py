@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from app.files.bad_file import ResultFileError
+from app.files.measurements.wave import require_whole
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,7 @@ def opened_sound(path: Path, sample_rate: float | None = None) -> Iterator[Sound
     with _faults_named(path):
         file = soundfile.SoundFile(path)
     with file:
+        _require_whole(path)
         if file.frames <= 0:
             raise ResultFileError(f"{path}: holds no samples")
         if sample_rate is not None and file.samplerate != sample_rate:
@@ -101,6 +103,14 @@ def opened_sound(path: Path, sample_rate: float | None = None) -> Iterator[Sound
                 f"to that rate, or make filters of its rate: flexura focus with --sample-rate {file.samplerate}"
             )
         yield Sound(path, file.samplerate, file.frames, file.channels, file)
+
+
+def _require_whole(path: Path) -> None:
+    """Raise ResultFileError for a copy that was cut short: libsndfile gives what there is, without a word."""
+    try:
+        require_whole(path)
+    except ValueError as error:
+        raise ResultFileError(f"{path}: {error}") from error
 
 
 @contextmanager

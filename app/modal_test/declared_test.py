@@ -129,6 +129,11 @@ def _read_files(
             whole = {record.file: next(each)}  # of one file at a time; its groups follow each other
             hashes[record.file] = sha256(folder / record.file)
             notes += whole[record.file].notes
+        told = _of_copy(record, test, hashes)
+        if told is not None:
+            notes.append(told[0])
+            if told[1]:
+                continue
         try:
             columns = whole[record.file].of_group(record.group) if record.group else whole[record.file]
             if test.kind == "frf":
@@ -139,6 +144,25 @@ def _read_files(
         except ValueError as error:
             raise ResultFileError(f"{folder}: {error}") from error
     return transfers, runs
+
+
+def _of_copy(record: RecordOfTest, test: ModalTest, hashes: Mapping[str, str]) -> tuple[str, bool] | None:
+    """Say of which file before it a file is a copy, and whether it is at the same places."""
+    alike = [file for file, sha in hashes.items() if sha == hashes[record.file] and file != record.file]
+    if not alike:
+        return None
+    own = _places(record, test)
+    before = [other for other in test.record if other.file in alike and other.group == record.group]
+    if any(_places(other, test) == own for other in before):
+        return (
+            f"{record.name} is left out: a copy of {alike[0]}, byte for byte, makes the noise look smaller",
+            True,
+        )
+    return (
+        f"{record.name} is a copy of {alike[0]}, byte for byte, and stands for other points: of which points are "
+        "they? Remove the [[record]] of one, or measure it again",
+        False,
+    )
 
 
 def _with_one_block(runs: list[tuple[str, SignalsOfFile]], test: ModalTest, folder: Path) -> ModalTest:

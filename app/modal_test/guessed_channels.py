@@ -10,14 +10,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimation.quantities import SCALES, TIMES, calibration, is_unit, plain_unit, unit
+from analysis.estimation.quantities import (
+    FREQUENCIES,
+    SCALES,
+    TIMES,
+    calibration,
+    is_unit,
+    plain_unit,
+    unit,
+    unit_behind_name,
+)
 from app.files.bad_file import ResultFileError
 from app.files.declarations.modal_test import ENDS
 from app.files.measurements.columns import Columns
 
 GUESSES = (
-    ("time", r"time|zeit|temps|^t$|x_value"),
-    ("frequency", r"freq|^f$|^hz$"),
+    ("time", r"time|zeit|temps|^t$|^t[\s_/]+\(?([mun]?s|[mu]?sec)\)?$|x_value"),
+    ("frequency", r"freq|^f$|^f[\s_/]+\(?(k?hz|rad.s)\)?$|^k?hz$"),
     ("drive", r"hammer|force|impact|kraft|shaker|drive|exc"),
     ("real", r"^re(al)?\b|real"),
     ("imaginary", r"^im(ag.*)?\b|imag"),
@@ -294,6 +303,9 @@ def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
         return {"role": "unused" if others and _spectrum(name) else "frf"}
     role = next((role for role, words in GUESSES if re.search(words, name.strip(), re.IGNORECASE)), "response")
     written = plain_unit(file_unit or "")
+    beside_frfs = any(np.iscomplexobj(values) for values in columns.values.values())
+    if role == "response" and beside_frfs and unit_behind_name(name, FREQUENCIES):
+        role = "frequency"  # omega
     if written in TIMES:
         role = "time"
     elif written in ("Hz", "kHz"):

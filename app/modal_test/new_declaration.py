@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.estimation.quantities import SCALES, unit
 from analysis.estimation.spectra import SampledSignals, fitting_segments, is_impacts
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaigns.kind import DECLARATION
+from app.files.campaigns.recorded import SWEEPS
 from app.files.declarations.modal_test import FORMAT, NAME, ModalTest
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns, read_each
@@ -309,6 +311,10 @@ def new_campaign(
     if plate is not None:
         table["plate"] |= dict(zip(("length_x", "length_y", "thickness", "mass"), plate, strict=True))
     missing = _recorded(table, files, said or NewTest(None, {}, {})) if files else []
+    sweeps = file.resolve().parent / SWEEPS
+    elsewhere = [one.name for one in files if one.resolve().parent != sweeps]
+    if elsewhere:
+        missing.append(f"sweeps are read from {sweeps}: put {len(elsewhere)} files there, {elsewhere[0]}, ...")
     write_text(file, toml_text(table, CAMPAIGN_HEAD))
     return file, missing
 
@@ -388,18 +394,22 @@ def points_of_table(path: Path) -> dict[str, list[float]]:
     Parameters
     ----------
     path : Path
-        Table of four columns: number of the node, x, y, z in m.
+        Table of four columns: number of the node, x, y, z; in m, or in the unit that stands behind their names.
 
     Raises
     ------
     ResultFileError
         Where it holds something else; the message names the row.
     """
-    columns = list(read_columns(path).values.values())
+    read = read_columns(path)
+    names = _coordinates(list(read.values))
+    columns = [read.values[name] for name in names]
     if len(columns) != 4 or len({len(column) for column in columns}) > 1:
         raise ResultFileError(f"{path}: {len(columns)} columns; node, x, y and z (m) of all nodes are needed")
+    metres = [_metres(path, name, read.units.get(name)) for name in names[1:]]
+    table = np.column_stack(columns).real * [1.0, *metres]
     places: dict[str, list[float]] = {}
-    for row, (node, x, y, z) in enumerate(np.column_stack(columns).real, start=1):
+    for row, (node, x, y, z) in enumerate(table, start=1):
         if not np.isfinite([node, x, y, z]).all() or node < 1 or node != round(node):
             message = (
                 f"node {node:g} at {x:g}, {y:g}, {z:g}; allowed: a whole number from 1, and three numbers in m"
@@ -409,3 +419,28 @@ def points_of_table(path: Path) -> dict[str, list[float]]:
             raise ResultFileError(f"{path}: row {row}: node {node:g} occurs twice; give it one place")
         places[str(round(node))] = [float(x), float(y), float(z)]
     return places
+
+
+COORDINATE = re.compile(r"\s*([xyz])(?:\s*coord\w*)?(?:[\s_/]*\(?([a-zµ]+)\)?)?\s*", re.IGNORECASE)
+"""``x``, ``X_mm``, ``y / mm``: which coordinate, and its unit."""
+
+
+def _coordinates(names: list[str]) -> list[str]:
+    """Return the columns of a table of nodes in the order node, x, y, z, where their names say which is which."""
+    axes = {found[1].lower(): name for name in names if (found := COORDINATE.fullmatch(name))}
+    others = [name for name in names if name not in axes.values()]
+    return [*others, *(axes[axis] for axis in "xyz")] if len(axes) == 3 and len(others) == 1 else names
+
+
+def _metres(path: Path, name: str, written: str | None) -> float:
+    """Metres of one unit of a coordinate."""
+    behind = COORDINATE.fullmatch(name)
+    text = written or (behind[2] if behind else None) or "m"
+    try:
+        found = unit(text)
+    except ValueError as error:
+        raise ResultFileError(f"{path}: column {name!r}: {error}") from error
+    if found.quantity != "displacement":
+        known = ", ".join(SCALES["displacement"])
+        raise ResultFileError(f"{path}: column {name!r} is in {text}; allowed: {known}")
+    return found.scale

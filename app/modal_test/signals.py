@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 
 from analysis.channel import UNITS, Quantity
 from analysis.estimation.estimators import coherence_variance
-from analysis.estimation.quantities import FREQUENCIES, TIMES, Calibration, axis_scale, calibration, frf_name
+from analysis.estimation.quantities import (
+    FREQUENCIES,
+    TIMES,
+    Calibration,
+    axis_scale,
+    calibration,
+    frf_name,
+    unit_behind_name,
+)
 from analysis.estimation.sampling import RateSeen, of_step, of_times, settled
 from analysis.estimation.spectra import SampledSignals, signal_faults
 from analysis.estimation.transfer import MeasuredTransfer
@@ -96,7 +104,8 @@ def sample_rate(file: str, columns: Columns, test: ModalTest) -> tuple[float, li
         if test.sample_rate not in columns.scalars:
             held = ", ".join(columns.scalars) or "none"
             raise ValueError(f"sample_rate: no single number {test.sample_rate!r} in the file; it holds: {held}")
-        seen.append(RateSeen(columns.scalars[test.sample_rate], 0.0, f"its number {test.sample_rate!r}"))
+        hertz = FREQUENCIES[unit_behind_name(test.sample_rate, FREQUENCIES) or "Hz"]
+        seen.append(RateSeen(hertz * columns.scalars[test.sample_rate], 0.0, f"its number {test.sample_rate!r}"))
     if not seen:
         raise ValueError(
             "the files give no sample rate; give sample_rate in Hz, its name in a file, or the role time"
@@ -110,7 +119,7 @@ def _rates_of_file(columns: Columns, test: ModalTest) -> list[RateSeen]:
     seen: list[RateSeen] = []
     for name, channel in test.channels.items():
         if channel.role == "time" and name in columns.values:
-            written = channel.unit or columns.units.get(name, "s")
+            written = channel.unit or columns.units.get(name) or unit_behind_name(name, TIMES) or "s"
             seen.append(
                 of_times(columns.values[name].real * axis_scale(written, TIMES, "times"), f"its times {name!r}")
             )
@@ -290,7 +299,7 @@ def given_frfs(record: RecordOfTest, columns: Columns, test: ModalTest) -> list[
     if lacking:
         raise ValueError("\n".join(lacking))
     axis = by_role["frequency"][0]
-    written = test.channels[axis].unit or columns.units.get(axis, "Hz")
+    written = test.channels[axis].unit or columns.units.get(axis) or unit_behind_name(axis, FREQUENCIES) or "Hz"
     frequency = columns.values[axis].real * axis_scale(written, FREQUENCIES, "frequencies")
     read, drove = _calibrated("response", test.frf.response), _calibrated("reference", test.frf.reference)
     made = []

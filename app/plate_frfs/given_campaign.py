@@ -163,6 +163,8 @@ def read_plate(path: Path) -> FrfCampaign:
         experiment = declared_experiment(file, said, rest, _band(said, rest, read))
         nodes = points_by_node(rest)[1]
         placed, notes = _placed(read, experiment, nodes)
+        placed, copies = _without_copies(placed, [output.id for output in experiment.outputs])
+        notes += copies
         band = experiment.protocol.band if "protocol" in rest else said.measurement.band
         lines = common_lines([(one.name, one.frequency) for one in placed], band)
         sweeps = _sweeps(placed, experiment, lines)
@@ -302,6 +304,28 @@ def _placed(read: Read, experiment: Experiment, nodes: PointsByNode) -> tuple[li
             more = f" and {len(unused) - 3} more" if len(unused) > 3 else ""
             notes.append(f"{found.file}: {', '.join(unused[:3])}{more} not declared, left out")
     return placed, notes
+
+
+def _without_copies(placed: Sequence[PlacedFrf], outputs: Sequence[str]) -> tuple[list[PlacedFrf], list[str]]:
+    """Leave out FRFs that are there twice, which would count as repeats; say where else the same numbers are."""
+    kept: list[PlacedFrf] = []
+    notes: list[str] = []
+    known: dict[bytes, PlacedFrf] = {}
+    for one in placed:
+        before = known.setdefault(one.h.tobytes() + one.frequency.tobytes(), one)
+        if before is one or one.source != before.source:  # by reciprocity they may be those of exchanged ends
+            kept.append(one)
+            continue
+        file, other = (which.name.partition(": ")[0] for which in (one, before))
+        if (one.output, one.at, one.sweep) == (before.output, before.at, before.sweep):
+            notes.append(f"{file} is left out: a copy of {other}, number for number, makes the noise look smaller")
+            continue
+        kept.append(one)
+        notes.append(
+            f"{file} holds the same numbers for {outputs[one.output]} at {one.at.temperature:g} °C as {other} for "
+            f"{outputs[before.output]} at {before.at.temperature:g} °C: a copy under another name?"
+        )
+    return kept, notes
 
 
 def _one(

@@ -26,7 +26,7 @@ from app.files.settings_toml import toml_text
 from app.files.uff.geometry import read_nodes
 from app.modal_test.new_declaration import points_of_table
 from app.plate_frfs.plate_of_modes import is_table_of_modes
-from app.plate_frfs.source_files import UNIVERSAL, FrfsOfFile, circumstances, frfs_of_file, is_own
+from app.plate_frfs.source_files import UNIVERSAL, FrfsOfFile, circumstances, frfs_of_file, is_own, is_temperatures
 
 COORDINATE_ROUNDING = 1e-3
 """Share of the plate's longer side by which rounded coordinates may reach beyond an edge, or out of the plane."""
@@ -55,8 +55,6 @@ HEAD = """What plate the FRFs are of; see the guide, "From another program's FRF
 SI units, degrees Celsius; the origin is a corner of the plate, x along length_x.
 Lines that begin with # and a key are to be completed: remove the # and put your number in."""
 MOTIONS = tuple(ORDER)
-TEMPERATURE_NAMES = r"^(T|temp.*|theta)$"
-"""What arrays of temperatures are called."""
 BESIDE = {"level": "level", "direction": "descending"}
 """Arrays that Flexura's own exports hold beside the temperatures, by the keys that name them."""
 
@@ -206,6 +204,8 @@ def _sections(
     volts = False
     roving = _roving(found, said)
     below = _below(found)
+    # where several drove, a sensor has an FRF of each
+    by_node = path.suffix.lower() in UNIVERSAL or len({frf.reference for frf in found.transfers}) > 1
     if roving:
         sections.append(_roving_hammer(roving, places))
     for frf in found.transfers:
@@ -213,7 +213,7 @@ def _sections(
         if not roving and frf.reference not in drives:
             drives[frf.reference] = f"D{len(drives) + 1}"
             sections.append(_end(drives[frf.reference], reference, places.get(_node(frf.reference)), drives=True))
-        key = stars.get(frf.name, frf.name if path.suffix.lower() not in UNIVERSAL else _node(frf.response))
+        key = stars.get(frf.name, _node(frf.response) if by_node else frf.name)
         if key not in sensors:
             sensors[key] = f"S{len(sensors) + 1}"
             section = _end(sensors[key], response, places.get(_node(frf.response)), drives=False)
@@ -354,7 +354,7 @@ def _quantity(frf: MeasuredTransfer, said: SaidOfPlate, end: int) -> str:
 
 def _stars(found: FrfsOfFile) -> dict[str, str]:
     """Return ``H[*]`` for names ``H[1]``, ``H[2]``, ... of as many FRFs as the file has temperatures."""
-    lengths = {len(values) for name, values in found.arrays.items() if _is_temperature(name, found)}
+    lengths = {len(values) for name, values in found.arrays.items() if is_temperatures(name, values)}
     groups: dict[str, list[str]] = {}
     for frf in found.transfers:
         numbered = re.fullmatch(r"(.*)\[(\d+)(,\d+)?\]", frf.name)
@@ -364,11 +364,7 @@ def _stars(found: FrfsOfFile) -> dict[str, str]:
 
 
 def _temperatures(found: FrfsOfFile) -> str | None:
-    return next((name for name in found.arrays if _is_temperature(name, found)), None)
-
-
-def _is_temperature(name: str, found: FrfsOfFile) -> bool:
-    return re.match(TEMPERATURE_NAMES, name, re.IGNORECASE) is not None and len(found.arrays[name]) > 1
+    return next((name for name, values in found.arrays.items() if is_temperatures(name, values)), None)
 
 
 def _places(path: Path, said: SaidOfPlate) -> tuple[Mapping[str, Sequence[float]], list[str]]:

@@ -6,7 +6,7 @@ FRFs of ``frf.h5``, which Flexura wrote itself, with their noise.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
@@ -32,6 +32,7 @@ from app.files.results.modes_file import load_frf
 from app.files.uff.frfs import read_frfs
 from app.modal_test.declared_test import declared_frfs
 from app.modal_test.guessed_channels import NewTest, guessed_channels, guessed_frf_units
+from app.modal_test.new_declaration import guessed_places
 from app.modal_test.signals import given_frfs
 
 UNIVERSAL = (".uff", ".unv", ".uf", ".bunv")
@@ -144,8 +145,10 @@ def _channel_of(frf: MeasuredTransfer) -> str:
 
 def _of_columns(path: Path, columns: Columns, said: FrfsOfPlate) -> FrfsOfFile:
     channels = guessed_channels(path, columns, NewTest("frf", {}, {}))
+    ends = _ends_of_file(channels, columns, said)
     for name, one in channels.items():
-        one["role"] = _role(name, one["role"], said)
+        at = ends.get(name, {}).get("at", "")
+        one["role"] = _role((name, at, at.partition(":")[0]), one["role"], said)
     roles = [one["role"] for one in channels.values()]
     notes: tuple[str, ...] = ()
     frfs, coherences = max(roles.count("frf"), 1), roles.count("coherence")
@@ -173,7 +176,7 @@ def _of_columns(path: Path, columns: Columns, said: FrfsOfPlate) -> FrfsOfFile:
         {
             "format": "flexura-test/1",
             "kind": "frf",
-            "channels": {name: {"role": one["role"]} for name, one in channels.items()},
+            "channels": {name: {"role": one["role"], **ends.get(name, {})} for name, one in channels.items()},
             "record": ({"file": path.name},),
             **({} if given is None else {"frf": {"response": given[0], "reference": given[1]}}),
         }
@@ -190,12 +193,37 @@ def _of_columns(path: Path, columns: Columns, said: FrfsOfPlate) -> FrfsOfFile:
     return FrfsOfFile(path.name, tuple(named), arrays, notes=notes, hashes={path.name: sha256(path)})
 
 
-def _role(name: str, guessed: str, said: FrfsOfPlate) -> str:
-    """Return the role of a column: as guessed, unless the declaration says or leaves out something else."""
-    if name == said.frequency:
+def _ends_of_file(
+    channels: Mapping[str, Mapping[str, str]], columns: Columns, said: FrfsOfPlate
+) -> dict[str, dict[str, str]]:
+    """Return ``at`` and ``reference`` of the FRFs of which the file gives both.
+
+    Of none where the first axis of arrays counts sweeps, at temperatures that the file lists, and not responses.
+    """
+    if any("*" in key for key in said.sensors) or any(is_temperatures(*one) for one in columns.values.items()):
+        return {}
+    placed = guessed_places(channels, columns)
+    return {n: {end: one[end] for end in ("at", "reference")} for n, one in placed.items() if "reference" in one}
+
+
+TEMPERATURE_NAMES = r"^(T|temp.*|theta)$"
+"""What arrays of temperatures are called."""
+
+
+def is_temperatures(name: str, values: Numbers) -> bool:
+    """Whether an array holds the temperatures of several sweeps."""
+    return re.match(TEMPERATURE_NAMES, name, re.IGNORECASE) is not None and len(values) > 1
+
+
+def _role(names: Sequence[str], guessed: str, said: FrfsOfPlate) -> str:
+    """Return the role of a column: as guessed, unless the declaration says or leaves out something else.
+
+    Behind its name in `names` are its node with direction and without, where the file gives them.
+    """
+    if names[0] == said.frequency:
         return "frequency"
     if guessed == "frf" and said.sensors:
-        return guessed if any(matches(key, name) for key in said.sensors) else "unused"
+        return guessed if any(matches(key, name) for key in said.sensors for name in names) else "unused"
     named_otherwise = {"frequency": said.frequency is not None, "coherence": bool(said.coherence)}
     unused = guessed in ("drive", "response", "time") or named_otherwise.get(guessed, False)
     return "unused" if unused else guessed

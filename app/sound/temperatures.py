@@ -1,10 +1,12 @@
 """What ``--temperature`` says: one, a way between several, or a file of readings; whether filters cover it."""
 
 import csv
+import re
 from pathlib import Path
 
 import numpy as np
 
+from analysis.estimation.quantities import TIMES, unit_behind_name
 from analysis.material import MaterialLaws
 from analysis.rendering.following import TemperatureProgramme
 from app.files.bad_file import ResultFileError
@@ -45,6 +47,7 @@ def _readings(path: Path) -> TemperatureProgramme:
             f"--temperature {path}: neither °C, as in 20 or 20:45, nor a CSV file of seconds and °C"
         )
     rows: list[tuple[float, float]] = []
+    heading: list[str] = []
     try:
         text = read_text(path, LARGEST_READINGS_FILE)
     except (OSError, ValueError) as error:
@@ -62,16 +65,34 @@ def _readings(path: Path) -> TemperatureProgramme:
             # commas that do not separate are decimal ones, as German spreadsheets write them
             rows.append((float(row[0].replace(",", ".")), float(row[1].replace(",", "."))))
         except (ValueError, IndexError) as error:
-            if not rows and number <= 2:  # a heading
+            if not rows and number <= 2:
+                heading = heading or row
                 continue
             message = f"{path}: line {number} is {separator.join(row)[:60]!r}; allowed: seconds,°C"
             raise ResultFileError(message) from error
     if not rows:
         raise ResultFileError(f"{path}: holds no readings; allowed: CSV of seconds and °C")
+    if any(re.search(OTHER_DEGREES, name, re.IGNORECASE) for name in heading[1:2]):
+        raise ResultFileError(
+            f"{path}: {heading[1].strip()!r}: temperatures in °C are wanted: K - 273.15, or (°F - 32) / 1.8"
+        )
     try:
-        return TemperatureProgramme(*np.array(rows).T)
+        return TemperatureProgramme(*(np.array(rows) * [_seconds(heading[0]) if heading else 1.0, 1.0]).T)
     except ValueError as error:
         raise ResultFileError(f"{path}: {error}") from error
+
+
+OTHER_DEGREES = r"°\s*F|deg\s*F|fahrenheit|kelvin|[\[(]\s*[FK]\s*[\])]|_[FK]$"
+HOURS, MINUTES = r"(^|[\s_/.([-])(h|hours?|stunden?|std)[\])]*$", r"(^|[\s_/.([-])(min|minutes?|minuten?)[\])]*$"
+
+
+def _seconds(heading: str) -> float:
+    """Seconds of one unit of the times below a heading: ``time [min]``, ``t_ms``; 1 where it names none."""
+    plain = heading.strip().lower()
+    for unit, pattern in ((3600.0, HOURS), (60.0, MINUTES)):
+        if re.search(pattern, plain):
+            return unit
+    return TIMES[unit_behind_name(re.sub(r"[\[\]]", " ", plain).strip(), TIMES) or "s"]
 
 
 def require_covered(sent: Shipment, laws: MaterialLaws, course: TemperatureProgramme) -> None:

@@ -275,3 +275,30 @@ def test_a_mistyped_verb_names_the_nearest(run_flexura: Flexura) -> None:
     assert status == 2
     assert "No such command 'updat'. Did you mean 'update'?" in err
     assert "Did you mean" not in run_flexura("xyzzy")[2]
+
+
+def test_a_machine_that_sets_many_threads_slows_no_verb() -> None:
+    """A cluster sets such numbers for all programs; matrices of ours are small, and two threads wait."""
+    code = (
+        "import sys, types, click\nfrom app.main import VERBS, main\n"
+        "def threads():\n import numpy, scipy.linalg, threadpoolctl\n"
+        " print('POOLS', [pool['num_threads'] for pool in threadpoolctl.threadpool_info()])\n"
+        "sys.modules['app.commands.threads'] = types.SimpleNamespace(command=click.command()(threads))\n"
+        "VERBS['threads'] = 'threads'\nmain(['threads'])"
+    )
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "8", "OMP_NUM_THREADS": "8", "MKL_NUM_THREADS": "8"}
+    words = [sys.executable, "-c", code]
+    done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+    assert set(json.loads(done.stdout.split("POOLS ")[1])) == {1}
+
+
+def test_a_file_whose_name_begins_like_an_option_is_told_with_how_to_name_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run_flexura: Flexura
+) -> None:
+    (tmp_path / "-plate").mkdir()
+    monkeypatch.chdir(tmp_path)
+    status, _, err = run_flexura("status", "-plate")
+    assert status == 2
+    assert err.splitlines()[-1] == "Write ./-plate for what is called so here."
+    status, _, err = run_flexura("status", "-other")
+    assert "Write" not in err

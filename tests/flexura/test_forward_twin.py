@@ -17,6 +17,7 @@ from analysis.material import LocalLaws
 from analysis.recordings.frf import Frf
 from analysis.updating.update import update
 from app.files.bad_file import ResultFileError
+from app.files.settings_toml import toml_text
 from app.twins.campaign_twin import campaign_twin
 from flexura.forward_twin import ForwardTwin
 from flexura.um_bridge import ModelServer
@@ -49,6 +50,20 @@ def test_a_folder_an_experiment_and_a_campaign_are_one_plate(twin: ForwardTwin) 
     for same in (flexura.load(EXAMPLE), twin.experiment):
         again = flexura.twin(same, progress=False)
         np.testing.assert_array_equal(again.frf(LINES[:3], MATERIAL), twin.frf(LINES[:3], MATERIAL))
+
+
+def test_a_plate_without_frfs_has_a_twin_in_the_band_declared(twin: ForwardTwin, tmp_path: Path) -> None:
+    """FRFs are compared with a twin; it does not consist of them."""
+    declared = twin.experiment.model_dump(mode="json", exclude_none=True, include={"title", "plate", "patch"})
+    declared["acquisition"] = {"input_resistance": 305e3, "input_capacitance": 120e-12}
+    (tmp_path / "plate.toml").write_text(toml_text({"format": "flexura-plate/1", **declared}))
+    with pytest.raises(ResultFileError, match=r"give \[measurement\] band"):
+        flexura.twin(tmp_path)
+    text = toml_text({"format": "flexura-plate/1", **declared, "measurement": {"band": [100.0, 1500.0]}})
+    (tmp_path / "plate.toml").write_text(text)
+    again = flexura.twin(tmp_path, progress=False)
+    wanted = twin.frf(LINES[:3], MATERIAL)
+    np.testing.assert_allclose(again.frf(LINES[:3], MATERIAL), wanted, atol=1e-3 * np.abs(wanted).max())
 
 
 @pytest.mark.parametrize(("name", "step"), list(zip(BY, (2e4, 1e-5, 1e-6, 1e-7, 1e-6), strict=True)))
@@ -132,6 +147,8 @@ def test_shapes_are_wanted_where_one_asks_for_them(twin: ForwardTwin) -> None:
         ({"material": MATERIAL, "effects": {"point_mass": {"mass": 9.0}}}, "point_mass.mass = 9; allowed: "),
         ({"material": MATERIAL, "effects": {"point_mass": {"mass": float("nan")}}}, "point_mass.mass = nan"),
         ({"material": MATERIAL, "actuator": "A9"}, "'A9' is not one of A1"),
+        ({"material": MATERIAL, "level": 0.0}, "level 0: an amplitude above 0"),
+        ({"material": MATERIAL, "temperature": 293.15}, "temperature 293.15 °C: allowed is -80 to 200 °C"),
     ],
 )
 def test_bad_questions_are_refused_by_name(twin: ForwardTwin, asked: dict[str, Any], message: str) -> None:

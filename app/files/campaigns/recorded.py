@@ -104,6 +104,8 @@ def read_recording(
             sweeps[name] = sweep
     report("reading", 1.0)
     problems += coverage_problems(experiment.protocol, sweeps, experiment.level_units)
+    digests = {name: sha256(folder / name) for name in sweeps}
+    problems += _copies(digests)
     missing = missing_places(experiment.protocol, sweeps, experiment.level_units)
     if len(sweeps) == len(files):
         problems += _idle(experiment, sweeps)
@@ -113,7 +115,7 @@ def read_recording(
         raise CampaignFileError(folder, problems or left_out)
     names = sorted(sweeps, key=lambda name: sweeps[name].step)
     hashes = {DECLARATION: declaration_digest(folder / DECLARATION)}
-    hashes |= {name: sha256(folder / name) for name in names}
+    hashes |= {name: digests[name] for name in names}
     campaign = Campaign(folder.resolve().name, experiment, tuple(sweeps[name] for name in names), hashes)
     return Recording(campaign, {sweeps[name].step: name for name in names}, missing, tuple(left_out))
 
@@ -125,6 +127,16 @@ def _tdms_files(folder: Path) -> list[Path]:
     return sorted(
         path for path in sweeps.iterdir() if path.suffix.lower() == ".tdms" and not path.name.startswith(".")
     )
+
+
+def _copies(digests: Mapping[str, str]) -> list[Problem]:
+    """Files that are another one under another name, and so no measurement at their temperature."""
+    first: dict[str, str] = {}
+    return [
+        Problem(name, "", f"a copy of {first[digest]}, byte for byte", "a measurement of its own", "remove one")
+        for name, digest in digests.items()
+        if first.setdefault(digest, name) != name
+    ]
 
 
 def _no_files(folder: Path) -> Problem:

@@ -12,7 +12,7 @@ from app.files.allowed_values import allowed_at, key_at, keys_at, nearest, unit_
 from app.files.bad_file import Misplaced, ResultFileError, misplaced
 from app.files.campaign_error import CampaignFileError
 from app.files.drawings.drawing import DrawingError, mesh_fault, with_drawings
-from app.files.settings_toml import read_settings, read_table
+from app.files.settings_toml import of_another_kind, read_settings, read_table
 from app.files.shipped import shipped
 
 SECTION_2 = shipped("section2-panel.toml")
@@ -49,7 +49,9 @@ def _checked(text: str, origin: str, source: Path | None = None) -> Panel:
     except ValidationError as error:
         details = error.errors(include_url=False)
         wrong = None if source is None else misplaced(source, json.loads(text), details)
-        lines = list(dict.fromkeys(_sentence(detail) for detail in details))
+        other = [detail for detail in details if of_another_kind(detail)]
+        lines = list(dict.fromkeys(_sentence(detail) for detail in other or details))
+        lines = [f"{line}; flexura new panel writes one" for line in lines] if other else lines
         message = lines[0] if len(lines) == 1 else f"{len(lines)} problems" + "".join(f"\n  {x}" for x in lines)
         raise ResultFileError(f"{origin}: {message}", wrong) from error
 

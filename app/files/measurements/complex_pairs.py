@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.estimation.quantities import FREQUENCIES, plain_unit
 from app.files.measurements.columns import Columns, unused_name
 
-FREQUENCY = re.compile(r"freq|^f$|^hz$", re.IGNORECASE)
+FREQUENCY = re.compile(r"freq|^f([\s_/]+\(?(k?hz|rad.s)\)?)?$|^k?hz$", re.IGNORECASE)
 PARTS = {
     "real": r"re(?:al)?",
     "imaginary": r"im(?:ag(?:inary|inär)?)?",

@@ -31,7 +31,7 @@ def read(path: Path) -> Columns:
     """
     from scipy.io import wavfile
 
-    _require_whole(path)
+    require_whole(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", wavfile.WavFileWarning)  # chunks of recorders that are no sound
         rate, samples = wavfile.read(path)
@@ -50,7 +50,7 @@ def read(path: Path) -> Columns:
     )
 
 
-def _require_whole(path: Path) -> None:
+def require_whole(path: Path) -> None:
     """Raise ValueError where fewer samples follow than the head says; scipy gives what there is with a warning."""
     size = path.stat().st_size
     with path.open("rb") as file:

@@ -56,8 +56,17 @@ def run_folder(campaign: Path, out: Path | None, needed: float = RESULTS) -> Ite
         raise
 
 
+RESULT_ENDINGS = ".c .csv .flac .h .h5 .html .json .mat .nc .npz .onnx .pdf .png .svg .tdms .uff .unv .wav"
+"""How names of results end; a folder called so would hold a file called otherwise."""
+
+
 def writable_folder(folder: Path, option: str) -> Path:
     """Return a folder, made if need be; ResultFileError, naming the option, where it cannot be made or written."""
+    if folder.suffix.lower() in RESULT_ENDINGS.split() and not folder.exists():
+        raise ResultFileError(
+            f"{folder}: {option} names a folder, and {folder.suffix} ends the name of a file; "
+            "the files in it have names of their own"
+        )
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".write-test.part"

@@ -7,7 +7,7 @@ import pytest
 import simulation.reduction.plate_basis
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
-from app.files.basis_cache import ARRAYS, cache_folder, cached_reduction, load_basis, save_basis
+from app.files.basis_cache import ARRAYS, cache_folder, cached_reduction, load_basis, save_basis, told_unkept
 from app.files.hdf5_file import BLOCK, sealed
 from simulation.meshing.plate_mesh import MeshRecipe
 from simulation.reduction.reduced_model import ReducedModel
@@ -118,3 +118,12 @@ def test_second_time_is_read_and_a_damaged_file_made_again(tmp_path, monkeypatch
     assert [p.name for p in tmp_path.iterdir()] == [file.name]
     cached_reduction(PLATE, PATCHES, BOX, BAND, fineness=COARSE)
     assert len(made) == 3
+
+
+def test_a_cache_that_cannot_be_written_is_told_once_with_the_way_on(tmp_path, caplog):
+    for _ in range(2):
+        told_unkept(str(tmp_path / "basis-1.h5"), "cannot be written (Permission denied)")
+    assert [record.getMessage() for record in caplog.records] == [
+        f"note: {tmp_path / 'basis-1.h5'}: cannot be written (Permission denied); the model is built again "
+        "next time (FLEXURA_CACHE=FOLDER keeps models elsewhere)"
+    ]

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.io import wavfile
 
-from app.files.sound_file import WavFileError, create_wav
+from app.files.bad_file import ResultFileError
+from app.files.sound_file import WavFileError, create_wav, opened_sound
 
 
 @pytest.mark.parametrize("channels", [1, 2, 6])
@@ -40,3 +41,15 @@ def test_a_wrong_count_is_an_error(tmp_path):
         file.write(np.zeros((2, 9)))
     with pytest.raises(ValueError, match="for 2 channels"), create_wav(tmp_path / "a", 8e3, 2, 10, "") as file:
         file.write(np.zeros((3, 10)))
+
+
+def test_a_copy_cut_short_is_refused(tmp_path):
+    """The library gives what there is: half a song was rendered without a word."""
+    pytest.importorskip("soundfile")
+    path = tmp_path / "a.wav"
+    wavfile.write(path, 44_100, np.ones(2000, np.int16))
+    with opened_sound(path) as sound:
+        assert sound.frames == 2000
+    path.write_bytes(path.read_bytes()[:1000])
+    with pytest.raises(ResultFileError, match=r"its head says 4000; cut short\?"), opened_sound(path):
+        pass

@@ -230,6 +230,21 @@ def test_a_campaign_is_declared_from_a_recorders_files(
     )
 
 
+def test_sweeps_that_lie_elsewhere_are_told_where_they_belong(tmp_path: Path, run_flexura: Flexura) -> None:
+    """Nothing said so before import found none; without --out the declaration was in the current folder."""
+    files = recorder_files(tmp_path / "plate" / "sweeps", groups=("Log",))
+    words = ["--drive", "cDAQ1Mod1/ai0=50 mV/V"]
+    status, _, err = run_flexura("new", "campaign", *files, *words)
+    assert status == 0
+    assert (tmp_path / "plate" / "campaign.toml").is_file()
+    assert "sweeps are read from" not in err
+    files = recorder_files(tmp_path / "log", groups=("Log",))
+    status, _, err = run_flexura("new", "campaign", *files, *words)
+    assert status == 0
+    assert (tmp_path / "log" / "campaign.toml").is_file()
+    assert f"sweeps are read from {tmp_path / 'log' / 'sweeps'}: put 2 files there" in " ".join(err.split())
+
+
 def test_a_recorder_without_a_drive_is_told_how_to_name_it(tmp_path: Path, run_flexura: Flexura) -> None:
     files = recorder_files(tmp_path / "plate" / "sweeps", groups=("Log",))
     status, _, err = run_flexura("new", "campaign", *files, "--out", tmp_path / "plate")

@@ -9,8 +9,10 @@ from nptdms import ChannelObject, TdmsWriter
 from pyuff import UFF
 from pyuff.datasets.dataset_58 import prepare_58
 
+from app.files.bad_file import ResultFileError
 from app.files.declarations.modal_test import read_modal_test
 from app.modal_test.declared_test import declared_frfs
+from app.modal_test.new_declaration import points_of_table
 from tests.app.modal_test.conftest import RATE, Beam, blows
 
 Flexura = Callable[..., tuple[int, str, str]]
@@ -31,6 +33,9 @@ def three_blows(beam: Beam) -> np.ndarray:
     [
         ("Time [ms],Hammer [N],Acc [m/s2]", 1e3, ()),
         ("Time,Hammer,Acc\nms,N,m/s2", 1e3, ()),
+        ("time_ms,Hammer [N],Acc [m/s2]", 1e3, ()),
+        ("t/ms,Hammer [N],Acc [m/s2]", 1e3, ()),
+        ("Time us,Hammer [N],Acc [m/s2]", 1e6, ()),
         ("", 1.0, ("--drive", "2=N", "--response", "*=m/s2")),
     ],
 )
@@ -67,6 +72,56 @@ def test_frequencies_have_their_unit(
     frfs = declared_frfs(tmp_path / "test.toml", silent)
     np.testing.assert_allclose(frfs.frequency, lines, rtol=1e-9)
     np.testing.assert_allclose(frfs.h[0], 9.80665 * h, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "factor"),
+    [("f_kHz", 1e-3), ("omega", 2.0 * np.pi), ("freq_rad_s", 2.0 * np.pi), ("f", 1.0), ("f_Hz", 1.0)],
+)
+def test_a_unit_in_a_name_without_brackets_counts(
+    tmp_path: Path, name: str, factor: float, run_flexura: Flexura
+) -> None:
+    """Variables of MATLAB and numpy can have no brackets in their names."""
+    lines = np.arange(1.0, 201.0)
+    arrays = {name: factor * lines, "H": 1.0 / (50.0**2 - lines**2 + 2j * lines)}
+    np.savez(tmp_path / "a.npz", **arrays)
+    assert run_flexura("new", "test", tmp_path / "a.npz", "-q") == (0, "", "")
+    np.testing.assert_allclose(declared_frfs(tmp_path / "test.toml", silent).frequency, lines, rtol=1e-9)
+
+
+def test_a_rate_in_kilohertz_counts_as_such(tmp_path: Path, beam: Beam, run_flexura: Flexura) -> None:
+    _, force, answer = three_blows(beam).T
+    np.savez(tmp_path / "a.npz", force=force, acc=answer, fs_kHz=RATE / 1e3)
+    words = ("--drive", "force=N", "--response", "acc=m/s2", "-q")
+    assert run_flexura("new", "test", tmp_path / "a.npz", *words) == (0, "", "")
+    assert declared_frfs(tmp_path / "test.toml", silent).frequency[-1] == pytest.approx(RATE / 2, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("head", "order", "scale"),
+    [
+        ("node,x [mm],y [mm],z [mm]", (0, 1, 2, 3), 1e3),
+        ("Node;X_mm;Y_mm;Z_mm", (0, 1, 2, 3), 1e3),
+        ("x,y,z,node", (1, 2, 3, 0), 1.0),
+        ("node,x,y,z", (0, 1, 2, 3), 1.0),
+        ("", (0, 1, 2, 3), 1.0),
+    ],
+)
+def test_places_have_the_unit_and_the_order_of_their_columns(
+    tmp_path: Path, head: str, order: tuple[int, ...], scale: float
+) -> None:
+    places = np.array([[1.0, 0.1, 0.2, 0.0], [7.0, 0.3, 0.05, 0.01]]) * [1.0, scale, scale, scale]
+    split = ";" if ";" in head else ","
+    np.savetxt(tmp_path / "p.csv", places[:, order], "%.6g", split, header=head, comments="")
+    found = points_of_table(tmp_path / "p.csv")
+    assert list(found) == ["1", "7"]
+    np.testing.assert_allclose([*found.values()], [[0.1, 0.2, 0.0], [0.3, 0.05, 0.01]])
+
+
+def test_places_in_another_quantity_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text("node,x [N],y [N],z [N]\n1,0,0,0\n2,1,1,0\n3,1,0,0\n")
+    with pytest.raises(ResultFileError, match=r"'x' is in N; allowed: m, cm, mm"):
+        points_of_table(tmp_path / "p.csv")
 
 
 def test_groups_with_the_same_channels_are_hits(tmp_path: Path, beam: Beam, run_flexura: Flexura) -> None:

@@ -7,7 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 import flexura
-from tests.app.modal_test.conftest import LENGTH, MASS, RATE, blows, free_beam
+from app.modal_test.declared_test import declared_frfs
+from tests.app.modal_test.conftest import LENGTH, MASS, RATE, Beam, blows, free_beam, hammer_files
 
 STRUCTURES, REPEATS, HITS = 6, 10, 5
 SECONDS = 15.0
@@ -46,6 +47,22 @@ def five_hits(folder: Path, seed: int, f: NDArray[np.float64], zeta: NDArray[np.
 
 
 @pytest.mark.slow
+def test_a_file_that_was_copied_is_told(tmp_path: Path, beam: Beam) -> None:
+    """At its own points it is no second measurement; at others it made a shape wrong without a word."""
+    file = hammer_files(tmp_path, beam, count=2, seconds=4.0)
+    text = file.read_text()
+    (tmp_path / "copy.csv").write_bytes((tmp_path / "point2.csv").read_bytes())
+    for node, words in (
+        (2, "copy.csv is left out: a copy of point2.csv"),
+        (6, "copy.csv is a copy of point2.csv"),
+    ):
+        record = f'[[record]]\nfile = "copy.csv"\nat = {{ Hammer = "{node}:+z" }}\n\n[points]'
+        file.write_text(text.replace("[points]", record))
+        read = declared_frfs(file, lambda *_: None)
+        assert any(note.startswith(words) for note in read.notes)
+        assert len(read.transfers) == (5 if node == 2 else 6)
+
+
 def test_modes_scatter_from_test_to_test_as_their_deviations_say(tmp_path: Path) -> None:
     ratios, away = [], []
     for structure in range(STRUCTURES):

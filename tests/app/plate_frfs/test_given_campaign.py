@@ -326,3 +326,28 @@ def test_a_run_takes_a_plate_with_frfs_as_it_is(
     with (folder / "frfs.uff").open("ab") as file:
         file.write(b"\n")
     assert "identify: up to date" not in run_flexura(*words)[2]
+
+
+def test_a_copy_is_no_repeat(exported: Any, tiny: Any) -> None:
+    """A file copied into the folder counted as a second measurement: deviations were too small by sqrt(2)."""
+    folder = exported[2]
+    text = declared(tiny.toml, FRFS["csv"])
+    wanted = load_campaign(write_plate(folder / "..", text.replace("frfs_*", "frfs/frfs_*")))
+    first = sorted(folder.glob("frfs_*.csv"))[0]
+    (folder / f"{first.stem} (copy).csv").write_bytes(first.read_bytes())
+    read = load_campaign(folder / "..")
+    assert isinstance(read, FrfCampaign)
+    assert len(read.sweeps) == len(wanted.sweeps)
+    assert any("(copy).csv" in note and "is left out: a copy of" in note for note in read.notes)
+
+
+def test_the_same_numbers_at_two_temperatures_are_told(exported: Any, tiny: Any) -> None:
+    folder = exported[2]
+    first = sorted(folder.glob("frfs_*.csv"))[0]
+    other = re.sub(r"[0-9.]+C", "71.5C", first.name)
+    assert other != first.name
+    (folder / other).write_bytes(first.read_bytes())
+    read = load_campaign(
+        write_plate(folder / "..", declared(tiny.toml, FRFS["csv"].replace("frfs_*", "frfs/frfs_*")))
+    )
+    assert any("holds the same numbers for S1 at 71.5" in note for note in read.notes)

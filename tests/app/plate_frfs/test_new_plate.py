@@ -126,3 +126,38 @@ def test_options_of_a_test_are_refused(tmp_path: Path, run_flexura: Run) -> None
     status, _, said = run_flexura("new", "plate")
     assert status == 2
     assert "flexura new plate FRFS.uff" in said
+
+
+@pytest.mark.parametrize("sensors", ['{ "1" = "S1", "2" = "S2" }', '{ "1:+z" = "S1", "2:+z" = "S2" }'])
+def test_an_array_of_responses_and_references_is_a_hammer_that_moved(
+    tmp_path: Path, run_flexura: Run, sensors: str
+) -> None:
+    """Its numbers are ends of FRFs, as in a modal test; all were declared as sensors of one drive."""
+    h = LINES**2 / (300.0**2 - LINES**2 + 0.01j * 300.0**2)
+    array = np.array([[[(response + 10 * hit)] * len(LINES) for hit in range(1, 5)] for response in (1, 2)]) * h
+    np.savez(tmp_path / "frfs.npz", f=LINES, H=array)
+    words = ("--frf-units", "m/s2", "N", "-q")
+    assert run_flexura("new", "plate", tmp_path / "frfs.npz", *SIZE, *words)[0] == 0
+    text = (tmp_path / "plate.toml").read_text()
+    assert 'sensors = { "1" = "S1", "2" = "S2" }' in text
+    assert "nodes = [1, 2, 3, 4]" in text
+    text = text.replace('{ "1" = "S1", "2" = "S2" }', sensors)
+    text = re.sub("# points = .*", "points = [[0.1, 0.1], [0.2, 0.1], [0.1, 0.15], [0.25, 0.15]]", text)
+    text = re.sub("# point = .*", "point = [0.05, 0.05]", text, count=1)
+    text = re.sub("# point = .*", "point = [0.05, 0.15]", text, count=1)
+    (tmp_path / "plate.toml").write_text(re.sub("# temperature = .*", "temperature = 20.0", text))
+    read = load_campaign(tmp_path)
+    assert isinstance(read, FrfCampaign)
+    assert len(read.sweeps) == 2
+    for sweep in read.sweeps:
+        factors = [11, 21, 31, 41] if sweep.source == 0 else [12, 22, 32, 42]
+        np.testing.assert_allclose(np.abs(sweep.h[:, 0] / sweep.h[0, 0]), np.array(factors) / factors[0])
+
+
+def test_of_several_shakers_each_sensor_has_an_frf_of_each(tmp_path: Path, run_flexura: Run) -> None:
+    h = LINES**2 / (300.0**2 - LINES**2 + 0.01j * 300.0**2)
+    np.savez(tmp_path / "frfs.npz", f=LINES, H=np.arange(1, 7).reshape(3, 2, 1) * h)
+    assert run_flexura("new", "plate", tmp_path / "frfs.npz", *SIZE, "--frf-units", "m/s2", "N", "-q")[0] == 0
+    text = (tmp_path / "plate.toml").read_text()
+    assert 'sensors = { "1" = "S1", "2" = "S2", "3" = "S3" }' in text
+    assert 'drives = { "1" = "D1", "2" = "D2" }' in text

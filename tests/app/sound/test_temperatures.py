@@ -55,3 +55,30 @@ def test_readings_of_a_german_spreadsheet(tmp_path, separator):
     found = programme(str(file), 3.0)
     np.testing.assert_array_equal(found.time, [0.0, 1.5, 3.0])
     np.testing.assert_array_equal(found.temperature, [20.5, 30.25, 40.0])
+
+
+@pytest.mark.parametrize(
+    ("heading", "scale"),
+    [
+        ("time_ms,T", 1e-3),
+        ("time [min],T [°C]", 60.0),
+        ("Zeit (h),T", 3600.0),
+        ("t/ms,T", 1e-3),
+        ("minutes,°C", 60.0),
+        ("Time [ms],T", 1e-3),
+        ("seconds,°C", 1.0),
+        ("time,kettle", 1.0),
+    ],
+)
+def test_times_of_readings_have_the_unit_of_their_heading(tmp_path, heading, scale):
+    """Milliseconds were taken for seconds: the temperature stood still."""
+    (tmp_path / "t.csv").write_text(f"{heading}\n0,20\n100,30\n", encoding="utf-8")
+    course = programme(str(tmp_path / "t.csv"), 10.0)
+    np.testing.assert_allclose(course.at(50.0 * scale), 25.0)
+
+
+@pytest.mark.parametrize("heading", ["t,T [°F]", "t,T (K)", "t,temp_F", "t,Kelvin"])
+def test_readings_in_other_degrees_are_refused(tmp_path, heading):
+    (tmp_path / "t.csv").write_text(f"{heading}\n0,20\n100,30\n", encoding="utf-8")
+    with pytest.raises(ResultFileError, match="temperatures in °C are wanted"):
+        programme(str(tmp_path / "t.csv"), 10.0)

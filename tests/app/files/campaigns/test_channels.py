@@ -124,6 +124,15 @@ def test_a_file_that_no_sweep_names_is_told_where_to_be_named(rewritten: Rewrite
         read_recorded_campaign(folder)
 
 
+def test_a_sweep_that_is_a_copy_of_another_is_no_measurement(rewritten: Rewrite) -> None:
+    """Its temperature is written beside it, so nothing in the file contradicted: laws got a point that is none."""
+    folder = rewritten()
+    one, other = sorted((folder / "sweeps").iterdir())[:2]
+    other.write_bytes(one.read_bytes())
+    with pytest.raises(CampaignFileError, match=rf"{other.name}: a copy of sweeps/{one.name}, byte for byte"):
+        read_recorded_campaign(folder)
+
+
 def test_a_time_that_is_nowhere_is_asked_for_in_the_sweeps(rewritten: Rewrite) -> None:
     folder = rewritten()
     toml = folder / "campaign.toml"

@@ -129,6 +129,19 @@ def test_a_run_has_no_sweeps(tmp_path: Path, run_flexura: Flexura) -> None:
         assert f"flexura identify '{hits}'" in " ".join(err.split())
 
 
+def test_of_the_run_of_a_modal_test_the_files_for_other_programs_are_named(
+    tmp_path: Path, run_flexura: Flexura
+) -> None:
+    """It was said to hold filters."""
+    for name in ("transfers.h5", "frfs.uff", "modes.csv"):
+        (tmp_path / name).write_text("")
+    for form in ("uff", "mat", "csv"):
+        status, _, err = run_flexura("export", tmp_path, "--to", form)
+        assert status == 2
+        assert "is the run of a modal test, with neither filters nor sweeps" in " ".join(err.split())
+        assert "lie there: frfs.uff, modes.csv" in " ".join(err.split())
+
+
 def test_a_sensor_on_the_plate_is_read_back(tiny: Any, tmp_path: Path, run_flexura: Flexura) -> None:
     """The air is ahead of the plate by more than half a step: the plate's temperature counts."""
     for content in tiny.files.values():

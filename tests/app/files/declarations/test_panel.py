@@ -110,3 +110,12 @@ def test_an_open_drawing_is_told_with_its_place_and_its_curves(tmp_path: Path) -
         read_panel(written(tmp_path, 'kind = "circle"\ncenter = [0.0, 0.0]\nradius = 0.15', drawn))
     assert told.value.misplaced is not None
     assert len(told.value.misplaced.loose) == 3
+
+
+@pytest.mark.parametrize("other", ["simulated-rig.toml", "pp-plate/campaign.toml"])
+def test_a_file_of_another_kind_is_told_as_such_and_not_key_by_key(other: str) -> None:
+    with pytest.raises(ResultFileError) as refused:
+        read_panel(Path(__file__).parents[4] / "examples" / other)
+    assert "allowed: 'panel/1'; flexura new panel writes one" in str(refused.value)
+    assert "is not known" not in str(refused.value)
+    assert len(str(refused.value).splitlines()) == 1

@@ -36,6 +36,16 @@ def test_a_place_that_cannot_be_written_asks_for_out(tmp_path, name: str) -> Non
         pass
 
 
+@pytest.mark.parametrize("name", ["report.html", "music.WAV", "taps.csv"])
+def test_a_folder_is_not_called_like_a_file(tmp_path, name: str) -> None:
+    """report.html/report.html was made for who wanted a file."""
+    with pytest.raises(ResultFileError, match="--out names a folder"), run_folder(tmp_path, tmp_path / name):
+        pass
+    assert not (tmp_path / name).exists()
+    with run_folder(tmp_path, tmp_path / "car.v2") as folder:
+        assert folder.is_dir()
+
+
 def test_a_missing_result_names_its_verb(tmp_path) -> None:
     with pytest.raises(ResultFileError, match=r"holds no laws\.h5; make it with: flexura update"):
         run_file(tmp_path, "laws.h5", "focus")
