@@ -55,8 +55,12 @@ least one, and they are told from it by a factor of two with ten modes."""
 REWEIGHTED = 3
 """Largest number of times that priors are taken with the width that they have where the last solution ended."""
 
-RIDGE = 1e-12
-"""Ridge relative to a unit diagonal, for material constants that no line depends on."""
+RIDGE, STEEPER = 1e-12, 1e3
+"""Ridge relative to a unit diagonal, for material constants that no line depends on, and how many times larger it
+is where rounding has left a matrix without a factor."""
+
+MOST_KEPT = 5e7
+"""Numbers of normal equations that are kept for further sets, 0.8 GB: a laser scan has many channels."""
 
 
 @dataclass(frozen=True)
@@ -193,10 +197,8 @@ class RandomEffects:
         wanted = self._set()
         _, found, step = self._bounded(wanted, near.modes, near.place)
         local, gains = step[:left], step[left:]
-        groups, contrasts = (
-            3 * len(sweeps.groups.size),
-            self._own.shape[2] - sweeps.count + len(sweeps.groups.size),
-        )
+        count = len(sweeps.groups.size)
+        groups, contrasts = 3 * count, left - (sweeps.count - count)
         tilt, bend = sweeps.smoothness.deviations(local[groups:contrasts])
         log_gain = state.log_gain.copy()
         log_gain[self._driven] += gains
@@ -313,6 +315,7 @@ class RandomEffects:
             by_residue[..., len(used)] += level.by_residue[..., gone] @ back
             by_pole[:, -1] += level.by_pole[:, gone] @ back
         taken, spread = self._integrated(level, by_residue, by_pole, logs)
+        whole = np.maximum(np.diag(matrix), 1e-300)
         matrix, pull, chi2 = matrix - taken[:-1, :-1], pull - taken[:-1, -1], chi2 - taken[-1, -1]
         now, known = self._local
         free = np.zeros(len(self._driven))
@@ -324,9 +327,9 @@ class RandomEffects:
             precision = np.array([c.precision(v) for c, v in zip(cards, found.tolist(), strict=True)])
             priors = np.concatenate([known, free, precision])
             away = np.concatenate([now, free, values - centre])
-            scale = 1.0 / np.sqrt(np.diag(matrix) + priors)
-            unit = (matrix + np.diag(priors)) * scale[:, None] * scale + RIDGE * np.eye(len(scale))
-            lower = cho_factor(unit, lower=True)
+            scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), RIDGE * whole) + priors)
+            unit = (matrix + np.diag(priors)) * scale[:, None] * scale
+            lower = _factor(unit)
             right = scale * (pull - priors * away)
             step = scale * cho_solve(lower, right)
             found = values + step[len(step) - len(values) :]
@@ -337,7 +340,7 @@ class RandomEffects:
         total += float(sum(c.penalty(v) for c, v in zip(cards, found.tolist(), strict=True)) - normal.sum())
         diagonal = np.log(np.diag(lower[0]) / scale)
         # the laws of all temperatures are known alike well relative to each other, whatever their common error
-        laws = float(np.linalg.slogdet(unit[:left, :left])[1]) - 2.0 * float(np.log(scale[:left]).sum())
+        laws = 2.0 * float((np.log(np.diag(_factor(unit[:left, :left])[0])) - np.log(scale[:left])).sum())
         groups = len(self.sweeps.groups.size)
         volume = 2.0 * float(diagonal.sum()) - (1.0 - 1.0 / groups) * laws
         prior = 2.0 * float(sum(np.log(card.sigma) for card in cards))
@@ -420,6 +423,9 @@ class RandomEffects:
     def _level(self, place: int) -> _Level:
         found = self._levels.get(place)
         if found is None:
+            kept = sum(one.by_residue.size for one in self._levels.values())
+            if kept > MOST_KEPT:
+                self._levels.pop(max(self._levels, key=lambda other: abs(other - place)))
             found = self._levels[place] = self._formed(self.sweeps.twin_error * FINENESS**place)
         return found
 
@@ -453,6 +459,19 @@ class RandomEffects:
                 by_residue[k] += np.kron(warm[:, None], np.concatenate([residue, mixed], axis=1))
                 residues[k] += np.kron(np.outer(warm, warm), heard @ part[:, k].T)
         return _Level(matrix, by_residue, residues, by_pole, poles, penalty)
+
+
+def _factor(unit: Real) -> tuple[Real, bool]:
+    """Cholesky factor of a matrix of unit diagonal, as `cho_factor`, with a ridge as small as rounding allows."""
+    ridge = RIDGE
+    while True:
+        try:
+            factor, lower = cho_factor(unit + ridge * np.eye(len(unit)), lower=True)
+            return factor, bool(lower)
+        except np.linalg.LinAlgError:
+            if ridge > 1.0:
+                raise
+            ridge *= STEEPER
 
 
 def _spread(products: Real, own: Real) -> Real:
