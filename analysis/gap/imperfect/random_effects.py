@@ -64,7 +64,7 @@ MOST_KEPT = 5e7
 
 
 @dataclass(frozen=True)
-class Found:
+class JudgedSet:
     """What a set of effects comes to.
 
     Attributes
@@ -171,27 +171,27 @@ class RandomEffects:
         )
         return cls(linear, sweeps, found)
 
-    def here(self) -> Found:
+    def here(self) -> JudgedSet:
         """Judge the effects that are on."""
         return self._best(self._set(), None)
 
-    def scatters(self, found: Found) -> bool:
+    def scatters(self, found: JudgedSet) -> bool:
         """Whether modes are off by more than what the twin's own error makes of them."""
         return bool((found.modes > self._least + np.log(ABOVE_LEAST)).any())
 
-    def without(self, names: Collection[str], near: Found) -> Found:
+    def without(self, names: Collection[str], near: JudgedSet) -> JudgedSet:
         """Judge the effects that are on but some."""
         return self._best(self._set(names), near)
 
-    def screened(self, name: str, site: Values, near: Found, left_out: Collection[str] = ()) -> Found:
+    def screened(self, name: str, site: Values, near: JudgedSet, left_out: Collection[str] = ()) -> JudgedSet:
         """Judge one effect more, at a site, at the scatter that another set leaves."""
         return self._inside(self._set(left_out, (name, site)), near.modes, near.place)
 
-    def with_effect(self, name: str, site: Values, near: Found, left_out: Collection[str] = ()) -> Found:
+    def with_effect(self, name: str, site: Values, near: JudgedSet, left_out: Collection[str] = ()) -> JudgedSet:
         """Judge one effect more, at a site; `left_out`: instead of others."""
         return self._best(self._set(left_out, (name, site)), near)
 
-    def moved(self, near: Found) -> GapState:
+    def moved(self, near: JudgedSet) -> GapState:
         """Return the likeliest state with the effects that are on, to first order, at the scatter of `near`."""
         state, sweeps, left = self.linear.state, self.sweeps, len(self._local[0])
         wanted = self._set()
@@ -236,11 +236,11 @@ class RandomEffects:
                 names.append(name)
         return _Set(tuple(fitted), tuple(names), len(fitted) - count, tuple(absent))
 
-    def _best(self, wanted: _Set, near: Found | None) -> Found:
+    def _best(self, wanted: _Set, near: JudgedSet | None) -> JudgedSet:
         """Find the variances of maximum evidence, from those of another set."""
-        tried: dict[int, Found] = {}
+        tried: dict[int, JudgedSet] = {}
 
-        def at(place: int, start: Real) -> Found:
+        def at(place: int, start: Real) -> JudgedSet:
             if place not in tried:
                 begun: Real = np.maximum(start, self._least)
                 bounds = [(float(least), float(np.log(LARGEST))) for least in self._least]
@@ -253,7 +253,7 @@ class RandomEffects:
             return tried[place]
 
         if near is None:
-            near = Found(0.0, (), np.maximum(np.log([1e-3, 1e-3, 1e-2]), self._least), 5)
+            near = JudgedSet(0.0, (), np.maximum(np.log([1e-3, 1e-3, 1e-2]), self._least), 5)
         best = at(near.place, near.modes)
         while True:
             sides = [at(place, best.modes) for place in (best.place - 1, best.place + 1) if self._allowed(place)]
@@ -269,10 +269,10 @@ class RandomEffects:
     def _allowed(self, place: int) -> bool:
         return place >= 0 and self.sweeps.twin_error * FINENESS**place <= LARGEST
 
-    def _inside(self, wanted: _Set, logs: Real, place: int) -> Found:
+    def _inside(self, wanted: _Set, logs: Real, place: int) -> JudgedSet:
         evidence, values, _ = self._bounded(wanted, logs, place)
         first = len(wanted.fitted) - wanted.added
-        return Found(evidence, tuple(values[first:].tolist()), logs, place)
+        return JudgedSet(evidence, tuple(values[first:].tolist()), logs, place)
 
     def _bounded(self, wanted: _Set, logs: Real, place: int) -> tuple[float, Real, Real]:
         """Log evidence with amplitudes inside their ranges, their values, and the step of other unknowns."""

@@ -21,7 +21,7 @@ from analysis.gap.fitting.normal_equations import WhitenedSweep, whiten_all
 from analysis.gap.fitting.schur_complement import SchurComplement, schur_complement
 from analysis.gap.fitting.state import GapState
 from analysis.gap.imperfect.discrepancy import Discrepancy, DiscrepancyShape
-from analysis.gap.imperfect.random_effects import Found, RandomEffects
+from analysis.gap.imperfect.random_effects import JudgedSet, RandomEffects
 from analysis.gap.search.context import SearchContext
 from analysis.gap.search.observability import observability
 from analysis.gap.search.score_test import ScoreTest, score_test
@@ -163,7 +163,7 @@ class ImperfectSearch:
         alone = judged.without(self._begun.effects, here)
         return here.evidence - alone.evidence if judged.scatters(alone) else None
 
-    def _likeliest(self, at: Imperfect, judged: RandomEffects, found: Found) -> Imperfect:
+    def _likeliest(self, at: Imperfect, judged: RandomEffects, found: JudgedSet) -> Imperfect:
         """Move a fit, which weighs what modes share, to where all unknowns are likeliest beside random effects."""
         first = at.at(judged.moved(found))
         try:
@@ -244,7 +244,7 @@ class _Neighbours:
     plain: SearchContext
     screening: ScoreTest
     judged: RandomEffects
-    here: Found
+    here: JudgedSet
 
     def blind(self) -> set[str]:
         """Tell which effects the campaign does not show beside noise; whether beside more, evidence tells."""

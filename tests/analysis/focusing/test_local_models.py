@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.compensation import direct_filters as module
+from analysis.compensation import rivals as module
 from analysis.compensation.rivals import direct_filters, local_model, local_models
 from analysis.focusing.methods import invert
 from analysis.focusing.panel_model import constants_at

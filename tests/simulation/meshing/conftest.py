@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from analysis.geometry import loop
+from analysis.geometry import loop as loops
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import gap, leaves, overlap
 from simulation.meshing.mesher import Border
@@ -23,31 +23,31 @@ def outline(rng: np.random.Generator) -> tuple[str, Loop, list[Loop]]:
     turn = float(rng.uniform(0.0, 2.0 * np.pi))
     holes: list[Loop] = []
     if kind == "rectangle":
-        loop = loop.rectangle((0.0, 0.0), (length, width), turn * float(rng.integers(2)))
+        loop = loops.rectangle((0.0, 0.0), (length, width), turn * float(rng.integers(2)))
     elif kind == "triangle":
-        loop = loop.polygon([(0.0, 0.0), (length, 0.0), (length * float(rng.uniform(0.1, 0.9)), width)])
+        loop = loops.polygon([(0.0, 0.0), (length, 0.0), (length * float(rng.uniform(0.1, 0.9)), width)])
     elif kind == "L":
         a, b = length * float(rng.uniform(0.35, 0.65)), width * float(rng.uniform(0.35, 0.65))
-        loop = loop.polygon([(0, 0), (length, 0), (length, b), (a, b), (a, width), (0, width)])
+        loop = loops.polygon([(0, 0), (length, 0), (length, b), (a, b), (a, width), (0, width)])
     elif kind == "ellipse":
-        loop = loop.ellipse((0.0, 0.0), (0.5 * length, 0.5 * width), turn)
+        loop = loops.ellipse((0.0, 0.0), (0.5 * length, 0.5 * width), turn)
     elif kind == "polygon":
         angles = np.sort(rng.uniform(0.0, 0.7, 6)) + np.arange(6) * 2.0 * np.pi / 6.0
         radius = 0.5 * length * rng.uniform(0.6, 1.0, 6)
         corners = np.stack([radius * np.cos(angles), radius * np.sin(angles)], axis=1)
-        loop = loop.polygon([(float(x), float(y)) for x, y in corners])
+        loop = loops.polygon([(float(x), float(y)) for x, y in corners])
     elif kind == "spline":
         angles = np.arange(10) * 2.0 * np.pi / 10.0
         radius = 0.5 * length * (1.0 + 0.15 * rng.standard_normal(10)).clip(0.7, 1.3)
-        loop = loop.closed_spline(np.stack([radius * np.cos(angles), 0.8 * radius * np.sin(angles)], axis=1))
+        loop = loops.closed_spline(np.stack([radius * np.cos(angles), 0.8 * radius * np.sin(angles)], axis=1))
     else:
         cut = float(rng.uniform(0.1, 0.3))
-        loop = loop.polygon(
+        loop = loops.polygon(
             [(0, 0), (length, 0), (length, (1 - cut) * width), ((1 - cut) * length, width), (0, 0.9 * width)]
         )
-        holes.append(loop.ellipse((0.4 * length, 0.45 * width), (0.15 * length, 0.1 * width), turn))
+        holes.append(loops.ellipse((0.4 * length, 0.45 * width), (0.15 * length, 0.1 * width), turn))
         if rng.integers(2):
-            holes.append(loop.circle((0.75 * length, 0.3 * width), 0.05 * width))
+            holes.append(loops.circle((0.75 * length, 0.3 * width), 0.05 * width))
     return kind, loop, holes
 
 
@@ -56,8 +56,8 @@ def patch(rng: np.random.Generator, center: tuple[float, float]) -> Loop:
     size = (float(rng.uniform(0.01, 0.03)), float(rng.uniform(0.01, 0.03)))
     form = int(rng.integers(3))
     if form == 2:
-        return loop.circle(center, 0.5 * size[0])
-    return loop.rectangle(center, size, float(rng.uniform(0.0, np.pi)) if form else 0.0)
+        return loops.circle(center, 0.5 * size[0])
+    return loops.rectangle(center, size, float(rng.uniform(0.0, np.pi)) if form else 0.0)
 
 
 def proposal(rng: np.random.Generator, loop: Loop, patches: list[tuple[Loop, int]]) -> tuple[Loop, int]:
@@ -81,7 +81,7 @@ def proposal(rng: np.random.Generator, loop: Loop, patches: list[tuple[Loop, int
         away = 0.0 if type(curve).__name__ == "Segment" and rng.integers(2) else float(rng.uniform(0.001, 0.008))
         size = float(rng.uniform(0.01, 0.03))
         x, y = foot + (away + 0.5 * size) * inward
-        return loop.rectangle((float(x), float(y)), (size, size), float(np.arctan2(along[1], along[0]))), face
+        return loops.rectangle((float(x), float(y)), (size, size), float(np.arctan2(along[1], along[0]))), face
     return patch(rng, (float(x), float(y))), face
 
 
