@@ -103,7 +103,7 @@ def fit_twin(
     Raises
     ------
     ValueError
-        As `analysis.gap.data.sweeps.prepare`.
+        As `analysis.gap.data.preparation.prepare`.
     """
     sweeps, _ = prepare(frf, protocol, plain, floor=floor)
     fit = fit_gap(model, sweeps, starting_state(plain, sweeps.groups), (), executor)
