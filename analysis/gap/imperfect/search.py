@@ -184,7 +184,7 @@ class ImperfectSearch:
             if not fitted.fit.plausible or fitted.idle(self.plain.model.cards):
                 continue
             found = self._neighbours(fitted)
-            if found.over(near.at.effects) >= least:
+            if found.over(near) >= least:
                 return found
         return None
 
@@ -205,7 +205,7 @@ class ImperfectSearch:
 
     def _fitted(self, near: "_Neighbours", state: GapState) -> Imperfect:
         """Fit a set of effects with the twin itself, from where the campaign linearised near it leaves it."""
-        first, names = near.settled(state), tuple(state.effects)
+        first = near.settled(state)
         context, at = self.plain.weighted(first.context.sweeps.weights), near.at
         state = first.fit.state.promoted(context.model.cards)
         names = tuple(state.effects)
@@ -265,17 +265,20 @@ class _Neighbours:
             name: self.here.evidence - self.judged.without((name,), self.here).evidence for name in self.at.effects
         }
 
-    def over(self, others: Sequence[str]) -> float:
-        """Log evidence over a set with one effect less, or another one, nats.
+    def over(self, before: "_Neighbours") -> float:
+        """Log evidence over another set, nats.
 
-        Both on the campaign linearised here: of one set, far from the data, it differs by tens of nats between two
-        twins.
+        On the campaign linearised here, where the sets differ by one effect: of one set, far from the data, it
+        differs by tens of nats between two twins.
         """
-        (new,) = set(self.at.effects) - set(others)
-        known = set(others) - set(self.at.effects)
-        if not known:
-            return self.here.evidence - self.judged.without((new,), self.here).evidence
-        return -dict(self._ranked((new,), (), known))[known.pop()].gain
+        new = [name for name in self.at.effects if name not in before.at.effects]
+        gone = [name for name in before.at.effects if name not in self.at.effects]
+        if len(new) == 1 and not gone:
+            return self.here.evidence - self.judged.without(new, self.here).evidence
+        if len(new) == 1 and len(gone) == 1:
+            for _, trial in self._ranked(new, (), gone):
+                return -trial.gain
+        return self.here.evidence - before.here.evidence
 
     def contested(self, blind: Container[str]) -> tuple[dict[str, dict[str, float]], list[_Trial]]:
         """Log evidence of each other effect in the place of each, relative to it, and the sets tried for it."""
