@@ -30,6 +30,12 @@ class LocalStep:
     errors: Real
     away: Real
 
+    @classmethod
+    def of(cls, local: Real, columns: Real, groups: int) -> "LocalStep":
+        """Split a step (N,) of the unknowns of `law_columns`."""
+        laws, errors, _ = np.split(local, [3 * groups, len(local) - (len(columns) - groups)])
+        return cls(laws.reshape(-1, 3), errors, columns[:, TEMPERATURE] @ local)
+
     def times(self, share: float) -> "LocalStep":
         """Return the steps scaled by `share`."""
         return LocalStep(share * self.laws, share * self.errors, share * self.away)
@@ -108,9 +114,7 @@ class SchurComplement:
 
     def parts(self, local: Real) -> LocalStep:
         """Split a step (N,) of the eliminated unknowns."""
-        contrasts = len(self.columns) - self.groups
-        laws, errors, _ = np.split(local, [3 * self.groups, len(local) - contrasts])
-        return LocalStep(laws.reshape(-1, 3), errors, self.columns[:, TEMPERATURE] @ local)
+        return LocalStep.of(local, self.columns, self.groups)
 
     @property
     def seen(self) -> Mask:
@@ -185,11 +189,8 @@ def schur_complement(
     coupling = every @ data[:, :GLOBAL, GLOBAL:].reshape(every.shape[1], -1)
     gradient = every @ pulls[:, :GLOBAL].ravel()
     raw, direct = data[:, GLOBAL:, GLOBAL:].sum(axis=0), pulls[:, GLOBAL:].sum(axis=0)
-    # priors: the errors of the derivatives are standard normal, those of the readings have one sigma
-    values, errors = 3 * len(sweeps.groups.size), sweeps.smoothness.errors(state.tilt, state.bend)
-    contrasts = columns[:, TEMPERATURE, values + errors.size :]
-    now = np.concatenate([np.zeros(values), errors, contrasts.T @ state.away])
-    precision = np.repeat([0.0, 1.0, sweeps.reading_sigma**-2], [values, errors.size, contrasts.shape[1]])
+    values = 3 * len(sweeps.groups.size)
+    now, precision = local_priors(sweeps, state, columns)
     moving = 0 if frozen else len(precision) if readings else values
     local, pull = (matrix + np.diag(precision))[:moving, :moving], (gradient - precision * now)[:moving]
     coupling = coupling[:moving]
@@ -214,6 +215,18 @@ def schur_complement(
         variance=np.pad(np.diag(solved[:, common + 1 :]), (0, held)),
         within=np.zeros((values // 3, 3, 3)) if frozen else _blocks(solved[:values, common + 1 :]),
     )
+
+
+def local_priors(sweeps: GapSweeps, state: GapState, columns: Real) -> tuple[Real, Real]:
+    """Values and inverse prior variances of the unknowns of `law_columns`, (N,) each.
+
+    The laws have none, the errors of their derivatives are standard normal, those of the readings have one sigma.
+    """
+    values, errors = 3 * len(sweeps.groups.size), sweeps.smoothness.errors(state.tilt, state.bend)
+    contrasts = columns[:, TEMPERATURE, values + errors.size :]
+    now = np.concatenate([np.zeros(values), errors, contrasts.T @ state.away])
+    precision = np.repeat([0.0, 1.0, sweeps.reading_sigma**-2], [values, errors.size, contrasts.shape[1]])
+    return now, precision
 
 
 def _blocks(covariance: Real) -> Real:

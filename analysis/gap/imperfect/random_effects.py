@@ -30,8 +30,8 @@ from analysis.arrays import Complex, Real
 from analysis.effect_card import Parameter, Values
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.linearised_sweeps import LinearisedSweeps
-from analysis.gap.fitting.normal_equations import GLOBAL, TEMPERATURE
-from analysis.gap.fitting.schur_complement import law_columns
+from analysis.gap.fitting.normal_equations import GLOBAL
+from analysis.gap.fitting.schur_complement import LocalStep, law_columns, local_priors
 from analysis.gap.fitting.state import GapState, clipped_laws
 from analysis.gap.imperfect.discrepancy import LARGEST, Discrepancy
 from analysis.gap.thresholds import NODES_PER_HALF_WIDTH
@@ -196,10 +196,8 @@ class RandomEffects:
         state, sweeps, left = self.linear.state, self.sweeps, len(self._local[0])
         wanted = self._set()
         _, found, step = self._bounded(wanted, near.modes, near.place)
-        local, gains = step[:left], step[left:]
-        count = len(sweeps.groups.size)
-        groups, contrasts = 3 * count, left - (sweeps.count - count)
-        tilt, bend = sweeps.smoothness.deviations(local[groups:contrasts])
+        local, gains = LocalStep.of(step[:left], self._own, len(sweeps.groups.size)), step[left:]
+        tilt, bend = sweeps.smoothness.deviations(local.errors)
         log_gain = state.log_gain.copy()
         log_gain[self._driven] += gains
         values = {name: dict(one) for name, one in state.on.items()}
@@ -208,10 +206,10 @@ class RandomEffects:
             values[name][card.name] = float(np.clip(found[k], card.low, card.high))
         moved = replace(
             state,
-            laws=clipped_laws(self.linear.box, state.laws + local[:groups].reshape(-1, 3)),
+            laws=clipped_laws(self.linear.box, state.laws + local.laws),
             tilt=state.tilt + tilt,
             bend=state.bend + bend,
-            away=state.away + self._own[:, TEMPERATURE] @ local,
+            away=state.away + local.away,
             log_gain=log_gain,
         )
         return moved.with_values(values)
@@ -366,13 +364,7 @@ class RandomEffects:
 
     @cached_property
     def _local(self) -> tuple[Real, Real]:
-        """Values and precisions of the unknowns of single temperatures and sweeps, as in `schur_complement`."""
-        sweeps, state = self.sweeps, self.linear.state
-        values, errors = 3 * len(sweeps.groups.size), sweeps.smoothness.errors(state.tilt, state.bend)
-        contrasts = self._own[:, TEMPERATURE, values + errors.size :]
-        now = np.concatenate([np.zeros(values), errors, contrasts.T @ state.away])
-        known = np.repeat([0.0, 1.0, sweeps.reading_sigma**-2], [values, errors.size, contrasts.shape[1]])
-        return now, known
+        return local_priors(self.sweeps, self.linear.state, self._own)
 
     @cached_property
     def _own(self) -> Real:
