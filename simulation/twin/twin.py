@@ -572,7 +572,7 @@ class Twin(InstrumentedPlate[Plate]):
     def modal_parts(
         self, laws: LocalLaws, frequency: ArrayLike, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
     ) -> ModalParts:
-        """Parts of single modes, as `TwinModel.modal_parts`: of the plate without what is attached to it."""
+        """Parts of modes, see `analysis.twin_model.TwinModel`; of the plate without what is attached to it."""
         lines, here = certified_lines(frequency, self.band), point or steady(laws)
         energy = self.settled_energy(here, laws, effects, list(effects), lines)
         state = Vicinity(self.states, here, laws, effects, lines, energy).state(energy)
