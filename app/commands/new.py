@@ -86,7 +86,9 @@ def write_plate(
     "--rate", type=click.FloatRange(min=0.0, min_open=True), help="Sample rate, Hz (default: the files')."
 )
 @click.option(
-    "--roving", metavar="NAME", help="A channel that is at node 1, 2, ... in the first, second, ... of FILES."
+    "--roving",
+    metavar="NAME",
+    help="A channel that was moved: at the node of each file's name (point3, p3_hit2), else at 1, 2, ... in turn.",
 )
 @click.option("--same-point", is_flag=True, help="All FILES are of the same points, whatever they are called.")
 @click.option(
@@ -287,7 +289,13 @@ def _test(files: tuple[Path, ...], options: "NewTest", target: Path, output: Out
     groups = sum(1 for record in declared.record if record.group)
     if groups:
         output.note(f"{groups} groups of channels, each a [[record]]: delete in {target} what is no hit or run")
-    output.summary(f"{target}: {declared.kind}, {len(channels)} channels; then: flexura identify {quoted(target)}")
+    moved = ""
+    if options.roving:
+        nodes = {record.at[options.roving] for record in declared.record}
+        moved = f", {options.roving} at {len(nodes)} points in {len(declared.record)} records"
+    output.summary(
+        f"{target}: {declared.kind}, {len(channels)} channels{moved}; then: flexura identify {quoted(target)}"
+    )
 
 
 def _refuse(why: str, options: Mapping[str, object]) -> None:

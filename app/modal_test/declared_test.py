@@ -1,6 +1,7 @@
 """Files and channels of a test's declaration, or of a universal file, to FRFs of one structure."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from analysis.estimation.agreement import LEAST_AGREEMENT, agreement, of_hits, o
 from analysis.estimation.estimators import Estimator, FrfEstimate, Segments, estimate
 from analysis.estimation.impacts import Blows, find_blows
 from analysis.estimation.quantities import frf_name
-from analysis.estimation.ringing import ringing
+from analysis.estimation.ringing import Ringing, ringing
 from analysis.estimation.spectra import Spectra, leaks, of_blocks, pooled, welch
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.judgement.confirmation import FEWEST_HITS, WithoutHit
@@ -71,17 +72,20 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     transfers, runs = _read_files(file.parent, test, hashes, notes, report)
     rates, cut = {0.0}, False
     singles: list[list[Spectra]] = []
+    ring: list[_CutOff] = []
     test = _with_one_block([run for files in runs.values() for run in files], test, file.parent)
     for places, files in runs.items():
         try:
-            found, rate, said, leaking = _estimated(files, test)
+            found, rate, said, leaking, cut_off = _estimated(files, test)
         except ValueError as error:
             raise ResultFileError(f"{file.parent / files[0][0]}: {error}") from error
         if test.kind == "hammer":
             singles.append(_single_hits(files, test))
         rates, cut = {rate}, cut or leaking
         notes += said
+        ring += cut_off
         transfers += _transfers(found, files[0][1], dict(places))
+    notes += _said_of_ringing(ring)
     report("read", 1.0)
     points: dict[int, Position] = {int(node): place for node, place in test.points.items()}
     try:
@@ -189,33 +193,35 @@ def _places(record: RecordOfTest, test: ModalTest) -> dict[str, str]:
     }
 
 
+@dataclass(frozen=True)
+class _CutOff:
+    """A response that is cut off while it rings, `tail` seconds after the blow; the worst of those at a place."""
+
+    files: str
+    channel: str
+    found: Ringing
+    tail: float
+
+
 def _estimated(
     files: list[tuple[str, SignalsOfFile]], test: ModalTest
-) -> tuple[FrfEstimate, float, list[str], bool]:
-    """Estimate the FRFs of runs with all channels at the same places; also the window's rate, notes, leakage."""
-    notes: list[str] = []
-    parts = []
+) -> tuple[FrfEstimate, float, list[str], bool, list[_CutOff]]:
+    """Estimate the FRFs of runs with all channels at the same places.
+
+    Also the window's rate, notes, whether segments leak, and what is cut off while it rings.
+    """
+    notes = [note for _, held in files for note in held.notes]
     every: list[Blows] = []
     rate, leaking = 0.0, False
-    for name, held in files:
-        notes += held.notes
-        if test.kind == "continuous":
-            settings = test.segments.seconds, test.segments.window, test.segments.overlap
-            parts.append(welch(held.recording, *settings))
-            leaking = leaks(held.recording, *settings) or leaking
-            continue
-        channels = [*held.drives, *held.responses]
-        blows = find_blows(held.recording, test.hammer.test(), held.full_scales, channels)
-        notes += [
-            f"{name}: blow {number} of {len(blows.hits)} left out, {hit.rejected}"
-            for number, hit in enumerate(blows.hits, start=1)
-            if hit.rejected
-        ]
-        parts.append(blows.spectra())
-        every.append(blows)
-        rate = blows.window.rate
-    if every and not rate:
-        notes += _ringing_notes([name for name, _ in files], files[0][1], every)
+    if test.kind == "continuous":
+        settings = test.segments.seconds, test.segments.window, test.segments.overlap
+        parts = [welch(held.recording, *settings) for _, held in files]
+        leaking = any(leaks(held.recording, *settings) for _, held in files)
+    else:
+        files, every, said = _counted(files, test)
+        parts, rate = [blows.spectra() for blows in every], every[0].window.rate
+        notes += said
+    ring = _ringing([name for name, _ in files], files[0][1], every) if every and not rate else []
     if len({len(part.frequency) for part in parts}) > 1:
         raise ValueError("its sample rate is not that of the other files; resample them to one")
     found = estimate(pooled(parts), test.estimator)
@@ -226,7 +232,28 @@ def _estimated(
             f"{files[0][0]}: {found.averages:.0f} independent averages only; record longer, or lessen "
             "segments.seconds"
         )
-    return found, rate, notes, leaking
+    return found, rate, notes, leaking, ring
+
+
+def _counted(
+    files: list[tuple[str, SignalsOfFile]], test: ModalTest
+) -> tuple[list[tuple[str, SignalsOfFile]], list[Blows], list[str]]:
+    """Files with a blow that counts, of those at one place, their blows, and a note on each blow left out.
+
+    Where no file has one, the first stays, whose spectra say why.
+    """
+    each = [
+        find_blows(held.recording, test.hammer.test(), held.full_scales, [*held.drives, *held.responses])
+        for _, held in files
+    ]
+    notes = [
+        f"{name}: blow {number} of {len(blows.hits)} left out, {hit.rejected}"
+        for (name, _), blows in zip(files, each, strict=True)
+        for number, hit in enumerate(blows.hits, start=1)
+        if hit.rejected
+    ]
+    used = [number for number, blows in enumerate(each) if blows.kept] or [0]
+    return [files[number] for number in used], [each[number] for number in used], notes
 
 
 def _single_hits(files: list[tuple[str, SignalsOfFile]], test: ModalTest) -> list[Spectra]:
@@ -295,8 +322,8 @@ def _level_notes(files: list[tuple[str, SignalsOfFile]], parts: list[Spectra], e
     return [f"{files[0][0]}: {differs.message(UNITS[first.quantities[first.drives[0]]])}"]
 
 
-def _ringing_notes(names: list[str], held: SignalsOfFile, every: list[Blows]) -> list[str]:
-    """Say which responses are cut off while they ring; the worst of the files at one place.
+def _ringing(names: list[str], held: SignalsOfFile, every: list[Blows]) -> list[_CutOff]:
+    """Find the response that is cut off most while it rings, of the files at one place.
 
     Of all blows together: what they have in common rings, and what they have not is noise, of which a file with a
     single blow tells nothing.
@@ -307,15 +334,21 @@ def _ringing_notes(names: list[str], held: SignalsOfFile, every: list[Blows]) ->
     tail = (shortest - max(blows.before for blows in every)) / held.recording.rate
     name = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
     seen = [
-        (found, channel)
+        _CutOff(name, channel, found, tail)
         for number, channel in enumerate(held.responses)
         if (found := ringing(answers[:, number], held.recording.rate, 0.9 * tail)) is not None
     ]
-    if not seen:
+    return [max(seen, key=lambda one: one.found.share)] if seen else []
+
+
+def _said_of_ringing(places: list[_CutOff]) -> list[str]:
+    """Say where most is cut off, and at how many places."""
+    if not places:
         return []
-    worst, channel = max(seen, key=lambda one: one[0].share)
+    worst = max(places, key=lambda one: one.found.share)
     remedy = "lengthen hammer.duration and the time between blows, or set hammer.exponential = 0.01"
-    return [f"{name}: {channel} {worst.message(tail, remedy)}"]
+    also = f" (the most; {len(places)} places do)" if len(places) > 1 else ""
+    return [f"{worst.files}{also}: {worst.channel} {worst.found.message(worst.tail, remedy)}"]
 
 
 def _transfers(found: FrfEstimate, held: SignalsOfFile, places: Mapping[str, str]) -> list[MeasuredTransfer]:

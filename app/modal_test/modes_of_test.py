@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from analysis.estimation.estimators import Segments
 from analysis.estimation.transfer import MeasuredTransfer
@@ -105,6 +106,10 @@ class TestModes(Labelled):
 UNEXPLAINED_MISFIT = 0.2
 """Misfit from which something other than noise is wrong."""
 
+CLEAR, SMOOTHED = 0.2, 25
+"""Share of noise below which FRFs stand out of it, and the lines over which both are averaged: single lines
+scatter, and antiresonances are noise."""
+
 
 def identify_test(frfs: FrfSet, wanted: "Wanted", report: Progress) -> TestModes:
     """Identify the FRFs of a structure with one set of poles.
@@ -145,16 +150,28 @@ def _taken_for_hum(frfs: FrfSet, modes: Modes) -> list[str]:
 
 
 def _unexplained(frfs: FrfSet, modes: Modes) -> list[str]:
-    """Say where modes describe FRFs badly, and not because of the noise that was estimated with these."""
-    power = float((np.abs(frfs.h) ** 2).sum())
-    noise = 0.0 if frfs.variance is None else float(np.sqrt(frfs.variance.sum() / power))
-    if modes.misfit < max(UNEXPLAINED_MISFIT, 2.0 * noise):
+    """Say where modes describe FRFs badly, or where these are noise for a large part."""
+    power, variance = (np.abs(frfs.h) ** 2).sum(axis=0), frfs.variance
+    noise = 0.0 if variance is None else float(np.sqrt(variance.sum() / power.sum()))
+    if modes.misfit >= max(UNEXPLAINED_MISFIT, 2.0 * noise):
+        step = float(np.median(np.diff(frfs.frequency)))
+        return [
+            f"the modes leave {100 * modes.misfit:.0f} % of the FRFs unexplained: do not trust them before the "
+            f"cause is found. Are peaks narrower than the {step:.3g} Hz between lines (take longer blocks or "
+            "segments), are channels exchanged, or does --band cut through a peak?"
+        ]
+    if variance is None or noise < UNEXPLAINED_MISFIT:
         return []
-    step = float(np.median(np.diff(frfs.frequency)))
+    clear = uniform_filter1d(variance.sum(axis=0), SMOOTHED) < CLEAR**2 * uniform_filter1d(power, SMOOTHED)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], clear.astype(int), [0]]))).reshape(-1, 2)
+    first, end = max(edges.tolist(), key=lambda one: one[1] - one[0], default=(0, 0))
+    share = f"noise is {100 * noise:.0f} % of the FRFs, and most of the misfit"
+    if end - first < SMOOTHED:
+        return [f"{share}: drive harder, or average more"]
+    low, high = np.ceil(frfs.frequency[first]), np.floor(frfs.frequency[end - 1])
     return [
-        f"the modes leave {100 * modes.misfit:.0f} % of the FRFs unexplained: do not trust them before the cause "
-        f"is found. Are peaks narrower than the {step:.3g} Hz between lines (take longer blocks or segments), are "
-        "channels exchanged, or does --band cut through a peak?"
+        f"{share}; they stand out of it from {low:g} to {high:g} Hz, as far as the drive reaches: "
+        f"--band {low:g} {high:g}"
     ]
 
 

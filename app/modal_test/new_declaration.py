@@ -122,16 +122,66 @@ def _signals(columns: Columns, names: Sequence[str]) -> NDArray[np.float64] | No
 
 OF_MATRIX = re.compile(r".*\[([1-9]\d*),([1-9]\d*)\]")
 """``H[3,2]``, response and reference of an FRF in an array of three axes."""
-OF_POINT = re.compile(
-    r"(?:^|[^a-z])(?:points?|pts?|p|nodes?|n|pos(?:ition)?|dof|loc(?:ation)?|place)[ _-]*\d+$", re.I
+NUMBERED = re.compile(r"([a-z]*)[ _-]*(\d+)", re.I)
+"""A number in the name of a file, and the word before it: ``hammer_p12_hit3`` has two."""
+OF_POINT = re.compile(r"points?|pts?|p|nodes?|n|mp|pos(?:ition)?|dof|loc(?:ation)?|place", re.I)
+"""Words before a number that says where: ``point3``, ``hammer_p12``."""
+OF_REPEAT = re.compile(
+    r"hits?|blows?|impacts?|strikes?|h|runs?|r|rep(?:eat)?s?|avg|averages?|trials?|shots?|takes?|meas(?:urement)?",
+    re.I,
 )
-"""Names of files that say where: ``point3``, ``hammer_p12``; not ``hit3``, ``run3``, which say when."""
+"""Words before a number that says when: ``hit3``, ``run3``."""
+
+
+def _numbers(files: Sequence[Path]) -> list[tuple[str, list[int]]]:
+    """Numbers that differ between names of files, with the word before them; none where words differ."""
+    found = [NUMBERED.findall(file.name.partition(".")[0]) for file in files]
+    if len({tuple(word.lower() for word, _ in one) for one in found}) != 1:
+        return []
+    columns = [(one[0][0], [int(number) for _, number in one]) for one in zip(*found, strict=True)]
+    return [(word, numbers) for word, numbers in columns if len(set(numbers)) > 1]
+
+
+def _points(files: Sequence[Path]) -> list[int] | None:
+    """Numbers of the points after which files are called; None where their names do not say where."""
+    points = [numbers for word, numbers in _numbers(files) if OF_POINT.fullmatch(word)]
+    return points[0] if len(points) == 1 else None
 
 
 def of_points(files: Sequence[Path]) -> bool:
-    """Whether the names of several files, each another one, say at which points they were measured."""
-    stems = [file.name.partition(".")[0] for file in files]
-    return len(set(stems)) > 1 and all(OF_POINT.search(stem) for stem in stems)
+    """Whether the names of several files say at which points they were measured."""
+    return _points(files) is not None
+
+
+def roved_nodes(files: Sequence[Path]) -> list[int]:
+    """Node of each file of a channel that was moved: that of its name, or else its place among the files.
+
+    ``point10`` is node 10, though a shell lists it before ``point2``; ``p2_hit1`` and ``p2_hit2`` are both of node
+    2. A number that does not say of what (``rec001``) only orders the files, if no other order was given.
+
+    Parameters
+    ----------
+    files : sequence of Path
+        As they were named.
+
+    Returns
+    -------
+    list of int
+        From 1.
+    """
+    points, numbers = _points(files), _numbers(files)
+    if points is not None and min(points) > 0:
+        return points
+    others = [one for word, one in numbers if not OF_REPEAT.fullmatch(word)]
+    by = points
+    if by is None and len(others) == 1 and len(numbers) > 1:
+        by = others[0]
+    elif by is None and len(numbers) == 1 and list(files) == sorted(files):
+        by = numbers[0][1]
+    if by is None:
+        return list(range(1, len(files) + 1))
+    ranks = {number: rank for rank, number in enumerate(sorted(set(by)), start=1)}
+    return [ranks[number] for number in by]
 
 
 def guessed_places(channels: Mapping[str, Mapping[str, Any]], columns: Columns) -> dict[str, dict[str, Any]]:
@@ -226,11 +276,12 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
         )
     folder = target.resolve().parent
     of_files: list[Sequence[str]] = _groups(files, groups) if groups else [("",)] * len(files)
+    nodes = roved_nodes(files) if said.roving else [0] * len(files)
     table["record"] = [
         {"file": Path(os.path.relpath(file.resolve(), folder)).as_posix()}
         | ({"group": group} if group else {})
-        | ({"at": {said.roving: f"{number}:+z"}} if said.roving else {})
-        for number, (file, held) in enumerate(zip(files, of_files, strict=True), start=1)
+        | ({"at": {said.roving: f"{node}:+z"}} if said.roving else {})
+        for file, held, node in zip(files, of_files, nodes, strict=True)
         for group in held
     ]
     if said.points is not None:
