@@ -1,6 +1,7 @@
 """TDMS of any layout, through npTDMS: every channel of numbers, its group before its name where names repeat."""
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +60,32 @@ def read(path: Path) -> Columns:
         if unit := unit_of(channel.properties):
             columns.units[name] = unit
         _add_times(columns, name, channel.properties)
-    return columns
+    return _with_lines(columns, kept)
+
+
+def _with_lines(columns: Columns, kept: dict[str, TdmsChannel]) -> Columns:
+    """Return the columns with the frequency lines before them that all channels have as waveform properties."""
+    if not kept or len(columns.doubts) != len(kept):
+        return columns
+    lines = {_lines(channel.properties, len(columns.values[name])) for name, channel in kept.items()}
+    if len(lines) != 1 or (found := lines.pop()) is None:
+        return columns
+    first, step, count = found
+    name = unused_name("Frequency", columns.values)
+    values = {name: first + step * np.arange(count), **columns.values}
+    return replace(columns, values=values, units={name: "Hz", **columns.units}, doubts={})
+
+
+def _lines(properties: dict[str, Any], count: int) -> tuple[float, float, int] | None:
+    """First frequency and step, Hz, of a spectrum's waveform properties, and its number of lines."""
+    hertz = FREQUENCIES.get(plain_unit(str(properties.get("wf_xunit_string") or "")))
+    try:
+        step, first = float(properties["wf_increment"]), float(properties.get("wf_start_offset", 0.0))
+    except (KeyError, TypeError, ValueError):
+        return None
+    if hertz is None or not (0.0 < step < np.inf and 0.0 <= first < np.inf):
+        return None
+    return first * hertz, step * hertz, count
 
 
 def _add_times(columns: Columns, name: str, properties: dict[str, Any]) -> None:

@@ -17,6 +17,7 @@ from app.files.bad_file import ResultFileError
 from app.files.campaigns.channels import sweeps_of
 from app.files.campaigns.tdms_file import start_of
 from app.files.measurements import hdf5, lvm, matlab, numpy_archive, tdms, text, uff_time
+from app.files.measurements.complex_pairs import with_complex_pairs
 from app.files.measurements.guarded import read_columns
 from app.files.uff.frfs import read_frfs
 from app.files.uff.geometry import read_nodes
@@ -189,6 +190,42 @@ def test_the_increment_of_programs_that_know_none_is_doubted(tmp_path: Path) -> 
     assert "wf_increment = 1 s is what programs write" in read.doubts["Acc"]
     read = tdms.read(recorded(tmp_path / "b.tdms", step=1000.0 / RATE, more={"wf_xunit_string": "ms"}))
     assert read.rates["Acc"] == pytest.approx(RATE)
+
+
+def spectra(path: Path, more: dict[str, Any] | None = None) -> tuple[Path, np.ndarray, np.ndarray]:
+    """Write an FRF over lines that are waveform properties, in kHz, as magnitude in decibels and phase."""
+    f = 20.0 + 0.5 * np.arange(200)
+    h = 1.0 / ((60.0**2 - f**2) + 2j * f)
+    axis = {"wf_increment": 0.5e-3, "wf_start_offset": 0.02, "wf_xunit_string": "kHz"}
+    parts = (
+        ("Acc Magnitude", 20 * np.log10(np.abs(h)), "dB"),
+        ("Acc Phase", np.angle(h, deg=True), "deg"),
+    )
+    channels = [
+        ChannelObject("FRF", name, values, properties={**axis, "unit_string": unit})
+        for name, values, unit in parts
+    ]
+    if more is not None:
+        channels.append(ChannelObject("FRF", "Other", f, properties=more))
+    with TdmsWriter(path) as writer:
+        writer.write_segment(channels)
+    return path, f, h
+
+
+def test_spectra_are_over_the_lines_of_their_waveform_properties(tmp_path: Path) -> None:
+    path, f, h = spectra(tmp_path / "frf.tdms")
+    read = with_complex_pairs(tdms.read(path))
+    assert list(read.values) == ["Frequency", "Acc"]
+    assert not read.doubts
+    np.testing.assert_allclose(read.values["Frequency"], f)
+    np.testing.assert_allclose(read.values["Acc"], h)
+
+
+@pytest.mark.parametrize("more", [{"wf_increment": 1e-3}, {"wf_increment": 0.25e-3, "wf_xunit_string": "kHz"}])
+def test_spectra_beside_signals_or_other_lines_stay_in_doubt(tmp_path: Path, more: dict[str, Any]) -> None:
+    read = tdms.read(spectra(tmp_path / "both.tdms", more)[0])
+    assert "Frequency" not in read.values
+    assert "it holds spectra, no signals" in read.doubts["Acc Phase"]
 
 
 def response(name: str, values: np.ndarray, node: int = 0, **more: Any) -> dict[str, Any]:
