@@ -60,7 +60,7 @@ def _poles(
     twin: InstrumentedPlate[Any], laws: LocalLaws, lines: Real, effects: Effects, point: SweepPoint | None
 ) -> Complex | None:
     solved = twin.solved(twin.state(laws, lines, effects, point), lines)
-    if solved.modal is None:
+    if solved.modal is None or solved.modal.attached is not None:
         return None
     instruments = twin.instruments if point is None else twin.driven_at(point)
     if not solved.modal.count:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from analysis.arrays import Complex, Real
-from simulation.reduction.modal_form import ModalForm, PoleSums, connected, forces
+from simulation.reduction.modal_form import ModalForm, PoleSums, connected, forces, of_dashpots
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,8 @@ class DampedModes:
         """b_i' Z**-1 b_k between all patches, (P, P, F)."""
         ports = np.hstack([self.force, self.dashpots]).T
         residues = ports[:, None, :] * ports[None, :, :]
-        return connected(residues @ self.terms(lines, loss_factor), self.dashpots.shape[1], lines)
+        acting = of_dashpots(self.dashpots.shape[1], lines)
+        return connected(residues @ self.terms(lines, loss_factor), acting)
 
     def modal(self, lines: Real, loss_factor: float) -> Complex:
         """Z**-1 b for every patch and line in the modes, (r, P, F)."""
@@ -81,7 +82,8 @@ class DampedModes:
         if not self.dashpots.size:
             return np.asarray(answers)
         moved = np.einsum("rq,rpf->qpf", self.dashpots, answers, optimize=True)
-        x = forces((self.dashpots.T[:, None, :] * self.dashpots.T) @ terms, moved, lines)
+        acting = of_dashpots(self.dashpots.shape[1], lines)
+        x = forces((self.dashpots.T[:, None, :] * self.dashpots.T) @ terms, moved, acting)
         return np.asarray(answers - np.einsum("rq,qpf->rpf", self.dashpots, x, optimize=True) * terms[:, None, :])
 
     def responses(self, lines: Real, loss_factor: float) -> Real:

@@ -4,14 +4,15 @@ Losses couple the real modes of a plate weakly. Their vectors are corrected as i
 refinement for symmetric eigenvalue decomposition (Japan Journal of Industrial and Applied Mathematics 35, 2018),
 with transposes in place of adjoints: quadratic convergence, and matrix products only.
 
-Dashpots of supports: a damping matrix R R' of low rank, added to a plate without them.
+What acts at points: dashpots of supports, a damping matrix R R' of low rank, and anything of dynamic stiffness z
+that is attached at a row R'.
 
-Z = Z0 + j w R R' is not diagonal in the modes of Z0. But the effect of the dashpots follows from the responses of
-Z0 to the columns of R (Woodbury): Z**-1 b = Z0**-1 b - Z0**-1 R x, where x = (1 + j w R' Z0**-1 R)**-1 j w R'
-Z0**-1 b are the forces of the dashpots.
+Z = Z0 + R z R' is not diagonal in the modes of Z0. But its effect follows from the responses of Z0 to the columns
+of R (Woodbury): Z**-1 b = Z0**-1 b - Z0**-1 R x, where x = (1 + z R' Z0**-1 R)**-1 z R' Z0**-1 b are the forces
+of what acts; z = j w of a dashpot.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Self
 
@@ -89,7 +90,7 @@ MOST_CORRECTIONS = 8
 
 @dataclass(frozen=True)
 class ModalForm:
-    """Eigenvalues and eigenvectors of a complex symmetric stiffness whose mass is the identity, and dashpots.
+    """Eigenvalues and eigenvectors of a complex symmetric stiffness whose mass is the identity, and what acts.
 
     The right eigenvectors' inverse serves as left eigenvectors. It is their transpose except where eigenvalues
     coincide: there the normalisation x'x = 1 of complex symmetric eigenvectors may be impossible.
@@ -102,18 +103,22 @@ class ModalForm:
         Right eigenvectors, one a column.
     inverse : (r, r) ndarray
         Left eigenvectors, one a row.
-    dashpots : (r, q) ndarray
-        Columns whose product is the damping matrix, 1/s; not included in the other attributes.
+    columns : (r, q) ndarray
+        R of what acts: of dashpots, whose product is the damping matrix, 1/s, and of what is attached; not
+        included in the other attributes.
+    attached : (a, F) complex ndarray or None
+        Dynamic stiffness of the last a columns at the lines that are asked for, N/m; None where all are dashpots.
     """
 
     poles: Complex
     shapes: Complex
     inverse: Complex
-    dashpots: Real = field(default_factory=lambda: np.zeros((0, 0)))
+    columns: Real = field(default_factory=lambda: np.zeros((0, 0)))
+    attached: Complex | None = None
 
     @classmethod
     def of(cls, stiffness: Complex, dashpots: Real | None = None) -> Self:
-        """Solve the eigenproblem of a complex (r, r) stiffness; `dashpots` (r, q) are stored."""
+        """Solve the eigenproblem of a complex (r, r) stiffness; the columns of `dashpots` (r, q) are stored."""
         columns = np.zeros((len(stiffness), 0)) if dashpots is None else dashpots
         found = symmetric_poles(stiffness)
         if found is not None:
@@ -127,17 +132,29 @@ class ModalForm:
 
     @property
     def count(self) -> int:
-        """Number of dashpots' columns q."""
-        return int(self.dashpots.shape[1])
+        """Number of columns q."""
+        return int(self.columns.shape[1])
+
+    def with_attached(self, rows: Real, stiffness: Complex) -> Self:
+        """Return the form with attachments at `rows` (a, r) of the deflection, of dynamic `stiffness` (a, F)."""
+        return replace(self, columns=np.hstack([self.columns, rows.T]), attached=stiffness)
+
+    def acting(self, frequency: ArrayLike) -> Complex:
+        """Dynamic stiffness of every column, (q, F)."""
+        few = 0 if self.attached is None else len(self.attached)
+        dashpots = of_dashpots(self.count - few, frequency)
+        return dashpots if self.attached is None else np.vstack([dashpots, self.attached])
 
     def damped_poles(self) -> Complex:
         """Squared angular frequencies of free motion with the dashpots, rad2/s2, by ascending real part.
 
-        Overdamped motions are left out.
+        Overdamped motions are left out. ValueError where something else is attached.
         """
+        if self.attached is not None:
+            raise ValueError("the poles with attachments are not those of dashpots")
         if not self.count:
             return self.poles
-        damping = 1j * (self.inverse @ self.dashpots) @ (self.dashpots.T @ self.shapes)
+        damping = 1j * (self.inverse @ self.columns) @ (self.columns.T @ self.shapes)
         zero, one = np.zeros_like(damping), np.eye(len(damping))
         roots = np.linalg.eigvals(np.block([[zero, one], [np.diag(self.poles), damping]]))
         squares = roots[roots.real > np.abs(roots.imag)] ** 2
@@ -145,13 +162,13 @@ class ModalForm:
 
     def solve(self, force: Real, frequency: ArrayLike) -> Complex:
         """Coordinates Z**-1 b for every column b of `force` (r, N): (N, F, r)."""
-        weights = (self.inverse @ self.with_dashpots(force)).T
+        weights = (self.inverse @ self.with_columns(force)).T
         sums = PoleSums.of(self.poles, frequency)
         answers = sums.simple(weights[:, None] * self.shapes).swapaxes(1, 2)
         if not self.count:
             return np.asarray(answers)
-        moved = np.einsum("rq,nfr->qnf", self.dashpots, answers)
-        x = forces(moved[:, -self.count :], moved[:, : -self.count], frequency)
+        moved = np.einsum("rq,nfr->qnf", self.columns, answers)
+        x = forces(moved[:, -self.count :], moved[:, : -self.count], self.acting(frequency))
         return np.asarray(answers[: -self.count] - np.einsum("qfr,qnf->nfr", answers[-self.count :], x))
 
     def compliance(self, left: Real, right: Real, frequency: ArrayLike, sums: PoleSums | None = None) -> Complex:
@@ -169,13 +186,13 @@ class ModalForm:
         -------
         (I, J, F) complex ndarray
         """
-        a, b = self.with_dashpots(left).T @ self.shapes, self.inverse @ self.with_dashpots(right)
+        a, b = self.with_columns(left).T @ self.shapes, self.inverse @ self.with_columns(right)
         whole = (sums or PoleSums.of(self.poles, frequency)).simple(a[:, None] * b.T[None])
-        return connected(whole, self.count, frequency)
+        return connected(whole, self.acting(frequency))
 
-    def with_dashpots(self, ports: Real) -> Real:
-        """Columns (r, N) with those of the dashpots after them, (r, N + q)."""
-        return np.hstack([ports, self.dashpots]) if self.count else ports
+    def with_columns(self, ports: Real) -> Real:
+        """Columns (r, N) with those of what acts after them, (r, N + q)."""
+        return np.hstack([ports, self.columns]) if self.count else ports
 
 
 def symmetric_poles(matrix: Complex) -> tuple[Complex, Complex] | None:
@@ -253,7 +270,7 @@ class ModalSlopes:
     frequency : (F,) ndarray
         Hz.
     left : (I + q, r) complex ndarray
-        The columns a in modal coordinates, those of the q dashpots after them.
+        The columns a in modal coordinates, those of what acts, q, after them.
     right : (r, J + q) complex ndarray
         The columns b likewise.
     sums : PoleSums
@@ -262,7 +279,7 @@ class ModalSlopes:
     double : (r, r) bool ndarray
         Pairs that count as a double pole.
     whole : (I + q, J + q, F) complex ndarray
-        a' Z**-1 b without the dashpots.
+        a' Z**-1 b without what acts.
     """
 
     form: ModalForm
@@ -295,7 +312,7 @@ class ModalSlopes:
         ModalSlopes
         """
         lines = np.atleast_1d(np.asarray(frequency, float))
-        a, b = form.with_dashpots(left).T @ form.shapes, form.inverse @ form.with_dashpots(right)
+        a, b = form.with_columns(left).T @ form.shapes, form.inverse @ form.with_columns(right)
         sums = sums or PoleSums.of(form.poles, lines)
         gap = form.poles[None, :] - form.poles[:, None]
         double = np.abs(gap) <= SAME_POLE * np.abs(form.poles)[:, None]
@@ -305,11 +322,11 @@ class ModalSlopes:
     @property
     def compliance(self) -> Complex:
         """Return a' Z**-1 b, (I, J, F)."""
-        return connected(self.whole, self.form.count, self.frequency)
+        return connected(self.whole, self.form.acting(self.frequency))
 
-    def with_dashpots(self, slopes: Complex) -> Complex:
+    def connected(self, slopes: Complex) -> Complex:
         """Return derivatives of `compliance`, (D, I, J, F), from those of `whole`, (D, I + q, J + q, F)."""
-        return connected_derivatives(self.whole, slopes, self.form.count, self.frequency)
+        return connected_derivatives(self.whole, slopes, self.form.acting(self.frequency))
 
     def by_stiffness(self, changes: Real) -> Complex:
         """Differentiate `whole` for D derivatives of the stiffness: one sum over poles, in a tenth of the time.
@@ -378,8 +395,14 @@ def few_columns(damping: csr_matrix) -> Real | None:
     return found
 
 
-def forces(between: Complex, moved: Complex, frequency: ArrayLike) -> Complex:
-    """Return the forces of the dashpots.
+def of_dashpots(count: int, frequency: ArrayLike) -> Complex:
+    """Dynamic stiffness j w of columns of dashpots, (count, F)."""
+    omega = 2.0 * np.pi * np.atleast_1d(np.asarray(frequency, float))
+    return np.asarray(np.broadcast_to(1j * omega, (count, omega.size)))
+
+
+def forces(between: Complex, moved: Complex, acting: Complex) -> Complex:
+    """Return the forces of what acts.
 
     Parameters
     ----------
@@ -387,60 +410,63 @@ def forces(between: Complex, moved: Complex, frequency: ArrayLike) -> Complex:
         R' Z0**-1 R.
     moved : (q, J, F) complex ndarray
         R' Z0**-1 b of J loads.
-    frequency : (F,) array_like, Hz
+    acting : (q, F) complex ndarray
+        Dynamic stiffness z.
 
     Returns
     -------
     (q, J, F) complex ndarray
     """
-    factor = 2j * np.pi * np.asarray(frequency, float)
-    system = np.moveaxis(factor * between, -1, 0) + np.eye(len(between))
-    return np.asarray(np.moveaxis(np.linalg.solve(system, np.moveaxis(factor * moved, -1, 0)), 0, -1))
+    z = acting[:, None]
+    if len(between) == 1:
+        return np.asarray(z * moved / (1.0 + z * between))
+    system = np.moveaxis(z * between, -1, 0) + np.eye(len(between))
+    return np.asarray(np.moveaxis(np.linalg.solve(system, np.moveaxis(z * moved, -1, 0)), 0, -1))
 
 
-def connected(compliance: Complex, count: int, frequency: ArrayLike) -> Complex:
-    """Add the dashpots to the compliance of a plate without them.
+def connected(compliance: Complex, acting: Complex) -> Complex:
+    """Add what acts to the compliance of a plate without it.
 
     Parameters
     ----------
     compliance : (I + q, J + q, F) ndarray
-        Without the dashpots; the last q rows and columns are theirs.
-    count : int
-        q.
-    frequency : (F,) array_like, Hz
+        Without what acts; the last q rows and columns are its own.
+    acting : (q, F) complex ndarray
+        Dynamic stiffness.
 
     Returns
     -------
     (I, J, F) complex ndarray
     """
+    count = len(acting)
     if not count:
         return compliance
-    x = forces(compliance[-count:, -count:], compliance[-count:, :-count], frequency)
+    x = forces(compliance[-count:, -count:], compliance[-count:, :-count], acting)
     return np.asarray(compliance[:-count, :-count] - np.einsum("iqf,qjf->ijf", compliance[:-count, -count:], x))
 
 
-def connected_derivatives(compliance: Complex, slopes: Complex, count: int, frequency: ArrayLike) -> Complex:
-    """Differentiate `connected` by D parameters.
+def connected_derivatives(compliance: Complex, slopes: Complex, acting: Complex) -> Complex:
+    """Differentiate `connected` by D parameters on which what acts does not depend.
 
     Parameters
     ----------
     compliance : (I + q, J + q, F) ndarray
-        Without the dashpots; the last q rows and columns are theirs.
+        Without what acts; the last q rows and columns are its own.
     slopes : (D, I + q, J + q, F) ndarray
         Derivatives of `compliance`.
-    count : int
-        q.
-    frequency : (F,) array_like, Hz
+    acting : (q, F) complex ndarray
+        Dynamic stiffness.
 
     Returns
     -------
     (D, I, J, F) complex ndarray
     """
+    count = len(acting)
     if not count:
         return slopes
     between = compliance[-count:, -count:]
-    right = -forces(between, compliance[-count:, :-count], frequency)
-    left = -forces(between.swapaxes(0, 1), compliance[:-count, -count:].swapaxes(0, 1), frequency)
+    right = -forces(between, compliance[-count:, :-count], acting)
+    left = -forces(between.swapaxes(0, 1), compliance[:-count, -count:].swapaxes(0, 1), acting)
     change = slopes[:, :-count, :-count] + np.einsum("diqf,qjf->dijf", slopes[:, :-count, -count:], right)
     over = slopes[:, -count:, :-count] + np.einsum("dpqf,qjf->dpjf", slopes[:, -count:, -count:], right)
     return np.asarray(change + np.einsum("pif,dpjf->dijf", left, over))

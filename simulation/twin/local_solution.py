@@ -1,14 +1,4 @@
-"""Responses of a plate in one state over a band; stiffness, mass or damping may change from line to line.
-
-Between many ports of a plate of known modes with attachments, what acts is asked for, not all responses at once.
-Each attachment changes Z by rank one. With the modes of Z0, the rows R of the deflection at the attachments and
-their stiffness z as felt (Woodbury),
-
-    b' Z**-1 f = b' Z0**-1 f - b' Z0**-1 R' (1 + z R Z0**-1 R')**-1 z R Z0**-1 f
-
-for any force f. The responses Z**-1 b of a scan's hundreds of ports are never formed: of 200 ports, in 150
-coordinates and at 1080 lines, they are 0.5 GB and took most of the time of a derivative.
-"""
+"""Responses of a plate in one state over a band; stiffness, mass or damping may change from line to line."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real, Whole
 from simulation.reduction.composition import Composite, proportion
-from simulation.reduction.modal_form import ModalForm, PoleSums
+from simulation.reduction.modal_form import ModalForm, PoleSums, forces
 from simulation.state.attached import Seat
 from simulation.state.plate_state import SPECTRA, PlateState
 from simulation.twin.local_plate import KEPT_MODES_FACTOR, LoadedPlate, LocalPlate
@@ -147,81 +137,6 @@ PORTS_AT_ONCE = 32
 """Ports solved at a time: on the way each takes several times the memory of its answer."""
 MOST_DASHPOTS = 12
 """Directions of damping up to which modes are used: the cost of connecting them grows with their square."""
-LEAST_PORTS = 32
-"""Ports from which this pays: a derivative takes two products with the modes' shapes, whatever the number of
-ports, in place of one with the responses of each."""
-
-
-@dataclass(frozen=True)
-class SeatedModes:
-    """Modes of a plate without dashpots, and what is attached to it.
-
-    Attributes
-    ----------
-    form : ModalForm
-        Without the attachments.
-    frequency : (F,) ndarray
-        Hz.
-    rows : (k, m) ndarray
-        Deflection at the attachments.
-    stiffness : (k, F) complex ndarray
-        As felt, N/m.
-    """
-
-    form: ModalForm
-    frequency: Real
-    rows: Real
-    stiffness: Complex
-
-    @cached_property
-    def terms(self) -> Complex:
-        """1/(pole - w**2), (m, F)."""
-        square = (2 * np.pi * self.frequency) ** 2
-        return np.asarray(1.0 / (self.form.poles[:, None] - square))
-
-    @cached_property
-    def _seen(self) -> Complex:
-        """Rows in the modes' coordinates, (k, m)."""
-        return np.asarray(self.rows @ self.form.shapes)
-
-    @cached_property
-    def _between(self) -> Complex:
-        """1 + z R Z0**-1 R', (F, k, k)."""
-        own = self._plain(self.rows, self.rows)
-        return np.moveaxis(self.stiffness[:, None] * own, -1, 0) + np.eye(len(self.rows))
-
-    def _plain(self, left: Real, right: Real) -> Complex:
-        """Left rows (I, m), forces (J, m): I times Z0**-1 J', (I, J, F)."""
-        a, b = left @ self.form.shapes, self.form.inverse @ right.T
-        sums = (a[:, None] * b.T[None]).reshape(-1, len(self.terms)) @ self.terms
-        return np.asarray(sums.reshape(len(left), len(right), -1))
-
-    def _held(self, reached: Complex) -> Complex:
-        """Return the forces of attachments, (k, J, F), where the plate alone would move by `reached` (k, J, F)."""
-        felt = np.moveaxis(self.stiffness[:, None] * reached, -1, 0)
-        forces: Complex = np.asarray(np.linalg.solve(self._between, felt), dtype=complex)
-        return np.moveaxis(forces, 0, -1)
-
-    def compliance(self, left: Real, right: Real) -> Complex:
-        """Return a' Z**-1 b for every column a of `left` (m, I) and b of `right` (m, J), (I, J, F)."""
-        whole = self._plain(np.vstack([left.T, self.rows]), np.vstack([right.T, self.rows]))
-        count, forces = left.shape[1], right.shape[1]
-        held = self._held(whole[count:, :forces])
-        return np.asarray(whole[:count, :forces] - np.einsum("ikf,kjf->ijf", whole[:count, forces:], held))
-
-    def field(self, load: Complex | Real) -> Complex:
-        """Z**-1 load, (m, F), of forces (m, F) in the plate's coordinates, or (m, 1) at all lines."""
-        return np.asarray(self.form.shapes @ self._modal_field(load))
-
-    def felt(self, ports: Real, load: Complex | Real) -> Complex:
-        """Motion b' Z**-1 load of every column b of `ports` (m, P), (P, F)."""
-        return np.asarray((ports.T @ self.form.shapes) @ self._modal_field(load))
-
-    def _modal_field(self, load: Complex | Real) -> Complex:
-        """Z**-1 load in the modes' coordinates, (m, F)."""
-        free = (self.form.inverse @ load) * self.terms
-        held = self._held((self._seen @ free)[:, None])[:, 0]
-        return np.asarray(free - ((self.form.inverse @ self.rows.T) @ held) * self.terms)
 
 
 @dataclass(frozen=True)
@@ -235,11 +150,9 @@ class LocalSolution:
     plate : LocalPlate
     state : PlateState
     modal : ModalForm or None
-        Used if only -w**2 and few dashpots change over the band, and nothing is attached; None for other states.
+        Used if only -w**2, few dashpots and what is attached change over the band; None for other states.
     by_lines : (m, P, F) ndarray or None
         Z**-1 b of the other states.
-    seated : SeatedModes or None
-        In place of `by_lines`, where something is attached to a plate of many ports and known modes.
     """
 
     frequency: Real
@@ -247,7 +160,6 @@ class LocalSolution:
     state: PlateState
     modal: ModalForm | None
     by_lines: Complex | None = None
-    seated: SeatedModes | None = None
 
     @classmethod
     def of(
@@ -282,12 +194,12 @@ class LocalSolution:
     def _of(cls, plate: LocalPlate, state: PlateState, frequency: Real) -> Self:
         modal = _modal(plate, state)
         if any(one.acts for one in state.attached):
-            if modal is not None and frequency.size == 1 and not modal.count:
-                return cls(frequency, plate, state, _modal(plate, state, _seats(plate, state)))
-            if modal is not None and not modal.count and plate.composite.coupling.shape[1] >= LEAST_PORTS:
-                seated = SeatedModes(modal, frequency, *_seats(plate, state))
-                return cls(frequency, plate, state, None, seated=seated)
-            return cls(frequency, plate, state, None, _attached(plate, state, frequency, modal))
+            rows, z = _seats(plate, state)
+            if modal is None:
+                return cls(frequency, plate, state, None, _attached(plate, state, frequency, rows, z))
+            if frequency.size == 1 and not modal.count:
+                return cls(frequency, plate, state, _modal(plate, state, (rows, z)))
+            return cls(frequency, plate, state, modal.with_attached(rows, z))
         return cls(frequency, plate, state, modal, None if modal else solved_by_lines(plate, state, frequency))
 
     @property
@@ -318,9 +230,6 @@ class LocalSolution:
     @cached_property
     def answers(self) -> Complex:
         """Z**-1 b, (m, P, F)."""
-        if self.seated is not None:
-            ports = self.composite.coupling.T
-            return np.stack([self.seated.field(port[:, None]) for port in ports], axis=1)
         if self.modal is None or self.by_lines is not None:
             return np.asarray(self.by_lines)
         return np.ascontiguousarray(self.modal.solve(self.composite.coupling, self.frequency).transpose(2, 0, 1))
@@ -332,49 +241,35 @@ class LocalSolution:
         left, right = coupling[:, list(rows)], coupling[:, list(columns)]
         if self.modal is not None:
             return self.modal.compliance(left, right, self.frequency, self.sums)
-        if self.seated is not None:
-            return self.seated.compliance(left, right)
         answers = self.answers[:, list(columns)]
         return np.asarray((left.T @ answers.reshape(len(left), -1)).reshape(-1, *answers.shape[1:]))
 
     def driven(self, drive: Complex) -> Complex:
         """Z**-1 b drive, (m, F), of amounts (P, F) at all ports."""
-        if self.seated is not None:
-            return self.seated.field(self.composite.coupling @ drive)
         return np.asarray(np.einsum("mpf,pf->mf", self.answers, drive))
 
-    def felt(self, force: Complex | Real) -> Complex:
-        """Return b' Z**-1 force, (P, F), of forces (m, F) in local coordinates, or (m, 1) at all lines."""
-        if self.seated is not None:
-            return self.seated.felt(self.composite.coupling, force)
-        every = np.broadcast_to(force, (len(force), self.frequency.size))
-        return np.asarray(np.einsum("mpf,mf->pf", self.answers, every))
+    def felt(self, forces: Complex) -> Complex:
+        """Return b' Z**-1 force, (D, P, F), of D forces (D, m, F) in local coordinates."""
+        found = np.empty((len(forces), self.answers.shape[1], self.frequency.size), complex)
+        for start in range(0, self.frequency.size, LINES_OF_ONE_MEAN):
+            part = slice(start, start + LINES_OF_ONE_MEAN)
+            by_line = self.answers[..., part].transpose(2, 1, 0) @ forces[..., part].transpose(2, 1, 0)
+            found[..., part] = by_line.transpose(2, 1, 0)
+        return found
 
 
-def _attached(plate: LocalPlate, state: PlateState, frequency: Real, modal: ModalForm | None) -> Complex:
-    """Z**-1 b of every port, (m, P, F), with a state's attachments, each of which changes Z by rank one.
-
-    Z = Z0 + R' z R gives Z**-1 b = Z0**-1 b - Z0**-1 R' (1 + z R Z0**-1 R')**-1 z R Z0**-1 b (Woodbury), with the
-    rows R of the deflection and the stiffness z, as felt, of the attachments.
-    """
+def _attached(plate: LocalPlate, state: PlateState, frequency: Real, rows: Real, z: Complex) -> Complex:
+    """Z**-1 b of every port, (m, P, F), with attachments at `rows` (k, m), of stiffness `z` (k, F), by lines."""
     local = plate.composite
-    rows, z = _seats(plate, state)
-    loads = np.hstack([local.coupling, rows.T])
-    if modal is None:
-        answers = solved_by_lines(replace(plate, composite=replace(local, coupling=loads)), state, frequency)
-    else:
-        answers = np.empty((*loads.shape, frequency.size), complex)
-        for first in range(0, loads.shape[1], PORTS_AT_ONCE):
-            some = slice(first, first + PORTS_AT_ONCE)
-            answers[:, some] = modal.solve(loads[:, some], frequency).transpose(2, 0, 1)
     count = local.coupling.shape[1]
-    felt = z[:, None] * np.einsum("km,mpf->kpf", rows, answers)
-    system = np.moveaxis(felt[:, count:], -1, 0) + np.eye(len(rows))
-    forces = np.linalg.solve(system, np.moveaxis(felt[:, :count], -1, 0))
+    loads = np.hstack([local.coupling, rows.T])
+    answers = solved_by_lines(replace(plate, composite=replace(local, coupling=loads)), state, frequency)
+    moved = np.einsum("km,mpf->kpf", rows, answers)
+    held = forces(moved[:, count:], moved[:, :count], z)
     answers, there = answers[:, :count], answers[:, count:]
     for first in range(0, count, PORTS_AT_ONCE):
         some = slice(first, first + PORTS_AT_ONCE)
-        answers[:, some] -= np.einsum("mkf,fkp->mpf", there, forces[..., some])
+        answers[:, some] -= np.einsum("mkf,kpf->mpf", there, held[:, some])
     return answers
 
 

@@ -77,36 +77,43 @@ class TransferSensitivity:
         return cls(solved, state, drive, sense, solved.driven(drive))
 
     def by_each(self, steps: Sequence[ParameterChange]) -> Iterator[Complex]:
-        """Differentiate by each of some parameters in turn."""
-        return (self.by(local, stepped) for local, stepped in steps)
+        """Differentiate by each of some parameters as `by`, many at once."""
+        size = max(1, AT_ONCE // self.field.size)
+        for first in range(0, len(steps), size):
+            forces, direct = zip(*(self._change(*one) for one in steps[first : first + size]), strict=True)
+            yield from self._heard(np.array(forces)) + np.array(direct)
 
     def by(self, local: Composite, stepped: PlateState) -> Complex:
         """Differentiate by the parameter whose imaginary step turned `state` into `stepped`, (K, F).
 
         `local` is the derivative of the composite, in local coordinates.
         """
-        total = np.zeros((len(self.sense), self.solved.frequency.size), complex)
+        return next(self.by_each([(local, stepped)]))
+
+    def _change(self, local: Composite, stepped: PlateState) -> tuple[Complex, Complex]:
+        """Force -dZ u + db r, (m, F), and what the sums change where the field stays, (K, F)."""
+        force = np.zeros_like(self.field)
         for matrix, weight in impedance_change(self.solved, self.state, local, stepped):
-            product = (matrix @ self.field.view(float)).view(complex)
-            total -= weight * self._heard(product)
+            force -= weight * (matrix @ self.field.view(float)).view(complex)
         for left, right, weight in point_changes(self.solved, self.state, stepped):
-            total -= weight * self._heard(left[:, None]) * (right @ self.field)
+            force -= left[:, None] * (weight * (right @ self.field))
+        direct = np.zeros((len(self.sense), self.solved.frequency.size), complex)
         if local.coupling.any():  # of the patches, which are the first ports
             drive, sense = (part[..., : local.coupling.shape[1], :] for part in (self.drive, self.sense))
-            total += self._heard(local.coupling @ drive)
-            total += np.einsum("kpf,mp,mf->kf", sense, local.coupling, self.field, optimize=True)
-        return total
+            force += local.coupling @ drive
+            direct += np.einsum("kpf,mp,mf->kf", sense, local.coupling, self.field, optimize=True)
+        return force, direct
 
-    def _heard(self, force: Complex | Real) -> Complex:
-        """Return what forces (m, F) or (m, 1) change in each sum: y' force, with the adjoint field y = Z**-1 b l.
+    def _heard(self, forces: Complex) -> Complex:
+        """Return what forces (D, m, F) change in each sum, (D, K, F): y' force, with the adjoint y = Z**-1 b l.
 
         Ports first: of a scan's hundreds of sums each weighs one, and their adjoint fields would fill the memory.
         """
         if self.adjoint is not None:
-            return np.asarray(np.einsum("kmf,mf->kf", self.adjoint, np.broadcast_to(force, self.field.shape)))
-        ports = self.solved.felt(force)
-        return np.array(
-            [(weights[p] * ports[p]).sum(axis=0) for weights, p in zip(self.sense, self.felt, strict=True)]
+            return np.asarray(np.einsum("kmf,dmf->dkf", self.adjoint, forces))
+        ports = self.solved.felt(forces)
+        return np.stack(
+            [(weights[p] * ports[:, p]).sum(axis=1) for weights, p in zip(self.sense, self.felt, strict=True)], 1
         )
 
     @cached_property
@@ -162,13 +169,24 @@ class ModalSensitivity:
                 coupling = steps[place][0].coupling
                 row[:, : coupling.shape[1]] = coupling  # of the patches, which are the first ports
             slopes[coupled] += self.slopes.by_columns(moved[..., seen], moved[..., driving])
-        total = self.slopes.with_dashpots(slopes)
-        form, lines, sums = self.slopes.form, self.solved.frequency, self.slopes.sums
-        for place, (_, stepped) in enumerate(steps):
-            for left, right, weight in point_changes(self.solved, self.state, stepped):
-                seen_there = form.compliance(ports[:, seen], left[:, None], lines, sums)
-                driven_there = form.compliance(right[:, None], ports[:, driving], lines, sums)
-                total[place] -= weight * seen_there * driven_there
+        total = self.slopes.connected(slopes)
+        points = [
+            (place, *change)
+            for place, (_, stepped) in enumerate(steps)
+            for change in point_changes(self.solved, self.state, stepped)
+        ]
+        if points:
+            # a mass, a spring and a dashpot are tried at the same places: each place is asked for once
+            rows = {row.tobytes(): row for _, left, right, _ in points for row in (left, right)}
+            there = {key: number for number, key in enumerate(rows)}
+            form, lines, sums = self.slopes.form, self.solved.frequency, self.slopes.sums
+            loads = np.array(list(rows.values())).T
+            heard = form.compliance(ports[:, seen], loads, lines, sums)
+            moved_there = form.compliance(loads, ports[:, driving], lines, sums)
+            for place, left, right, weight in points:
+                total[place] -= (
+                    weight * heard[:, there[left.tobytes()], None] * moved_there[None, there[right.tobytes()]]
+                )
         return self.transfer.change(total)
 
 

@@ -57,7 +57,7 @@ def test_derivatives_equal_their_definition(system):
     k, a, b = system
     changes = [k.real, np.diag(np.arange(14.0)), k.imag]
     found = ModalSlopes.of(ModalForm.of(k), a, b, F)
-    value, slopes = found.compliance, found.with_dashpots(found.by_stiffness(np.array(changes)))
+    value, slopes = found.compliance, found.connected(found.by_stiffness(np.array(changes)))
     expected = slopes_directly(k, a, b, changes)
     assert np.abs(value - direct(k, a, b)).max() < 1e-10 * np.abs(value).max()
     for slope, truth in zip(slopes, expected, strict=True):
@@ -75,12 +75,12 @@ def test_derivatives_by_many_parameters_at_once_are_those_one_by_one(system):
     for change, found in zip(changes, together, strict=True):
         (alone,) = slopes.by_stiffness(change[None])
         assert np.abs(found - alone).max() < 1e-12 * np.abs(found).max()
-    for found, change in zip(slopes.with_dashpots(together), changes, strict=True):
+    for found, change in zip(slopes.connected(together), changes, strict=True):
         ahead, behind = (ModalForm.of(k + s * change, dashpots).compliance(a, b, F) for s in (1e-6, -1e-6))
         expected = (ahead - behind) / 2e-6
         assert np.abs(found - expected).max() < 2e-4 * np.abs(expected).max()
     da, db = np.random.default_rng(5).standard_normal((14, 2)), np.random.default_rng(6).standard_normal((14, 3))
-    moved = slopes.with_dashpots(slopes.by_columns(np.array([da, 0 * da]), np.array([db, db])))
+    moved = slopes.connected(slopes.by_columns(np.array([da, 0 * da]), np.array([db, db])))
     for found, left in zip(moved, (da, 0 * da), strict=True):
         ahead, behind = (form.compliance(a + s * left, b + s * db, F) for s in (1e-3, -1e-3))
         expected = (ahead - behind) / 2e-3

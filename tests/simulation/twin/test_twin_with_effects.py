@@ -340,19 +340,22 @@ def test_at_one_line_attachments_are_a_part_of_the_stiffness(twin):
 
 
 @pytest.mark.parametrize("name", ["mass_at_place", "spring_at_place", "dashpot_at_place", "resonator_at_place"])
-def test_attachments_between_many_ports_are_solved_in_modes(twin, monkeypatch, name):
-    """Transfers and all derivatives as from the responses of every port, which a scan cannot hold."""
+def test_attachments_are_joined_to_modes_as_to_the_answers_of_every_line(twin, monkeypatch, name):
+    """Transfers and all derivatives, beside dashpots, too."""
     values = {p.name: SHAPES[p.name] if p.shape else p.sigma for p in twin.cards[name].parameters} | HUNG
     effects = {name: values, "local_damage": {"loss": 0.1, "x": 0.05, "y": 0.12}}
+    if name == "spring_at_place":
+        effects["mass_at_place"] = {"mass": 0.001, "x": 0.12, "y": 0.05}
     tangents = [(one, p.name, effects[one]) for one in effects for p in twin.cards[one].parameters]
     tangents += [
         ("suspension", p.name, values_of(twin, "suspension", 1.0)) for p in twin.cards["suspension"].parameters
     ]
     found = []
-    for least in (1, 1000):
-        monkeypatch.setattr("simulation.twin.local_solution.LEAST_PORTS", least)
+    for modes in (True, False):
+        if not modes:
+            monkeypatch.setattr("simulation.twin.local_solution._modal", lambda *_: None)
         solved = twin.solved(twin.state(LAWS, LINES, effects, POINT), LINES)
-        assert (solved.seated is not None) == (least == 1)
+        assert (solved.modal is not None) == modes
         found.append((twin.linearise(LAWS, LINES, effects, POINT, tangents), solved.answers))
     (ours, answers), (plain, wanted) = found
     np.testing.assert_allclose(answers, wanted, rtol=0.0, atol=1e-9 * np.abs(wanted).max())
