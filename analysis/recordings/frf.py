@@ -274,11 +274,14 @@ class Frf(Labelled):
         if not inverted:
             return self
         wrong = np.isin(self.channels, list(inverted)) & (self.driven_by == source)[:, None]
-        there = ", there or at the actuator" if set(inverted) == set(self.channels) else ""
+        every = set(inverted) == set(self.channels)
+        many = every and len(inverted) > 1
+        names = f"all {len(inverted)} channels are" if many else f"channel {', '.join(inverted)} is"
+        there = ", there or at what drives" if every else ""
         driven = f" with {self.sources[source]} driven" if self.sources else ""
         note = (
-            f"channel {', '.join(inverted)} is inverted{driven}: wiring or patch polarity{there}; "
-            "what follows is with its sign turned"
+            f"{names} inverted{driven}: wiring, patch polarity, or an accelerometer on the other side{there}; "
+            "what follows is with the sign turned"
         )
         return replace(self, h=np.where(wrong, -1.0, 1.0)[:, :, None] * self.h, notes=(*self.notes, note))
 

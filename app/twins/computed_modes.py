@@ -13,10 +13,13 @@ from analysis.material import LocalLaws
 from analysis.recordings.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects
 from simulation.twin.instrumented_plate import InstrumentedPlate
-from simulation.twin.loaded_modes import LoadedModes
+from simulation.twin.loaded_modes import LoadedModes, attached_poles
 
 PARTS_OF_BAND = 6
 """Parts of the band, at the middle of each of which modes are computed where the stiffness changes along it."""
+CLOSE = 1.01
+"""Ratio of neighbouring lines between which what is attached changes evenly: half the width of the resonance of a
+resonator with a loss factor of 0.02."""
 BAND_MARGIN = 0.3
 """Share of the band's edges up to which modes outside it have residues of their own."""
 
@@ -40,8 +43,11 @@ def computed_poles(
         modes are not known: with dashpots and connected patches, or with a mass that changes along the band.
     """
     low, high = twin.band
-    edges = np.array([low, high]) * [1.0 - BAND_MARGIN, 1.0 + BAND_MARGIN]
-    whole = _poles(twin, laws, np.asarray(twin.band), effects, point)
+    edges = (1.0 - BAND_MARGIN) * low, (1.0 + BAND_MARGIN) * high
+    lines = np.array(twin.band)
+    if any(one.acts for one in twin.state(laws, lines, effects, point).attached):
+        lines = np.geomspace(edges[0], edges[1], 2 + int(np.log(edges[1] / edges[0]) / np.log(CLOSE)))
+    whole = _poles(twin, laws, lines, effects, point)
     if whole is not None:
         return _within(whole, *edges)
     bounds = np.geomspace(low, high, PARTS_OF_BAND + 1)
@@ -60,9 +66,11 @@ def _poles(
     twin: InstrumentedPlate[Any], laws: LocalLaws, lines: Real, effects: Effects, point: SweepPoint | None
 ) -> Complex | None:
     solved = twin.solved(twin.state(laws, lines, effects, point), lines)
-    if solved.modal is None or solved.modal.attached is not None:
+    if solved.modal is None:
         return None
     instruments = twin.instruments if point is None else twin.driven_at(point)
+    if solved.modal.attached is not None:
+        return attached_poles(solved, solved.modal, instruments, twin.plate.capacitance)
     if not solved.modal.count:
         return LoadedModes.of(solved, solved.modal, instruments, twin.plate.capacitance).poles
     if instruments.connected:

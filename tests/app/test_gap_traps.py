@@ -47,7 +47,7 @@ def test_an_inverted_channel_and_understated_noise(
     for path in sweeps(folder):
         change_samples(path, spoil)
     said = no_gap(run_flexura, folder)
-    assert "channel S1 is inverted: wiring or patch polarity" in said
+    assert "channel S1 is inverted: wiring, patch polarity" in said
     assert "channel S1: the noise is 1.4" in said
     status, _, said = run_flexura("update", folder)
     assert status == 0

@@ -256,5 +256,5 @@ def test_an_inverted_channel_is_turned_and_said() -> None:
     frf = campaign_frf(campaign(*recorded(np.random.default_rng(9))))
     turned = frf.turned(("S1",))
     np.testing.assert_array_equal(turned.h, -frf.h)
-    assert "channel S1 is inverted: wiring or patch polarity" in turned.notes[-1]
+    assert "channel S1 is inverted: wiring, patch polarity" in turned.notes[-1]
     assert frf.turned(()) is frf

@@ -30,6 +30,7 @@ from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import Circumstances, PlateState
 from simulation.tolerances import tolerances
 from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.loaded_modes import LoadedModes, attached_poles
 from simulation.twin.twin import Twin
 
 BAND = (100.0, 500.0)
@@ -363,6 +364,31 @@ def test_attachments_are_joined_to_modes_as_to_the_answers_of_every_line(twin, m
         one, other = getattr(ours, part), getattr(plain, part)
         size = np.abs(other).reshape(-1, other.shape[-1]).max(axis=1)
         assert (np.abs(one - other).reshape(-1, other.shape[-1]).max(axis=1) <= 1e-7 * size + 1e-300).all(), part
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        {"mass_at_place": {"mass": 0.004, **HUNG}},
+        {"spring_at_place": {"stiffness": 3e3, "loss": 0.1, **HUNG}},
+        {"mass_at_place": {"mass": 0.002, "x": 0.12, "y": 0.05}, "dashpot_at_place": {"damping": 0.3, **HUNG}},
+    ],
+)
+def test_modes_with_attachments_are_free_vibrations_at_their_own_frequencies(twin, effects):
+    """At one line the attachment is a part of the stiffness; a mode is found again at its own frequency."""
+    lines = np.geomspace(LINES[0], LINES[-1], 400)
+    solved = twin.solved(twin.state(LAWS, lines, effects, POINT), lines)
+    found = attached_poles(solved, solved.modal, twin.instruments, twin.plate.capacitance)
+    plain = twin.solved(twin.state(LAWS, lines, {}, POINT), lines)
+    without = LoadedModes.of(plain, plain.modal, twin.instruments, twin.plate.capacitance).poles
+    inside = (np.abs(without) > 2 * np.pi * lines[0]) & (np.abs(without) < 2 * np.pi * lines[-1])
+    assert abs(len(found) - inside.sum()) <= 1  # one may have left the band
+    assert np.abs(found[:, None] / without - 1.0).min(axis=1).max() > 1e-3
+    for pole in found:
+        line = np.array([np.abs(pole)]) / (2 * np.pi)
+        alone = twin.solved(twin.state(LAWS, line, effects, POINT), line)
+        there = LoadedModes.of(alone, alone.modal, twin.instruments, twin.plate.capacitance).poles
+        assert np.abs(there / pole - 1.0).min() < 2e-4  # of a width of 6 %
 
 
 def test_light_mass_lowers_a_mode_as_rayleigh_says(twin, reduced):
