@@ -33,7 +33,8 @@ BASE_RADIUS = 0.004
 class Drive(Sparse):
     """A force normal to the plate: an impact hammer, or a shaker through a force sensor.
 
-    `radius` is that of the tip or stinger, `mass` what moves with the plate beyond the force sensor.
+    `radius` is that of the tip or stinger, `mass` what moves with the plate beyond the force sensor. Where a
+    hammer moved, an `accelerometer` stays there, which drives by reciprocity.
     """
 
     always: ClassVar[frozenset[str]] = frozenset({"kind"})
@@ -44,6 +45,7 @@ class Drive(Sparse):
     radius: Radius = 0.002
     side: Side = "top"
     mass: Mass = 0.0
+    accelerometer: bool = False
 
     @property
     def contact_radius(self) -> float:

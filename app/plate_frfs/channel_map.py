@@ -292,4 +292,4 @@ def _as_drive(sensor: Mapping[str, Any]) -> dict[str, Any]:
     """Return the force at an accelerometer, with the accelerometer's mass."""
     base = BASE_RADIUS if sensor.get("kind") == "acceleration" else 0.0
     kept = {key: sensor[key] for key in ("id", "point", "side", "mass") if key in sensor}
-    return {**kept, "radius": sensor.get("radius", base)}
+    return {**kept, "radius": sensor.get("radius", base), "accelerometer": sensor.get("kind") == "acceleration"}

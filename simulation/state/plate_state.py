@@ -298,6 +298,7 @@ def unweighed(experiment: Experiment) -> Mask:
     One that is moved from point to point loads one of them at a time, which no single plate does.
     """
     still = {one.id for one in experiment.sensor if one.kind == "acceleration" and one.point is not None}
+    still |= {one.id for one in experiment.drive if one.accelerometer}
     channels = (*experiment.inputs, *experiment.outputs)
     feet = [(channel.id, channel.footprint) for channel in channels if channel.footprint is not None]
     return np.array([name in still and not foot.mass for name, foot in feet], dtype=bool)

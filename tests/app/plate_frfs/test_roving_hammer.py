@@ -22,6 +22,7 @@ from app.plate_frfs.given_campaign import declared_experiment
 from simulation.effects.library import library
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.fineness import Fineness
+from simulation.state.plate_state import unweighed
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
@@ -97,6 +98,7 @@ def test_accelerometers_drive_and_the_points_of_the_hammer_answer(
     assert [foot.point for foot in feet[:2]] == [(0.04, 0.03), (0.2, 0.16)]
     assert [list(foot.point) for foot in feet[2:]] == POINTS
     assert [foot.mass for foot in feet] == [0.0006, 0.0, 0.0, 0.0, 0.0, 0.0]
+    assert unweighed(experiment).tolist() == [False, True, False, False, False, False]  # a candidate for `gap`
     # of a force into the top at acc1 and into the bottom at acc2, as the motions out of these faces were
     assert [foot.along for foot in feet] == [-1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
     for sweep in read.sweeps:
