@@ -333,10 +333,12 @@ def _end(name: str, quantity: str, place: Sequence[float] | None, *, drives: boo
     if drives:
         return "[[drive]]", [KeyLine("id", name), point]
     kind = quantity if quantity in MOTIONS else None
+    mass = KeyLine("mass", 0.0, "kg: weigh the accelerometer, it loads the plate")
     return "[[sensor]]", [
         KeyLine("id", name),
         KeyLine("kind", kind, "" if kind else '"acceleration": displacement, velocity or acceleration'),
         point,
+        *([mass] if kind == "acceleration" else []),
     ]
 
 
