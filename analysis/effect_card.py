@@ -127,6 +127,8 @@ class EffectCard:
     form : float
         Share of the effect's signal by which a real one may differ from the formula, which only sketches its form
         (round spots for damage of any outline): what is left of that share is no further effect.
+    levels : int
+        Fewest levels of the drive with which a campaign shows it.
     replaces : str
         Declared quantity that this effect is beyond its tolerance; empty for all others.
     title : str
@@ -148,6 +150,7 @@ class EffectCard:
     closer_sites: tuple[Values, ...] = ()
     after: str = ""
     form: float = 0.0
+    levels: int = 1
 
     def __post_init__(self) -> None:
         names = [p.name for p in self.parameters]

@@ -20,6 +20,7 @@ def card(experiment: Experiment) -> EffectCard:
         summary="the plate is softer and lossier at its resonances, the more the harder it is driven",
         parameters=(Parameter("a", "1", 0.0, 0.2, 0.05, shown="%"), Parameter("b", "1", 0.0, 0.5, 0.1, shown="%")),
         needs="two drive levels at the same temperatures",
+        levels=2,
         separated_by="sweeps at half and at twice the level: what changes is the amplitude's doing",
         title="softening with amplitude",
         phrase="per unit of relative strain energy the plate gets softer by {a} and lossier by {b}",

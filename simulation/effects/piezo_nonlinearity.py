@@ -19,6 +19,7 @@ def card(experiment: Experiment) -> EffectCard:
         name="piezo_nonlinearity",
         summary="the drive's patches answer more than in proportion to the drive level",
         parameters=(Parameter("beta", "1/V", 0.0, 0.1, 0.01, shown="%/V"),),
+        levels=2,
         needs="two drive levels at the same temperatures: with one level it is a gain and a piezo_loss",
         separated_by=(
             "sweeps at half and at twice the level: all lines change alike; an amplitude_softening moves "

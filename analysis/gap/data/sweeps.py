@@ -131,6 +131,15 @@ class GapSweeps:
         return len(self.points)
 
     @property
+    def levels(self) -> int:
+        """Largest number of levels at which one input drove, told apart by a twentieth."""
+        found = 1
+        for source in {point.source for point in self.points}:
+            level = np.sort([point.level for point in self.points if point.source == source])
+            found = max(found, 1 + int((level[1:] > 1.05 * level[:-1]).sum()))
+        return found
+
+    @property
     def legs(self) -> list[list[int]]:
         """Sweeps on one ramp, at one level and from one input, the coldest of each first."""
         legs: dict[tuple[str, float, int], list[int]] = {}

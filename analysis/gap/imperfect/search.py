@@ -248,7 +248,8 @@ class _Neighbours:
 
     def blind(self) -> set[str]:
         """Tell which effects the campaign does not show beside noise; whether beside more, evidence tells."""
-        seen = observability(_screened(self.plain, self.at.fit), self.plain.model.cards)
+        screening = _screened(self.plain, self.at.fit)
+        seen = observability(screening, self.plain.model.cards, self.plain.sweeps.levels)
         return {one.effect for one in seen if not one.observable}
 
     def extended(self, blind: Container[str]) -> list[_Trial]:

@@ -397,7 +397,7 @@ def open_questions(report: GapReport, cards: Sequence[str]) -> tuple[Question, .
         for rival in _rivals(report, effect.name, effect.equivalent)
         if rival in known and rival not in found
     ]
-    asked += [Question(one.effect) for one in report.not_observable if one.effect in known]
+    asked += [Question(one.effect) for one in report.not_observable if one.effect in known and not one.felt]
     return tuple(asked)
 
 

@@ -27,21 +27,30 @@ class Observability:
         Signal of an effect of one prior standard deviation, in sigma, with errors of the readings eliminated.
     needs : str
         What a campaign must contain to show it.
+    levels : bool
+        Whether the drive had as many levels as that: what one level shows of an effect that follows the amplitude
+        is some curve over frequency, which other causes have as well.
     """
 
     effect: str
     kept: float
     size: float
     needs: str
+    levels: bool = True
+
+    @property
+    def felt(self) -> bool:
+        """Whether a part of its signal is its own, and large enough."""
+        return self.kept >= LEAST_KEPT and self.size >= LEAST_SIZE
 
     @property
     def observable(self) -> bool:
         """Whether its presence can be claimed or excluded."""
-        return self.kept >= LEAST_KEPT and self.size >= LEAST_SIZE
+        return self.levels and self.felt
 
 
-def observability(screening: ScoreTest, cards: Mapping[str, EffectCard]) -> tuple[Observability, ...]:
-    """Observability of every effect that is off."""
+def observability(screening: ScoreTest, cards: Mapping[str, EffectCard], levels: int) -> tuple[Observability, ...]:
+    """Observability of every effect that is off, in a campaign of so many `levels` of the drive."""
     matrix, read = screening.given(screening.active)[0], screening.kept(screening.active)
     seen = []
     for name in screening.inactive:
@@ -53,7 +62,8 @@ def observability(screening: ScoreTest, cards: Mapping[str, EffectCard]) -> tupl
             scale = sigma[:, None] * sigma
             size = max(size, _largest(scale * matrix[block], np.eye(len(places))))
             kept = max(kept, _largest(scale * read[block], scale * screening.raw[block]))
-        seen.append(Observability(name, min(kept, 1.0), size, cards[name].needs))
+        card = cards[name]
+        seen.append(Observability(name, min(kept, 1.0), size, card.needs, levels >= card.levels))
     return tuple(seen)
 
 

@@ -104,7 +104,7 @@ def test_steps_inside_a_box_are_the_best_ones():
 @pytest.mark.parametrize("directions", [("up",), ("up", "down")])
 def test_a_lag_is_seen_by_two_ramps_only(toy, pool, directions):
     *_, screening = screened(toy, pool, directions=directions)
-    lag = {o.effect: o for o in observability(screening, toy.cards)}["lag"]
+    lag = {o.effect: o for o in observability(screening, toy.cards, 1)}["lag"]
     assert lag.observable is (len(directions) == 2)
     assert lag.kept == pytest.approx(float(len(directions) == 2), abs=0.05)
     assert lag.needs == "what lag needs"
@@ -112,9 +112,18 @@ def test_a_lag_is_seen_by_two_ramps_only(toy, pool, directions):
 
 def test_a_drift_of_the_gain_is_not_seen_at_one_temperature(toy, pool):
     *_, screening = screened(toy, pool, temperatures=(40.0,))
-    seen = {o.effect: o for o in observability(screening, toy.cards)}
+    seen = {o.effect: o for o in observability(screening, toy.cards, 1)}
     assert not seen["drift"].observable
     assert seen["feedthrough"].observable
+
+
+def test_what_follows_the_amplitude_is_not_seen_at_one_level(toy, pool):
+    *_, screening = screened(toy, pool, temperatures=(40.0,))
+    cards = {**toy.cards, "feedthrough": replace(toy.cards["feedthrough"], levels=2)}
+    alone, both = ({o.effect: o for o in observability(screening, cards, levels)} for levels in (1, 2))
+    assert alone["feedthrough"].kept == both["feedthrough"].kept
+    assert not alone["feedthrough"].observable
+    assert both["feedthrough"].observable
 
 
 def test_look_alikes_are_told_from_strangers(toy, pool):
