@@ -11,6 +11,7 @@ no longer; what the twin does not know does, a share of the response.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,13 +132,17 @@ class GapSweeps:
         return len(self.points)
 
     @property
-    def levels(self) -> int:
-        """Largest number of levels at which one input drove, told apart by a twentieth."""
-        found = 1
-        for source in {point.source for point in self.points}:
-            level = np.sort([point.level for point in self.points if point.source == source])
-            found = max(found, 1 + int((level[1:] > 1.05 * level[:-1]).sum()))
+    def levels(self) -> dict[int, set[float]]:
+        """Levels at which each input drove: those of different inputs are not comparable."""
+        found: dict[int, set[float]] = {}
+        for point in self.points:
+            found.setdefault(point.source, set()).add(point.level)
         return found
+
+    @property
+    def level_count(self) -> int:
+        """Largest number of levels at which one input drove, told apart by a twentieth."""
+        return max(1 + sum(b > 1.05 * a for a, b in pairwise(sorted(its))) for its in self.levels.values())
 
     @property
     def legs(self) -> list[list[int]]:

@@ -249,7 +249,7 @@ class _Neighbours:
     def blind(self) -> set[str]:
         """Tell which effects the campaign does not show beside noise; whether beside more, evidence tells."""
         screening = _screened(self.plain, self.at.fit)
-        seen = observability(screening, self.plain.model.cards, self.plain.sweeps.levels)
+        seen = observability(screening, self.plain.model.cards, self.plain.sweeps.level_count)
         return {one.effect for one in seen if not one.observable}
 
     def extended(self, blind: Container[str]) -> list[_Trial]:

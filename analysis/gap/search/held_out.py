@@ -217,9 +217,7 @@ def splits(sweeps: GapSweeps) -> list[Split]:
         last[:, -1] = True
         name = f"channel {sweeps.channels[-1]}"
         found.append(Split(name, sweeps.masked(~last), sweeps.masked(last), laws_free=False))
-    levels: dict[int, set[float]] = {}
-    for point in sweeps.points:  # levels of different inputs are not comparable
-        levels.setdefault(point.source, set()).add(point.level)
+    levels = sweeps.levels
     top = {source: max(its) for source, its in levels.items() if len(its) > (2 if found else 1)}
     if top:
         high = [s for s, p in enumerate(sweeps.points) if p.level == top.get(p.source)]

@@ -101,7 +101,7 @@ def stepwise_search(context: SearchContext, baseline: GapFit) -> SearchResult:
     """Find the effects that the twin of `baseline` lacks."""
     context.report("screen", 0.0)
     first = context.score_test(baseline)
-    seen = observability(first, context.model.cards, context.sweeps.levels)
+    seen = observability(first, context.model.cards, context.sweeps.level_count)
     blind = tuple(o.effect for o in seen if not o.observable)
     steps, path = _climb_from_far(context, baseline, first, blind)
     fit, last = _supported(context, baseline, path)
