@@ -77,7 +77,8 @@ class Browser:
 
     def picture(self, file: Path) -> None:
         """Write the whole page as PNG."""
-        size = self.run("return [document.documentElement.clientWidth, document.documentElement.scrollHeight]")
+        # a window as tall as the page has no scroll bar: the page is as wide as the window then
+        size = self.run("return [window.innerWidth, document.documentElement.scrollHeight]")
         clip = {"x": 0, "y": 0, "width": size[0], "height": size[1], "scale": 1}
         made = self.cdp("Page.captureScreenshot", {"captureBeyondViewport": True, "clip": clip})
         file.write_bytes(base64.b64decode(made["data"]))

@@ -23,6 +23,8 @@ MADE_BY = {
 FIRST = ("frf.h5", "laws.h5")
 LATER = ("gap.h5", "filters.h5", "compensation.h5", "radiation.h5", "studies.h5")
 """Results that other commands start from, and those that can be written to another folder."""
+OF_RUN = tuple(name for name in LATER if name != "gap.h5")
+"""Results that are made from the run folder; those before them are made from the campaign."""
 
 
 @contextmanager
@@ -117,8 +119,10 @@ def run_file(run: Path, name: str, verb: str) -> Path:
             f"{run}: holds {later[0]} but no {name}, like a folder named with --out: name the run folder that "
             f"holds {name}, and this one with --out; or make it with: flexura {MADE_BY[name]}"
         )
-    held = f"holds no {name}" if run.exists() else "does not exist"
-    raise ResultFileError(f"{run}: {held}; make it with: flexura {MADE_BY[name]}")
+    if not run.exists():
+        raise ResultFileError(f"{run}: does not exist; make it with: flexura {MADE_BY[name]}")
+    typed = f" {quoted(run)}" if name in OF_RUN else ""
+    raise ResultFileError(f"{run}: holds no {name}; make it with: flexura {MADE_BY[name]}{typed}")
 
 
 def is_test_run(run: Path) -> bool:
